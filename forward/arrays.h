@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+/// The arrays that travel through the program. All hold one item a row, so that a row is contiguous
+/// in memory and in the HDF5 files.
+namespace ertbench {
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Measured voltages, one frame a row: [frames, channels], V.
+using Frames = RowMajorMatrix;
+/// Conductivities or their changes, one image a row: [images, pixels], S/m; pixel index
+/// `column + grid * row`, row 0 at y = -1, column 0 at x = -1.
+using Images = RowMajorMatrix;
+
+using FramesView = Eigen::Ref<const Frames>;
+using ImagesView = Eigen::Ref<Images>;
+
+}  // namespace ertbench

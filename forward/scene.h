@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+namespace ertbench {
+
+class JsonObject;
+
+enum class Shape { disc = 0, ellipse = 1, rectangle = 2, polygon = 3 };
+
+/// One pressed region of the sheet. Lengths in domain units, the sheet being [-1, 1] x [-1, 1].
+struct Contact {
+  Shape shape = Shape::disc;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  /// Semi-axes of an ellipse, half sides of a rectangle, (radius, radius) for a disc;
+  /// unused for a polygon.
+  Eigen::Vector2d half_size = Eigen::Vector2d::Zero();
+  double angle = 0;                       ///< of the first axis against x, counter-clockwise, rad
+  std::vector<Eigen::Vector2d> vertices;  ///< of a polygon: absolute, in order, not self-crossing
+  double conductivity_ratio = 1;          ///< sigma / background inside the contact, > 0
+
+  /// Corners of the smallest axis-parallel box around the contact.
+  Eigen::AlignedBox2d bounds() const;
+  bool contains(const Eigen::Vector2d& point) const;
+};
+
+/// What presses on the sheet. Where contacts overlap, the lowest conductivity ratio counts, so that
+/// the order of the contacts means nothing; what lies outside the sheet is cut off.
+struct Scene {
+  std::vector<Contact> contacts;
+};
+
+/// `{"contacts": [{"shape": "ellipse", "centre": [x, y], "semi_axes": [a, b], "angle": radians,
+/// "conductivity_ratio": 0.6}]}`; a `disc` has `radius`, a `rectangle` `half_sides`, a `polygon`
+/// `vertices` in place of a centre.
+Scene scene_from_json(JsonObject object);
+nlohmann::json to_json(const Scene& scene);
+
+const char* name_of(Shape shape);
+
+}  // namespace ertbench

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "forward/arrays.h"
+#include "forward/sensor.h"
+
+namespace ertbench {
+
+class DatasetFile;
+
+enum class FrameStatus : std::uint8_t {
+  ok = 0,
+  not_converged = 1,  ///< an image, but not the one that was asked for (iteration limit)
+  undefined = 2,      ///< no usable image; the pixels may be anything, also NaN
+};
+
+/// What a solver says of one frame.
+struct FrameReport {
+  FrameStatus status = FrameStatus::ok;
+  int iterations = 0;  ///< 0 for a solver that does not iterate
+  double gap = 0;      ///< relative duality gap where the solver has one, else 0
+};
+
+/// What a solver may learn from. Classical solvers use the sensor and, for parameters given as
+/// "auto", the validation set; learned ones the training set as well. Never a test set.
+struct FitInput {
+  Sensor sensor;
+  const DatasetFile* training = nullptr;    ///< may be null
+  const DatasetFile* validation = nullptr;  ///< may be null where no parameter is "auto"
+  std::filesystem::path work_folder;        ///< for checkpoints and logs; exists
+  int threads = 1;                          ///< upper limit
+};
+
+/// A reconstruction method: voltages in, image of the conductivity change out.
+///
+/// Life of a solver: made from its JSON by the registry (which checks every parameter), `fit` once
+/// or `load` from a file that `save` wrote, then `reconstruct` any number of times. Bad input and
+/// bad configuration throw InputError; a numerical failure is a FrameReport.
+///
+/// A complete solver, back projection with the rows of the Jacobian:
+///
+///     class BackProjection final : public Solver {
+///      public:
+///       explicit BackProjection(JsonObject parameters)
+///           : gain_(parameters.number_or("gain", 1.0, Range::positive())) { parameters.finish(); }
+///       nlohmann::json parameters() const override { return {{"gain", gain_}}; }
+///       void fit(const FitInput& input) override {
+///         jacobian_ = ForwardModel(input.sensor, input.sensor.image_grid).jacobian();
+///       }
+///       void reconstruct(FramesView changes, ImagesView images,
+///                        std::span<FrameReport>) const override {
+///         images.noalias() = gain_ * changes * jacobian_;
+///       }
+///       ...
+///     };
+class Solver {
+ public:
+  virtual ~Solver() = default;
+
+  /// The parameters in use, with whatever was "auto" replaced by what `fit` chose.
+  virtual nlohmann::json parameters() const = 0;
+
+  /// Does everything that depends only on the sensor and the data. Throws InputError where a
+  /// parameter is "auto" and the set it is chosen on is missing.
+  virtual void fit(const FitInput& input) = 0;
+
+  /// Reconstructs all frames, one or many. Const and thread-safe.
+  /// `changes` [frames, channels]: V, measured voltages less the reference voltages.
+  /// `images` [frames, pixels]: S/m, change from the background, written in place.
+  /// `reports` [frames], default-constructed by the caller.
+  virtual void reconstruct(FramesView changes, ImagesView images,
+                           std::span<FrameReport> reports) const = 0;
+
+  /// Writes what `fit` computed to one file. The caller renames it into place.
+  virtual void save(const std::filesystem::path& file) const = 0;
+  /// Makes this solver what it was when it was saved. Throws InputError where the file is not one
+  /// of this solver's, or for another sensor.
+  virtual void load(const std::filesystem::path& file, const Sensor& sensor) = 0;
+};
+
+}  // namespace ertbench
