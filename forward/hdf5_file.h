@@ -13,9 +13,10 @@ namespace ertbench {
 /// the object. Not thread-safe: one thread a file, and one file at a time for each process.
 class Hdf5File {
  public:
-  static Hdf5File open(const std::filesystem::path& file);           ///< to read
-  static Hdf5File open_writable(const std::filesystem::path& file);  ///< existing, to read and write
-  static Hdf5File create(const std::filesystem::path& file);         ///< replaces what is there
+  static Hdf5File open(const std::filesystem::path& file);  ///< to read
+  static Hdf5File open_writable(
+      const std::filesystem::path& file);                     ///< existing, to read and write
+  static Hdf5File create(const std::filesystem::path& file);  ///< replaces what is there
 
   Hdf5File(Hdf5File&& other) noexcept;
   Hdf5File& operator=(Hdf5File&&) = delete;

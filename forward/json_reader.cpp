@@ -184,8 +184,8 @@ std::string JsonObject::text_or(std::string_view key, std::string_view fallback)
 
 std::string JsonObject::choice(std::string_view key, const std::vector<std::string>& choices) {
   const json& v = at(key);
-  if (!v.is_string() || std::find(choices.begin(), choices.end(), v.get<std::string>()) ==
-                            choices.end()) {
+  if (!v.is_string() ||
+      std::find(choices.begin(), choices.end(), v.get<std::string>()) == choices.end()) {
     std::string list;
     for (const auto& c : choices) list += (list.empty() ? "\"" : ", \"") + c + "\"";
     fail(key, "must be one of " + list + ", got " + shown(v));
@@ -230,8 +230,8 @@ std::vector<double> JsonObject::numbers(std::string_view key, std::size_t size, 
   }
   for (std::size_t i = 0; i < size; ++i) {
     if (!range.contains(v[i].get<double>())) {
-      fail(std::string(key), "element " + std::to_string(i) + " " + range.text() + ", got " +
-                                 shown(v[i]));
+      fail(std::string(key),
+           "element " + std::to_string(i) + " " + range.text() + ", got " + shown(v[i]));
     }
   }
   return v.get<std::vector<double>>();
@@ -268,9 +268,10 @@ void JsonObject::finish() const {
         best = candidate;
       }
     }
-    const bool near = !best.empty() && edit_distance(key, best) <= std::max<std::size_t>(2, key.size() / 3);
-    fail(key, near ? "unknown key; did you mean \"" + best + "\"?"
-                   : "unknown key; known here: " + all);
+    const bool near =
+        !best.empty() && edit_distance(key, best) <= std::max<std::size_t>(2, key.size() / 3);
+    fail(key,
+         near ? "unknown key; did you mean \"" + best + "\"?" : "unknown key; known here: " + all);
   }
 }
 

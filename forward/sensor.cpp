@@ -76,8 +76,8 @@ std::vector<int> electrode_nodes(const Sensor& sensor, int grid) {
     const Eigen::Vector2d at = (positions.col(e).array() + 1) * (grid / 2.0);
     const Eigen::Vector2d nearest = at.array().round();
     if ((at - nearest).cwiseAbs().maxCoeff() > 1e-9) {
-      throw InputError("sensor: electrode " + std::to_string(e) + " falls between the nodes of the " +
-                       std::to_string(grid) +
+      throw InputError("sensor: electrode " + std::to_string(e) +
+                       " falls between the nodes of the " + std::to_string(grid) +
                        "-grid; choose electrode_count and electrode_offset so that every electrode "
                        "is a multiple of 2/grid from a corner");
     }
@@ -90,9 +90,9 @@ Sensor sensor_from_json(JsonObject object) {
   Sensor sensor;
   sensor.image_grid = object.integer_or("image_grid", sensor.image_grid, 4, 96);
   sensor.electrode_count = object.integer_or("electrode_count", sensor.electrode_count, 5, 64);
-  sensor.electrode_offset = object.number_or("electrode_offset", 4.0 / sensor.electrode_count, {0, 8});
-  sensor.drive_current =
-      object.number_or("drive_current", sensor.drive_current, Range::positive());
+  sensor.electrode_offset =
+      object.number_or("electrode_offset", 4.0 / sensor.electrode_count, {0, 8});
+  sensor.drive_current = object.number_or("drive_current", sensor.drive_current, Range::positive());
   sensor.background = object.number_or("background", sensor.background, Range::positive());
   object.finish();
   if (sensor.electrode_offset >= 8.0 / sensor.electrode_count) {
