@@ -44,4 +44,8 @@ class DatasetFile {
   Eigen::VectorXd reference_;
 };
 
+/// The sensor that a file's root attribute "sensor" describes in JSON, or the default sensor where
+/// there is none.
+Sensor sensor_of(const Hdf5File& file);
+
 }  // namespace ertbench

@@ -13,7 +13,7 @@ enum class Shape { disc = 0, ellipse = 1, rectangle = 2, polygon = 3 };
 /// One pressed region of the sheet. Lengths in domain units, the sheet being [-1, 1] x [-1, 1].
 struct Contact {
   Shape shape = Shape::disc;
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< unused for a polygon
   /// Semi-axes of an ellipse, half sides of a rectangle, (radius, radius) for a disc;
   /// unused for a polygon.
   Eigen::Vector2d half_size = Eigen::Vector2d::Zero();
@@ -24,6 +24,8 @@ struct Contact {
   /// Corners of the smallest axis-parallel box around the contact.
   Eigen::AlignedBox2d bounds() const;
   bool contains(const Eigen::Vector2d& point) const;
+  /// Centre of area; a polygon's is computed from its vertices.
+  Eigen::Vector2d centroid() const;
 };
 
 /// What presses on the sheet. Where contacts overlap, the lowest conductivity ratio counts, so that

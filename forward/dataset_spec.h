@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "forward/noise.h"
+#include "forward/rasterise.h"
+#include "forward/scene_distribution.h"
+#include "forward/sensor.h"
+
+namespace ertbench {
+
+/// Everything that determines a dataset file. Two equal specs make equal files.
+struct DatasetSpec {
+  /// Raised whenever the same spec would give other numbers or another layout.
+  static constexpr int format_version = 1;
+
+  Sensor sensor;
+  std::string name;  ///< part of the random key: sets of other names hold other scenes
+  std::uint64_t seed = 1;
+  std::uint64_t count = 0;  ///< scenes
+  int grid = 24;            ///< of the forward model; the truth is always an image_grid image
+  Rasterisation rasterisation = Rasterisation::area;
+  Noise noise;
+  std::variant<SceneDistribution, std::vector<Scene>> scenes;
+
+  /// Scene `index` < count and the noise on its frame depend on (seed, name, index) alone.
+  Scene scene(std::uint64_t index) const;
+  RandomStream noise_stream(std::uint64_t index) const;
+
+  std::size_t most_contacts() const;  ///< in one scene
+  std::size_t most_vertices() const;  ///< in one contact, 0 where there are no polygons
+};
+
+/// Reads `{"count", "seed", "grid", "rasterisation", "snr_db", "snr_basis", "scenes"}`. "scenes" is
+/// a distribution (an object) or a list of scenes; of a list "count" is the length.
+DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
+                                   const std::string& name);
+
+/// The canonical JSON with every default filled in, the sensor and the format version: what a
+/// dataset's cache key is made of and what its file carries.
+nlohmann::json to_json(const DatasetSpec& spec);
+
+}  // namespace ertbench

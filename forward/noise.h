@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "forward/arrays.h"
+#include "forward/random.h"
+
+namespace ertbench {
+
+/// White Gaussian noise of a set strength: SNR(dB) = 20 log10(|signal| / |noise|), exactly, frame
+/// by frame. The signal is the frame itself (`absolute`, EIDORS's add_noise) or its change from the
+/// reference voltages (`difference`).
+enum class SnrBasis { absolute, difference };
+
+struct Noise {
+  std::optional<double> snr_db;  ///< none: no noise
+  SnrBasis basis = SnrBasis::absolute;
+};
+
+/// Adds noise to one frame [channels] in place. `reference` [channels]. With the difference basis a
+/// frame that equals the reference stays as it is: its signal is zero, and so is its noise.
+void add_noise(const Noise& noise, const Eigen::Ref<const Eigen::VectorXd>& reference,
+               RandomStream& random, Eigen::Ref<Eigen::VectorXd> frame);
+
+const char* name_of(SnrBasis basis);
+
+}  // namespace ertbench
