@@ -252,7 +252,6 @@ TEST(ForwardModel, VoltageChangesConvergeToTheContinuousSheet) {
   for (const int grid : {24, 48, 96, 192}) {
     const ForwardModel model(Sensor{}, grid);
     double sum = 0;
-    double worst = 0;
     for (Eigen::Index s = 0; s < 9; ++s) {
       Scene scene;
       for (Eigen::Index k = 0; k < 18 && std::isfinite(contacts(s, k)); k += 6) {
@@ -268,13 +267,11 @@ TEST(ForwardModel, VoltageChangesConvergeToTheContinuousSheet) {
       rasterise(scene, grid, Rasterisation::area, ratio);
       const Eigen::VectorXd change =
           model.solve(0.06 * ratio.transpose()).row(0).transpose() - model.reference_voltages();
-      const double error = (change - exact.row(s).transpose()).norm() / noise;
-      sum += error;
-      worst = std::max(worst, error);
+      sum += (change - exact.row(s).transpose()).norm() / noise;
     }
     mean.push_back(sum / 9);
-    // The worst of 30 such scenes in an independent implementation: 5.1, 2.3, .98, .49.
-    EXPECT_LT(worst, 5.1 * 24 / grid * 1.1) << "grid " << grid;
+    // A small constant: the mean error is below 1.5 noise units on the image grid.
+    EXPECT_LT(mean.back(), 1.5 * 24 / grid) << "grid " << grid;
   }
   // Cut pixels: first order over three halvings.
   EXPECT_GT(std::log2(mean.front() / mean.back()) / 3, 1.0);
