@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace ertbench {
 namespace {
@@ -87,12 +88,29 @@ double clipped_area(std::vector<Vector2d>& polygon, const Vector2d& low, const V
   return std::abs(twice) / 2;
 }
 
+/// Whether no edge of the polygon comes within `distance` of the point.
+bool far_from_border(const std::vector<Vector2d>& vertices, const Vector2d& point,
+                     double distance) {
+  for (std::size_t i = 0, j = vertices.size() - 1; i < vertices.size(); j = i++) {
+    const Vector2d edge = vertices[i] - vertices[j];
+    const Vector2d to_point = point - vertices[j];
+    const double along =
+        std::clamp(to_point.dot(edge) / std::max(edge.squaredNorm(), 1e-300), 0.0, 1.0);
+    if ((to_point - along * edge).squaredNorm() <= distance * distance) return false;
+  }
+  return true;
+}
+
 /// Fraction of the pixel that the contact covers.
 double coverage(const Outline& outline, const Vector2d& corner, double side) {
   const Contact& contact = *outline.contact;
   thread_local std::vector<Vector2d> polygon;
   const double pixel_area = side * side;
   if (contact.shape == Shape::polygon) {
+    const Vector2d centre = corner.array() + side / 2;
+    if (far_from_border(contact.vertices, centre, side * std::numbers::sqrt2 / 2)) {
+      return contact.contains(centre) ? 1 : 0;
+    }
     polygon = contact.vertices;
     return std::min(1.0, clipped_area(polygon, corner, corner.array() + side) / pixel_area);
   }

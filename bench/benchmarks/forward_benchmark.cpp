@@ -1,0 +1,151 @@
+// Timing of the forward model.
+//
+//   build/release/benchmarks/forward_benchmark
+//   build/release/benchmarks/forward_benchmark --benchmark_filter=Training
+//
+// "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a release.
+
+#include <benchmark/benchmark.h>
+
+#include "forward/condensation.h"
+#include "forward/contact_update.h"
+#include "forward/forward_model.h"
+#include "forward/generate.h"
+#include "forward/random.h"
+#include "forward/rasterise.h"
+#include "forward/scene_distribution.h"
+
+namespace ertbench {
+namespace {
+
+SceneDistribution training() { return {}; }
+
+SceneDistribution table_c1() {
+  SceneDistribution d;
+  d.contacts = {1, 1};
+  d.shapes = {Shape::disc};
+  d.radius = {0.2, 0.2};
+  d.conductivity_ratio = {0.6, 0.6};
+  return d;
+}
+
+std::vector<Scene> draw(const SceneDistribution& distribution, int count) {
+  std::vector<Scene> scenes;
+  for (int s = 0; s < count; ++s) {
+    RandomStream random(1, 2, static_cast<std::uint64_t>(s), Purpose::scene);
+    scenes.push_back(distribution.draw(random));
+  }
+  return scenes;
+}
+
+Images sheets(const SceneDistribution& distribution, int count, int grid) {
+  Images images(count, grid * grid);
+  Eigen::VectorXd ratio(grid * grid);
+  int row = 0;
+  for (const Scene& scene : draw(distribution, count)) {
+    rasterise(scene, grid, Rasterisation::area, ratio);
+    images.row(row++) = 0.06 * ratio;
+  }
+  return images;
+}
+
+void solve(benchmark::State& state, const SceneDistribution& distribution, ForwardMethod method) {
+  const int grid = static_cast<int>(state.range(0));
+  const int count = grid <= 48 ? 512 : 32;
+  const ForwardModel model(Sensor{}, grid);
+  const Images images = sheets(distribution, count, grid);
+  for (auto _ : state) benchmark::DoNotOptimize(model.solve(images, method));
+  state.SetItemsProcessed(state.iterations() * count);
+}
+#define ERTBENCH_SOLVE(name, distribution, method)                      \
+  BENCHMARK_CAPTURE(solve, name, distribution(), ForwardMethod::method) \
+      ->Arg(24)                                                         \
+      ->Arg(48)                                                         \
+      ->Arg(96)                                                         \
+      ->Arg(192)                                                        \
+      ->Unit(benchmark::kMillisecond)
+ERTBENCH_SOLVE(training_automatic, training, automatic);
+ERTBENCH_SOLVE(training_condensation, training, condensation);
+ERTBENCH_SOLVE(training_contact_update, training, contact_update);
+ERTBENCH_SOLVE(table_c1_automatic, table_c1, automatic);
+ERTBENCH_SOLVE(table_c1_condensation, table_c1, condensation);
+ERTBENCH_SOLVE(table_c1_contact_update, table_c1, contact_update);
+
+/// Which pays when: one disc of growing radius (in thousandths), with its active nodes counted.
+void disc(benchmark::State& state, ForwardMethod method) {
+  const int grid = static_cast<int>(state.range(0));
+  SceneDistribution d = table_c1();
+  d.radius = {state.range(1) / 1000.0, state.range(1) / 1000.0};
+  const ForwardModel model(Sensor{}, grid);
+  const Images images = sheets(d, 32, grid);
+  const ContactUpdate update(grid, electrode_nodes(Sensor{}, grid));
+  double active = 0;
+  for (Eigen::Index s = 0; s < images.rows(); ++s) {
+    const Eigen::VectorXd ratio = images.row(s) / 0.06;
+    active += static_cast<double>(update.active_nodes(ratio.data()).size()) / 32;
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(model.solve(images, method));
+  state.SetItemsProcessed(state.iterations() * images.rows());
+  state.counters["active_nodes"] = active;
+}
+BENCHMARK_CAPTURE(disc, condensation, ForwardMethod::condensation)
+    ->ArgsProduct({{24, 48, 96, 192}, {200}})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(disc, contact_update, ForwardMethod::contact_update)
+    ->ArgsProduct({{24, 48, 96, 192}, {60, 100, 200, 300, 400, 600, 900}})
+    ->Unit(benchmark::kMillisecond);
+
+void jacobian_at_background(benchmark::State& state) {
+  const ForwardModel model(Sensor{}, 24);
+  for (auto _ : state) benchmark::DoNotOptimize(model.jacobian());
+}
+BENCHMARK(jacobian_at_background)->Unit(benchmark::kMicrosecond);
+
+void jacobian_at_an_image(benchmark::State& state) {
+  const ForwardModel model(Sensor{}, static_cast<int>(state.range(0)));
+  const Eigen::VectorXd image = sheets(training(), 1, model.grid()).row(0);
+  for (auto _ : state) benchmark::DoNotOptimize(model.jacobian(image));
+}
+BENCHMARK(jacobian_at_an_image)->Arg(24)->Arg(48)->Unit(benchmark::kMicrosecond);
+
+void rasterise_training(benchmark::State& state) {
+  const int grid = static_cast<int>(state.range(0));
+  const std::vector<Scene> scenes = draw(training(), 512);
+  Eigen::VectorXd ratio(grid * grid);
+  for (auto _ : state) {
+    for (const Scene& scene : scenes) rasterise(scene, grid, Rasterisation::area, ratio);
+    benchmark::DoNotOptimize(ratio.data());
+  }
+  state.SetItemsProcessed(state.iterations() * 512);
+}
+BENCHMARK(rasterise_training)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Unit(benchmark::kMillisecond);
+
+/// Scene, image, voltages and noise: all that goes into one row of a dataset file, on one core.
+void generate_rows(benchmark::State& state) {
+  DatasetSpec spec;
+  spec.name = "train";
+  spec.count = 1024;
+  spec.grid = static_cast<int>(state.range(0));
+  spec.noise = {50, SnrBasis::absolute};
+  spec.scenes = training();
+  const ForwardModel model(spec.sensor, spec.grid);
+  for (auto _ : state) benchmark::DoNotOptimize(generate_block(spec, model, 0, spec.count));
+  state.SetItemsProcessed(state.iterations() * 1024);
+}
+BENCHMARK(generate_rows)
+    ->Arg(24)
+    ->Arg(48)
+    ->Arg(96)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+void prepare(benchmark::State& state) {
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(ForwardModel(Sensor{}, static_cast<int>(state.range(0))));
+  }
+}
+BENCHMARK(prepare)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace ertbench
