@@ -224,8 +224,8 @@ double Hdf5File::read_number(const std::string& object, const std::string& attri
   return value;
 }
 
-void Hdf5File::create_dataset(const std::string& dataset,
-                              const std::vector<std::uint64_t>& extent) {
+void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& extent,
+                              Number number) {
   const std::vector<hsize_t> dims(extent.begin(), extent.end());
   const Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
                      H5Sclose);
@@ -235,7 +235,8 @@ void Hdf5File::create_dataset(const std::string& dataset,
   H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER);
   const Handle set(
-      H5Dcreate2(id_, dataset.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+      H5Dcreate2(id_, dataset.c_str(), number == Number::real64 ? H5T_IEEE_F64LE : H5T_STD_U8LE,
+                 space, H5P_DEFAULT, properties, H5P_DEFAULT),
       H5Dclose);
   if (!set.valid()) fail(dataset, "cannot be created" + library_message());
 }

@@ -39,9 +39,10 @@ class Hdf5File {
   std::string read_text(const std::string& object, const std::string& attribute) const;
   double read_number(const std::string& object, const std::string& attribute) const;
 
-  /// A dataset of doubles whose storage is reserved at once, so that a file cut short later is
-  /// still readable.
-  void create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& shape);
+  enum class Number { real64, uint8 };
+  /// A dataset whose storage is reserved at once, so that a file cut short later is still readable.
+  void create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& shape,
+                      Number number = Number::real64);
   void write_rows(const std::string& dataset, std::uint64_t first, const RowMajorMatrix& rows);
   void write_vector(const std::string& dataset, const Eigen::VectorXd& values);  ///< creates it
   void write_matrix(const std::string& dataset, const RowMajorMatrix& values);   ///< creates it

@@ -32,6 +32,7 @@ class SolverRegistry {
  public:
   SolverRegistry();  ///< the built-in solvers, and where the learned ones are to be found
 
+  /// Throws InputError where the type is there already.
   void add(const std::string& type, SolverInfo info);
   /// Declares that `type` comes from the shared library `library`, looked for in the folder of the
   /// program and in those of $ERTBENCH_PLUGINS (separated by ':').
@@ -44,10 +45,14 @@ class SolverRegistry {
   /// for an unknown type or parameter.
   std::unique_ptr<Solver> make(JsonObject spec);
 
-  std::vector<std::string> types() const;          ///< all that can be named, in order
-  const SolverInfo* find(const std::string& type);  ///< null where the plugin is absent
+  std::vector<std::string> types() const { return order_; }  ///< all that can be named, in order
+  /// Null where the type is unknown, or its plugin absent or unusable.
+  const SolverInfo* find(const std::string& type);
 
  private:
+  /// Loads the type's plugin where that has not happened. Throws InputError.
+  const SolverInfo& require(const std::string& type);
+
   std::vector<std::string> order_;
   std::map<std::string, SolverInfo> solvers_;
   std::map<std::string, std::string> plugin_of_;

@@ -1,0 +1,197 @@
+#include "bench/experiment.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "forward/errors.h"
+#include "forward/json_reader.h"
+#include "solvers/registry.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int least_timed_frames = 662;  // fewer leave the 99th percentile without an interval
+
+bool is_name(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+  };
+  return !text.empty() && text.size() <= 60 && std::all_of(text.begin(), text.end(), plain);
+}
+
+/// Labels become file names.
+bool is_label(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view(" ._+=,-").find(c) != std::string_view::npos;
+  };
+  return !text.empty() && text.size() <= 60 && std::all_of(text.begin(), text.end(), plain) &&
+         text.front() != '.' && text.front() != ' ' && text.back() != ' ';
+}
+
+bool mentions_auto(const nlohmann::json& value) {
+  if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
+  return value.is_structured() && std::any_of(value.begin(), value.end(), mentions_auto);
+}
+
+void read_datasets(JsonObject object, Experiment& experiment) {
+  for (const std::string& name : object.keys()) {
+    if (!is_name(name)) {
+      object.fail(name, "a dataset's name must be made of letters, digits, \"_\" and \"-\"");
+    }
+    DatasetSpec spec = dataset_spec_from_json(object.object(name), experiment.sensor, name);
+    if (name == "train") {
+      experiment.training = std::move(spec);
+    } else if (name == "validation") {
+      experiment.validation = std::move(spec);
+    } else {
+      experiment.tests.push_back(std::move(spec));
+    }
+  }
+  if (experiment.tests.empty()) {
+    object.fail("",
+                "needs a test set: a dataset by another name than \"train\" and \"validation\"");
+  }
+}
+
+SolverEntry read_solver(JsonObject object, const Experiment& experiment, SolverRegistry& registry) {
+  SolverEntry entry;
+  entry.type = object.text("type");
+  entry.label = object.text_or("label", entry.type);
+  entry.json = object.value().dump();
+  entry.path = object.path_of("");
+  const std::vector<std::string> types = registry.types();
+  const bool known = std::find(types.begin(), types.end(), entry.type) != types.end();
+  // Unknown types are refused by `make`; a plugin that is absent is its trial's failure.
+  if (!known || registry.find(entry.type)) {
+    const std::unique_ptr<Solver> solver = registry.make(object);
+    if (!experiment.validation && mentions_auto(solver->parameters())) {
+      object.fail("",
+                  "a parameter is \"auto\", which is chosen on the validation set; add "
+                  "/datasets/validation or give a number");
+    }
+  }
+  return entry;
+}
+
+void read_solvers(JsonObject& root, Experiment& experiment, SolverRegistry& registry) {
+  std::set<std::string> labels = {"truth", "no-contact"};
+  for (JsonObject object : root.objects("solvers")) {
+    SolverEntry entry = read_solver(object, experiment, registry);
+    if (!is_label(entry.label)) {
+      object.fail("label",
+                  "must be made of letters, digits, spaces and any of . _ + = , - "
+                  "(at most 60), got \"" +
+                      entry.label + "\"");
+    }
+    if (!labels.insert(entry.label).second) {
+      object.fail("label", "\"" + entry.label + "\" is taken; give every solver its own label");
+    }
+    experiment.solvers.push_back(std::move(entry));
+  }
+  if (experiment.solvers.empty()) root.fail("solvers", "must hold at least one solver");
+}
+
+void read_timing(JsonObject& root, Experiment& experiment) {
+  if (!root.has("timing")) return;
+  JsonObject object = root.object("timing");
+  TimingSettings& timing = experiment.timing;
+  timing.enabled = object.boolean_or("enabled", timing.enabled);
+  timing.frames = object.integer_or("frames", timing.frames, least_timed_frames, 1000000);
+  timing.warm_up = object.integer_or("warm_up", timing.warm_up, 1, 100000);
+  timing.batch = object.integer_or("batch", timing.batch, 1, 65536);
+  object.finish();
+}
+
+void read_figure(JsonObject& root, Experiment& experiment) {
+  const int count =
+      static_cast<int>(std::min<std::uint64_t>(experiment.tests[0].count, 1000000000));
+  if (!root.has("figure")) {
+    for (int s = 0; s < std::min(5, count); ++s) experiment.figure_scenes.push_back(s);
+    return;
+  }
+  JsonObject object = root.object("figure");
+  const nlohmann::json& scenes = object.raw("scenes");
+  if (!scenes.is_array() || scenes.size() > 12) {
+    object.fail("scenes", "must be a list of at most 12 scene numbers");
+  }
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    if (!scenes[s].is_number_integer() || scenes[s] < 0 || scenes[s] >= count) {
+      object.fail("scenes", "must be scene numbers from 0 to " + std::to_string(count - 1) +
+                                " of \"" + experiment.tests[0].name + "\", got " +
+                                scenes[s].dump());
+    }
+    experiment.figure_scenes.push_back(scenes[s].get<int>());
+  }
+  object.finish();
+}
+
+void read_published(JsonObject& root, Experiment& experiment) {
+  if (!root.has("published")) return;
+  JsonObject object = root.object("published");
+  experiment.published.source = object.text("source");
+  if (object.has("datasets")) {
+    const nlohmann::json& names = object.raw("datasets");
+    if (!names.is_array()) object.fail("datasets", "must be a list of test sets");
+    for (const auto& name : names) {
+      const bool test =
+          name.is_string() && std::any_of(experiment.tests.begin(), experiment.tests.end(),
+                                          [&](const DatasetSpec& d) { return d.name == name; });
+      if (!test)
+        object.fail("datasets", "must name test sets of this experiment, got " + name.dump());
+      experiment.published.datasets.push_back(name);
+    }
+  }
+  JsonObject rows = object.object("rows");
+  for (const std::string& label : rows.keys()) {
+    PublishedRow row{label, {}};
+    JsonObject values = rows.object(label);
+    for (const Metric metric : kMetrics) {
+      if (values.has(name_of(metric))) row.values[metric] = values.number(name_of(metric));
+    }
+    values.finish();
+    experiment.published.rows.push_back(row);
+  }
+  rows.finish();
+  object.finish();
+}
+
+}  // namespace
+
+const DatasetSpec* Experiment::find_dataset(const std::string& dataset) const {
+  for (const DatasetSpec* spec : datasets()) {
+    if (spec->name == dataset) return spec;
+  }
+  return nullptr;
+}
+
+std::vector<const DatasetSpec*> Experiment::datasets() const {
+  std::vector<const DatasetSpec*> out;
+  if (training) out.push_back(&*training);
+  if (validation) out.push_back(&*validation);
+  for (const DatasetSpec& test : tests) out.push_back(&test);
+  return out;
+}
+
+Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry) {
+  const nlohmann::json json = read_json_file(file);
+  JsonObject root(json, file.string(), "");
+  Experiment experiment;
+  experiment.file = file;
+  experiment.name = file.stem().string();
+  root.has("$schema");  // for editors
+  experiment.title = root.text_or("title", experiment.name);
+  experiment.question = root.text_or("question", experiment.title);
+  if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
+  read_datasets(root.object("datasets"), experiment);
+  read_solvers(root, experiment, registry);
+  read_timing(root, experiment);
+  experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
+  read_figure(root, experiment);
+  read_published(root, experiment);
+  root.finish();
+  return experiment;
+}
+
+}  // namespace ertbench

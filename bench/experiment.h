@@ -1,0 +1,56 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/table.h"
+#include "forward/dataset_spec.h"
+
+namespace ertbench {
+
+class SolverRegistry;
+
+/// One entry of "solvers".
+struct SolverEntry {
+  std::string label;  ///< unique in the experiment; "type" where none is given
+  std::string type;
+  std::string json;  ///< the whole entry, JSON text
+  std::string path;  ///< "/solvers/2", for messages
+};
+
+/// How latency and throughput are measured.
+struct TimingSettings {
+  bool enabled = true;
+  int frames = 1000;  ///< timed one by one; at least 662, so that the 99th percentile has meaning
+  int warm_up = 20;   ///< frames before the clock counts
+  int batch = 256;    ///< frames in a call when throughput is measured
+};
+
+/// An experiment file: what is generated, what is fitted, what is measured.
+struct Experiment {
+  std::string name;  ///< the file's name without its ending; the result folder's name
+  std::filesystem::path file;
+  std::string title;
+  std::string question;  ///< what the experiment is for, in a sentence or two
+  Sensor sensor;
+  std::optional<DatasetSpec> training;    ///< "train"
+  std::optional<DatasetSpec> validation;  ///< "validation"
+  std::vector<DatasetSpec> tests;         ///< every other name, at least one
+  std::vector<SolverEntry> solvers;
+  TimingSettings timing;
+  double time_limit_s = 3600;      ///< for one trial
+  std::vector<int> figure_scenes;  ///< of the first test set
+  PublishedTable published;
+
+  const DatasetSpec* find_dataset(const std::string& dataset) const;
+  std::vector<const DatasetSpec*> datasets() const;  ///< all of them
+};
+
+/// Reads and checks an experiment file whole: unknown keys, types, ranges, solvers' parameters.
+/// Throws InputError naming file, JSON path and remedy. Solvers of a plugin that is absent are left
+/// to their trials, so that the other rows come out.
+Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry);
+
+}  // namespace ertbench

@@ -1,0 +1,257 @@
+// ertbench: reconstruction methods of tomographic tactile skins, compared.
+//
+//   ertbench run experiments/quick.json
+//   ertbench generate experiments/table_c1.json --dataset test --out test.h5
+//   ertbench reconstruct --solver solver.json --input frames.h5 --output images.h5
+//   ertbench list
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <thread>
+
+#include "bench/cache.h"
+#include "bench/experiment.h"
+#include "bench/progress.h"
+#include "bench/reconstruct.h"
+#include "bench/runner.h"
+#include "bench/trial.h"
+#include "bench/version.h"
+#include "forward/errors.h"
+#include "forward/generate.h"
+#include "solvers/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum ExitCode { done = 0, trial_failed = 1, bad_input = 2, our_defect = 3 };
+
+struct Arguments {
+  std::string experiment;
+  std::string out;
+  std::vector<std::string> only;
+  int jobs = 1;
+  bool fresh = false;
+  std::string dataset;
+  std::string solver;
+  std::string input;
+  std::string output;
+  std::string label;
+  std::string stage;
+  int threads = 1;
+};
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+int run(const Arguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  RunOptions options;
+  options.out =
+      arguments.out.empty() ? fs::path("results") / experiment.name : fs::path(arguments.out);
+  options.only = arguments.only;
+  options.jobs = arguments.jobs;
+  options.fresh = arguments.fresh;
+  std::vector<std::string> labels;
+  for (const SolverEntry& entry : experiment.solvers) labels.push_back(entry.label);
+  for (const std::string& label : options.only) {
+    if (std::find(labels.begin(), labels.end(), label) == labels.end()) {
+      throw InputError("--only: no solver is labelled \"" + label + "\" in " +
+                       arguments.experiment + "; there are " + list_of(labels));
+    }
+  }
+  return run_experiment(experiment, Cache::standard(), options) > 0 ? trial_failed : done;
+}
+
+int generate(const Arguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  const Cache cache = Cache::standard();
+  if (arguments.dataset.empty() && arguments.out.empty()) {
+    ensure_datasets(experiment, cache);
+    for (const DatasetSpec* spec : experiment.datasets()) {
+      std::printf("%s: %s\n", spec->name.c_str(), cache.dataset(*spec).c_str());
+    }
+    return done;
+  }
+  std::vector<std::string> names;
+  for (const DatasetSpec* spec : experiment.datasets()) names.push_back(spec->name);
+  std::string name = arguments.dataset;
+  if (name.empty() && names.size() == 1) name = names.front();
+  const DatasetSpec* spec = experiment.find_dataset(name);
+  if (!spec) {
+    throw InputError("--dataset: must name one of the datasets of " + arguments.experiment + ": " +
+                     list_of(names) + (name.empty() ? "" : "; got \"" + name + "\""));
+  }
+  const fs::path file = arguments.out.empty() ? cache.dataset(*spec) : fs::path(arguments.out);
+  if (arguments.out.empty()) fs::create_directories(file.parent_path());
+  Progress progress("generating \"" + name + "\"");
+  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  generate_dataset(*spec, file, {threads, [&](std::uint64_t written, std::uint64_t total) {
+                                   progress.update(written, total);
+                                 }});
+  std::printf("%s: %llu scenes in %s\n", name.c_str(), static_cast<unsigned long long>(spec->count),
+              file.c_str());
+  return done;
+}
+
+int reconstruct(const Arguments& arguments) {
+  SolverRegistry registry;
+  const ReconstructSummary summary =
+      reconstruct_file(arguments.solver, arguments.input, arguments.output, registry);
+  std::printf("%llu frames in %s, %llu not converged, %llu undefined\n",
+              static_cast<unsigned long long>(summary.frames), arguments.output.c_str(),
+              static_cast<unsigned long long>(summary.not_converged),
+              static_cast<unsigned long long>(summary.undefined));
+  return done;
+}
+
+int list() {
+  SolverRegistry registry;
+  std::printf("Solvers (\"type\" in an experiment's \"solvers\" list):\n");
+  for (const std::string& type : registry.types()) {
+    const SolverInfo* info = registry.find(type);
+    if (!info) {
+      std::printf("\n  %s\n      not available: its plugin is not built\n", type.c_str());
+      continue;
+    }
+    std::printf("\n  %s\n      %s\n", type.c_str(), info->summary.c_str());
+    for (const ParameterInfo& parameter : info->parameters) {
+      std::printf("      \"%s\": %s\n", parameter.name.c_str(), parameter.description.c_str());
+    }
+  }
+  std::printf("\nExperiments:\n");
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(project_folder() / "experiments")) {
+    if (entry.path().extension() == ".json" && entry.path().filename() != "schema.json") {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    const Experiment experiment = read_experiment(file, registry);
+    std::printf("\n  experiments/%s\n      %s\n", file.filename().c_str(),
+                experiment.question.c_str());
+  }
+  return done;
+}
+
+int trial(const Arguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  for (const SolverEntry& entry : experiment.solvers) {
+    if (entry.label != arguments.label) continue;
+    if (arguments.stage == name_of(Stage::timing)) {
+      run_timing_stage(experiment, entry, Cache::standard(), registry, arguments.out);
+    } else {
+      run_accuracy_stage(experiment, entry, Cache::standard(), registry, arguments.threads,
+                         arguments.out);
+    }
+    return done;
+  }
+  throw InputError("no solver is labelled \"" + arguments.label + "\"");
+}
+
+int parse_and_run(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{"Compares reconstruction methods for tomographic tactile skins.", "ertbench"};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", build_commit());
+  app.footer(
+      "`ertbench COMMAND --help` shows an example of each command.\n"
+      "Exit codes: 0 done; 1 a trial failed; 2 input that cannot be used; 3 a defect of "
+      "ertbench.");
+
+  CLI::App* run_command =
+      app.add_subcommand("run", "Run an experiment: data, solvers, tables, figures");
+  run_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
+  run_command->add_option("--out", arguments.out, "Result folder (default: results/EXPERIMENT)");
+  run_command->add_option("--only", arguments.only, "Run only the solvers of these labels")
+      ->delimiter(',');
+  run_command
+      ->add_option("--jobs", arguments.jobs, "Solvers fitted and scored at a time (default 1)")
+      ->check(CLI::Range(1, 256));
+  run_command->add_flag("--fresh", arguments.fresh,
+                        "Fit and measure again what is finished already");
+  run_command->footer(
+      "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2");
+
+  CLI::App* generate_command =
+      app.add_subcommand("generate", "Write the datasets of an experiment");
+  generate_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
+  generate_command->add_option("--dataset", arguments.dataset,
+                               "Only this one (default: all, into the cache)");
+  generate_command->add_option("--out", arguments.out,
+                               "HDF5 file to write (default: in the cache)");
+  generate_command->footer(
+      "Example:\n  ertbench generate experiments/table_c1.json --dataset test --out test.h5\n"
+      "A run that was cut off goes on where it stopped when the same command is given again.");
+
+  CLI::App* reconstruct_command = app.add_subcommand("reconstruct", "Images from a file of frames");
+  reconstruct_command
+      ->add_option("--solver", arguments.solver, "One entry of a \"solvers\" list, JSON")
+      ->required();
+  reconstruct_command
+      ->add_option("--input", arguments.input,
+                   "HDF5 with /voltages [N, 208] V and /reference_voltages [208] V")
+      ->required();
+  reconstruct_command
+      ->add_option("--output", arguments.output,
+                   "HDF5 with /conductivity_change [N, 24, 24] S/m and /status [N]")
+      ->required();
+  reconstruct_command->footer(
+      "Example:\n  echo '{\"type\": \"one-step-gn\", \"prior\": \"noser\", \"lambda\": 0.1}' > "
+      "gn.json\n"
+      "  ertbench reconstruct --solver gn.json --input test.h5 --output images.h5");
+
+  CLI::App* list_command = app.add_subcommand("list", "Solvers with their parameters; experiments");
+  list_command->footer("Example:\n  ertbench list");
+
+  CLI::App* trial_command = app.add_subcommand("trial", "One stage of one solver; used by run");
+  trial_command->group("");  // hidden
+  trial_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
+  trial_command->add_option("--label", arguments.label)->required();
+  trial_command->add_option("--stage", arguments.stage)->required();
+  trial_command->add_option("--out", arguments.out)->required();
+  trial_command->add_option("--threads", arguments.threads);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? done : bad_input;
+  }
+  if (*run_command) return run(arguments);
+  if (*generate_command) return generate(arguments);
+  if (*reconstruct_command) return reconstruct(arguments);
+  if (*list_command) return list();
+  return trial(arguments);
+}
+
+}  // namespace
+}  // namespace ertbench
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("ertbench"));
+  spdlog::set_pattern("%^%l%$: %v");
+  try {
+    return ertbench::parse_and_run(argc, argv);
+  } catch (const ertbench::InputError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return ertbench::bad_input;
+  } catch (const std::filesystem::filesystem_error& e) {
+    std::fprintf(stderr, "%s: %s; check that the folder exists and can be written\n",
+                 e.path1().c_str(), e.code().message().c_str());
+    return ertbench::bad_input;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "ertbench failed; please report this: %s\n", e.what());
+    return ertbench::our_defect;
+  }
+}

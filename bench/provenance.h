@@ -1,0 +1,16 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "bench/experiment.h"
+
+namespace ertbench {
+
+std::string cpu_name();
+
+/// What a reviewer needs to run the same again: commit, host, cpu, threads, library versions, date,
+/// seeds, and the full recipe of every dataset.
+nlohmann::json provenance(const Experiment& experiment, int jobs);
+
+}  // namespace ertbench

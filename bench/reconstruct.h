@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace ertbench {
+
+class SolverRegistry;
+
+struct ReconstructSummary {
+  std::uint64_t frames = 0;
+  std::uint64_t not_converged = 0;
+  std::uint64_t undefined = 0;
+};
+
+/// Reconstructs a file of frames. `spec_file`: one entry of an experiment's "solvers" list;
+/// `"checkpoint"` in it names the file of a fitted solver, relative to the spec. `input`:
+/// `/voltages` [N, channels] V and `/reference_voltages` [channels] V; its root attribute "sensor"
+/// (JSON) describes the sensor, d2s where there is none. `output`: `/conductivity_change`
+/// [N, grid, grid] S/m and `/status` [N] (0 ok, 1 not converged, 2 undefined: its image is NaN),
+/// written aside and renamed.
+///
+/// Frames are streamed. A file so damaged that the HDF5 library itself crashes or hangs on it is
+/// found out in a child process first. Throws InputError for whatever cannot be used.
+ReconstructSummary reconstruct_file(const std::filesystem::path& spec_file,
+                                    const std::filesystem::path& input,
+                                    const std::filesystem::path& output, SolverRegistry& registry);
+
+}  // namespace ertbench

@@ -1,0 +1,95 @@
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "bench/table.h"
+#include "bench/table_cells.h"
+
+namespace ertbench {
+namespace {
+
+/// A field as RFC 4180 has it: quoted where it holds a comma, a quote or a line end.
+std::string quoted(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  return out + "\"";
+}
+
+/// The shortest text that reads back as the same number.
+std::string number(const std::optional<double>& value) {
+  if (!value || !std::isfinite(*value)) return "";
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.begin(), buffer.end(), *value);
+  return {buffer.begin(), end.ptr};
+}
+
+bool is_published(Metric metric) {
+  for (const Metric m : kPublishedMetrics) {
+    if (m == metric) return true;
+  }
+  return false;
+}
+
+std::string head() {
+  std::string line =
+      "dataset,label,type,status,message,frames,undefined_frames,frames_not_converged";
+  for (const Metric metric : kMetrics) {
+    for (const char* part : {"mean", "low", "high", "median", "count", "undefined"}) {
+      line += std::string(",") + name_of(metric) + "_" + part;
+    }
+    if (!is_published(metric)) continue;
+    for (const char* part : {"paper", "difference"}) {
+      line += std::string(",") + name_of(metric) + "_" + part;
+    }
+  }
+  return line +
+         ",latency_p50_us,latency_p99_us,latency_max_us,frames_per_s,throughput_batch,fit_s,"
+         "peak_rss_mb,parameters\n";
+}
+
+std::string metric_fields(const ResultRow& row, Metric metric, const PublishedTable& published) {
+  const MetricSummary& summary = row.metrics[metric];
+  std::optional<double> low;
+  std::optional<double> high;
+  if (summary.ci95) {
+    low = summary.ci95->low;
+    high = summary.ci95->high;
+  }
+  std::string fields = "," + number(summary.mean) + "," + number(low) + "," + number(high) + "," +
+                       number(summary.median) + "," + std::to_string(summary.count) + "," +
+                       std::to_string(summary.undefined);
+  if (!is_published(metric)) return fields;
+  const std::optional<double> paper = published_value(published, row, metric);
+  std::optional<double> difference;
+  if (paper && summary.mean) difference = *summary.mean - *paper;
+  return fields + "," + number(paper) + "," + number(difference);
+}
+
+}  // namespace
+
+std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& published) {
+  std::string out = head();
+  for (const ResultRow& row : rows) {
+    out += quoted(row.dataset) + "," + quoted(row.label) + "," + quoted(row.type) + "," +
+           quoted(row.status) + "," + quoted(row.message) + "," + std::to_string(row.frames) + "," +
+           std::to_string(row.undefined_frames) + "," + std::to_string(row.frames_not_converged);
+    for (const Metric metric : kMetrics) out += metric_fields(row, metric, published);
+    const auto latency = [&](double LatencySummary::*part) {
+      return number(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);
+    };
+    out += "," + latency(&LatencySummary::p50) + "," + latency(&LatencySummary::p99) + "," +
+           latency(&LatencySummary::max) + "," + number(row.frames_per_s) + "," +
+           (row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "") + "," +
+           number(row.fit_s) + "," + number(row.peak_rss_mb) + "," + quoted(row.parameters_json) +
+           "\n";
+  }
+  return out;
+}
+
+}  // namespace ertbench

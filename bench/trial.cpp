@@ -1,0 +1,277 @@
+#include "bench/trial.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "bench/atomic_file.h"
+#include "bench/bootstrap.h"
+#include "bench/metrics.h"
+#include "bench/provenance.h"
+#include "forward/dataset_file.h"
+#include "forward/errors.h"
+#include "forward/json_reader.h"
+#include "solvers/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+constexpr int record_schema = 1;
+/// Raised whenever the same images would score otherwise.
+constexpr int metrics_version = 1;
+constexpr std::uint64_t block_frames = 256;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct FittedSolver {
+  std::unique_ptr<Solver> solver;
+  double fit_s = 0;  ///< when it was fitted, now or earlier
+};
+
+/// From the cache, or fitted and put there: the file first, then its note, both renamed into place.
+FittedSolver fitted_solver(const Experiment& experiment, const SolverEntry& entry,
+                           const Cache& cache, SolverRegistry& registry, int threads) {
+  const json spec = json::parse(entry.json);
+  FittedSolver out;
+  out.solver = registry.make(JsonObject(spec, experiment.file.string(), entry.path));
+  const fs::path file = cache.fitted_solver(experiment, entry);
+  fs::path note = file;
+  note += ".json";
+  if (fs::exists(file) && fs::exists(note)) {
+    try {
+      out.fit_s = read_json_file(note).at("fit_s").get<double>();
+      out.solver->load(file, experiment.sensor);
+      return out;
+    } catch (const std::exception&) {
+      fs::remove(note);  // damaged: fit again
+      out.solver = registry.make(JsonObject(spec, experiment.file.string(), entry.path));
+    }
+  }
+  fs::create_directories(file.parent_path());
+  std::optional<DatasetFile> training;
+  std::optional<DatasetFile> validation;
+  FitInput input;
+  input.sensor = experiment.sensor;
+  input.threads = threads;
+  input.work_folder = file;
+  input.work_folder.replace_extension(".work");
+  fs::create_directories(input.work_folder);
+  if (experiment.training) input.training = &training.emplace(cache.dataset(*experiment.training));
+  if (experiment.validation) {
+    input.validation = &validation.emplace(cache.dataset(*experiment.validation));
+  }
+  const Clock::time_point start = Clock::now();
+  out.solver->fit(input);
+  out.fit_s = seconds_since(start);
+  fs::path aside = file;
+  aside += "." + std::to_string(::getpid());
+  out.solver->save(aside);
+  fs::rename(aside, file);
+  write_file_atomically(note,
+                        json{{"fit_s", out.fit_s},
+                             {"parameters", out.solver->parameters()},
+                             {"key", json::parse(Cache::fitted_solver_key(experiment, entry))}}
+                            .dump(2));
+  std::error_code ignored;
+  fs::remove(input.work_folder, ignored);  // kept where the solver left something in it
+  return out;
+}
+
+json numbers_or_null(const std::vector<FrameMetrics>& frames, Metric metric) {
+  json out = json::array();
+  for (const FrameMetrics& frame : frames) {
+    out.push_back(frame[metric] ? json(*frame[metric]) : json());
+  }
+  return out;
+}
+
+/// All frames of one test set, scored.
+struct Scored {
+  ResultRow row;
+  json frames;
+  json figure_images = json::array();
+};
+
+Scored score(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
+             const std::vector<int>& figure_scenes) {
+  std::vector<FrameMetrics> metrics;
+  json statuses = json::array();
+  json iterations = json::array();
+  json gaps = json::array();
+  Scored out;
+  std::map<int, json> kept;
+  for (std::uint64_t first = 0; first < set.size(); first += block_frames) {
+    const std::uint64_t count = std::min(block_frames, set.size() - first);
+    const Frames changes =
+        set.voltages(first, count).rowwise() - set.reference_voltages().transpose();
+    const Images truths = set.conductivity(first, count);
+    const std::vector<Scene> scenes = set.scenes(first, count);
+    Images images(changes.rows(), sensor.pixels());
+    std::vector<FrameReport> reports(count);
+    solver.reconstruct(changes, images, reports);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const bool usable =
+          reports[i].status != FrameStatus::undefined && images.row(row).allFinite();
+      metrics.push_back(usable ? frame_metrics(sensor, truths.row(row), images.row(row), scenes[i])
+                               : FrameMetrics{});
+      out.row.undefined_frames += !usable;
+      out.row.frames_not_converged += reports[i].status == FrameStatus::not_converged;
+      statuses.push_back(usable ? static_cast<int>(reports[i].status)
+                                : static_cast<int>(FrameStatus::undefined));
+      iterations.push_back(reports[i].iterations);
+      gaps.push_back(reports[i].gap);
+      const int scene = static_cast<int>(first + i);
+      if (std::find(figure_scenes.begin(), figure_scenes.end(), scene) != figure_scenes.end()) {
+        const Eigen::RowVectorXd image = images.row(row);
+        kept[scene] = std::vector<double>(image.begin(), image.end());
+      }
+    }
+  }
+  for (const int scene : figure_scenes) out.figure_images.push_back(kept.at(scene));
+  out.row.frames = static_cast<int>(metrics.size());
+  out.row.metrics = summarise(metrics);
+  for (const Metric metric : kMetrics) {
+    out.frames[name_of(metric)] = numbers_or_null(metrics, metric);
+  }
+  out.frames["status"] = std::move(statuses);
+  out.frames["iterations"] = std::move(iterations);
+  out.frames["gap"] = std::move(gaps);
+  return out;
+}
+
+}  // namespace
+
+const char* name_of(Stage stage) { return stage == Stage::accuracy ? "accuracy" : "timing"; }
+
+std::string record_key(const Experiment& experiment, const SolverEntry& entry, Stage stage) {
+  json key = {{"schema", record_schema},
+              {"metrics", metrics_version},
+              {"label", entry.label},
+              {"solver", Cache::fitted_solver_key(experiment, entry)}};
+  for (const DatasetSpec& test : experiment.tests) key["tests"].push_back(to_json(test));
+  if (stage == Stage::accuracy) {
+    key["figure"] = experiment.figure_scenes;
+  } else {
+    const TimingSettings& timing = experiment.timing;
+    key["timing"] = {timing.frames, timing.warm_up, timing.batch};
+    key["cpu"] = cpu_name();
+  }
+  return hash_of(key.dump());
+}
+
+fs::path record_file(const fs::path& folder, const SolverEntry& entry, Stage stage) {
+  return folder / "records" / (entry.label + "." + name_of(stage) + ".json");
+}
+
+std::optional<json> read_record(const Experiment& experiment, const SolverEntry& entry, Stage stage,
+                                const fs::path& folder) {
+  const fs::path file = record_file(folder, entry, stage);
+  if (!fs::exists(file)) return std::nullopt;
+  try {
+    json record = read_json_file(file);
+    if (record.at("key") == record_key(experiment, entry, stage)) return record;
+  } catch (const std::exception&) {  // not a record of ours: made again
+  }
+  return std::nullopt;
+}
+
+void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
+                        SolverRegistry& registry, int threads, const fs::path& folder) {
+  const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, threads);
+  json record = {{"schema", record_schema},
+                 {"key", record_key(experiment, entry, Stage::accuracy)},
+                 {"fit_s", fitted.fit_s}};
+  for (const DatasetSpec& test : experiment.tests) {
+    const bool first = &test == &experiment.tests.front();
+    const DatasetFile set(cache.dataset(test));
+    Scored scored = score(*fitted.solver, set, experiment.sensor,
+                          first ? experiment.figure_scenes : std::vector<int>{});
+    scored.row.label = entry.label;
+    scored.row.type = entry.type;
+    scored.row.dataset = test.name;
+    scored.row.parameters_json = fitted.solver->parameters().dump();
+    scored.row.fit_s = fitted.fit_s;
+    record["rows"].push_back(to_json(scored.row));
+    record["frames"][test.name] = std::move(scored.frames);
+    if (first) record["figure_images"] = std::move(scored.figure_images);
+  }
+  write_file_atomically(record_file(folder, entry, Stage::accuracy), record.dump());
+}
+
+void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
+                      SolverRegistry& registry, const fs::path& folder) {
+  const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, 1);
+  const TimingSettings& timing = experiment.timing;
+  json record = {{"schema", record_schema}, {"key", record_key(experiment, entry, Stage::timing)}};
+  for (const DatasetSpec& test : experiment.tests) {
+    const DatasetFile set(cache.dataset(test));
+    const std::uint64_t available =
+        std::min<std::uint64_t>(set.size(), static_cast<std::uint64_t>(timing.frames));
+    const Frames voltages = set.voltages(0, available);
+    const Eigen::RowVectorXd reference = set.reference_voltages().transpose();
+
+    // One frame: from its raw voltages to the finished image.
+    Frames change(1, voltages.cols());
+    Images image(1, experiment.sensor.pixels());
+    const auto one_frame = [&](Eigen::Index frame) {
+      FrameReport report;
+      change = voltages.row(frame % voltages.rows()) - reference;
+      fitted.solver->reconstruct(change, image, {&report, 1});
+    };
+    for (int i = 0; i < timing.warm_up; ++i) one_frame(i);
+    std::vector<double> microseconds;
+    microseconds.reserve(static_cast<std::size_t>(timing.frames));
+    for (int i = 0; i < timing.frames; ++i) {
+      const Clock::time_point start = Clock::now();
+      one_frame(i);
+      microseconds.push_back(1e6 * seconds_since(start));
+    }
+
+    // Batches, for a second or at least three.
+    Frames batch(timing.batch, voltages.cols());
+    Frames changes(timing.batch, voltages.cols());
+    Images images(timing.batch, experiment.sensor.pixels());
+    for (Eigen::Index i = 0; i < batch.rows(); ++i)
+      batch.row(i) = voltages.row(i % voltages.rows());
+    std::vector<FrameReport> reports(static_cast<std::size_t>(timing.batch));
+    std::vector<double> batch_s;
+    const Clock::time_point begin = Clock::now();
+    do {
+      const Clock::time_point start = Clock::now();
+      changes = batch.rowwise() - reference;
+      std::fill(reports.begin(), reports.end(), FrameReport{});
+      fitted.solver->reconstruct(changes, images, reports);
+      batch_s.push_back(seconds_since(start));
+    } while (batch_s.size() < 3 || (seconds_since(begin) < 1 && batch_s.size() < 1000));
+    std::nth_element(batch_s.begin(), batch_s.begin() + std::ssize(batch_s) / 2, batch_s.end());
+    record["timing"][test.name] = {{"latency_us", microseconds},
+                                   {"frames_per_s", timing.batch / batch_s[batch_s.size() / 2]},
+                                   {"batch", timing.batch}};
+  }
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  record["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024;
+  write_file_atomically(record_file(folder, entry, Stage::timing), record.dump());
+}
+
+LatencySummary summarise_latency(std::vector<double> microseconds) {
+  std::sort(microseconds.begin(), microseconds.end());
+  // Nearest rank: the smallest time that at least this share of the frames kept to.
+  const auto quantile = [&](double share) {
+    const double rank = std::ceil(share * static_cast<double>(microseconds.size()));
+    return microseconds[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
+  };
+  return {quantile(0.5), quantile(0.99), microseconds.back()};
+}
+
+}  // namespace ertbench

@@ -1,0 +1,85 @@
+#include "solvers/pdipm.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "solvers/check_shapes.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+namespace {
+
+/// The alpha that weighs a total variation of |changes| / |J| like the data: the scale of alpha on
+/// these frames, whatever the units.
+double scale_of_alpha(const TotalVariation& problem, const Frames& changes) {
+  std::vector<double> sizes;
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    sizes.push_back(problem.project(changes.row(f)).norm());
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle * problem.scale() / problem.edge_length();
+}
+
+}  // namespace
+
+Pdipm::Pdipm(JsonObject parameters) { read(std::move(parameters)); }
+
+void Pdipm::read(JsonObject parameters) {
+  alpha_ = read_tunable(parameters, "alpha", Range::positive());
+  options_.tolerance = parameters.number_or("tolerance", 1e-4, {1e-8, 0.1});
+  options_.max_iterations = parameters.integer_or("max_iterations", 50, 1, 1000);
+  options_.alpha = alpha_.value.value_or(0);
+  choice_ = read_chosen(parameters, alpha_.value);
+  parameters.finish();
+}
+
+nlohmann::json Pdipm::parameters() const {
+  nlohmann::json out = {{"alpha", "auto"},
+                        {"tolerance", options_.tolerance},
+                        {"max_iterations", options_.max_iterations}};
+  if (alpha_.value) out["alpha"] = *alpha_.value;
+  if (choice_) out["chosen"] = to_json(*choice_);
+  return out;
+}
+
+void Pdipm::fit(const FitInput& input) {
+  sensor_ = input.sensor;
+  problem_ = std::make_unique<TotalVariation>(input.sensor);
+  if (!alpha_.automatic()) return;
+  const ValidationFrames frames = read_validation_frames(input, alpha_.place);
+  const auto error_of = [&](double alpha) {
+    options_.alpha = alpha;
+    return mean_relative_error(*this, frames, input.threads);
+  };
+  const double scale = scale_of_alpha(*problem_, frames.changes);
+  choice_ = choose_number(alpha_.place, 1e-6 * scale, 1e-2 * scale, 2,
+                          static_cast<int>(frames.changes.rows()), error_of);
+  alpha_.value = options_.alpha = choice_->value;
+}
+
+void Pdipm::reconstruct(FramesView changes, ImagesView images,
+                        std::span<FrameReport> reports) const {
+  check_shapes(sensor_, problem_ != nullptr, changes, images, reports);
+  InteriorPoint method(*problem_);
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    reports[static_cast<std::size_t>(f)] =
+        method.minimise(changes.row(f), options_, images.row(f));
+  }
+}
+
+void Pdipm::save(const std::filesystem::path& file) const {
+  if (!problem_) throw std::logic_error("a solver was saved before it was fitted");
+  create_solver_file(file, type, sensor_, parameters());
+}
+
+void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const OpenedSolverFile opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parse_parameters(opened);
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  sensor_ = sensor;
+  problem_ = std::make_unique<TotalVariation>(sensor);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "forward/arrays.h"
+#include "forward/sensor.h"
+
+namespace ertbench {
+
+/// Halves a linear problem by reciprocity. The two channels a, b of a reciprocal pair have the same
+/// row in the Jacobian J, so that with J' = (J_a + J_b)/sqrt(2) and d' = (d_a + d_b)/sqrt(2)
+///
+///     |J x - d|^2 = |J' x - d'|^2 + sum (d_a - d_b)^2 / 2,
+///
+/// whose last term no image can change. J' has the singular values of J, and J'^T J' = J^T J.
+class Reciprocity {
+ public:
+  Reciprocity() = default;
+  explicit Reciprocity(const Sensor& sensor) : pairs_(reciprocal_pairs(sensor)) {}
+
+  Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
+
+  /// d_a + d_b of every pair of one frame; `frame` [channels] and `sums` [pairs] lie contiguous.
+  void sum(const double* frame, double* sums) const {
+    for (const auto& [a, b] : pairs_) *sums++ = frame[a] + frame[b];
+  }
+  /// d' of one frame [channels] -> [pairs].
+  Eigen::VectorXd reduce(const Eigen::Ref<const Eigen::RowVectorXd>& frame) const;
+  /// J' of J: [channels, n] -> [pairs, n].
+  Eigen::MatrixXd reduce_rows(const RowMajorMatrix& jacobian) const;
+
+ private:
+  std::vector<std::array<int, 2>> pairs_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,24 @@
+#include "solvers/tunable.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace ertbench {
+
+Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool whole) {
+  const std::string source = object.source().empty() ? "" : object.source() + ": ";
+  Tunable tunable{std::nullopt, source + object.path_of(key)};
+  if (!object.has(key)) return tunable;
+  const nlohmann::json& value = object.raw(key);
+  if (value.is_string() && value.get_ref<const std::string&>() == "auto") return tunable;
+  const bool usable = value.is_number() && range.contains(value.get<double>()) &&
+                      (!whole || value.get<double>() == std::floor(value.get<double>()));
+  if (!usable) {
+    object.fail(key, (whole ? "must be a whole number, " : "") + range.text() +
+                         " or \"auto\", got " + value.dump());
+  }
+  tunable.value = value.get<double>();
+  return tunable;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,87 @@
+#include "bench/result_row.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "forward/errors.h"
+#include "forward/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+ResultRow sample() {
+  ResultRow row;
+  row.label = "GN";
+  row.type = "one-step-gn";
+  row.dataset = "test";
+  row.parameters_json = R"({"lambda":0.03})";
+  row.frames = 5;
+  row.undefined_frames = 1;
+  row.frames_not_converged = 2;
+  row.metrics[Metric::AR] = {1.1, Interval{1.0, 1.2}, 1.05, 4, 1};
+  row.metrics[Metric::PE] = {std::nullopt, std::nullopt, std::nullopt, 0, 5};
+  row.latency_us = LatencySummary{10, 20, 30};
+  row.frames_per_s = 1e5;
+  row.throughput_batch = 64;
+  row.fit_s = 0.25;
+  return row;
+}
+
+TEST(ResultRow, IsWrittenAsTheContractSays) {
+  const json out = to_json(sample());
+  EXPECT_EQ(out.at("label"), "GN");
+  EXPECT_EQ(out.at("status"), "ok");
+  EXPECT_EQ(out.at("parameters").at("lambda"), 0.03);
+  EXPECT_EQ(out.at("metrics").at("AR").at("ci95"), json::parse("[1.0, 1.2]"));
+  EXPECT_EQ(out.at("metrics").size(), kMetrics.size());
+  EXPECT_TRUE(out.at("metrics").at("PE").at("mean").is_null());
+  EXPECT_TRUE(out.at("metrics").at("PE").at("ci95").is_null());
+  EXPECT_EQ(out.at("metrics").at("PE").at("undefined"), 5);
+  EXPECT_EQ(out.at("latency_us").at("p99"), 20);
+  EXPECT_EQ(out.at("frames_per_s"), 1e5);
+  EXPECT_TRUE(out.at("peak_rss_mb").is_null());
+}
+
+TEST(ResultRow, ComesBackAsItWas) {
+  ResultRow failed;
+  failed.label = "x";
+  failed.type = "pdipm";
+  failed.dataset = "test";
+  failed.status = "crashed";
+  failed.message = "signal 11\n\"quoted\"";
+  for (const ResultRow& row : {sample(), failed}) {
+    const json written = json::parse(to_json(row).dump());
+    const ResultRow read = result_row_from_json(JsonObject(written, "summary.json", "/rows/0"));
+    EXPECT_EQ(to_json(read), written);
+    EXPECT_EQ(read.metrics.values, row.metrics.values);
+    EXPECT_EQ(read.latency_us, row.latency_us);
+    EXPECT_EQ(read.message, row.message);
+    EXPECT_EQ(read.ok(), row.ok());
+  }
+}
+
+TEST(ResultRow, NamesThePlaceOfWhatIsWrong) {
+  json written = to_json(sample());
+  written["metrics"]["AR"]["mean"] = "high";
+  try {
+    result_row_from_json(JsonObject(written, "summary.json", "/rows/0"));
+    FAIL() << "accepted a mean that is text";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("summary.json: /rows/0/metrics/AR/mean"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
+TEST(ResultRow, RefusesParametersThatAreNotJson) {
+  ResultRow row = sample();
+  row.parameters_json = "lambda = 3";
+  EXPECT_THROW(to_json(row), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ertbench
