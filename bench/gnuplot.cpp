@@ -196,7 +196,8 @@ std::string gnuplot_string(const std::string& text) {
         out += "\\140";
         break;
       default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;  // neither may SVG hold them
+        out +=
+            static_cast<unsigned char>(c) < 0x20 ? ' ' : c;  // SVG must not hold control characters
     }
   }
   return out + "\"";

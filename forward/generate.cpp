@@ -1,15 +1,21 @@
 #include "forward/generate.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
 #include <exception>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
+#include "forward/dataset_file.h"
 #include "forward/dataset_layout.h"
 #include "forward/errors.h"
 #include "forward/forward_model.h"
@@ -97,6 +103,47 @@ std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& 
   }
 }
 
+/// The only writer of a file that grows, until it is destroyed. Another process that writes the
+/// same file is waited for.
+class WriterLock {
+ public:
+  explicit WriterLock(const fs::path& part) {
+    for (;;) {
+      descriptor_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+      if (descriptor_ < 0) {
+        throw InputError(part.string() + ": cannot be created: " + std::strerror(errno) +
+                         "; check that the folder exists and is writable");
+      }
+      ::flock(descriptor_, LOCK_EX);
+      // Whoever held the lock may have finished and renamed what we opened.
+      struct stat opened {};
+      struct stat named {};
+      const bool same = ::fstat(descriptor_, &opened) == 0 && ::stat(part.c_str(), &named) == 0 &&
+                        opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+      if (same) return;
+      ::close(descriptor_);
+    }
+  }
+  WriterLock(const WriterLock&) = delete;
+  WriterLock& operator=(const WriterLock&) = delete;
+  ~WriterLock() { ::close(descriptor_); }
+
+  void sync() const { ::fsync(descriptor_); }
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// Whether `file` is a whole dataset of this spec.
+bool is_finished(const DatasetSpec& spec, const fs::path& file) {
+  if (!fs::exists(file)) return false;
+  try {
+    return DatasetFile(file).recipe() == to_json(spec).dump();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 DatasetBlock allocate(const DatasetSpec& spec, std::uint64_t count) {
   const auto rows = static_cast<Eigen::Index>(count);
   const auto contacts = static_cast<Eigen::Index>(contact_width(spec));
@@ -169,6 +216,11 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
   const int threads = std::max(1, options.threads);
   fs::path part = file;
   part += ".part";
+  const WriterLock lock(part);
+  if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
+    fs::remove(part);
+    return;
+  }
   const std::optional<std::uint64_t> whole = resumable(spec, part);
   if (!whole) create_part(spec, model, part);
   std::uint64_t done = whole.value_or(0);
@@ -201,11 +253,7 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
       if (options.progress) options.progress(done, spec.count);
     }
   }
-  const int descriptor = ::open(part.c_str(), O_RDONLY);
-  if (descriptor >= 0) {
-    ::fsync(descriptor);
-    ::close(descriptor);
-  }
+  lock.sync();
   std::error_code error;
   fs::rename(part, file, error);
   if (error) throw InputError(file.string() + ": cannot be put in place: " + error.message());

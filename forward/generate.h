@@ -20,7 +20,9 @@ struct GenerateOptions {
 /// The file grows under the name `file`.part, in which storage is reserved first and only raw data
 /// and the count of whole rows are written later: it can be cut off at any moment, is refused by
 /// every reader until it is whole, and a second call with the same spec goes on where the first
-/// stopped. The finished file is renamed to `file`.
+/// stopped. The finished file is renamed to `file`. Of several processes that write the same file
+/// one does and the others wait for it. A file that holds
+/// this very dataset is left as it is.
 /// Throws InputError where the folder cannot be written or the disk is too small.
 void generate_dataset(const DatasetSpec& spec, const std::filesystem::path& file,
                       const GenerateOptions& options = {});

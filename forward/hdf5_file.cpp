@@ -44,6 +44,14 @@ std::string library_message() {
   return message.empty() ? "" : " (HDF5: " + message + ")";
 }
 
+/// The library's own locking is off: it refuses readers on file systems without locks, and
+/// truncates before it asks for the lock. Writers exclude each other as generate.cpp does.
+Handle access_properties() {
+  const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_file_locking(properties, false, true);
+  return {properties, H5Pclose};
+}
+
 std::string dimensions(const std::vector<std::uint64_t>& shape, bool any = false) {
   std::string text = "[";
   for (std::size_t i = 0; i < shape.size(); ++i) {
@@ -65,7 +73,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, error)) {
     throw InputError(file.string() + ": does not exist; check the name");
   }
-  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access_properties());
   if (id < 0) {
     throw InputError(file.string() +
                      ": cannot be opened as HDF5; it is another format, damaged or cut short" +
@@ -76,7 +84,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
 
 Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
   silence_library();
-  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, access_properties());
   if (id < 0) {
     throw InputError(file.string() + ": cannot be opened for writing" + library_message());
   }
@@ -85,7 +93,7 @@ Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
 
 Hdf5File Hdf5File::create(const std::filesystem::path& file) {
   silence_library();
-  const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_properties());
   if (id < 0) {
     throw InputError(file.string() +
                      ": cannot be created; check that the folder exists and is writable" +

@@ -7,9 +7,10 @@ namespace ertbench {
 namespace {
 
 constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
-/// Least alpha-weighted edge weight: a proximal term that keeps rounding in bounds where edges open
-/// wide, too small beside |J| = 1 to be felt.
-constexpr double least_weight = 1e-12;
+/// Least alpha-weighted edge weight, and the one to go to where rounding fails the factorisation: a
+/// proximal term that keeps rounding in bounds where edges open wide, beside |J| = 1.
+constexpr double least_weight = 1e-16;
+constexpr double greatest_least_weight = 1e-10;
 /// Alphas above this give the constant image whatever the frame.
 constexpr double greatest_alpha = 1e12;
 constexpr int iterations_with_useful_channels = 15;
@@ -153,7 +154,11 @@ bool InteriorPoint::step(Eigen::Index channels) {
   weight_ = (above_ * above_slack_ + below_ * below_slack_).inverse();
   const double count = 2 * static_cast<double>(edges_);
   const double mu = ((above_ / above_slack_).sum() + (below_ / below_slack_).sum()) / count;
-  if (!system_.factor((alpha_ * weight_).max(least_weight).matrix(), channels)) return false;
+  double floor = least_weight;
+  while (!system_.factor((alpha_ * weight_).max(floor).matrix(), channels)) {
+    floor *= 100;
+    if (floor > greatest_least_weight) return false;
+  }
 
   // Predictor: straight to mu = 0; how far one gets tells how far mu may be reduced.
   above_target_.setZero(edges_);

@@ -222,6 +222,7 @@ TEST(LatexTable, IsBalancedAndPureAsciiButForLatinLetters) {
   EXPECT_EQ(count("\\begin{"), count("\\end{"));
   EXPECT_EQ(count("{"), count("}"));  // no brace of a label's here
   EXPECT_NE(out.find("\\ensuremath{\\lambda} [U+2192] é \\ensuremath{_0}"), std::string::npos);
+  EXPECT_EQ(out.find("\\\\["), std::string::npos) << "an interval read as the option of a line end";
   EXPECT_NE(out.find("[U+6F22]"), std::string::npos);
   EXPECT_NE(out.find("50 \\%"), std::string::npos);
   EXPECT_NE(out.find("paper 1.231"), std::string::npos);
