@@ -68,8 +68,9 @@ std::optional<Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
     constexpr double border = 1 + 1e-12;
     const Eigen::AlignedBox2d sheet(Vector2d(-border, -border), Vector2d(border, border));
     if (sheet.contains(contact.bounds())) {
-      const auto centre = contact.shape == Shape::polygon ? area_centroid(contact.vertices)
-                                                          : std::optional(contact.centre);
+      std::optional<Vector2d> centre = contact.shape == Shape::polygon
+                                           ? area_centroid(contact.vertices)
+                                           : std::optional(contact.centre);
       if (centre) return centre;
     }
   }

@@ -142,9 +142,8 @@ std::string bar_file(const ColourScale& scale) {
 
 std::string electrodes(const Sensor& sensor) {
   std::ostringstream out;
-  for (const auto& position : electrode_positions(sensor).colwise()) {
-    out << position.transpose() << "\n";
-  }
+  const Eigen::Matrix2Xd positions = electrode_positions(sensor);
+  for (const auto& position : positions.colwise()) out << position.transpose() << "\n";
   return out.str();
 }
 
@@ -251,7 +250,7 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   FileContents files = {{"electrodes.txt", electrodes(figure.sensor)},
                         {"bar.txt", bar_file(scale)}};
   const auto store = [&](const auto& image) {
-    const std::string name = "image" + std::to_string(files.size()) + ".txt";
+    std::string name = "image" + std::to_string(files.size()) + ".txt";
     files[name] = image_file(image, grid, scale);
     return name;
   };
