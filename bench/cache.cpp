@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "bench/version.h"
@@ -37,6 +38,10 @@ std::string Cache::fitted_solver_key(const Experiment& experiment, const SolverE
   nlohmann::json key = {{"format_version", solver_file_version},
                         {"solver", solver},
                         {"sensor", to_json(experiment.sensor)}};
+  for (const std::filesystem::path& plugin : experiment.plugins) {
+    std::ifstream in(plugin, std::ios::binary);
+    key["plugins"].push_back(hash_of({std::istreambuf_iterator<char>(in), {}}));
+  }
   if (experiment.training) key["training"] = to_json(*experiment.training);
   if (experiment.validation) key["validation"] = to_json(*experiment.validation);
   return key.dump();

@@ -66,6 +66,7 @@ SolverEntry read_solver(JsonObject object, const Experiment& experiment, SolverR
   // Unknown types are refused by `make`; a plugin that is absent is its trial's failure.
   if (!known || registry.find(entry.type)) {
     const std::unique_ptr<Solver> solver = registry.make(object);
+    solver->check(experiment.sensor);
     if (!experiment.validation && mentions_auto(solver->parameters())) {
       object.fail("",
                   "a parameter is \"auto\", which is chosen on the validation set; add "
@@ -91,6 +92,24 @@ void read_solvers(JsonObject& root, Experiment& experiment, SolverRegistry& regi
     experiment.solvers.push_back(std::move(entry));
   }
   if (experiment.solvers.empty()) root.fail("solvers", "must hold at least one solver");
+}
+
+/// Loads the user's own solver libraries, named relative to the experiment file.
+void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& registry) {
+  if (!root.has("plugins")) return;
+  const nlohmann::json& names = root.raw("plugins");
+  if (!names.is_array()) root.fail("plugins", "must be a list of shared libraries");
+  for (const nlohmann::json& name : names) {
+    if (!name.is_string()) root.fail("plugins", "must name shared libraries, got " + name.dump());
+    std::filesystem::path library = name.get<std::string>();
+    if (library.is_relative()) library = experiment.file.parent_path() / library;
+    try {
+      registry.load_plugin(library);
+    } catch (const InputError& e) {
+      root.fail("plugins", e.what());
+    }
+    experiment.plugins.push_back(std::move(library));
+  }
 }
 
 void read_timing(JsonObject& root, Experiment& experiment) {
@@ -185,6 +204,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.question = root.text_or("question", experiment.title);
   if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
   read_datasets(root.object("datasets"), experiment);
+  read_plugins(root, experiment, registry);
   read_solvers(root, experiment, registry);
   read_timing(root, experiment);
   experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});

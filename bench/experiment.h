@@ -39,6 +39,7 @@ struct Experiment {
   std::optional<DatasetSpec> validation;  ///< "validation"
   std::vector<DatasetSpec> tests;         ///< every other name, at least one
   std::vector<SolverEntry> solvers;
+  std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
   TimingSettings timing;
   double time_limit_s = 3600;      ///< for one trial
   std::vector<int> figure_scenes;  ///< of the first test set

@@ -40,6 +40,7 @@ struct Arguments {
   std::string solver;
   std::string input;
   std::string output;
+  std::string plugin;
   std::string label;
   std::string stage;
   int threads = 1;
@@ -105,6 +106,7 @@ int generate(const Arguments& arguments) {
 
 int reconstruct(const Arguments& arguments) {
   SolverRegistry registry;
+  if (!arguments.plugin.empty()) registry.load_plugin(arguments.plugin);
   const ReconstructSummary summary =
       reconstruct_file(arguments.solver, arguments.input, arguments.output, registry);
   std::printf("%llu frames in %s, %llu not converged, %llu undefined\n",
@@ -207,6 +209,8 @@ int parse_and_run(int argc, char** argv) {
       ->add_option("--output", arguments.output,
                    "HDF5 with /conductivity_change [N, 24, 24] S/m and /status [N]")
       ->required();
+  reconstruct_command->add_option("--plugin", arguments.plugin,
+                                  "Shared library of your own solvers");
   reconstruct_command->footer(
       "Example:\n  echo '{\"type\": \"one-step-gn\", \"prior\": \"noser\", \"lambda\": 0.1}' > "
       "gn.json\n"
@@ -223,6 +227,11 @@ int parse_and_run(int argc, char** argv) {
   trial_command->add_option("--out", arguments.out)->required();
   trial_command->add_option("--threads", arguments.threads);
 
+  const std::string command = argc > 1 ? argv[1] : "";
+  if (!command.empty() && command[0] != '-' && !app.get_subcommand_no_throw(command)) {
+    throw InputError("no command is called \"" + command +
+                     "\"; there are run, generate, reconstruct, list");
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -41,6 +41,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+/// Whether the unknown key is likely to be a slip for the known one.
+bool is_slip(const std::string& key, const std::string& known) {
+  const auto end = std::mismatch(key.begin(), key.end(), known.begin(), known.end()).first;
+  const auto common = static_cast<std::size_t>(end - key.begin());
+  return edit_distance(key, known) <= std::max<std::size_t>(2, key.size() / 3) ||
+         (common >= 4 && 2 * common >= key.size());
+}
+
 /// JSON path segment: "~" and "/" are escaped as in RFC 6901.
 std::string escaped(std::string_view key) {
   std::string out;
@@ -237,6 +245,36 @@ std::vector<double> JsonObject::numbers(std::string_view key, std::size_t size, 
   return v.get<std::vector<double>>();
 }
 
+std::vector<std::string> JsonObject::choices(std::string_view key,
+                                             const std::vector<std::string>& choices) {
+  const json& v = at(key);
+  const std::string wanted = "must be a list of any of " + json(choices).dump();
+  if (!v.is_array() || v.empty()) fail(key, wanted + ", got " + shown(v));
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const json one = {{std::to_string(i), v[i]}};
+    out.push_back(JsonObject(one, source_, path_of(key)).choice(std::to_string(i), choices));
+  }
+  return out;
+}
+
+std::vector<std::array<double, 2>> JsonObject::points(std::string_view key, std::size_t least,
+                                                      std::size_t most, Range range) {
+  const json& v = at(key);
+  if (!v.is_array() || v.size() < least || v.size() > most) {
+    fail(key, "must be a list of " + std::to_string(least) + " to " + std::to_string(most) +
+                  " points [x, y]");
+  }
+  std::vector<std::array<double, 2>> out;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const json one = {{std::to_string(i), v[i]}};
+    const std::vector<double> xy =
+        JsonObject(one, source_, path_of(key)).numbers(std::to_string(i), 2, range);
+    out.push_back({xy[0], xy[1]});
+  }
+  return out;
+}
+
 JsonObject JsonObject::object(std::string_view key) {
   return JsonObject(at(key), source_, path_of(key));
 }
@@ -268,8 +306,7 @@ void JsonObject::finish() const {
         best = candidate;
       }
     }
-    const bool near =
-        !best.empty() && edit_distance(key, best) <= std::max<std::size_t>(2, key.size() / 3);
+    const bool near = !best.empty() && is_slip(key, best);
     fail(key,
          near ? "unknown key; did you mean \"" + best + "\"?" : "unknown key; known here: " + all);
   }

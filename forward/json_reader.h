@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
@@ -50,6 +51,11 @@ class JsonObject {
   /// [low, high], or one number for both.
   std::pair<double, double> interval(std::string_view key, Range range);
   std::pair<int, int> integer_interval(std::string_view key, int low, int high);
+  /// A list of strings out of a list, not empty.
+  std::vector<std::string> choices(std::string_view key, const std::vector<std::string>& choices);
+  /// A list of [x, y].
+  std::vector<std::array<double, 2>> points(std::string_view key, std::size_t least,
+                                            std::size_t most, Range range);
   /// An array of `size` numbers.
   std::vector<double> numbers(std::string_view key, std::size_t size, Range range = {});
 

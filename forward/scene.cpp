@@ -38,24 +38,14 @@ Contact contact_from_json(JsonObject object) {
   const Range position{-100, 100};
   const Range length{0, 100, true};
   Contact contact;
-  const std::string shape = object.choice("shape", shape_names);
-  contact.shape = static_cast<Shape>(std::find(shape_names.begin(), shape_names.end(), shape) -
-                                     shape_names.begin());
+  contact.shape = shape_named(object.choice("shape", shape_names));
   const auto vector = [&](const char* key, Range range) {
     const std::vector<double> xy = object.numbers(key, 2, range);
     return Eigen::Vector2d(xy[0], xy[1]);
   };
   if (contact.shape == Shape::polygon) {
-    const nlohmann::json& vertices = object.raw("vertices");
-    if (!vertices.is_array() || vertices.size() < 3 || vertices.size() > 64) {
-      object.fail("vertices", "must be an array of 3 to 64 points [x, y]");
-    }
-    for (std::size_t v = 0; v < vertices.size(); ++v) {
-      nlohmann::json point = {{"point", vertices[v]}};
-      const std::vector<double> xy =
-          JsonObject(point, object.source(), object.path_of("vertices") + "/" + std::to_string(v))
-              .numbers("point", 2, position);
-      contact.vertices.emplace_back(xy[0], xy[1]);
+    for (const auto& [x, y] : object.points("vertices", 3, 64, position)) {
+      contact.vertices.emplace_back(x, y);
     }
     if (crosses_itself(contact.vertices)) object.fail("vertices", "must not cross themselves");
   } else {
@@ -74,6 +64,11 @@ Contact contact_from_json(JsonObject object) {
 }
 
 }  // namespace
+
+Shape shape_named(const std::string& name) {
+  return static_cast<Shape>(std::find(shape_names.begin(), shape_names.end(), name) -
+                            shape_names.begin());
+}
 
 const char* name_of(Shape shape) { return shape_names[static_cast<std::size_t>(shape)].c_str(); }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 namespace ertbench {
@@ -41,5 +42,6 @@ Scene scene_from_json(JsonObject object);
 nlohmann::json to_json(const Scene& scene);
 
 const char* name_of(Shape shape);
+Shape shape_named(const std::string& name);  ///< one of the four names
 
 }  // namespace ertbench

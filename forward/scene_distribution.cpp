@@ -61,19 +61,10 @@ SceneDistribution scene_distribution_from_json(JsonObject object) {
   SceneDistribution d;
   if (object.has("contacts")) d.contacts = object.integer_interval("contacts", 0, 64);
   if (object.has("shapes")) {
-    const nlohmann::json& names = object.raw("shapes");
-    if (!names.is_array() || names.empty()) {
-      object.fail("shapes", R"(must be a list of "disc", "ellipse", "rectangle", "polygon")");
-    }
     d.shapes.clear();
-    for (std::size_t s = 0; s < names.size(); ++s) {
-      nlohmann::json one = {{"shape", names[s]}};
-      const std::string name =
-          JsonObject(one, object.source(), object.path_of("shapes") + "/" + std::to_string(s))
-              .choice("shape", {"disc", "ellipse", "rectangle", "polygon"});
-      for (const Shape shape : {Shape::disc, Shape::ellipse, Shape::rectangle, Shape::polygon}) {
-        if (name == name_of(shape)) d.shapes.push_back(shape);
-      }
+    for (const std::string& name :
+         object.choices("shapes", {"disc", "ellipse", "rectangle", "polygon"})) {
+      d.shapes.push_back(shape_named(name));
     }
   }
   if (object.has("radius")) d.radius = object.interval("radius", {0, 2, true});

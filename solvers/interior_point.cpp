@@ -9,10 +9,13 @@ namespace {
 constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
 /// Least alpha-weighted edge weight, and the one to go to where rounding fails the factorisation: a
 /// proximal term that keeps rounding in bounds where edges open wide, beside |J| = 1.
-constexpr double least_weight = 1e-16;
+constexpr double least_weight = 1e-14;
 constexpr double greatest_least_weight = 1e-10;
 /// Alphas above this give the constant image whatever the frame.
 constexpr double greatest_alpha = 1e12;
+/// z+ and z- begin where mu accounts for the whole objective, but not above this many times the
+/// size of the image that a unit of the clearest channel stands for.
+constexpr double greatest_start = 10;
 constexpr int iterations_with_useful_channels = 15;
 
 }  // namespace
@@ -74,7 +77,8 @@ void InteriorPoint::start() {
   update_gap();
   const double largest = feasible_y_.lpNorm<Eigen::Infinity>();
   y_ = feasible_y_ * std::min(1.0, 0.5 / largest);
-  above_.setConstant(edges_, objective_ / (2 * static_cast<double>(edges_) * alpha_));
+  above_.setConstant(edges_, std::min(greatest_start, objective_ / (2 * static_cast<double>(edges_) *
+                                                                    alpha_)));
   below_ = above_;
   dual_residual_ = gradient_;
   problem_.edges().transposed(y_, pixel_);

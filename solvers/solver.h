@@ -67,6 +67,9 @@ class Solver {
   /// The parameters in use, with whatever was "auto" replaced by what `fit` chose.
   virtual nlohmann::json parameters() const = 0;
 
+  /// Throws InputError where the parameters do not suit this sensor; called before any work begins.
+  virtual void check(const Sensor&) const {}
+
   /// Does everything that depends only on the sensor and the data. Throws InputError where a
   /// parameter is "auto" and the set it is chosen on is missing.
   virtual void fit(const FitInput& input) = 0;

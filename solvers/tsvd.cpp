@@ -53,18 +53,24 @@ nlohmann::json TruncatedSvd::parameters() const {
   return out;
 }
 
-void TruncatedSvd::fit(const FitInput& input) {
-  set_sensor(input.sensor);
-  const Eigen::MatrixXd jacobian = reciprocity().reduce_rows(
-      ForwardModel(input.sensor, input.sensor.image_grid).jacobian());
-  const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
-  if (by_rank_ && cut_.value && *cut_.value > static_cast<double>(most)) {
+void TruncatedSvd::check(const Sensor& sensor) const {
+  const int pairs = sensor.channels() / 2;
+  const int most = std::min(pairs, sensor.pixels());
+  if (by_rank_ && cut_.value && *cut_.value > most) {
     throw InputError(cut_.place + ": must be <= " + std::to_string(most) +
-                     ", the rank of the Jacobian: its " + std::to_string(input.sensor.channels()) +
-                     " channels are " + std::to_string(jacobian.rows()) +
-                     " reciprocal pairs with equal rows, for " + std::to_string(jacobian.cols()) +
+                     ", the rank of the Jacobian: its " + std::to_string(sensor.channels()) +
+                     " channels are " + std::to_string(pairs) +
+                     " reciprocal pairs with equal rows, for " + std::to_string(sensor.pixels()) +
                      " pixels; got " + std::to_string(std::llround(*cut_.value)));
   }
+}
+
+void TruncatedSvd::fit(const FitInput& input) {
+  check(input.sensor);
+  set_sensor(input.sensor);
+  const Eigen::MatrixXd jacobian =
+      reciprocity().reduce_rows(ForwardModel(input.sensor, input.sensor.image_grid).jacobian());
+  const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
 
   // One value more than is kept shows whether a pair is split.
   const auto triplets_to = [&](Eigen::Index rank) {
@@ -79,8 +85,8 @@ void TruncatedSvd::fit(const FitInput& input) {
                        std::to_string(rank));
     }
     if (splits_pair(triplets, rank)) {
-      spdlog::warn("{}: {} splits a pair of equal singular values; {} or {} would not",
-                   cut_.place, rank, rank - 1, rank + 1);
+      spdlog::warn("{}: {} splits a pair of equal singular values; {} or {} would not", cut_.place,
+                   rank, rank - 1, rank + 1);
     }
     set_rank(triplets, rank);
     return;
@@ -116,8 +122,7 @@ Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& 
     // A threshold half way (in the logarithm) to the next value; below the last for all of them.
     const Eigen::VectorXd& s = triplets.values;
     const double next = rank < s.size() ? s[rank] : s[rank - 1] / 4;
-    const double cut =
-        by_rank_ ? static_cast<double>(rank) : std::sqrt(s[rank - 1] * next) / s[0];
+    const double cut = by_rank_ ? static_cast<double>(rank) : std::sqrt(s[rank - 1] * next) / s[0];
     choice.curve.emplace_back(cut, error);
     if (error < choice.error) {
       choice.error = error;

@@ -28,6 +28,7 @@ class TruncatedSvd final : public LinearSolver {
   explicit TruncatedSvd(JsonObject parameters);
 
   nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override;
   void fit(const FitInput& input) override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;

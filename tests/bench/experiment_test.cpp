@@ -1,0 +1,290 @@
+#include "bench/experiment.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "bench/cache.h"
+#include "forward/errors.h"
+#include "forward/json_reader.h"
+#include "solvers/registry.h"
+#include "tests/bench/program.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+using testing::TemporaryFolder;
+using testing::write_text;
+
+const std::filesystem::path experiments = ERTBENCH_SOURCE_DIR "/experiments";
+
+std::vector<std::filesystem::path> published_experiments() {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(experiments)) {
+    if (entry.path().extension() == ".json" && entry.path().filename() != "schema.json") {
+      files.push_back(entry.path());
+    }
+  }
+  return files;
+}
+
+/// Whether the published schema takes the value; what it dislikes otherwise.
+std::string schema_complaint(const json& value) {
+  static const json document = read_json_file(experiments / "schema.json");
+  static const valijson::Schema* schema = [] {
+    auto* parsed = new valijson::Schema;  // lives as long as the program
+    valijson::SchemaParser parser;
+    parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(document), *parsed);
+    return parsed;
+  }();
+  valijson::Validator validator;
+  valijson::ValidationResults results;
+  if (validator.validate(*schema, valijson::adapters::NlohmannJsonAdapter(value), &results)) {
+    return "";
+  }
+  valijson::ValidationResults::Error error;
+  std::string text;
+  while (results.popError(error)) {
+    for (const auto& place : error.context) text += place;
+    text += ": " + error.description + "\n";
+  }
+  return text.empty() ? "refused" : text;
+}
+
+std::string refusal(const std::filesystem::path& file) {
+  SolverRegistry registry;
+  try {
+    read_experiment(file, registry);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Experiment, EveryPublishedFileIsValid) {
+  ASSERT_GE(published_experiments().size(), 4u);
+  for (const auto& file : published_experiments()) {
+    SCOPED_TRACE(file);
+    EXPECT_EQ(schema_complaint(read_json_file(file)), "");
+    EXPECT_EQ(refusal(file), "");
+  }
+}
+
+TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
+  SolverRegistry registry;
+  const Experiment c1 = read_experiment(experiments / "table_c1.json", registry);
+  const Experiment fine = read_experiment(experiments / "table_c1_fine.json", registry);
+  const Experiment literal = read_experiment(experiments / "table_c1_literal.json", registry);
+  const Cache cache("c");
+  EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*fine.training));
+  EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*literal.training));
+  EXPECT_NE(cache.dataset(c1.tests[0]), cache.dataset(fine.tests[0]));
+  for (std::size_t s = 0; s < c1.solvers.size(); ++s) {
+    EXPECT_EQ(cache.fitted_solver(c1, c1.solvers[s]), cache.fitted_solver(fine, fine.solvers[s]));
+  }
+  // The fine scenes are those of table_c1, on another grid.
+  for (const std::uint64_t index : {0u, 17u, 999u}) {
+    EXPECT_EQ(to_json(c1.tests[0].scene(index)), to_json(fine.tests[0].scene(index)));
+  }
+}
+
+/// A small experiment that is right.
+json good() {
+  return json::parse(R"({
+    "title": "t", "question": "q",
+    "sensor": {"electrode_count": 16},
+    "datasets": {
+      "validation": {"count": 10, "seed": 2, "grid": 24, "snr_db": 50, "snr_basis": "absolute",
+                     "scenes": {"contacts": [1, 3], "radius": [0.1, 0.3]}},
+      "test": {"snr_db": null, "scenes": [{"contacts": [
+          {"shape": "disc", "centre": [0, 0], "radius": 0.2, "conductivity_ratio": 0.6}]}]}
+    },
+    "solvers": [{"type": "tsvd", "rank": 20}, {"type": "one-step-gn", "lambda": "auto"},
+                {"type": "pdipm", "alpha": 1e-4}],
+    "timing": {"frames": 700, "batch": 16},
+    "figure": {"scenes": [0]},
+    "published": {"source": "s", "rows": {"tsvd": {"AR": 1.2}}}
+  })");
+}
+
+struct Broken {
+  const char* place;   ///< JSON pointer of what is changed
+  const char* value;   ///< the new JSON, or "remove"
+  const char* path;    ///< that the message must name
+  const char* remedy;  ///< that it must contain
+  bool schema_can_tell = true;
+};
+
+const Broken broken[] = {
+    {"/solvers/1/lambda", "-1", "/solvers/1/lambda", "must be > 0"},
+    {"/solvers/1/lambda", "0", "/solvers/1/lambda", "must be > 0"},
+    {"/solvers/1/lambda", "\"best\"", "/solvers/1/lambda", "auto"},
+    {"/solvers/1/lambda", "[1]", "/solvers/1/lambda", "auto"},
+    {"/solvers/1/lamda", "1", "/solvers/1/lamda", "did you mean \"lambda\""},
+    {"/solvers/1/prior", "\"total variation\"", "/solvers/1/prior", "\"tikhonov\""},
+    {"/solvers/0/rank", "0", "/solvers/0/rank", "1"},
+    {"/solvers/0/rank", "105", "/solvers/0/rank", "104", false},
+    {"/solvers/0/rank", "2.5", "/solvers/0/rank", "whole"},
+    {"/solvers/0/threshold", "0.1", "/solvers/0", "rank"},
+    {"/solvers/2/alpha", "-1e-4", "/solvers/2/alpha", "must be > 0"},
+    {"/solvers/2/max_iterations", "0", "/solvers/2/max_iterations", "from 1 to"},
+    {"/solvers/0/type", "\"tsdv\"", "/solvers/0/type", "tsvd", false},
+    {"/solvers/0/type", "7", "/solvers/0/type", "string"},
+    {"/solvers/0/type", "remove", "/solvers/0/type", "missing"},
+    {"/solvers/0/label", "\"../../etc\"", "/solvers/0/label", "letters"},
+    {"/solvers/0/label", "\"pdipm\"", "/solvers/2/label", "taken", false},
+    {"/solvers/0/label", "\"truth\"", "/solvers/0/label", "taken", false},
+    {"/solvers", "[]", "/solvers", "at least one"},
+    {"/solvers", "{}", "/solvers", "array"},
+    {"/solvers", "remove", "/solvers", "missing"},
+    {"/solvers/0", "\"tsvd\"", "/solvers/0", "object"},
+    {"/datasets", "remove", "/datasets", "missing"},
+    {"/datasets", "{}", "/datasets", "test set"},
+    {"/datasets/test", "remove", "/datasets", "test set", false},
+    {"/datasets/validation", "remove", "/solvers/1", "validation", false},
+    {"/datasets/a b", "{}", "/datasets/a b", "letters"},
+    {"/datasets/test/snr_db", "remove", "/datasets/test/snr_db", "missing"},
+    {"/datasets/test/snr_db", "\"50\"", "/datasets/test/snr_db", "null"},
+    {"/datasets/test/count", "7", "/datasets/test/count", "1", false},
+    {"/datasets/validation/snr_basis", "remove", "/datasets/validation/snr_basis", "missing"},
+    {"/datasets/validation/snr_basis", "\"relative\"", "/datasets/validation/snr_basis",
+     "\"difference\""},
+    {"/datasets/validation/count", "0", "/datasets/validation/count", "from 1 to"},
+    {"/datasets/validation/count", "-5", "/datasets/validation/count", "from 1 to"},
+    {"/datasets/validation/count", "1e300", "/datasets/validation/count", "from 1 to"},
+    {"/datasets/validation/count", "remove", "/datasets/validation/count", "missing", false},
+    {"/datasets/validation/grid", "30", "/datasets/validation/grid", "power of two", false},
+    {"/datasets/validation/grid", "12", "/datasets/validation/grid", "power of two", false},
+    {"/datasets/validation/grid", "1000000", "/datasets/validation/grid", "from 1 to"},
+    {"/datasets/validation/rasterisation", "\"exact\"", "/datasets/validation/rasterisation",
+     "\"centre\""},
+    {"/datasets/validation/seed", "-1", "/datasets/validation/seed", "from 0"},
+    {"/datasets/validation/scenes", "5", "/datasets/validation/scenes", "object"},
+    {"/datasets/validation/scenes", "[]", "/datasets/validation/scenes", "at least one"},
+    {"/datasets/validation/scenes/radius", "[0.3, 0.1]", "/datasets/validation/scenes/radius",
+     "low <= high", false},
+    {"/datasets/validation/scenes/radius", "[0.1, 0.2, 0.3]", "/datasets/validation/scenes/radius",
+     "2 numbers"},
+    {"/datasets/validation/scenes/radius", "-0.1", "/datasets/validation/scenes/radius", "> 0"},
+    {"/datasets/validation/scenes/contacts", "[1.5, 2]", "/datasets/validation/scenes/contacts",
+     "whole"},
+    {"/datasets/validation/scenes/shapes", "[\"circle\"]", "/datasets/validation/scenes/shapes/0",
+     "\"disc\""},
+    {"/datasets/validation/scenes/shapes", "[]", "/datasets/validation/scenes/shapes", "disc"},
+    {"/datasets/validation/scenes/blank_fraction", "2",
+     "/datasets/validation/scenes/blank_fraction", "from 0 to 1"},
+    {"/datasets/validation/scenes/conductivity", "0.5", "/datasets/validation/scenes/conductivity",
+     "did you mean \"conductivity_ratio\""},
+    {"/datasets/test/scenes/0/contacts/0/radius", "remove",
+     "/datasets/test/scenes/0/contacts/0/radius", "missing"},
+    {"/datasets/test/scenes/0/contacts/0/centre", "[0]",
+     "/datasets/test/scenes/0/contacts/0/centre", "2 numbers"},
+    {"/datasets/test/scenes/0/contacts/0/shape", "\"ring\"",
+     "/datasets/test/scenes/0/contacts/0/shape", "\"polygon\""},
+    {"/datasets/test/scenes/0/contacts/0/conductivity_ratio", "0",
+     "/datasets/test/scenes/0/contacts/0/conductivity_ratio", "> 0"},
+    {"/datasets/test/scenes/0/contacts/0/semi_axes", "[1, 1]",
+     "/datasets/test/scenes/0/contacts/0/semi_axes", "unknown key"},
+    {"/datasets/test/scenes/0/contacts",
+     "[{\"shape\": \"polygon\", \"conductivity_ratio\": 0.5, "
+     "\"vertices\": [[0, 0], [1, 1], [1, 0], [0, 1]]}]",
+     "/datasets/test/scenes/0/contacts/0/vertices", "cross", false},
+    {"/datasets/test/scenes/0/contacts",
+     "[{\"shape\": \"polygon\", \"conductivity_ratio\": 0.5, "
+     "\"vertices\": [[0, 0], [1, 1]]}]",
+     "/datasets/test/scenes/0/contacts/0/vertices", "3 to 64"},
+    {"/sensor/electrode_count", "17", "/sensor", "falls between", false},
+    {"/sensor/electrode_count", "3", "/sensor/electrode_count", "from 5"},
+    {"/sensor/electrode_offset", "0.1", "/sensor", "falls between", false},
+    {"/sensor/electrode_offset", "0.5", "/sensor/electrode_offset", "less than", false},
+    {"/sensor/background", "0", "/sensor/background", "> 0"},
+    {"/sensor/drive_current", "\"25 mA\"", "/sensor/drive_current", "> 0"},
+    {"/sensor/electrodes", "16", "/sensor/electrodes", "did you mean"},
+    {"/timing/frames", "100", "/timing/frames", "from 662"},
+    {"/timing/enabled", "1", "/timing/enabled", "true or false"},
+    {"/time_limit_s", "0", "/time_limit_s", "> 0"},
+    {"/figure/scenes", "[1]", "/figure/scenes", "from 0 to 0", false},
+    {"/figure/scenes", "[-1]", "/figure/scenes", "from 0 to 0"},
+    {"/published/rows/tsvd/ar", "1", "/published/rows/tsvd/ar", "did you mean \"AR\""},
+    {"/published/datasets", "[\"train\"]", "/published/datasets", "test sets", false},
+    {"/plugins", "[\"absent.so\"]", "/plugins", "absent.so", false},
+    {"/plugins", "\"absent.so\"", "/plugins", "list"},
+    {"/titel", "\"x\"", "/titel", "did you mean \"title\""},
+};
+
+TEST(Experiment, BrokenFilesAreRefusedWithPlaceAndRemedy) {
+  const TemporaryFolder folder("experiment");
+  const auto file = folder / "broken.json";
+  write_text(file, good().dump());
+  ASSERT_EQ(refusal(file), "");
+  ASSERT_EQ(schema_complaint(good()), "");
+  for (const Broken& b : broken) {
+    SCOPED_TRACE(std::string(b.place) + " = " + b.value);
+    json value = good();
+    const json::json_pointer place(b.place);
+    if (std::string(b.value) == "remove") {
+      value.at(place.parent_pointer()).erase(place.back());
+    } else {
+      value[place] = json::parse(b.value);
+    }
+    write_text(file, value.dump());
+    const std::string message = refusal(file);
+    EXPECT_EQ(message.rfind(file.string() + ": " + b.path + ":", 0), 0u) << message;
+    EXPECT_NE(message.find(b.remedy), std::string::npos) << message;
+    if (b.schema_can_tell) {
+      EXPECT_NE(schema_complaint(value), "");
+    }
+  }
+}
+
+TEST(Experiment, TextThatIsNotJsonIsRefused) {
+  const TemporaryFolder folder("text");
+  const auto file = folder / "text.json";
+  const auto message_for = [&](const std::string& text) {
+    write_text(file, text);
+    return refusal(file);
+  };
+  EXPECT_NE(message_for("").find("text.json: not valid JSON"), std::string::npos);
+  EXPECT_NE(message_for("{\"datasets\": ").find("line 1, column"), std::string::npos);
+  EXPECT_NE(message_for("{\"solvers\": [], \"solvers\": []}").find("\"solvers\" stands twice"),
+            std::string::npos);
+  EXPECT_NE(message_for("[]").find("/: must be an object"), std::string::npos);
+  EXPECT_NE(message_for("{\"time_limit_s\": 1e999}").find("text.json"), std::string::npos);
+  EXPECT_NE(message_for(std::string(100000, '[')).find("not valid JSON"), std::string::npos);
+  EXPECT_NE(message_for(std::string("\0\xff\xfe", 3)).find("not valid JSON"), std::string::npos);
+  EXPECT_NE(refusal(folder / "absent.json").find("cannot be opened"), std::string::npos);
+  EXPECT_NE(refusal(folder.path()).find("is a directory"), std::string::npos);
+}
+
+TEST(Cache, KeyFollowsWhatDeterminesTheNumbersAndNothingElse) {
+  const TemporaryFolder folder("key");
+  const Cache cache("c");
+  const auto keys = [&](const json& value) {
+    write_text(folder / "e.json", value.dump());
+    SolverRegistry registry;
+    const Experiment e = read_experiment(folder / "e.json", registry);
+    return std::pair{cache.dataset(*e.validation), cache.fitted_solver(e, e.solvers[1])};
+  };
+  const auto original = keys(good());
+  json same = good();
+  same["title"] = "other";
+  same["solvers"][1]["label"] = "other";
+  same["datasets"]["validation"]["rasterisation"] = "area";  // the default, written out
+  EXPECT_EQ(keys(same), original);
+  json reseeded = good();
+  reseeded["datasets"]["validation"]["seed"] = 3;
+  EXPECT_NE(keys(reseeded).first, original.first);
+  EXPECT_NE(keys(reseeded).second, original.second);
+  json fixed = good();
+  fixed["solvers"][1]["lambda"] = 0.1;
+  EXPECT_EQ(keys(fixed).first, original.first);
+  EXPECT_NE(keys(fixed).second, original.second);
+}
+
+}  // namespace
+}  // namespace ertbench
