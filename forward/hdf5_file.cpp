@@ -28,7 +28,14 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-void silence_library() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// Called before anything else of the library.
+void prepare_library() {
+  // Files close with their owners; the library's own clean-up at the program's end crashes on what
+  // a damaged file leaves behind.
+  static const herr_t once = H5dont_atexit();
+  static_cast<void>(once);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 /// The innermost message of the library's error stack.
 std::string library_message() {
@@ -68,7 +75,7 @@ std::uint64_t product(const std::vector<std::uint64_t>& shape, std::size_t first
 }  // namespace
 
 Hdf5File Hdf5File::open(const std::filesystem::path& file) {
-  silence_library();
+  prepare_library();
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
     throw InputError(file.string() + ": does not exist; check the name");
@@ -83,7 +90,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
 }
 
 Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
-  silence_library();
+  prepare_library();
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, access_properties());
   if (id < 0) {
     throw InputError(file.string() + ": cannot be opened for writing" + library_message());
@@ -92,7 +99,7 @@ Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
 }
 
 Hdf5File Hdf5File::create(const std::filesystem::path& file) {
-  silence_library();
+  prepare_library();
   const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_properties());
   if (id < 0) {
     throw InputError(file.string() +

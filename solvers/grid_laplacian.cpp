@@ -79,7 +79,8 @@ void GridLaplacian::half_solve(Eigen::VectorXd& x) const {
 void GridLaplacian::half_solve_transposed(Eigen::VectorXd& x) const {
   for (Eigen::Index j = unknowns_; j-- > 0;) {
     const Eigen::Index reach = std::min(grid_, unknowns_ - 1 - j);
-    const double sum = Eigen::Map<const Eigen::VectorXd>(row(j), reach).dot(x.segment(j + 1, reach));
+    const double sum =
+        Eigen::Map<const Eigen::VectorXd>(row(j), reach).dot(x.segment(j + 1, reach));
     x[j] = (x[j] + sum) * inverse_diagonal_[j];
   }
 }

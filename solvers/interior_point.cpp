@@ -44,8 +44,8 @@ FrameReport InteriorPoint::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
   }
   if (size < 1e-300) return report;
   data_ /= size;
-  alpha_ = std::min(options.alpha * problem_.edge_length() / size / problem_.scale(),
-                    greatest_alpha);
+  alpha_ =
+      std::min(options.alpha * problem_.edge_length() / size / problem_.scale(), greatest_alpha);
 
   start();
   const Eigen::Index useful = useful_channels();
@@ -77,8 +77,8 @@ void InteriorPoint::start() {
   update_gap();
   const double largest = feasible_y_.lpNorm<Eigen::Infinity>();
   y_ = feasible_y_ * std::min(1.0, 0.5 / largest);
-  above_.setConstant(edges_, std::min(greatest_start, objective_ / (2 * static_cast<double>(edges_) *
-                                                                    alpha_)));
+  above_.setConstant(
+      edges_, std::min(greatest_start, objective_ / (2 * static_cast<double>(edges_) * alpha_)));
   below_ = above_;
   dual_residual_ = gradient_;
   problem_.edges().transposed(y_, pixel_);
@@ -132,8 +132,7 @@ Eigen::Index InteriorPoint::useful_channels() const {
 /// The Newton direction to z+ (1 - y) = above_target, z- (1 + y) = below_target.
 void InteriorPoint::solve(const Eigen::ArrayXd& above_target, const Eigen::ArrayXd& below_target,
                           Direction& direction) {
-  shift_ = weight_ *
-           (edge_.array() - above_target * above_slack_ + below_target * below_slack_);
+  shift_ = weight_ * (edge_.array() - above_target * above_slack_ + below_target * below_slack_);
   dual_step_ = shift_;
   problem_.edges().transposed(dual_step_, pixel_);
   right_ = -dual_residual_ - alpha_ * pixel_;

@@ -75,8 +75,8 @@ nlohmann::json OneStepGaussNewton::parameters() const {
 
 void OneStepGaussNewton::fit(const FitInput& input) {
   set_sensor(input.sensor);
-  const Eigen::MatrixXd jacobian = reciprocity().reduce_rows(
-      ForwardModel(input.sensor, input.sensor.image_grid).jacobian());
+  const Eigen::MatrixXd jacobian =
+      reciprocity().reduce_rows(ForwardModel(input.sensor, input.sensor.image_grid).jacobian());
   const RegularisedInverse inverse(jacobian, prior_factors(prior_, jacobian));
   if (lambda_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, lambda_.place);

@@ -64,8 +64,7 @@ void Pdipm::reconstruct(FramesView changes, ImagesView images,
   check_shapes(sensor_, problem_ != nullptr, changes, images, reports);
   InteriorPoint method(*problem_);
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-    reports[static_cast<std::size_t>(f)] =
-        method.minimise(changes.row(f), options_, images.row(f));
+    reports[static_cast<std::size_t>(f)] = method.minimise(changes.row(f), options_, images.row(f));
   }
 }
 

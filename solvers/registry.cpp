@@ -22,24 +22,30 @@ std::unique_ptr<Solver> make_solver(JsonObject parameters) {
 SolverRegistry::SolverRegistry() {
   add(OneStepGaussNewton::type,
       {"one-step Gauss-Newton, (J'J + lambda^2 R'R)^-1 J' dv (A4)",
-       {{"prior", "R'R: \"tikhonov\" (identity), \"noser\" (diag(J'J)^1/2), \"laplace\" (2 x the "
-                  "pixel graph's Laplacian); default \"noser\""},
-        {"lambda", "weight of the prior, > 0 or \"auto\"; default \"auto\"; its unit depends on "
-                   "the prior, V per S/m for tikhonov and laplace"}},
+       {{"prior",
+         "R'R: \"tikhonov\" (identity), \"noser\" (diag(J'J)^1/2), \"laplace\" (2 x the "
+         "pixel graph's Laplacian); default \"noser\""},
+        {"lambda",
+         "weight of the prior, > 0 or \"auto\"; default \"auto\"; its unit depends on "
+         "the prior, V per S/m for tikhonov and laplace"}},
        make_solver<OneStepGaussNewton>});
   add(TruncatedSvd::type,
       {"truncated singular value decomposition of J",
        {{"rank", "singular values kept, 1 ... channels / 2 or \"auto\" (the default)"},
-        {"threshold", "in place of a rank: values down to this part of the largest are kept, "
-                      "between 0 and 1 or \"auto\""}},
+        {"threshold",
+         "in place of a rank: values down to this part of the largest are kept, "
+         "between 0 and 1 or \"auto\""}},
        make_solver<TruncatedSvd>});
   add(Pdipm::type,
-      {"total variation by a primal-dual interior point method, min 1/2 |J x - dv|^2 + alpha |A x|_1",
-       {{"alpha", "weight of the total variation, > 0 or \"auto\"; default \"auto\"; V^2 per (S/m "
-                  "x domain unit)"},
+      {"total variation by a primal-dual interior point method, min 1/2 |J x - dv|^2 + alpha |A "
+       "x|_1",
+       {{"alpha",
+         "weight of the total variation, > 0 or \"auto\"; default \"auto\"; V^2 per (S/m "
+         "x domain unit)"},
         {"tolerance", "relative duality gap at which a frame is done, 1e-8 ... 0.1; default 1e-4"},
-        {"max_iterations", "Newton steps after which a frame is given up as not converged, 1 ... "
-                           "1000; default 50"}},
+        {"max_iterations",
+         "Newton steps after which a frame is given up as not converged, 1 ... "
+         "1000; default 50"}},
        make_solver<Pdipm>});
   for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {
     add_plugin_type(learned, "libertbench_models.so");

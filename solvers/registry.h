@@ -62,7 +62,8 @@ class SolverRegistry {
 inline constexpr int solver_interface_version = 1;
 
 /// Entry points of a plugin:
-///     extern "C" int ertbench_solver_interface();                       // solver_interface_version
-///     extern "C" void ertbench_register_solvers(ertbench::SolverRegistry&);
+///     extern "C" int ertbench_solver_interface();                       //
+///     solver_interface_version extern "C" void
+///     ertbench_register_solvers(ertbench::SolverRegistry&);
 
 }  // namespace ertbench
