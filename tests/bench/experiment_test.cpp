@@ -75,6 +75,11 @@ TEST(Experiment, EveryPublishedFileIsValid) {
   }
 }
 
+TEST(Experiment, ReadmesExampleIsValid) {
+  EXPECT_EQ(schema_complaint(read_json_file(ERTBENCH_README_EXPERIMENT)), "");
+  EXPECT_EQ(refusal(ERTBENCH_README_EXPERIMENT), "");
+}
+
 TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
   SolverRegistry registry;
   const Experiment c1 = read_experiment(experiments / "table_c1.json", registry);

@@ -196,6 +196,25 @@ TEST(Program, FailingTrialsCostOnlyTheirRows) {
   }
 }
 
+TEST(Program, ReadmesSolverAndExperimentWork) {
+  const TemporaryFolder folder("readme");
+  json experiment = json::parse(read_text(ERTBENCH_README_EXPERIMENT));
+  experiment["plugins"] = {ERTBENCH_README_PLUGIN};
+  experiment["solvers"].push_back({{"type", "back-projection"}, {"gain", 0.05}});
+  experiment["datasets"]["validation"]["count"] = 20;
+  experiment["datasets"]["test"]["count"] = 20;
+  experiment["timing"] = {{"enabled", false}};
+  write_text(folder / "readme.json", experiment.dump());
+  const Outcome outcome = run_program(folder.path(), "run readme.json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const json summary = summary_of(folder / "results/readme");
+  for (const char* label : {"one-step-gn", "tsvd", "pdipm", "back-projection"}) {
+    EXPECT_EQ(row_of(summary, label).at("status"), "ok");
+  }
+  // It smears, but it points at the contacts.
+  EXPECT_LT(row_of(summary, "back-projection").at("metrics").at("relative_error").at("mean"), 1);
+}
+
 TEST(Program, GenerateWritesTheNamedDataset) {
   const TemporaryFolder folder("generate");
   write_text(folder / "small.json", small_experiment().dump());

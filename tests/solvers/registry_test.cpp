@@ -1,0 +1,134 @@
+#include "solvers/registry.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "forward/errors.h"
+#include "tests/solvers/solver_testing.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+using nlohmann::json;
+
+/// $ERTBENCH_PLUGINS for the length of a test.
+class PluginFolders {
+ public:
+  explicit PluginFolders(const std::string& folders) {
+    ::setenv("ERTBENCH_PLUGINS", folders.c_str(), 1);
+  }
+  ~PluginFolders() { ::unsetenv("ERTBENCH_PLUGINS"); }
+};
+
+std::string failure(SolverRegistry& registry, const json& spec) {
+  return message_of<InputError>([&] { registry.make(JsonObject(spec, "a.json", "/solvers/2")); });
+}
+
+TEST(Registry, KnowsTheSolvers) {
+  EXPECT_EQ(SolverRegistry().types(),
+            (std::vector<std::string>{"one-step-gn", "tsvd", "pdipm", "fcnn", "dcnn", "eit-nn",
+                                      "dd-ert"}));
+}
+
+TEST(Registry, DescribesEveryParameterThatASolverReports) {
+  SolverRegistry registry;
+  for (const char* type : {"one-step-gn", "tsvd", "pdipm"}) {
+    const SolverInfo* const info = registry.find(type);
+    ASSERT_NE(info, nullptr);
+    EXPECT_FALSE(info->summary.empty());
+    for (const auto& [name, value] : make_solver({{"type", type}})->parameters().items()) {
+      EXPECT_TRUE(std::any_of(info->parameters.begin(), info->parameters.end(),
+                              [&](const ParameterInfo& p) { return p.name == name; }))
+          << type << " " << name;
+    }
+  }
+}
+
+TEST(Registry, NamesTheKnownTypesBesideAnUnknownOne) {
+  SolverRegistry registry;
+  const std::string message = failure(registry, {{"type", "gauss"}});
+  EXPECT_EQ(message.find("a.json: /solvers/2/type: no solver is called \"gauss\"; known: one-step-gn"),
+            0u)
+      << message;
+  EXPECT_EQ(registry.find("gauss"), nullptr);
+  EXPECT_EQ(failure(registry, {{"label", "x"}}), "a.json: /solvers/2/type: is missing");
+}
+
+TEST(Registry, TakesALabel) {
+  SolverRegistry registry;
+  EXPECT_EQ(failure(registry, {{"type", "tsvd"}, {"rank", 3}, {"label", "three"}}), "");
+}
+
+TEST(Registry, SaysWhereAMissingPluginWasLookedFor) {
+  SolverRegistry registry;
+  registry.add_plugin_type("elsewhere", "libelsewhere.so");
+  const PluginFolders folders("/first:/second");
+  const std::string message = failure(registry, {{"type", "elsewhere"}});
+  EXPECT_EQ(message.find("a.json: /solvers/2/type: elsewhere lives in libelsewhere.so, which is "
+                         "not in "),
+            0u)
+      << message;
+  EXPECT_NE(message.find("/first, /second"), std::string::npos) << message;
+  EXPECT_EQ(registry.find("elsewhere"), nullptr);
+}
+
+TEST(Registry, ReportsABrokenPlugin) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "libbroken.so") << "not a library";
+  const PluginFolders folders((folder / "").string());
+  SolverRegistry registry;
+  registry.add_plugin_type("broken", "libbroken.so");
+  const std::string message = failure(registry, {{"type", "broken"}});
+  EXPECT_NE(message.find("cannot be loaded"), std::string::npos) << message;
+  EXPECT_EQ(registry.find("broken"), nullptr);
+  // The others are unharmed.
+  EXPECT_EQ(failure(registry, {{"type", "tsvd"}, {"rank", 3}}), "");
+}
+
+TEST(Registry, LoadsAPluginWhenOneOfItsSolversIsMade) {
+  const std::filesystem::path library = ERTBENCH_TEST_PLUGIN;
+  const PluginFolders folders(library.parent_path().string());
+  SolverRegistry registry;
+  registry.add_plugin_type("back-projection", library.filename().string());
+  const json spec = {{"type", "back-projection"}, {"gain", 2}};
+  const std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, "", ""));
+  solver->fit(FitInput{});
+  EXPECT_EQ(solver->parameters(), (json{{"gain", 2}}));
+  const Frames changes = eidors_changes();
+  const Images expected =
+      2 * changes * ForwardModel(Sensor{}, Sensor{}.image_grid).jacobian();
+  EXPECT_LT(relative_difference(reconstruct(*solver, changes).images, expected), 1e-14);
+  EXPECT_EQ(failure(registry, {{"type", "back-projection"}, {"gian", 2}})
+                .find("a.json: /solvers/2/gian: unknown key"),
+            0u);
+}
+
+TEST(Registry, AddsTheTypesOfALoadedPluginAndRefusesThemTwice) {
+  SolverRegistry registry;
+  registry.load_plugin(ERTBENCH_TEST_PLUGIN);
+  EXPECT_EQ(registry.types().back(), "back-projection");
+  EXPECT_NE(registry.find("back-projection"), nullptr);
+  const std::string twice =
+      message_of<InputError>([&] { registry.load_plugin(ERTBENCH_TEST_PLUGIN); });
+  EXPECT_NE(twice.find("two solvers are called \"back-projection\""), std::string::npos) << twice;
+}
+
+TEST(Registry, RefusesALibraryThatIsNoPlugin) {
+  SolverRegistry registry;
+  const std::string message =
+      message_of<InputError>([&] { registry.load_plugin(ERTBENCH_SOLVERS_LIBRARY); });
+  EXPECT_NE(message.find("has no ertbench_solver_interface"), std::string::npos) << message;
+}
+
+TEST(Registry, RefusesAPluginOfAnotherInterface) {
+  SolverRegistry registry;
+  const std::string message =
+      message_of<InputError>([&] { registry.load_plugin(ERTBENCH_OUTDATED_PLUGIN); });
+  EXPECT_NE(message.find("solver interface"), std::string::npos) << message;
+}
+
+}  // namespace
+}  // namespace ertbench

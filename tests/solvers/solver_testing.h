@@ -1,0 +1,111 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "forward/arrays.h"
+#include "forward/dataset_file.h"
+#include "forward/dataset_spec.h"
+#include "forward/forward_model.h"
+#include "forward/generate.h"
+#include "forward/hdf5_file.h"
+#include "forward/json_reader.h"
+#include "solvers/registry.h"
+
+namespace ertbench::testing {
+
+inline std::unique_ptr<Solver> make_solver(const nlohmann::json& spec) {
+  return SolverRegistry().make(JsonObject(spec, "spec.json", ""));
+}
+
+inline std::unique_ptr<Solver> fitted(const nlohmann::json& spec, const Sensor& sensor = {}) {
+  std::unique_ptr<Solver> solver = make_solver(spec);
+  FitInput input;
+  input.sensor = sensor;
+  solver->fit(input);
+  return solver;
+}
+
+struct Reconstruction {
+  Images images;
+  std::vector<FrameReport> reports;
+};
+
+inline Reconstruction reconstruct(const Solver& solver, const Frames& changes,
+                                  const Sensor& sensor = {}) {
+  Reconstruction out{Images(changes.rows(), sensor.pixels()),
+                     std::vector<FrameReport>(static_cast<std::size_t>(changes.rows()))};
+  solver.reconstruct(changes, out.images, out.reports);
+  return out;
+}
+
+inline Hdf5File eidors() { return Hdf5File::open(ERTBENCH_TEST_DATA "/eidors_d2s.h5"); }
+
+/// The changes that EIDORS computed for its six scenes, without noise.
+inline Frames eidors_changes() {
+  const Hdf5File file = eidors();
+  Frames changes = file.read_rows("/scenes/voltages", 0, 6);
+  changes.rowwise() -= file.read_vector("/reference_voltages").transpose();
+  return changes;
+}
+
+inline double relative_difference(const Eigen::Ref<const Eigen::MatrixXd>& a,
+                                  const Eigen::Ref<const Eigen::MatrixXd>& b) {
+  return (a - b).norm() / b.norm();
+}
+
+/// Random contacts with 50 dB noise.
+inline DatasetSpec random_contacts(std::uint64_t count, const Sensor& sensor = {},
+                                   double blank_fraction = 0) {
+  const nlohmann::json spec = {{"count", count},
+                               {"seed", 11},
+                               {"grid", sensor.image_grid},
+                               {"snr_db", 50},
+                               {"snr_basis", "absolute"},
+                               {"scenes", {{"blank_fraction", blank_fraction}}}};
+  return dataset_spec_from_json(JsonObject(spec, "test", ""), sensor, "validation");
+}
+
+inline Frames random_changes(std::uint64_t count, const Sensor& sensor = {}) {
+  const ForwardModel model(sensor, sensor.image_grid);
+  Frames changes = generate_block(random_contacts(count, sensor), model, 0, count).voltages;
+  changes.rowwise() -= model.reference_voltages().transpose();
+  return changes;
+}
+
+/// A folder that is removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    static int count = 0;
+    path_ = std::filesystem::temp_directory_path() /
+            ("ertbench_solvers_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
+    std::filesystem::create_directories(path_);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// What `call` says when it throws `Error`; empty where it does not.
+template <typename Error, typename Call>
+std::string message_of(Call&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace ertbench::testing
