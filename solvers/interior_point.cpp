@@ -7,10 +7,9 @@ namespace ertbench {
 namespace {
 
 constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
-/// Least alpha-weighted edge weight, and the one to go to where rounding fails the factorisation: a
-/// proximal term that keeps rounding in bounds where edges open wide, beside |J| = 1.
+/// Least alpha-weighted edge weight, beside |J| = 1: a proximal term, without effect on where the
+/// iteration ends, that keeps rounding in bounds where edges open wide.
 constexpr double least_weight = 1e-14;
-constexpr double greatest_least_weight = 1e-10;
 /// Alphas above this give the constant image whatever the frame.
 constexpr double greatest_alpha = 1e12;
 /// z+ and z- begin where mu accounts for the whole objective, but not above this many times the
@@ -157,11 +156,7 @@ bool InteriorPoint::step(Eigen::Index channels) {
   weight_ = (above_ * above_slack_ + below_ * below_slack_).inverse();
   const double count = 2 * static_cast<double>(edges_);
   const double mu = ((above_ / above_slack_).sum() + (below_ / below_slack_).sum()) / count;
-  double floor = least_weight;
-  while (!system_.factor((alpha_ * weight_).max(floor).matrix(), channels)) {
-    floor *= 100;
-    if (floor > greatest_least_weight) return false;
-  }
+  if (!system_.factor((alpha_ * weight_).max(least_weight).matrix(), channels)) return false;
 
   // Predictor: straight to mu = 0; how far one gets tells how far mu may be reduced.
   above_target_.setZero(edges_);

@@ -39,16 +39,20 @@ void orthogonalise(const Eigen::MatrixXd& basis, Eigen::VectorXd& vector) {
   for (int twice = 0; twice < 2; ++twice) vector -= basis * (basis.transpose() * vector);
 }
 
-void append(SingularTriplets& found, double value, Eigen::VectorXd left, Eigen::VectorXd right) {
+/// Adds a triplet of c by its vectors; the Rayleigh quotient is its value to rounding.
+void append(SingularTriplets& found, const Eigen::MatrixXd& c, Eigen::VectorXd left,
+            Eigen::VectorXd right) {
   orthogonalise(found.left, left);
   orthogonalise(found.right, right);
+  left.normalize();
+  right.normalize();
   const Eigen::Index k = found.values.size();
   found.values.conservativeResize(k + 1);
   found.left.conservativeResize(Eigen::NoChange, k + 1);
   found.right.conservativeResize(Eigen::NoChange, k + 1);
-  found.values[k] = value;
-  found.left.col(k) = left.normalized();
-  found.right.col(k) = right.normalized();
+  found.values[k] = left.dot(c * right);
+  found.left.col(k) = left;
+  found.right.col(k) = right;
 }
 
 void sort_and_cut(SingularTriplets& found, Eigen::Index count) {
@@ -94,7 +98,7 @@ SingularTriplets triplets_of_square(const Eigen::MatrixXd& c, Eigen::Index count
     bool more = false;
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       if (values[i] <= floor * (1 + 1e-12) || values[i] <= rank_tolerance * largest) continue;
-      append(found, values[i], vectors.col(i).head(n), vectors.col(i).tail(n));
+      append(found, c, vectors.col(i).head(n), vectors.col(i).tail(n));
       more = true;
     }
     sort_and_cut(found, n);

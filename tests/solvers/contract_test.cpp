@@ -64,8 +64,8 @@ TEST_P(SolverContract, ReadsFramesAndWritesImagesInsideLargerArrays) {
   const Sensor sensor;
   Images around = Images::Constant(changes.rows(), sensor.pixels() + 4, -3.0);
   std::vector<FrameReport> reports(static_cast<std::size_t>(changes.rows()));
-  solver_->reconstruct(wide.middleCols(2, changes.cols()),
-                       around.middleCols(1, sensor.pixels()), reports);
+  solver_->reconstruct(wide.middleCols(2, changes.cols()), around.middleCols(1, sensor.pixels()),
+                       reports);
   EXPECT_EQ(Images(around.middleCols(1, sensor.pixels())), reconstruct(*solver_, changes).images);
   EXPECT_TRUE((around.leftCols(1).array() == -3).all());
   EXPECT_TRUE((around.rightCols(3).array() == -3).all());
@@ -91,8 +91,8 @@ TEST_P(SolverContract, RefusesTheFileOfAnotherSensor) {
   solver_->save(folder / "solver.h5");
   Sensor other;
   other.background = 0.05;
-  const std::string message = message_of<InputError>(
-      [&] { make_solver(GetParam())->load(folder / "solver.h5", other); });
+  const std::string message =
+      message_of<InputError>([&] { make_solver(GetParam())->load(folder / "solver.h5", other); });
   EXPECT_NE(message.find("solver.h5"), std::string::npos) << message;
   EXPECT_NE(message.find("sensor"), std::string::npos) << message;
 }
@@ -103,8 +103,8 @@ TEST_P(SolverContract, RefusesTheFileOfAnotherSolver) {
   const json other = linear() && GetParam()["type"] != "one-step-gn"
                          ? json{{"type", "one-step-gn"}, {"lambda", 1}}
                          : json{{"type", "tsvd"}, {"rank", 3}};
-  const std::string message = message_of<InputError>(
-      [&] { make_solver(other)->load(folder / "solver.h5", Sensor{}); });
+  const std::string message =
+      message_of<InputError>([&] { make_solver(other)->load(folder / "solver.h5", Sensor{}); });
   EXPECT_NE(message.find(GetParam()["type"].get<std::string>()), std::string::npos) << message;
 }
 
@@ -139,21 +139,21 @@ TEST_P(SolverContract, AFrameThatIsNotFiniteIsUndefinedAndAloneInThat) {
     const bool broken = f == 3 || f == 7;
     const FrameReport& report = after.reports[static_cast<std::size_t>(f)];
     EXPECT_EQ(report.status == FrameStatus::undefined, broken) << f;
-    if (!broken) EXPECT_EQ(after.images.row(f), before.images.row(f)) << f;
+    if (!broken) {
+      EXPECT_EQ(after.images.row(f), before.images.row(f)) << f;
+    }
   }
   EXPECT_EQ(reconstruct(*solver_, changes.row(3)).reports[0].status, FrameStatus::undefined);
 }
 
 TEST_P(SolverContract, SeesAContactWhereItIs) {
-  // EIDORS's second scene, a disc at (0.5, 0) of 0.6 times the background or its like: whichever
-  // it is, the image falls where the truth does.
-  const Hdf5File file = eidors();
-  const Images truths = file.read_rows("/scenes/conductivity", 0, 6).array() - 0.06;
-  const Images images = reconstruct(*solver_, eidors_changes()).images;
+  // The scenes of EIDORS's with weak contacts (0.6 of the background), which J describes.
+  const Images truths = eidors().read_rows("/scenes/conductivity", 0, 3).array() - 0.06;
+  const Images images = reconstruct(*solver_, eidors_changes().topRows(3)).images;
   for (Eigen::Index f = 0; f < truths.rows(); ++f) {
     const double cosine =
         images.row(f).dot(truths.row(f)) / images.row(f).norm() / truths.row(f).norm();
-    EXPECT_GT(cosine, 0.5) << f;  // 0 for an image that has nothing to do with the truth
+    EXPECT_GT(cosine, 0.5) << f;  // about 0 for an image that has nothing to do with the truth
   }
 }
 

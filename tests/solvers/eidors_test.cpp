@@ -36,14 +36,13 @@ json gn(const char* prior, const char* dataset) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, EidorsImages,
-    ::testing::Values(Case{"gn_tikhonov", gn("tikhonov", "gn_tikhonov")},
-                      Case{"gn_noser", gn("noser", "gn_noser")},
-                      Case{"gn_laplace", gn("laplace", "gn_laplace")},
-                      // EIDORS gives the threshold in percent.
-                      Case{"tsvd",
-                           {{"type", "tsvd"},
-                            {"threshold",
-                             eidors().read_number("/images/tsvd", "hyperparameter") / 100}}}),
+    ::testing::Values(
+        Case{"gn_tikhonov", gn("tikhonov", "gn_tikhonov")},
+        Case{"gn_noser", gn("noser", "gn_noser")}, Case{"gn_laplace", gn("laplace", "gn_laplace")},
+        // EIDORS gives the threshold in percent.
+        Case{"tsvd",
+             {{"type", "tsvd"},
+              {"threshold", eidors().read_number("/images/tsvd", "hyperparameter") / 100}}}),
     [](const auto& instance) { return instance.param.dataset; });
 
 }  // namespace

@@ -39,7 +39,8 @@ TEST(Registry, DescribesEveryParameterThatASolverReports) {
     const SolverInfo* const info = registry.find(type);
     ASSERT_NE(info, nullptr);
     EXPECT_FALSE(info->summary.empty());
-    for (const auto& [name, value] : make_solver({{"type", type}})->parameters().items()) {
+    const json reported = make_solver({{"type", type}})->parameters();
+    for (const auto& [name, value] : reported.items()) {
       EXPECT_TRUE(std::any_of(info->parameters.begin(), info->parameters.end(),
                               [&](const ParameterInfo& p) { return p.name == name; }))
           << type << " " << name;
@@ -50,8 +51,9 @@ TEST(Registry, DescribesEveryParameterThatASolverReports) {
 TEST(Registry, NamesTheKnownTypesBesideAnUnknownOne) {
   SolverRegistry registry;
   const std::string message = failure(registry, {{"type", "gauss"}});
-  EXPECT_EQ(message.find("a.json: /solvers/2/type: no solver is called \"gauss\"; known: one-step-gn"),
-            0u)
+  EXPECT_EQ(
+      message.find("a.json: /solvers/2/type: no solver is called \"gauss\"; known: one-step-gn"),
+      0u)
       << message;
   EXPECT_EQ(registry.find("gauss"), nullptr);
   EXPECT_EQ(failure(registry, {{"label", "x"}}), "a.json: /solvers/2/type: is missing");
@@ -98,8 +100,7 @@ TEST(Registry, LoadsAPluginWhenOneOfItsSolversIsMade) {
   solver->fit(FitInput{});
   EXPECT_EQ(solver->parameters(), (json{{"gain", 2}}));
   const Frames changes = eidors_changes();
-  const Images expected =
-      2 * changes * ForwardModel(Sensor{}, Sensor{}.image_grid).jacobian();
+  const Images expected = 2 * changes * ForwardModel(Sensor{}, Sensor{}.image_grid).jacobian();
   EXPECT_LT(relative_difference(reconstruct(*solver, changes).images, expected), 1e-14);
   EXPECT_EQ(failure(registry, {{"type", "back-projection"}, {"gian", 2}})
                 .find("a.json: /solvers/2/gian: unknown key"),

@@ -88,8 +88,7 @@ TEST(TruncatedSvd, IsThePseudoinverseOfTheTruncatedJacobian) {
         svd.matrixV().leftCols(rank) *
         (svd.singularValues().head(rank).cwiseInverse().asDiagonal() *
          (svd.matrixU().leftCols(rank).transpose() * changes.transpose()));
-    const Images images =
-        reconstruct(*fitted({{"type", "tsvd"}, {"rank", rank}}), changes).images;
+    const Images images = reconstruct(*fitted({{"type", "tsvd"}, {"rank", rank}}), changes).images;
     // Rounding, 1e-15, over the smallest value kept (1e-3 at rank 70) and gaps between values.
     EXPECT_LT(relative_difference(images, expected.transpose()), 1e-9) << rank;
   }

@@ -40,10 +40,9 @@ class BackProjection final : public Solver {
 extern "C" int ertbench_solver_interface() { return ERTBENCH_PLUGIN_INTERFACE; }
 
 extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
-  registry.add("back-projection",
-               {"back projection",
-                {{"gain", "> 0, default 1"}},
-                [](JsonObject parameters) -> std::unique_ptr<Solver> {
-                  return std::make_unique<BackProjection>(std::move(parameters));
-                }});
+  registry.add("back-projection", {"back projection",
+                                   {{"gain", "> 0, default 1"}},
+                                   [](JsonObject parameters) -> std::unique_ptr<Solver> {
+                                     return std::make_unique<BackProjection>(std::move(parameters));
+                                   }});
 }
