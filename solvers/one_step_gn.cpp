@@ -1,9 +1,9 @@
 #include "solvers/one_step_gn.h"
 
-#include <Eigen/SVD>
 #include <nlohmann/json.hpp>
 
 #include "forward/forward_model.h"
+#include "solvers/dense_svd.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -24,10 +24,10 @@ class RegularisedInverse {
       constant_data_ = q.transpose() / constant.norm();
       constant_jacobian_ = constant_data_ * jacobian;
     }
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(shaped, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    values_ = svd.singularValues();
-    left_ = svd.matrixU();
-    right_ = prior.shaping * svd.matrixV();
+    const DenseSvd svd = dense_svd(shaped);
+    values_ = svd.values;
+    left_ = svd.left;
+    right_ = prior.shaping * svd.right;
   }
 
   double largest() const { return values_[0]; }

@@ -75,7 +75,8 @@ ERTBENCH_SOLVE(table_c1_contact_update, table_c1, contact_update);
 void disc(benchmark::State& state, ForwardMethod method) {
   const int grid = static_cast<int>(state.range(0));
   SceneDistribution d = table_c1();
-  d.radius = {state.range(1) / 1000.0, state.range(1) / 1000.0};
+  const double radius = static_cast<double>(state.range(1)) / 1000;
+  d.radius = {radius, radius};
   const ForwardModel model(Sensor{}, grid);
   const Images images = sheets(d, 32, grid);
   const ContactUpdate update(grid, electrode_nodes(Sensor{}, grid));
