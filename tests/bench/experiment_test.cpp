@@ -10,6 +10,7 @@
 
 #include "bench/cache.h"
 #include "forward/errors.h"
+#include "forward/forward_model.h"
 #include "forward/json_reader.h"
 #include "solvers/registry.h"
 #include "tests/bench/program.h"
@@ -96,6 +97,31 @@ TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
   for (const std::uint64_t index : {0u, 17u, 999u}) {
     EXPECT_EQ(to_json(c1.tests[0].scene(index)), to_json(fine.tests[0].scene(index)));
   }
+}
+
+TEST(Experiment, FineGridIsWithinAQuarterOfTheNoise) {
+  SolverRegistry registry;
+  const DatasetSpec set =
+      read_experiment(experiments / "table_c1_fine.json", registry).tests.front();
+  const auto change_on = [&](int grid, const Scene& scene) {
+    const ForwardModel model(set.sensor, grid);
+    Eigen::VectorXd ratio(grid * grid);
+    rasterise(scene, grid, Rasterisation::area, ratio);
+    const Frames voltages = model.solve(set.sensor.background * ratio.transpose());
+    return Eigen::VectorXd(voltages.row(0).transpose() - model.reference_voltages());
+  };
+  const double noise = std::pow(10, -*set.noise.snr_db / 20) *
+                       ForwardModel(set.sensor, set.grid).reference_voltages().norm();
+  // Cut pixels make the error first order in the pixel's side: what is left on this grid is about
+  // twice what changes on the next one.
+  double largest = 0;
+  for (std::uint64_t index = 0; index < 12; ++index) {
+    const Scene scene = set.scene(index);
+    const double difference = (change_on(set.grid, scene) - change_on(2 * set.grid, scene)).norm();
+    EXPECT_LT(2 * difference, noise / 4) << "scene " << index;
+    largest = std::max(largest, difference);
+  }
+  EXPECT_GT(largest, 0);
 }
 
 /// A small experiment that is right.
