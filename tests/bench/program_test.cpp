@@ -166,7 +166,11 @@ TEST(Program, FailingTrialsCostOnlyTheirRows) {
   const TemporaryFolder folder("fail");
   json experiment = small_experiment();
   experiment["plugins"] = {ERTBENCH_MISBEHAVING_PLUGIN};
+#ifdef __SANITIZE_ADDRESS__
+  experiment["time_limit_s"] = 60;
+#else
   experiment["time_limit_s"] = 8;
+#endif
   experiment["solvers"] = json::array({{{"type", "tsvd"}, {"rank", 30}}});
   for (const char* how : {"crash", "throw", "hang", "nan", "stops"}) {
     experiment["solvers"].push_back({{"type", "misbehaving"}, {"how", how}, {"label", how}});
