@@ -229,9 +229,8 @@ int parse_and_run(int argc, char** argv) {
 
   const std::string command = argc > 1 ? argv[1] : "";
   const auto commands = app.get_subcommands(nullptr);
-  const bool known = std::any_of(commands.begin(), commands.end(), [&](const CLI::App* one) {
-    return one->get_name() == command;
-  });
+  const bool known = std::any_of(commands.begin(), commands.end(),
+                                 [&](const CLI::App* one) { return one->get_name() == command; });
   if (!command.empty() && command[0] != '-' && !known) {
     throw InputError("no command is called \"" + command +
                      "\"; there are run, generate, reconstruct, list");
