@@ -255,10 +255,6 @@ double ratio_of(const std::vector<Share>& shares, int head, const std::vector<Ou
 
 }  // namespace
 
-double covered_area(const Contact& contact, const Vector2d& corner, double side) {
-  return coverage(Outline(contact), corner, side) * side * side;
-}
-
 void rasterise(const Scene& scene, int grid, Rasterisation rule, Eigen::Ref<VectorXd> ratio) {
   const double side = 2.0 / grid;
   ratio.setOnes();

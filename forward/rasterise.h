@@ -21,9 +21,6 @@ void rasterise(const Scene& scene, int grid, Rasterisation rule, Eigen::Ref<Eige
 
 inline constexpr int overlap_lines = 64;
 
-/// Area that a contact covers of the square [corner, corner + side]^2, exact up to rounding.
-double covered_area(const Contact& contact, const Eigen::Vector2d& corner, double side);
-
 const char* name_of(Rasterisation rule);
 
 }  // namespace ertbench
