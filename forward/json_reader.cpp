@@ -275,6 +275,22 @@ std::vector<std::array<double, 2>> JsonObject::points(std::string_view key, std:
   return out;
 }
 
+std::vector<int> JsonObject::integers(std::string_view key, std::size_t least, std::size_t most,
+                                      std::pair<int, int> range) {
+  const json& v = at(key);
+  const auto fits = [&](const json& x) {
+    return x.is_number_integer() && x >= range.first && x <= range.second;
+  };
+  if (!v.is_array() || v.size() < least || v.size() > most ||
+      !std::all_of(v.begin(), v.end(), fits)) {
+    fail(key, "must be an array of " + std::to_string(least) +
+                  (most == least ? "" : " to " + std::to_string(most)) + " whole numbers from " +
+                  std::to_string(range.first) + " to " + std::to_string(range.second) + ", got " +
+                  shown(v));
+  }
+  return v.get<std::vector<int>>();
+}
+
 JsonObject JsonObject::object(std::string_view key) {
   return JsonObject(at(key), source_, path_of(key));
 }

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace ertbench {
@@ -58,6 +59,10 @@ class JsonObject {
                                             std::size_t most, Range range);
   /// An array of `size` numbers.
   std::vector<double> numbers(std::string_view key, std::size_t size, Range range = {});
+
+  /// An array of `least` to `most` whole numbers, each in `range`.
+  std::vector<int> integers(std::string_view key, std::size_t least, std::size_t most,
+                            std::pair<int, int> range);
 
   JsonObject object(std::string_view key);
   std::vector<JsonObject> objects(std::string_view key);  ///< an array of objects

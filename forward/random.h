@@ -10,7 +10,7 @@
 namespace ertbench {
 
 /// What random numbers are drawn for; part of the key, so that adding a purpose changes no other.
-enum class Purpose : std::uint64_t { scene = 1, noise = 2 };
+enum class Purpose : std::uint64_t { scene = 1, noise = 2, training = 3 };
 
 /// FNV-1a: a name as part of a key.
 constexpr std::uint64_t key_of(std::string_view name) {

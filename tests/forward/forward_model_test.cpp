@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "forward/random.h"
 #include "forward/rasterise.h"
+#include "forward/symmetry.h"
 #include "tests/forward/reference_data.h"
 
 namespace ertbench {
@@ -127,51 +129,31 @@ TEST(ForwardModel, ReciprocityHolds) {
   }
 }
 
-/// One of the square's symmetries: where a node of the plane goes, and electrode k with it.
-struct Symmetry {
-  int quarter_turns;  ///< clockwise, as the electrodes run
-  bool mirrored;      ///< x -> -x first
-
-  int pixel(int p, int grid) const {
-    int row = p / grid;
-    int column = p % grid;
-    if (mirrored) column = grid - 1 - column;
-    for (int t = 0; t < quarter_turns; ++t) {  // (x, y) -> (y, -x)
-      const int turned = grid - 1 - column;
-      column = row;
-      row = turned;
-    }
-    return column + grid * row;
-  }
-  int electrode(int k) const { return ((mirrored ? 19 - k : k) + 4 * quarter_turns) % 16; }
-};
-
-TEST(ForwardModel, EightSymmetries) {
+TEST(ForwardModel, TurnsWithTheSymmetriesOfTheSquare) {
   const Sensor sensor;
   const ForwardModel model(sensor, 24);
   const Eigen::VectorXd sheet = random_sheets(1, 24, 11).row(0);
   const Eigen::VectorXd voltages = model.solve(sheet.transpose()).row(0);
-  const auto channels = channels_of(sensor);
-  for (int s = 0; s < 8; ++s) {
-    const Symmetry symmetry{s % 4, s >= 4};
-    Eigen::VectorXd moved(sheet.size());
-    for (int p = 0; p < 576; ++p) moved[symmetry.pixel(p, 24)] = sheet[p];
-    const Eigen::VectorXd seen = model.solve(moved.transpose()).row(0);
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-      // A mirror turns the pair (k, k + 1) into (m + 1, m): drive and measurement both change sign.
-      const auto pair = [&](int k) {
-        const int a = symmetry.electrode(k);
-        const int b = symmetry.electrode((k + 1) % 16);
-        return (a + 1) % 16 == b ? a : b;
-      };
-      const int drive = pair(channels[c].drive);
-      const int measurement = pair(channels[c].measurement);
-      std::size_t image = 0;
-      while (channels[image].drive != drive || channels[image].measurement != measurement) ++image;
-      EXPECT_NEAR(seen[static_cast<Eigen::Index>(image)], voltages[static_cast<Eigen::Index>(c)],
-                  1e-11 * voltages.norm());
-    }
+  const std::vector<Symmetry> all = symmetries(sensor);
+  ASSERT_EQ(all.size(), 8u);
+  std::set<std::vector<int>> different;
+  for (const Symmetry& symmetry : all) {
+    different.insert(symmetry.pixels);
+    const Eigen::VectorXd turned = sheet(symmetry.pixels);
+    const Eigen::VectorXd seen = model.solve(turned.transpose()).row(0);
+    EXPECT_LT((seen - voltages(symmetry.channels)).norm(), 1e-11 * voltages.norm());
   }
+  EXPECT_EQ(different.size(), 8u);
+}
+
+TEST(ForwardModel, SymmetriesAreThoseOfTheElectrodes) {
+  Sensor shifted;
+  shifted.image_grid = 40;
+  shifted.electrode_offset = 0.1;  // symmetric to no middle line: rotations alone
+  EXPECT_EQ(symmetries(shifted).size(), 4u);
+  Sensor corners;
+  corners.electrode_offset = 0;
+  EXPECT_EQ(symmetries(corners).size(), 8u);
 }
 
 TEST(ForwardModel, ScalesWithCurrentAndBackground) {
