@@ -59,11 +59,10 @@ class SolverRegistry {
 };
 
 /// The version that a plugin must have been built against.
-inline constexpr int solver_interface_version = 1;
+inline constexpr int solver_interface_version = 2;
 
-/// Entry points of a plugin:
-///     extern "C" int ertbench_solver_interface();                       //
-///     solver_interface_version extern "C" void
-///     ertbench_register_solvers(ertbench::SolverRegistry&);
+/// Entry points of a plugin; the first returns solver_interface_version:
+///     extern "C" int ertbench_solver_interface();
+///     extern "C" void ertbench_register_solvers(ertbench::SolverRegistry&);
 
 }  // namespace ertbench

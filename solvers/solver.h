@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -36,6 +37,15 @@ struct FitInput {
   const DatasetFile* validation = nullptr;  ///< may be null where no parameter is "auto"
   std::filesystem::path work_folder;        ///< for checkpoints and logs; exists
   int threads = 1;                          ///< upper limit
+  /// Where set, called now and then by a long fit, from the calling thread, with what is done.
+  std::function<void(std::uint64_t done, std::uint64_t total, const std::string& text)> progress;
+};
+
+/// How a fit went, where the solver it left can be used and yet there is something to say.
+struct FitReport {
+  std::string status = "ok";  ///< or a word or two: "diverged", "discriminator collapsed"
+  std::string message;        ///< what happened, where the status is not "ok"
+  double earlier_s = 0;       ///< spent by interrupted fits that this one went on from
 };
 
 /// A reconstruction method: voltages in, image of the conductivity change out.
@@ -69,10 +79,15 @@ class Solver {
 
   /// Throws InputError where the parameters do not suit this sensor; called before any work begins.
   virtual void check(const Sensor&) const {}
+  /// Whether `fit` needs the training set, and the validation set with it.
+  virtual bool needs_training() const { return false; }
 
   /// Does everything that depends only on the sensor and the data. Throws InputError where a
   /// parameter is "auto" and the set it is chosen on is missing.
   virtual void fit(const FitInput& input) = 0;
+
+  /// How `fit` went; kept by `save`.
+  virtual FitReport fit_report() const { return {}; }
 
   /// Reconstructs all frames, one or many. Const and thread-safe.
   /// `changes` [frames, channels]: V, measured voltages less the reference voltages.

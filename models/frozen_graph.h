@@ -1,0 +1,32 @@
+#pragma once
+
+#include <torch/types.h>
+
+#include <memory>
+
+#include "models/network.h"
+
+namespace torch::jit {
+struct GraphExecutor;
+}
+
+namespace ertbench {
+
+/// A trained network with its weights as constants: batch normalisations folded into the
+/// convolutions before them, weights kept in the layout that the processor's convolutions want.
+class FrozenGraph {
+ public:
+  /// `network` is put into evaluation mode and must not be trained any further.
+  FrozenGraph(Network& network, int channels);
+  ~FrozenGraph();
+  FrozenGraph(FrozenGraph&&) noexcept;
+  FrozenGraph& operator=(FrozenGraph&&) noexcept;
+
+  /// As Network::forward. Thread-safe.
+  torch::Tensor run(const torch::Tensor& frames) const;
+
+ private:
+  std::unique_ptr<torch::jit::GraphExecutor> executor_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <torch/serialize/archive.h>
+#include <torch/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ertbench {
+
+/// What the training of a network minimises, together with whatever is trained against it.
+class Objective {
+ public:
+  virtual ~Objective() = default;
+
+  /// The parts of the loss, as the log's columns call them.
+  virtual std::vector<std::string> terms() const { return {}; }
+
+  /// The loss of one batch: `images` as the network made them, `truths`, both [frames, 1, grid,
+  /// grid]. Trains the network's opponent first, where there is one. `terms` [terms().size()]
+  /// receives the parts.
+  virtual torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
+                             std::vector<double>& terms) = 0;
+
+  virtual void set_learning_rate(double) {}
+  /// After an epoch: what has gone wrong in it, for the status; nothing where all is well.
+  virtual std::optional<std::string> collapse() { return std::nullopt; }
+
+  /// All that the next step depends on.
+  virtual void save(torch::serialize::OutputArchive&) const {}
+  virtual void load(torch::serialize::InputArchive&) {}
+};
+
+/// Mean squared error, |y - S y_true|^2 where a blur S is given.
+class SquaredError final : public Objective {
+ public:
+  SquaredError() = default;
+  /// `blur` [pixels, pixels].
+  explicit SquaredError(const torch::Tensor& blur) : blur_(blur) {}
+  torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
+                     std::vector<double>& terms) override;
+
+ private:
+  torch::Tensor blur_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace ertbench {
+
+/// One line for each epoch of a training, written as training.csv into the work folder:
+/// `epoch,loss,<terms>,validation_error,learning_rate,seconds`; losses are means over the epoch's
+/// steps, seconds the epoch's own.
+class TrainingLog {
+ public:
+  explicit TrainingLog(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+
+  void add(std::vector<double> row) { rows_.push_back(std::move(row)); }
+  void write(const std::filesystem::path& folder) const;
+
+  nlohmann::json rows() const;
+  void set_rows(const nlohmann::json& rows);
+
+ private:
+  std::vector<std::string> columns_;
+  std::vector<std::vector<double>> rows_;
+};
+
+/// Writes a file aside by `write(path)` and renames it to `file`.
+template <typename Write>
+void replace_file(const std::filesystem::path& file, Write&& write) {
+  std::filesystem::path aside = file;
+  aside += ".part";
+  write(aside);
+  std::filesystem::rename(aside, file);
+}
+
+}  // namespace ertbench

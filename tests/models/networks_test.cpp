@@ -1,0 +1,179 @@
+// The networks against their sources: shapes, numbers of parameters, formulas.
+
+#include <gtest/gtest.h>
+#include <torch/torch.h>
+
+#include "models/dcnn.h"
+#include "models/dd_ert_generator.h"
+#include "models/eit_nn.h"
+#include "models/fcnn.h"
+#include "models/frozen_graph.h"
+#include "models/patch_discriminator.h"
+#include "models/spatial_attention.h"
+
+namespace ertbench {
+namespace {
+
+std::int64_t parameters_of(const torch::nn::Module& module) {
+  std::int64_t count = 0;
+  for (const torch::Tensor& parameter : module.parameters()) count += parameter.numel();
+  return count;
+}
+
+struct Named {
+  const char* name;
+  std::function<std::shared_ptr<Network>()> make;
+};
+
+const Named networks[] = {
+    {"fcnn",
+     [] {
+       return std::make_shared<Fcnn>(Sensor{}, std::vector{2304, 576, 576});
+     }},
+    {"dcnn",
+     [] {
+       return std::make_shared<Dcnn>(Sensor{}, std::array{64, 128, 256});
+     }},
+    {"eit-nn",
+     [] {
+       return std::make_shared<EitNn>(Sensor{}, std::vector{2304, 576, 576}, std::array{32, 64});
+     }},
+    {"dd-ert", [] { return std::make_shared<DdErtGenerator>(Sensor{}, GeneratorShape{}); }},
+};
+
+TEST(Networks, MakeAnImageOfEachFrame) {
+  torch::manual_seed(1);
+  for (const Named& network : networks) {
+    SCOPED_TRACE(network.name);
+    const torch::Tensor images = network.make()->forward(torch::randn({3, 208}));
+    EXPECT_EQ(images.sizes(), (std::vector<std::int64_t>{3, 1, 24, 24}));
+  }
+}
+
+// Weights and biases, counted by hand from the layers in the headers.
+
+TEST(Networks, FcnnHasTheParametersOfItsLayers) {
+  const std::int64_t dense = 208 * 2304 + 2304 * 576 + 576 * 576;
+  const std::int64_t normalisation = 2 * (2304 + 576 + 576);
+  EXPECT_EQ(parameters_of(*networks[0].make()), dense + normalisation + 576 * 576 + 576);
+}
+
+TEST(Networks, DcnnHasTheParametersOfItsLayers) {
+  const std::int64_t encoder = 9 * (64 + 64 * 128 + 128 * 256);
+  const std::int64_t decoder = 9 * 256 * 128 + 4 * 128 * 64 + 9 * 64 + 1;
+  const std::int64_t per_channel = 2 + 1;  // normalisation, slope of the PReLU
+  EXPECT_EQ(parameters_of(*networks[1].make()),
+            encoder + decoder + per_channel * (64 + 128 + 256 + 128 + 64));
+}
+
+TEST(Networks, EitNnHasTheParametersOfItsSource) {
+  const std::int64_t dense = 208 * 2304 + 2304 * 576 + 576 * 576 + 2 * (2304 + 576 + 576);
+  const std::int64_t convolutions = 9 * (32 + 32 * 64 + 64) + 2 * (32 + 64);
+  EXPECT_EQ(parameters_of(*networks[2].make()), dense + convolutions);
+}
+
+TEST(Networks, DdErtHasTheParametersOfItsFigure) {
+  const std::int64_t w = 24;
+  const auto block = [](std::int64_t in, std::int64_t out) {
+    return 9 * (in * out + out * out) + 2 * 2 * out;  // two convolutions, two normalisations
+  };
+  const std::int64_t encoder =
+      block(1, w) + block(w, 2 * w) + block(2 * w, 4 * w) + block(4 * w, 8 * w);
+  const std::int64_t rises =
+      (9 * 8 * w * 4 * w + 4 * w) + (4 * 4 * w * 2 * w + 2 * w) + (4 * 2 * w * w + w);
+  const std::int64_t decoder = block(8 * w, 4 * w) + block(4 * w, 2 * w) + block(2 * w, w);
+  const std::int64_t attention = 2 * (2 * 7 * 7);
+  EXPECT_EQ(parameters_of(*networks[3].make()),
+            208 * 576 + 576 + encoder + rises + decoder + attention + w + 1);
+
+  GeneratorShape plain;
+  plain.attention = false;
+  EXPECT_EQ(parameters_of(DdErtGenerator(Sensor{}, plain)),
+            parameters_of(*networks[3].make()) - attention);
+}
+
+TEST(Networks, DiscriminatorJudgesPatchesOf16Pixels) {
+  torch::manual_seed(2);
+  PatchDiscriminator discriminator(std::array{64, 128});
+  EXPECT_EQ(parameters_of(*discriminator), 16 * 64 + 64 + 16 * 64 * 128 + 2 * 128 + 16 * 128 + 1);
+  discriminator->eval();
+  const torch::Tensor image = torch::randn({1, 1, 24, 24}).set_requires_grad(true);
+  const torch::Tensor odds = discriminator->forward(image);
+  ASSERT_EQ(odds.sizes(), (std::vector<std::int64_t>{1, 1, 10, 10}));
+  odds[0][0][4][5].backward();
+  const torch::Tensor seen = image.grad()[0][0] != 0;
+  EXPECT_EQ(seen.any(0).sum().item<int>(), 16);
+  EXPECT_EQ(seen.any(1).sum().item<int>(), 16);
+}
+
+TEST(Networks, AttentionIsFormulaB2) {
+  torch::manual_seed(3);
+  SpatialAttention attention;
+  const torch::Tensor features = torch::randn({2, 5, 6, 6});
+  const torch::Tensor weighted = attention->forward(features);
+  const torch::Tensor kernel = attention->parameters().front();  // [1, 2, 7, 7]
+  for (int frame = 0; frame < 2; ++frame) {
+    for (int y = 0; y < 6; ++y) {
+      for (int x = 0; x < 6; ++x) {
+        double sum = 0;
+        for (int dy = -3; dy <= 3; ++dy) {
+          for (int dx = -3; dx <= 3; ++dx) {
+            if (y + dy < 0 || y + dy > 5 || x + dx < 0 || x + dx > 5) continue;
+            const torch::Tensor column = features.index({frame, "...", y + dy, x + dx});
+            sum += column.mean().item<double>() * kernel[0][0][dy + 3][dx + 3].item<double>() +
+                   column.max().item<double>() * kernel[0][1][dy + 3][dx + 3].item<double>();
+          }
+        }
+        for (int c = 0; c < 5; ++c) {
+          EXPECT_NEAR(weighted[frame][c][y][x].item<double>(),
+                      features[frame][c][y][x].item<double>() / (1 + std::exp(-sum)), 1e-5);
+        }
+      }
+    }
+  }
+}
+
+TEST(Networks, DcnnSeesTheDriveMeasurementMap) {
+  // Which channels can act on a pixel follows from their places in the map, whatever the weights.
+  const Sensor sensor;
+  Dcnn network(sensor, {4, 4, 4});
+  network.eval();
+  const torch::Tensor frame = torch::randn({1, 208}).set_requires_grad(true);
+  network.forward(frame)[0][0][0][0].backward();
+  // The corner pixel comes from place 0 of the 4 x 4 map along each side; back through convolution
+  // and pool that is 0 ... 3 of 8, then 0 ... 9 of 16, then 0 ... 10 of the drives and
+  // measurements.
+  const auto channels = channels_of(sensor);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const bool near = channels[c].drive <= 10 && channels[c].measurement <= 10;
+    if (!near) {
+      EXPECT_EQ(frame.grad()[0][static_cast<std::int64_t>(c)].item<float>(), 0.0f) << c;
+    }
+  }
+  EXPECT_GT(frame.grad().abs().sum().item<float>(), 0.0f);
+}
+
+TEST(Networks, FrozenGraphIsTheNetwork) {
+  torch::manual_seed(4);
+  for (const Named& named : networks) {
+    SCOPED_TRACE(named.name);
+    const std::shared_ptr<Network> network = named.make();
+    network->train();
+    for (int i = 0; i < 3; ++i) network->forward(torch::randn({16, 208}) * 2 + 1);  // statistics
+    network->eval();
+    const torch::Tensor frames = torch::randn({7, 208});
+    const torch::Tensor expected = network->forward(frames).detach();
+    const FrozenGraph graph(*network, 208);
+    const torch::Tensor images = graph.run(frames);
+    // float32, some ten layers, summed in another order
+    EXPECT_LT((images - expected).norm().item<double>(), 1e-5 * expected.norm().item<double>());
+    for (int f = 0; f < 7; ++f) {
+      EXPECT_LT(
+          (graph.run(frames.slice(0, f, f + 1)) - images.slice(0, f, f + 1)).norm().item<double>(),
+          1e-5 * expected.norm().item<double>());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ertbench

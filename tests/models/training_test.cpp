@@ -1,0 +1,266 @@
+// Training: repeatable bit for bit, resumable, honest about divergence.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <torch/torch.h>
+
+#include <fstream>
+
+#include "forward/errors.h"
+#include "models/adversarial_objective.h"
+#include "models/dd_ert_generator.h"
+#include "models/sensitivity.h"
+#include "models/torch_runtime.h"
+#include "models/trainer.h"
+#include "tests/models/models_testing.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+namespace fs = std::filesystem;
+
+TrainingSettings small_settings() {
+  TrainingSettings settings;
+  settings.epochs = 4;
+  settings.batch = 16;
+  return settings;
+}
+
+/// Everything of one training of a narrow DD-ERT, up to its weights.
+struct SmallTraining {
+  SmallTraining(const TrainingFiles& files, const TrainingSettings& chosen) : settings(chosen) {
+    start_torch(1);
+    torch::manual_seed(settings.seed);
+    const FitInput input = files.input();
+    const Standardisation standardisation = Standardisation::of(*input.training);
+    network = std::make_shared<DdErtGenerator>(Sensor{}, GeneratorShape{.width = 4});
+    objective = std::make_unique<AdversarialObjective>(
+        AdversarialSettings{.discriminator_widths = {4, 8}, .bfloat16 = chosen.bfloat16});
+    scenes.emplace(*input.training, standardisation, settings);
+    validation.emplace(*input.validation, standardisation);
+  }
+
+  TrainingResult run(const TrainingOutlet& outlet) {
+    return train(*network, *objective, *scenes, *validation, settings, outlet);
+  }
+
+  std::vector<float> weights() const {
+    std::vector<float> all;
+    for (const torch::Tensor& tensor : network->parameters()) {
+      const torch::Tensor flat = tensor.detach().flatten().contiguous();
+      all.insert(all.end(), flat.data_ptr<float>(), flat.data_ptr<float>() + flat.numel());
+    }
+    return all;
+  }
+
+  TrainingSettings settings;
+  std::shared_ptr<DdErtGenerator> network;
+  std::unique_ptr<Objective> objective;
+  std::optional<TrainingSet> scenes;
+  std::optional<ValidationSet> validation;
+};
+
+std::vector<float> weights_after(const TrainingFiles& files, const TrainingSettings& settings) {
+  const TemporaryFolder folder;
+  SmallTraining training(files, settings);
+  training.run({.folder = folder / ""});
+  return training.weights();
+}
+
+TEST(Training, IsTheSameBitForBit) {
+  const TrainingFiles files;
+  TrainingSettings settings = small_settings();
+  const std::vector<float> first = weights_after(files, settings);
+  EXPECT_EQ(weights_after(files, settings), first);
+  settings.seed = 2;
+  EXPECT_NE(weights_after(files, settings), first);
+}
+
+class Interrupted : public std::exception {};
+
+TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
+  const TrainingFiles files;
+  for (const bool new_scenes : {false, true}) {
+    SCOPED_TRACE(new_scenes);
+    TrainingSettings settings = small_settings();
+    settings.new_scenes = new_scenes;
+    const std::vector<float> whole = weights_after(files, settings);
+
+    const TemporaryFolder folder;
+    {
+      SmallTraining cut(files, settings);
+      // Reading the third epoch's log line means that two are in the checkpoint; then it dies.
+      const auto dies = [&](std::uint64_t, std::uint64_t, const std::string& text) {
+        if (text.starts_with("epoch 3")) throw Interrupted();
+      };
+      TrainingOutlet outlet{.folder = folder / "", .checkpoint_interval_s = 0, .progress = dies};
+      outlet.progress_interval_s = 0;
+      EXPECT_THROW(cut.run(outlet), Interrupted);
+      EXPECT_TRUE(fs::exists(folder / "checkpoint.pt"));
+    }
+    SmallTraining resumed(files, settings);
+    int first_epoch = 0;
+    TrainingOutlet outlet{.folder = folder / "", .progress = [&](auto, auto, const auto& text) {
+                            if (first_epoch == 0) first_epoch = std::stoi(text.substr(6));
+                          }};
+    outlet.progress_interval_s = 0;
+    const TrainingResult result = resumed.run(outlet);
+    EXPECT_EQ(first_epoch, 3);
+    EXPECT_EQ(result.epochs, 4);
+    EXPECT_EQ(resumed.weights(), whole);
+    EXPECT_FALSE(fs::exists(folder / "checkpoint.pt"));
+    std::ifstream log(folder / "training.csv");
+    int lines = 0;
+    for (std::string line; std::getline(log, line);) ++lines;
+    EXPECT_EQ(lines, 5);
+  }
+}
+
+TEST(Training, ADamagedCheckpointIsNotUsed) {
+  const TrainingFiles files;
+  const TemporaryFolder folder;
+  std::ofstream(folder / "checkpoint.pt") << "torn";
+  SmallTraining training(files, small_settings());
+  EXPECT_EQ(training.run({.folder = folder / ""}).epochs, 4);
+}
+
+TEST(Training, LearnsInEitherPrecision) {
+  const TrainingFiles files(256, 40);
+  for (const bool bfloat16 : {false, true}) {
+    TrainingSettings settings = small_settings();
+    settings.epochs = 6;
+    settings.bfloat16 = bfloat16;
+    const TemporaryFolder folder;
+    SmallTraining training(files, settings);
+    const double before = training.validation->score(*training.network).error;
+    const TrainingResult result = training.run({.folder = folder / ""});
+    EXPECT_EQ(result.report.status, "ok");
+    EXPECT_LT(result.validation_error, before);
+    EXPECT_LT(result.validation_error, 1);  // better than no image
+  }
+}
+
+TEST(Training, KeepsTheBestWeightsAndStopsEarly) {
+  const TrainingFiles files;
+  TrainingSettings settings = small_settings();
+  settings.epochs = 30;
+  settings.one_cycle = false;
+  settings.learning_rate = 0.05;  // too much: it soon gets worse
+  settings.patience = 2;
+  const TemporaryFolder folder;
+  SmallTraining training(files, settings);
+  const TrainingResult result = training.run({.folder = folder / ""});
+  EXPECT_LT(result.epochs, 30);
+  EXPECT_EQ(result.epochs - result.best_epoch, 2);
+  EXPECT_NEAR(training.validation->score(*training.network).error, result.validation_error, 1e-9);
+}
+
+TEST(Training, DivergenceIsReported) {
+  const TrainingFiles files;
+  TrainingSettings settings = small_settings();
+  settings.learning_rate = 1e38;
+  const TemporaryFolder folder;
+  SmallTraining training(files, settings);
+  EXPECT_THAT(message_of<std::runtime_error>([&] { training.run({.folder = folder / ""}); }),
+              ::testing::HasSubstr("diverged"));
+}
+
+TEST(Training, AGeneratorThatIgnoresItsFrameIsReported) {
+  const TrainingFiles files;
+  TrainingSettings settings = small_settings();
+  settings.epochs = 1;
+  SmallTraining training(files, settings);
+  const torch::NoGradGuard no_gradients;
+  // A last bias far below zero: every image is blank.
+  for (auto& named : training.network->named_parameters()) {
+    if (named.key() == "image.bias") named.value().fill_(-40);
+  }
+  const TemporaryFolder folder;
+  torch::AutoGradMode gradients(true);
+  EXPECT_EQ(training.run({.folder = folder / ""}).report.status, "generator collapsed");
+}
+
+TEST(Sensitivity, DenseLayerBeginsAsOneStepGaussNewton) {
+  const TrainingFiles files;
+  const FitInput input = files.input();
+  const Standardisation standardisation = Standardisation::of(*input.training);
+  torch::nn::Linear layer(208, 576);
+  set_sensitivity_inverse(layer, input, standardisation);
+
+  const auto gauss_newton = make_solver({{"type", "one-step-gn"}, {"prior", "noser"}});
+  gauss_newton->fit(input);
+  const Frames changes = random_changes(4);
+  const Images expected = reconstruct(*gauss_newton, changes).images;
+  const torch::Tensor y = layer->forward(standardisation.apply(changes)).detach().contiguous();
+  const Images images =
+      -input.sensor.background *
+      Eigen::Map<const Eigen::Matrix<float, 4, 576, Eigen::RowMajor>>(y.data_ptr<float>())
+          .cast<double>();
+  EXPECT_LT(relative_difference(images, expected), 1e-4);  // float32, sums of 208 large products
+}
+
+TEST(Sensitivity, BlurIsGaussNewtonOfTheJacobianCutAtAQuarter) {
+  const TrainingFiles files;
+  FitInput input = files.input();
+  const RowMajorMatrix blur = spatial_blur(input, 0.05);
+  const RowMajorMatrix jacobian = ForwardModel(input.sensor, 24).jacobian();
+  const auto gauss_newton =
+      make_solver({{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.05}});
+  gauss_newton->fit(input);
+  for (const Eigen::Index pixel : {0, 300, 575}) {
+    const Eigen::RowVectorXd image =
+        reconstruct(*gauss_newton, jacobian.col(pixel).transpose()).images.row(0);
+    for (Eigen::Index p = 0; p < 576; ++p) {
+      const bool kept = image[p] >= 0.25 * image.maxCoeff();
+      EXPECT_NEAR(blur(p, pixel), kept ? image[p] : 0, 1e-9);
+    }
+  }
+}
+
+TEST(TrainingSet, BatchesDependOnSeedEpochAndPlaceAlone) {
+  const TrainingFiles files;
+  const FitInput input = files.input();
+  const Standardisation standardisation = Standardisation::of(*input.training);
+  TrainingSet a(*input.training, standardisation, small_settings());
+  TrainingSet b(*input.training, standardisation, small_settings());
+  a.begin_epoch(0);
+  a.batch(0, 16);
+  a.begin_epoch(3);
+  b.begin_epoch(3);
+  EXPECT_TRUE(a.batch(16, 16).frames.equal(b.batch(16, 16).frames));
+  const TrainingBatch before = a.batch(0, 16);
+  a.begin_epoch(4);
+  EXPECT_FALSE(a.batch(0, 16).frames.equal(before.frames));
+}
+
+TEST(TrainingSet, TurnedScenesAreWhatTheForwardModelSays) {
+  const TrainingFiles files(8, 4);
+  const FitInput input = files.input();
+  Standardisation plain = Standardisation::of(*input.training);
+  plain.mean.setZero();
+  plain.scale.setOnes();
+  const ForwardModel model(input.sensor, input.sensor.image_grid);
+  TrainingSet scenes(*input.training, plain, small_settings());
+  for (std::uint64_t epoch = 0; epoch < 4; ++epoch) {
+    scenes.begin_epoch(epoch);
+    const TrainingBatch batch = scenes.batch(0, 8);
+    for (int i = 0; i < 8; ++i) {
+      const torch::Tensor y = batch.truths[i].flatten().to(torch::kFloat64).contiguous();
+      const Eigen::RowVectorXd conductivity =
+          input.sensor.background *
+          (1 - Eigen::Map<const Eigen::RowVectorXd>(y.data_ptr<double>(), 576).array());
+      const Eigen::RowVectorXd expected = model.solve(conductivity).row(0);
+      const torch::Tensor drops = batch.frames[i].to(torch::kFloat64).contiguous();
+      const Eigen::RowVectorXd seen =
+          model.reference_voltages().transpose() -
+          Eigen::Map<const Eigen::RowVectorXd>(drops.data_ptr<double>(), 208);
+      // The noise is 50 dB below the frame, exactly; float32 adds 1e-7.
+      EXPECT_NEAR((seen - expected).norm(), expected.norm() * std::pow(10, -2.5),
+                  1e-3 * expected.norm() * std::pow(10, -2.5));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ertbench
