@@ -53,4 +53,9 @@ std::filesystem::path Cache::fitted_solver(const Experiment& experiment,
          (entry.type + "-" + hash_of(fitted_solver_key(experiment, entry)) + ".fitted");
 }
 
+std::filesystem::path Cache::work_folder(const Experiment& experiment,
+                                         const SolverEntry& entry) const {
+  return fitted_solver(experiment, entry).replace_extension(".work");
+}
+
 }  // namespace ertbench

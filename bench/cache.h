@@ -23,6 +23,8 @@ class Cache {
 
   /// The file of a fitted solver; what it was fitted with stands beside it under `.json`.
   std::filesystem::path fitted_solver(const Experiment& experiment, const SolverEntry& entry) const;
+  /// Where the solver may leave checkpoints and logs while it is fitted.
+  std::filesystem::path work_folder(const Experiment& experiment, const SolverEntry& entry) const;
   /// What the name of that file is a hash of.
   static std::string fitted_solver_key(const Experiment& experiment, const SolverEntry& entry);
 

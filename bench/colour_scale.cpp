@@ -31,10 +31,6 @@ double step_for(double span, int ticks) {
 
 }  // namespace
 
-const char* const kPalette =
-    "set palette defined (0 '#440154', 1 '#482878', 2 '#3e4a89', 3 '#31688e', 4 '#26828e', "
-    "5 '#1f9e89', 6 '#35b779', 7 '#6ece58', 8 '#b5de2b', 9 '#fde725')\n";
-
 ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimates, int ticks) {
   constexpr double slack = 1e-6;  // of a step, against rounding
   Bounds shown;

@@ -6,10 +6,6 @@
 
 namespace ertbench {
 
-/// Viridis as a command of gnuplot's: perceptually uniform, rising in lightness, so that it reads
-/// in grey too.
-extern const char* const kPalette;
-
 /// What the colours of a figure stand for. The ends are multiples of `step`.
 struct ColourScale {
   double low = 0;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
 
+#include "bench/experiment_charts.h"
+#include "bench/experiment_solvers.h"
+#include "bench/names.h"
 #include "forward/errors.h"
 #include "forward/json_reader.h"
 #include "solvers/registry.h"
@@ -12,28 +14,6 @@ namespace ertbench {
 namespace {
 
 constexpr int least_timed_frames = 662;  // fewer leave the 99th percentile without an interval
-
-bool is_name(const std::string& text) {
-  const auto plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-  };
-  return !text.empty() && text.size() <= 60 && std::all_of(text.begin(), text.end(), plain);
-}
-
-/// Labels become file names.
-bool is_label(const std::string& text) {
-  const auto plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) ||
-           std::string_view(" ._+=,-").find(c) != std::string_view::npos;
-  };
-  return !text.empty() && text.size() <= 60 && std::all_of(text.begin(), text.end(), plain) &&
-         text.front() != '.' && text.front() != ' ' && text.back() != ' ';
-}
-
-bool mentions_auto(const nlohmann::json& value) {
-  if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
-  return value.is_structured() && std::any_of(value.begin(), value.end(), mentions_auto);
-}
 
 void read_datasets(JsonObject object, Experiment& experiment) {
   for (const std::string& name : object.keys()) {
@@ -53,45 +33,6 @@ void read_datasets(JsonObject object, Experiment& experiment) {
     object.fail("",
                 "needs a test set: a dataset by another name than \"train\" and \"validation\"");
   }
-}
-
-SolverEntry read_solver(JsonObject object, const Experiment& experiment, SolverRegistry& registry) {
-  SolverEntry entry;
-  entry.type = object.text("type");
-  entry.label = object.text_or("label", entry.type);
-  entry.json = object.value().dump();
-  entry.path = object.path_of("");
-  const std::vector<std::string> types = registry.types();
-  const bool known = std::find(types.begin(), types.end(), entry.type) != types.end();
-  // Unknown types are refused by `make`; a plugin that is absent is its trial's failure.
-  if (!known || registry.find(entry.type)) {
-    const std::unique_ptr<Solver> solver = registry.make(object);
-    solver->check(experiment.sensor);
-    if (!experiment.validation && mentions_auto(solver->parameters())) {
-      object.fail("",
-                  "a parameter is \"auto\", which is chosen on the validation set; add "
-                  "/datasets/validation or give a number");
-    }
-  }
-  return entry;
-}
-
-void read_solvers(JsonObject& root, Experiment& experiment, SolverRegistry& registry) {
-  std::set<std::string> labels = {"truth", "no-contact"};
-  for (JsonObject object : root.objects("solvers")) {
-    SolverEntry entry = read_solver(object, experiment, registry);
-    if (!is_label(entry.label)) {
-      object.fail("label",
-                  "must be made of letters, digits, spaces and any of . _ + = , - "
-                  "(at most 60), got \"" +
-                      entry.label + "\"");
-    }
-    if (!labels.insert(entry.label).second) {
-      object.fail("label", "\"" + entry.label + "\" is taken; give every solver its own label");
-    }
-    experiment.solvers.push_back(std::move(entry));
-  }
-  if (experiment.solvers.empty()) root.fail("solvers", "must hold at least one solver");
 }
 
 /// Loads the user's own solver libraries, named relative to the experiment file.
@@ -193,7 +134,19 @@ std::vector<const DatasetSpec*> Experiment::datasets() const {
   return out;
 }
 
-Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry) {
+std::vector<std::span<const SolverEntry>> Experiment::rows() const {
+  std::vector<std::span<const SolverEntry>> out;
+  for (auto first = solvers.begin(); first != solvers.end();) {
+    const auto last = std::find_if(first, solvers.end(),
+                                   [&](const SolverEntry& e) { return e.label != first->label; });
+    out.emplace_back(first, last);
+    first = last;
+  }
+  return out;
+}
+
+Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
+                           SolverCheck check) {
   const nlohmann::json json = read_json_file(file);
   JsonObject root(json, file.string(), "");
   Experiment experiment;
@@ -205,11 +158,12 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
   read_datasets(root.object("datasets"), experiment);
   read_plugins(root, experiment, registry);
-  read_solvers(root, experiment, registry);
+  experiment.solvers = read_solvers(root, experiment, registry, check);
   read_timing(root, experiment);
   experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
   read_figure(root, experiment);
   read_published(root, experiment);
+  experiment.charts = read_charts(root, experiment);
   root.finish();
   return experiment;
 }

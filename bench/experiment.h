@@ -2,23 +2,18 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "bench/chart_spec.h"
+#include "bench/solver_entry.h"
 #include "bench/table.h"
 #include "forward/dataset_spec.h"
 
 namespace ertbench {
 
 class SolverRegistry;
-
-/// One entry of "solvers".
-struct SolverEntry {
-  std::string label;  ///< unique in the experiment; "type" where none is given
-  std::string type;
-  std::string json;  ///< the whole entry, JSON text
-  std::string path;  ///< "/solvers/2", for messages
-};
 
 /// How latency and throughput are measured.
 struct TimingSettings {
@@ -35,23 +30,30 @@ struct Experiment {
   std::string title;
   std::string question;  ///< what the experiment is for, in a sentence or two
   Sensor sensor;
-  std::optional<DatasetSpec> training;    ///< "train"
-  std::optional<DatasetSpec> validation;  ///< "validation"
-  std::vector<DatasetSpec> tests;         ///< every other name, at least one
-  std::vector<SolverEntry> solvers;
+  std::optional<DatasetSpec> training;         ///< "train"
+  std::optional<DatasetSpec> validation;       ///< "validation"
+  std::vector<DatasetSpec> tests;              ///< every other name, at least one
+  std::vector<SolverEntry> solvers;            ///< every seed and every point of a sweep on its own
   std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
   TimingSettings timing;
   double time_limit_s = 3600;      ///< for one trial
   std::vector<int> figure_scenes;  ///< of the first test set
   PublishedTable published;
+  std::vector<ChartSpec> charts;
 
   const DatasetSpec* find_dataset(const std::string& dataset) const;
   std::vector<const DatasetSpec*> datasets() const;  ///< all of them
+  /// The solvers label by label: one each, or all its seeds.
+  std::vector<std::span<const SolverEntry>> rows() const;
 };
+
+/// Whether solvers are made to have their parameters checked, which may load a plugin.
+enum class SolverCheck { all, none };
 
 /// Reads and checks an experiment file whole: unknown keys, types, ranges, solvers' parameters.
 /// Throws InputError naming file, JSON path and remedy. Solvers of a plugin that is absent are left
 /// to their trials, so that the other rows come out.
-Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry);
+Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
+                           SolverCheck check = SolverCheck::all);
 
 }  // namespace ertbench

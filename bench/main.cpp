@@ -10,12 +10,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <optional>
 #include <thread>
 
 #include "bench/cache.h"
 #include "bench/experiment.h"
 #include "bench/progress.h"
 #include "bench/reconstruct.h"
+#include "bench/records.h"
 #include "bench/runner.h"
 #include "bench/trial.h"
 #include "bench/version.h"
@@ -34,7 +36,7 @@ struct Arguments {
   std::string experiment;
   std::string out;
   std::vector<std::string> only;
-  int jobs = 1;
+  int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   bool fresh = false;
   std::string dataset;
   std::string solver;
@@ -43,6 +45,7 @@ struct Arguments {
   std::string plugin;
   std::string label;
   std::string stage;
+  std::optional<int> seed;
   int threads = 1;
 };
 
@@ -62,9 +65,12 @@ int run(const Arguments& arguments) {
   options.jobs = arguments.jobs;
   options.fresh = arguments.fresh;
   std::vector<std::string> labels;
-  for (const SolverEntry& entry : experiment.solvers) labels.push_back(entry.label);
+  for (const auto& trials : experiment.rows()) labels.push_back(trials.front().label);
   for (const std::string& label : options.only) {
-    if (std::find(labels.begin(), labels.end(), label) == labels.end()) {
+    const bool known =
+        std::any_of(experiment.solvers.begin(), experiment.solvers.end(),
+                    [&](const SolverEntry& e) { return e.label == label || e.family == label; });
+    if (!known) {
       throw InputError("--only: no solver is labelled \"" + label + "\" in " +
                        arguments.experiment + "; there are " + list_of(labels));
     }
@@ -148,9 +154,10 @@ int list() {
 
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  // The run has checked all solvers; here the plugins of the others would be in the way.
+  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
   for (const SolverEntry& entry : experiment.solvers) {
-    if (entry.label != arguments.label) continue;
+    if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
     if (arguments.stage == name_of(Stage::timing)) {
       run_timing_stage(experiment, entry, Cache::standard(), registry, arguments.out);
     } else {
@@ -176,15 +183,22 @@ int parse_and_run(int argc, char** argv) {
       app.add_subcommand("run", "Run an experiment: data, solvers, tables, figures");
   run_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
   run_command->add_option("--out", arguments.out, "Result folder (default: results/EXPERIMENT)");
-  run_command->add_option("--only", arguments.only, "Run only the solvers of these labels")
+  run_command
+      ->add_option("--only", arguments.only,
+                   "Run only the solvers of these labels (all their seeds; the\n"
+                   "label of a sweep stands for all of it)")
       ->delimiter(',');
   run_command
-      ->add_option("--jobs", arguments.jobs, "Solvers fitted and scored at a time (default 1)")
+      ->add_option("--jobs", arguments.jobs,
+                   "Trials fitted and scored at a time, the cores shared out among them\n"
+                   "(default: one for each core; timings always run alone)")
       ->check(CLI::Range(1, 256));
   run_command->add_flag("--fresh", arguments.fresh,
                         "Fit and measure again what is finished already");
   run_command->footer(
-      "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2");
+      "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
+      "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"
+      "RESULTS/training/. The file's \"charts\" are drawn beside the table.");
 
   CLI::App* generate_command =
       app.add_subcommand("generate", "Write the datasets of an experiment");
@@ -224,6 +238,7 @@ int parse_and_run(int argc, char** argv) {
   trial_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
   trial_command->add_option("--label", arguments.label)->required();
   trial_command->add_option("--stage", arguments.stage)->required();
+  trial_command->add_option("--seed", arguments.seed);
   trial_command->add_option("--out", arguments.out)->required();
   trial_command->add_option("--threads", arguments.threads);
 

@@ -1,10 +1,23 @@
 #include "bench/progress.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
+#include "bench/text.h"
+
 namespace ertbench {
+namespace {
+
+/// Of the terminal; a bar longer than its line would stay on the screen.
+std::size_t columns() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
+}
+
+}  // namespace
 
 std::string duration_text(double seconds) {
   char text[64];
@@ -27,7 +40,7 @@ Progress::~Progress() {
   if (line_open_) std::fputc('\n', stderr);
 }
 
-void Progress::update(std::uint64_t done, std::uint64_t total) {
+void Progress::update(std::uint64_t done, std::uint64_t total, const std::string& text) {
   const Clock::time_point time = Clock::now();
   const bool first = !begun_;
   if (first) {
@@ -39,19 +52,22 @@ void Progress::update(std::uint64_t done, std::uint64_t total) {
   if (done < total && std::chrono::duration<double>(time - last_).count() < pause) return;
   last_ = time;
   const double elapsed = std::chrono::duration<double>(time - start_).count();
-  std::string left;
-  if (done > first_done_ && done < total) {
-    left =
+  std::string state = std::to_string(total ? 100 * done / total : 100) + "%";
+  if (!text.empty()) {
+    state += ": " + text;
+  } else if (done > first_done_ && done < total) {
+    state +=
         ", " + duration_text(elapsed * double(total - done) / double(done - first_done_)) + " left";
   }
-  const int percent = total ? static_cast<int>(100 * done / total) : 100;
   if (terminal_) {
-    const std::string bar(static_cast<std::size_t>(percent) / 4, '#');
-    std::fprintf(stderr, "\r\033[K%s [%-25s] %d%%%s", task_.c_str(), bar.c_str(), percent,
-                 left.c_str());
+    std::string bar(25, ' ');
+    std::fill_n(bar.begin(), total ? 25 * done / total : 25, '#');
+    const std::string start = task_ + " [" + bar + "] ";
+    const std::size_t room = columns() - std::min(columns() - 2, start.size() + 2);
+    std::fprintf(stderr, "\r\033[K%s%s", start.c_str(), one_line(state, room).c_str());
     line_open_ = true;
   } else {
-    std::fprintf(stderr, "%s: %d%%%s\n", task_.c_str(), percent, left.c_str());
+    std::fprintf(stderr, "%s %s\n", task_.c_str(), state.c_str());
   }
   std::fflush(stderr);
 }

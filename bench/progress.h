@@ -13,7 +13,8 @@ class Progress {
   explicit Progress(std::string task);
   ~Progress();  ///< ends the bar's line
 
-  void update(std::uint64_t done, std::uint64_t total);
+  /// `text` says what is going on, in place of the time left.
+  void update(std::uint64_t done, std::uint64_t total, const std::string& text = "");
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -5,8 +5,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "bench/canvas.h"
 #include "bench/colour_scale.h"
 #include "bench/gnuplot.h"
+#include "bench/palette.h"
 #include "bench/text.h"
 
 namespace ertbench {
@@ -58,37 +60,6 @@ Layout layout_for(const ReconstructionFigure& figure) {
   }
   return layout;
 }
-
-/// Writes the gnuplot commands; knows the size of the picture.
-class Commands {
- public:
-  explicit Commands(const Layout& layout) : layout_(layout) { out_.precision(10); }
-
-  std::ostream& out() { return out_; }
-  std::string text() const { return out_.str(); }
-
-  std::string screen(double x, double y) const {
-    std::ostringstream place;
-    place.precision(10);
-    place << "screen " << x / layout_.width() << ", screen " << 1 - y / layout_.height();
-    return place.str();
-  }
-  void label(const std::string& text, double x, double y, int size, const std::string& options) {
-    out_ << "set label " << gnuplot_string(text) << " at " << screen(x, y) << " font '," << size
-         << "' " << options << "\n";
-  }
-  /// Where the next plot goes.
-  void area(int left, int top, int width, int height) {
-    out_ << "set lmargin at screen " << double(left) / layout_.width() << "\nset rmargin at screen "
-         << double(left + width) / layout_.width() << "\nset tmargin at screen "
-         << 1 - double(top) / layout_.height() << "\nset bmargin at screen "
-         << 1 - double(top + height) / layout_.height() << "\n";
-  }
-
- private:
-  const Layout& layout_;
-  std::ostringstream out_;
-};
 
 void check(const ReconstructionFigure& figure) {
   const auto scenes = figure.conductivity.rows();
@@ -156,29 +127,29 @@ struct Panel {
 };
 
 /// A panel: its words, then the image with the electrodes on it.
-void plot_panel(Commands& commands, const Layout& layout, const Panel& panel, int grid) {
+void plot_panel(Canvas& canvas, const Layout& layout, const Panel& panel, int grid) {
   const int left = layout.left_of(panel.column);
   const int top = layout.top_of(panel.scene);
   const double middle = left + layout.panel / 2.0;
-  commands.area(left, top, layout.panel, layout.panel);
+  canvas.area(left, top, layout.panel, layout.panel);
   if (!panel.inside.empty()) {
-    commands.label(panel.inside, middle, top + layout.panel / 2.0, 11, "center front");
+    canvas.label(panel.inside, middle, top + layout.panel / 2.0, 11, "center front");
   }
   if (!panel.below.empty()) {
-    commands.label(panel.below, middle, top + layout.panel + 8, 9, "center");
+    canvas.label(panel.below, middle, top + layout.panel + 8, 9, "center");
   }
-  commands.out() << "plot ";
+  canvas.out() << "plot ";
   if (!panel.file.empty()) {
     const int points = kRepeat * grid;
-    commands.out() << gnuplot_string(panel.file) << " matrix using (-1 + 2 * ($1 + 0.5) / "
-                   << points << "):(-1 + 2 * ($2 + 0.5) / " << points << "):3 with image, ";
+    canvas.out() << gnuplot_string(panel.file) << " matrix using (-1 + 2 * ($1 + 0.5) / " << points
+                 << "):(-1 + 2 * ($2 + 0.5) / " << points << "):3 with image, ";
   }
-  commands.out() << "'electrodes.txt' with points pointtype 7 pointsize 0.25 linecolor 'black'\n"
-                 << "unset label\n";
+  canvas.out() << "'electrodes.txt' with points pointtype 7 pointsize 0.25 linecolor 'black'\n"
+               << "unset label\n";
 }
 
 /// A strip of the palette with its ticks, as high as the first rows of panels.
-void plot_colour_bar(Commands& commands, const Layout& layout, const ColourScale& scale) {
+void plot_colour_bar(Canvas& canvas, const Layout& layout, const ColourScale& scale) {
   constexpr int width = 11;
   const int left = layout.left_of(layout.columns) + 4;
   const int top = layout.top_of(0);
@@ -191,37 +162,36 @@ void plot_colour_bar(Commands& commands, const Layout& layout, const ColourScale
     std::string text = fixed(scale.low + i * scale.step, decimals);
     if (i == 0 && scale.below) text = "≤ " + text;
     if (i == steps && scale.above) text = "≥ " + text;
-    commands.label(text, left + width + 5, y, 10, "left");
-    commands.out() << "set arrow from " << commands.screen(left + width, y) << " to "
-                   << commands.screen(left + width + 3, y) << " nohead linecolor '#404040'\n";
+    canvas.label(text, left + width + 5, y, 10, "left");
+    canvas.line(left + width, y, left + width + 3, y, "linecolor '#404040'");
   }
   const char* quantity = height > 170 ? "conductivity change δσ / c₀" : "δσ / c₀";
-  commands.label(quantity, left + width + 55, top + height / 2.0, 11, "center rotate by 90");
-  commands.area(left, top, width, height);
-  commands.out() << "unset object\nset xrange [0:1]\nset yrange [0:256]\n"
-                 << "set border linecolor '#404040'\n"
-                 << "plot 'bar.txt' matrix using (0.25 + 0.5 * $1):($2 + 0.5):3 with image\n";
+  canvas.label(quantity, left + width + 55, top + height / 2.0, 11, "center rotate by 90");
+  canvas.area(left, top, width, height);
+  canvas.out() << "unset object\nset xrange [0:1]\nset yrange [0:256]\n"
+               << "set border linecolor '#404040'\n"
+               << "plot 'bar.txt' matrix using (0.25 + 0.5 * $1):($2 + 0.5):3 with image\n";
 }
 
-void print_head(Commands& commands, const Layout& layout, const ColourScale& scale,
+void print_head(Canvas& canvas, const Layout& layout, const ColourScale& scale,
                 const std::vector<std::string>& row_labels) {
-  commands.out() << kPalette << "set multiplot\nunset key\nunset tics\nunset border\n"
-                 << "unset colorbox\nset cbrange [" << scale.low << ":" << scale.high << "]\n"
-                 << "set xrange [-1:1]\nset yrange [-1:1]\nset clip two\n"
-                 << "set object 1 rectangle from -1,-1 to 1,1 behind fillstyle solid "
-                    "border linecolor '#808080' fillcolor '#e6e6e6'\n";
+  canvas.out() << palette_command() << "set multiplot\nunset key\nunset tics\nunset border\n"
+               << "unset colorbox\nset cbrange [" << scale.low << ":" << scale.high << "]\n"
+               << "set xrange [-1:1]\nset yrange [-1:1]\nset clip two\n"
+               << "set object 1 rectangle from -1,-1 to 1,1 behind fillstyle solid "
+                  "border linecolor '#808080' fillcolor '#e6e6e6'\n";
   for (int column = 0; column < layout.columns; ++column) {
     const auto& lines = layout.titles[static_cast<std::size_t>(column)];
     for (std::size_t i = 0; i < lines.size(); ++i) {
       const double y =
           layout.top_of(0) - 4 - Layout::kLine * (static_cast<double>(lines.size() - i) - 0.5);
-      commands.label(lines[i], layout.left_of(column) + layout.panel / 2.0, y, 11, "center");
+      canvas.label(lines[i], layout.left_of(column) + layout.panel / 2.0, y, 11, "center");
     }
   }
   const auto characters = static_cast<std::size_t>(layout.panel / 5.8);
   for (int scene = 0; scene < layout.scenes; ++scene) {
-    commands.label(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
-                   layout.top_of(scene) + layout.panel / 2.0, 10, "center rotate by 90");
+    canvas.label(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
+                 layout.top_of(scene) + layout.panel / 2.0, 10, "center rotate by 90");
   }
 }
 
@@ -254,10 +224,10 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
     files[name] = image_file(image, grid, scale);
     return name;
   };
-  Commands commands(layout);
-  print_head(commands, layout, scale, figure.row_labels);
+  Canvas canvas(layout.width(), layout.height());
+  print_head(canvas, layout, scale, figure.row_labels);
   for (int scene = 0; scene < layout.scenes; ++scene) {
-    plot_panel(commands, layout, {scene, 0, store(truth.row(scene)), "", ""}, grid);
+    plot_panel(canvas, layout, {scene, 0, store(truth.row(scene)), "", ""}, grid);
     for (int c = 1; c < layout.columns; ++c) {
       const FigureColumn& column = figure.columns[static_cast<std::size_t>(c - 1)];
       Panel panel{scene, c, "", column.failure, ""};
@@ -267,12 +237,12 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
         if (!image.array().isFinite().any()) panel.inside = "undefined";
         panel.below = caption(figure, column, scene);
       }
-      plot_panel(commands, layout, panel, grid);
+      plot_panel(canvas, layout, panel, grid);
     }
   }
-  plot_colour_bar(commands, layout, scale);
-  commands.out() << "unset multiplot\n";
-  draw_chart(commands.text(), files, layout.width(), layout.height(), stem);
+  plot_colour_bar(canvas, layout, scale);
+  canvas.out() << "unset multiplot\n";
+  draw_chart(canvas.text(), files, layout.width(), layout.height(), stem);
 }
 
 }  // namespace ertbench

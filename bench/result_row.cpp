@@ -1,5 +1,6 @@
 #include "bench/result_row.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -28,6 +29,32 @@ json to_json(const MetricSummary& summary) {
 
 json to_json(const LatencySummary& latency) {
   return {{"p50", latency.p50}, {"p99", latency.p99}, {"max", latency.max}};
+}
+
+json or_null(const std::vector<std::optional<double>>& values) {
+  json out = json::array();
+  for (const auto& value : values) out.push_back(or_null(value));
+  return out;
+}
+
+/// Throws std::invalid_argument where `text` is not JSON.
+json parsed(const std::string& text, const ResultRow& row, const char* what) {
+  json value = json::parse(text, nullptr, false);
+  if (value.is_discarded()) {
+    throw std::invalid_argument("row " + row.label + ": " + what + " are not JSON: " + text);
+  }
+  return value;
+}
+
+json to_json(const SeedSpread& seeds, const ResultRow& row) {
+  json out = {{"values", seeds.values},
+              {"fit_s", or_null(seeds.fit_s)},
+              {"parameters", parsed(seeds.parameters_json, row, "the seeds' parameters")}};
+  for (const Metric metric : kMetrics) {
+    out["means"][name_of(metric)] = or_null(seeds.means[metric]);
+    out["deviation"][name_of(metric)] = or_null(seeds.deviation[metric]);
+  }
+  return out;
 }
 
 bool is_null(JsonObject& object, const char* key) { return object.raw(key).is_null(); }
@@ -62,6 +89,42 @@ MetricSummary metric_summary_from_json(JsonObject object) {
   return summary;
 }
 
+std::vector<std::optional<double>> numbers_or_null(JsonObject& object, const char* key,
+                                                   std::size_t size) {
+  const json& values = object.raw(key);
+  if (!values.is_array() || values.size() != size) {
+    object.fail(key, "must be a list of " + std::to_string(size) + " numbers, one for each seed");
+  }
+  std::vector<std::optional<double>> out;
+  for (const json& value : values) {
+    if (!value.is_null() && !value.is_number()) object.fail(key, "must hold numbers or null");
+    out.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+  }
+  return out;
+}
+
+SeedSpread seeds_from_json(JsonObject object) {
+  SeedSpread seeds;
+  const json& values = object.raw("values");
+  const bool whole =
+      values.is_array() && std::all_of(values.begin(), values.end(),
+                                       [](const json& v) { return v.is_number_integer(); });
+  if (!whole) object.fail("values", "must be a list of whole numbers");
+  seeds.values = values.get<std::vector<int>>();
+  JsonObject means = object.object("means");
+  JsonObject deviation = object.object("deviation");
+  for (const Metric metric : kMetrics) {
+    seeds.means[metric] = numbers_or_null(means, name_of(metric), seeds.values.size());
+    seeds.deviation[metric] = number_or_null(deviation, name_of(metric));
+  }
+  means.finish();
+  deviation.finish();
+  seeds.fit_s = numbers_or_null(object, "fit_s", seeds.values.size());
+  seeds.parameters_json = object.raw("parameters").dump();
+  object.finish();
+  return seeds;
+}
+
 LatencySummary latency_from_json(JsonObject object) {
   const LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max")};
   object.finish();
@@ -71,28 +134,27 @@ LatencySummary latency_from_json(JsonObject object) {
 }  // namespace
 
 json to_json(const ResultRow& row) {
-  json parameters = json::parse(row.parameters_json, nullptr, false);
-  if (parameters.is_discarded()) {
-    throw std::invalid_argument("row " + row.label +
-                                ": parameters are not JSON: " + row.parameters_json);
-  }
+  json parameters = parsed(row.parameters_json, row, "parameters");
   json metrics = json::object();
   for (const Metric metric : kMetrics) metrics[name_of(metric)] = to_json(row.metrics[metric]);
-  return {{"label", row.label},
-          {"type", row.type},
-          {"dataset", row.dataset},
-          {"status", row.status},
-          {"message", row.message},
-          {"parameters", std::move(parameters)},
-          {"frames", row.frames},
-          {"undefined_frames", row.undefined_frames},
-          {"frames_not_converged", row.frames_not_converged},
-          {"metrics", std::move(metrics)},
-          {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
-          {"frames_per_s", or_null(row.frames_per_s)},
-          {"throughput_batch", row.throughput_batch},
-          {"fit_s", or_null(row.fit_s)},
-          {"peak_rss_mb", or_null(row.peak_rss_mb)}};
+  json out = {{"label", row.label},
+              {"type", row.type},
+              {"dataset", row.dataset},
+              {"status", row.status},
+              {"message", row.message},
+              {"parameters", std::move(parameters)},
+              {"frames", row.frames},
+              {"undefined_frames", row.undefined_frames},
+              {"frames_not_converged", row.frames_not_converged},
+              {"metrics", std::move(metrics)},
+              {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
+              {"frames_per_s", or_null(row.frames_per_s)},
+              {"throughput_batch", row.throughput_batch},
+              {"fit_s", or_null(row.fit_s)},
+              {"peak_rss_mb", or_null(row.peak_rss_mb)}};
+  if (row.seeds) out["seeds"] = to_json(*row.seeds, row);
+  if (!row.sweep_json.empty()) out["sweep"] = parsed(row.sweep_json, row, "the sweep's values");
+  return out;
 }
 
 ResultRow result_row_from_json(JsonObject object) {
@@ -118,6 +180,8 @@ ResultRow result_row_from_json(JsonObject object) {
   row.throughput_batch = count(object, "throughput_batch");
   row.fit_s = number_or_null(object, "fit_s");
   row.peak_rss_mb = number_or_null(object, "peak_rss_mb");
+  if (object.has("seeds")) row.seeds = seeds_from_json(object.object("seeds"));
+  if (object.has("sweep")) row.sweep_json = object.object("sweep").value().dump();
   object.finish();
   return row;
 }

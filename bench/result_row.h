@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bench/bootstrap.h"
 #include "bench/metrics.h"
@@ -20,6 +21,17 @@ struct LatencySummary {
   bool operator==(const LatencySummary&) const = default;
 };
 
+/// What the training runs of one solver gave, each with a seed of its own.
+struct SeedSpread {
+  std::vector<int> values;                              ///< the seeds whose numbers are in the row
+  PerMetric<std::vector<std::optional<double>>> means;  ///< [seeds]
+  /// Sample standard deviation of the means; without a value where fewer than two have one.
+  PerMetric<std::optional<double>> deviation;
+  std::vector<std::optional<double>> fit_s;  ///< [seeds]
+  /// What is not the same for all seeds, JSON text: a list with an object for each.
+  std::string parameters_json = "[]";
+};
+
 /// What one solver did on one test set: an entry of summary.json's "rows". What was not measured,
 /// or came out not finite, has no value and is null in the JSON.
 struct ResultRow {
@@ -28,7 +40,7 @@ struct ResultRow {
   std::string dataset;                 ///< name of the test set
   std::string status = "ok";           ///< or "failed", "timed out", "crashed", ...
   std::string message;                 ///< why it is not ok; may have several lines
-  std::string parameters_json = "{}";  ///< the parameters in use, JSON text
+  std::string parameters_json = "{}";  ///< the parameters in use (first seed's), JSON text
   int frames = 0;
   int undefined_frames = 0;      ///< frames without a usable image
   int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
@@ -38,6 +50,8 @@ struct ResultRow {
   int throughput_batch = 0;            ///< frames in that batch; 0 where it was not measured
   std::optional<double> fit_s;
   std::optional<double> peak_rss_mb;
+  std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
+  std::string sweep_json;           ///< the values of a sweep, JSON text; empty without one
 
   bool ok() const { return status == "ok"; }
 };
@@ -45,7 +59,9 @@ struct ResultRow {
 /// `{"label", "type", "dataset", "status", "message", "parameters", "frames", "undefined_frames",
 /// "frames_not_converged", "metrics": {"AR": {"mean", "ci95": [low, high], "median", "count",
 /// "undefined"}, ...}, "latency_us": {"p50", "p99", "max"}, "frames_per_s", "throughput_batch",
-/// "fit_s", "peak_rss_mb"}`. Throws std::invalid_argument where `parameters_json` is not JSON.
+/// "fit_s", "peak_rss_mb"}`, with `"seeds": {"values", "means": {"AR": [...], ...}, "deviation":
+/// {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep": {"alpha", ...}` where there are
+/// any. Throws std::invalid_argument where a JSON text is not JSON.
 nlohmann::json to_json(const ResultRow& row);
 
 /// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type.

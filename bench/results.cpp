@@ -6,9 +6,11 @@
 
 #include "bench/atomic_file.h"
 #include "bench/bootstrap.h"
+#include "bench/charts.h"
 #include "bench/provenance.h"
 #include "bench/reconstruction_figure.h"
 #include "bench/table.h"
+#include "bench/text.h"
 #include "forward/dataset_file.h"
 
 namespace ertbench {
@@ -72,10 +74,10 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
     scenes.push_back(set.scenes(index, 1).front());
     figure.row_labels.push_back("scene " + std::to_string(scene));
   }
-  for (const SolverEntry& entry : experiment.solvers) {
+  for (const auto& trials : experiment.rows()) {
     FigureColumn column;
-    column.label = entry.label;
-    const auto images = results.images.find(entry.label);
+    column.label = trials.front().label;
+    const auto images = results.images.find(column.label);
     if (images != results.images.end()) {
       column.changes = images->second;
       for (Eigen::Index i = 0; i < count; ++i) {
@@ -85,7 +87,7 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
       }
     } else {
       const auto row = std::find_if(results.rows.begin(), results.rows.end(),
-                                    [&](const ResultRow& r) { return r.label == entry.label; });
+                                    [&](const ResultRow& r) { return r.label == column.label; });
       column.failure = row == results.rows.end() ? "not run" : row->status;
     }
     figure.columns.push_back(std::move(column));
@@ -154,6 +156,12 @@ void write_results(const Experiment& experiment, const Cache& cache,
   write_file_atomically(folder / "table.csv", csv_table(results.rows, experiment.published));
   write_file_atomically(folder / "table.tex", latex_table(results.rows, text));
   draw_figure(experiment, cache, results, folder);
+  for (const ChartSpec& chart : experiment.charts) {
+    draw(chart, results.rows, experiment.title, folder);
+  }
+  for (const auto& [label, sources] : results.training) {
+    write_training_results(label, sources, folder / "training");
+  }
   write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
 }
 
@@ -195,6 +203,21 @@ std::string console_table(const std::vector<ResultRow>& rows) {
       out += ", " + std::to_string(row.frames_not_converged) + " not converged";
     }
     out += "\n";
+    if (row.seeds && row.seeds->values.size() > 1) {
+      const auto spread = [&](Metric metric, const char* format) {
+        const std::string number = cell(row.seeds->deviation[metric], format);
+        return number == "-" ? number : "±" + number;
+      };
+      const std::string deviations[] = {spread(Metric::AR, "%.3f"), spread(Metric::RES, "%.2f"),
+                                        spread(Metric::PE, "%.4f"), spread(Metric::RIE, "%.4f"),
+                                        spread(Metric::relative_error, "%.4f")};
+      out += std::string(width, ' ');
+      for (std::size_t i = 0; i < std::size(deviations); ++i) {
+        const std::size_t used = character_count(deviations[i]);
+        out += std::string(widths[i] - std::min(widths[i], used), ' ') + deviations[i];
+      }
+      out += "  over " + std::to_string(row.seeds->values.size()) + " seeds\n";
+    }
     if (!row.message.empty()) out += "    " + row.message + "\n";
   }
   return out;

@@ -9,6 +9,7 @@
 #include "bench/cache.h"
 #include "bench/experiment.h"
 #include "bench/result_row.h"
+#include "bench/training_results.h"
 #include "forward/arrays.h"
 
 namespace ertbench {
@@ -17,6 +18,8 @@ namespace ertbench {
 struct ExperimentResults {
   std::vector<ResultRow> rows;           ///< truth and no-contact of each test set, then solvers
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
+  /// By label, of the solvers that were fitted.
+  std::map<std::string, std::vector<TrainingSource>> training;
   int jobs = 1;
 };
 
@@ -24,8 +27,8 @@ struct ExperimentResults {
 /// of an untouched sheet.
 std::vector<ResultRow> reference_rows(const Experiment& experiment, const Cache& cache);
 
-/// summary.json, table.md, table.csv, table.tex and the figure of reconstructions; each file is
-/// written aside and renamed.
+/// summary.json, table.md, table.csv, table.tex, the figure of reconstructions, the charts that the
+/// experiment asks for and those of the training; each file is written aside and renamed.
 void write_results(const Experiment& experiment, const Cache& cache,
                    const ExperimentResults& results, const std::filesystem::path& folder);
 

@@ -8,32 +8,25 @@
 #include <deque>
 #include <fstream>
 #include <list>
-#include <nlohmann/json.hpp>
-#include <set>
+#include <map>
 #include <thread>
 
 #include "bench/process.h"
 #include "bench/progress.h"
+#include "bench/progress_file.h"
+#include "bench/records.h"
 #include "bench/results.h"
-#include "bench/trial.h"
+#include "bench/rows.h"
 #include "forward/dataset_file.h"
 #include "forward/errors.h"
 #include "forward/generate.h"
-#include "forward/json_reader.h"
 
 namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 int cores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
-
-/// How a stage that left no record ended.
-struct Failure {
-  std::string status;
-  std::string message;
-};
 
 std::string last_line(const fs::path& log) {
   std::ifstream in(log);
@@ -62,20 +55,22 @@ class StageRunner {
   void run(Stage stage, const std::vector<const SolverEntry*>& entries, int jobs) {
     std::deque<const SolverEntry*> waiting;
     for (const SolverEntry* entry : entries) {
-      if (read_record(experiment_, *entry, stage, options_.out)) continue;
-      waiting.push_back(entry);
+      if (!has_record(experiment_, *entry, stage, options_.out)) waiting.push_back(entry);
     }
     const std::size_t total = waiting.size();
     if (total == 0) return;
-    Progress progress(std::string(name_of(stage)) + " of " + std::to_string(total) + " solver(s)");
+    Progress progress(std::string(name_of(stage)) + " of " + std::to_string(total) +
+                      (total == 1 ? " trial" : " trials"));
     std::list<Running> running;
     std::size_t done = 0;
-    progress.update(0, total);
+    auto last_look = std::chrono::steady_clock::now();
+    show(progress, done, total, running);
     while (!waiting.empty() || !running.empty()) {
       while (!waiting.empty() && running.size() < static_cast<std::size_t>(jobs)) {
         running.push_back(start(stage, *waiting.front(), std::max(1, cores() / jobs)));
         waiting.pop_front();
       }
+      const std::size_t done_before = done;
       for (auto trial = running.begin(); trial != running.end();) {
         const auto end = trial->process.poll();
         if (!end) {
@@ -84,46 +79,79 @@ class StageRunner {
         }
         finish(stage, *trial, *end);
         trial = running.erase(trial);
-        progress.update(++done, total);
+        ++done;
+      }
+      const auto now = std::chrono::steady_clock::now();
+      if (done != done_before || now - last_look > std::chrono::milliseconds(500)) {
+        show(progress, done, total, running);
+        last_look = now;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   }
 
-  const std::map<std::string, Failure>& failures() const { return failures_; }
+  /// Null where the stage did not fail.
+  const Failure* failure(const SolverEntry& entry, Stage stage) const {
+    const auto found = failures_.find({entry.stem(), stage});
+    return found == failures_.end() ? nullptr : &found->second;
+  }
+  std::size_t failure_count() const { return failures_.size(); }
 
  private:
   struct Running {
     const SolverEntry* entry;
     fs::path log;
+    fs::path progress;
     ChildProcess process;
   };
 
   Running start(Stage stage, const SolverEntry& entry, int threads) {
-    fs::path log = record_file(options_.out, entry, stage);
-    log.replace_extension(".log");
-    const std::vector<std::string> arguments = {program_.string(),
-                                                "trial",
-                                                experiment_.file.string(),
-                                                "--label=" + entry.label,
-                                                "--stage=" + std::string(name_of(stage)),
-                                                "--out=" + options_.out.string(),
-                                                "--threads=" + std::to_string(threads)};
-    return {&entry, log, ChildProcess(arguments, log, experiment_.time_limit_s)};
+    fs::path log = record_file(options_.out, entry, stage, ".log");
+    fs::path progress = record_file(options_.out, entry, stage, ".progress");
+    remove_progress(progress);
+    std::vector<std::string> arguments = {program_.string(),
+                                          "trial",
+                                          experiment_.file.string(),
+                                          "--label=" + entry.label,
+                                          "--stage=" + std::string(name_of(stage)),
+                                          "--out=" + options_.out.string(),
+                                          "--threads=" + std::to_string(threads)};
+    if (entry.seed) arguments.push_back("--seed=" + std::to_string(*entry.seed));
+    ChildProcess process(arguments, log, experiment_.time_limit_s);
+    return {&entry, std::move(log), std::move(progress), std::move(process)};
   }
 
   void finish(Stage stage, const Running& trial, const ProcessEnd& end) {
-    const std::string& label = trial.entry->label;
-    if (end.ok() && read_record(experiment_, *trial.entry, stage, options_.out)) return;
+    remove_progress(trial.progress);
+    if (end.ok() && has_record(experiment_, *trial.entry, stage, options_.out)) return;
     const Failure failure = failure_of(end, trial.log, experiment_.time_limit_s);
-    spdlog::warn("{} ({}): {}: {}", label, name_of(stage), failure.status, failure.message);
-    failures_.emplace(label, failure);
+    spdlog::warn("{} ({}): {}: {}", trial.entry->title(), name_of(stage), failure.status,
+                 failure.message);
+    failures_.emplace(std::pair(trial.entry->stem(), stage), failure);
+  }
+
+  /// A trial that runs counts by what it has done.
+  static void show(Progress& progress, std::size_t done, std::size_t total,
+                   const std::list<Running>& running) {
+    constexpr double parts = 1000;
+    double sum = static_cast<double>(done);
+    std::string text;
+    for (const Running& trial : running) {
+      text += (text.empty() ? "" : "; ") + trial.entry->title();
+      const auto state = read_progress(trial.progress);
+      if (!state) continue;
+      sum += std::clamp(state->fraction, 0.0, 1.0);
+      if (!state->text.empty()) text += " " + state->text;
+      if (state->seconds_left > 0) text += ", " + duration_text(state->seconds_left) + " left";
+    }
+    progress.update(static_cast<std::uint64_t>(parts * sum),
+                    static_cast<std::uint64_t>(parts) * total, text);
   }
 
   const Experiment& experiment_;
   const RunOptions& options_;
   fs::path program_;
-  std::map<std::string, Failure> failures_;
+  std::map<std::pair<std::string, Stage>, Failure> failures_;  ///< by the entry's stem
 };
 
 void forget(const Experiment& experiment, const Cache& cache, const RunOptions& options,
@@ -137,61 +165,43 @@ void forget(const Experiment& experiment, const Cache& cache, const RunOptions& 
     note += ".json";
     fs::remove(note);
     fs::remove(fitted);
-    fs::path work = fitted;
-    fs::remove_all(work.replace_extension(".work"));
+    fs::remove_all(cache.work_folder(experiment, *entry));
   }
 }
 
-/// The rows of one solver, from its records or from its failure.
-std::vector<ResultRow> rows_of(const Experiment& experiment, const SolverEntry& entry,
-                               const RunOptions& options, const StageRunner& stages,
-                               ExperimentResults& results) {
-  const auto accuracy = read_record(experiment, entry, Stage::accuracy, options.out);
-  const auto failure = stages.failures().find(entry.label);
-  std::vector<ResultRow> rows;
-  if (!accuracy) {
-    for (const DatasetSpec& test : experiment.tests) {
-      ResultRow row;
-      row.label = entry.label;
-      row.type = entry.type;
-      row.dataset = test.name;
-      row.parameters_json = entry.json;
-      const bool failed = failure != stages.failures().end();
-      row.status = failed ? failure->second.status : "not run";
-      row.message = failed ? failure->second.message : "left out by --only";
-      rows.push_back(row);
-    }
-    return rows;
+/// What the trial left in the result folder, and what failed just now.
+TrialOutcome outcome_of(const Experiment& experiment, const SolverEntry& entry,
+                        const RunOptions& options, const StageRunner& stages) {
+  TrialOutcome outcome;
+  outcome.entry = &entry;
+  outcome.accuracy = read_accuracy_record(experiment, entry, options.out);
+  const Failure* failure = stages.failure(entry, Stage::accuracy);
+  outcome.failure = failure ? *failure : Failure{"not run", "left out by --only"};
+  if (!experiment.timing.enabled) return outcome;
+  outcome.timing = read_timing_record(experiment, entry, options.out);
+  if (const Failure* timing = stages.failure(entry, Stage::timing)) {
+    outcome.timing_failure = *timing;
   }
-  const std::string source = record_file(options.out, entry, Stage::accuracy).string();
-  for (std::size_t i = 0; i < accuracy->at("rows").size(); ++i) {
-    rows.push_back(result_row_from_json(
-        JsonObject(accuracy->at("rows")[i], source, "/rows/" + std::to_string(i))));
+  return outcome;
+}
+
+/// The first seed of each label that was scored: the others take as long.
+std::vector<const SolverEntry*> entries_to_time(const Experiment& experiment,
+                                                const std::vector<const SolverEntry*>& entries,
+                                                const RunOptions& options) {
+  std::vector<const SolverEntry*> out;
+  for (const SolverEntry* entry : entries) {
+    if (!out.empty() && out.back()->label == entry->label) continue;
+    if (has_record(experiment, *entry, Stage::accuracy, options.out)) out.push_back(entry);
   }
-  const json& images = accuracy->at("figure_images");
-  Images& kept = results.images[entry.label];
-  kept.resize(static_cast<Eigen::Index>(images.size()), experiment.sensor.pixels());
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    for (std::size_t p = 0; p < images[i].size(); ++p) {
-      kept(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) =
-          images[i][p].is_null() ? std::nan("") : images[i][p].get<double>();
-    }
-  }
-  if (!experiment.timing.enabled) return rows;
-  const auto timing = read_record(experiment, entry, Stage::timing, options.out);
-  for (ResultRow& row : rows) {
-    if (timing) {
-      const json& measured = timing->at("timing").at(row.dataset);
-      row.latency_us = summarise_latency(measured.at("latency_us").get<std::vector<double>>());
-      row.frames_per_s = measured.at("frames_per_s").get<double>();
-      row.throughput_batch = measured.at("batch").get<int>();
-      row.peak_rss_mb = timing->at("peak_rss_mb").get<double>();
-    } else if (failure != stages.failures().end()) {
-      row.status = failure->second.status;
-      row.message = "timing: " + failure->second.message;
-    }
-  }
-  return rows;
+  return out;
+}
+
+bool is_wanted(const SolverEntry& entry, const RunOptions& options) {
+  return options.only.empty() ||
+         std::any_of(options.only.begin(), options.only.end(), [&](const std::string& label) {
+           return label == entry.label || label == entry.family;
+         });
 }
 
 }  // namespace
@@ -212,9 +222,7 @@ void ensure_datasets(const Experiment& experiment, const Cache& cache) {
 int run_experiment(const Experiment& experiment, const Cache& cache, const RunOptions& options) {
   std::vector<const SolverEntry*> entries;
   for (const SolverEntry& entry : experiment.solvers) {
-    const bool wanted = options.only.empty() || std::find(options.only.begin(), options.only.end(),
-                                                          entry.label) != options.only.end();
-    if (wanted) entries.push_back(&entry);
+    if (is_wanted(entry, options)) entries.push_back(&entry);
   }
   fs::create_directories(options.out / "records");
   if (options.fresh) forget(experiment, cache, options, entries);
@@ -223,18 +231,25 @@ int run_experiment(const Experiment& experiment, const Cache& cache, const RunOp
   StageRunner stages(experiment, options);
   stages.run(Stage::accuracy, entries, options.jobs);
   if (experiment.timing.enabled) {
-    std::vector<const SolverEntry*> fitted;
-    for (const SolverEntry* entry : entries) {
-      if (!stages.failures().count(entry->label)) fitted.push_back(entry);
-    }
-    stages.run(Stage::timing, fitted, 1);
+    stages.run(Stage::timing, entries_to_time(experiment, entries, options), 1);
   }
 
   ExperimentResults results;
   results.jobs = options.jobs;
   results.rows = reference_rows(experiment, cache);
-  for (const SolverEntry& entry : experiment.solvers) {
-    const std::vector<ResultRow> rows = rows_of(experiment, entry, options, stages, results);
+  for (const std::span<const SolverEntry> trials : experiment.rows()) {
+    std::vector<TrialOutcome> outcomes;
+    for (const SolverEntry& entry : trials) {
+      outcomes.push_back(outcome_of(experiment, entry, options, stages));
+      const auto& accuracy = outcomes.back().accuracy;
+      if (!accuracy) continue;
+      results.images.emplace(entry.label, accuracy->figure_images);  // the first seed's
+      results.training[entry.label].push_back(
+          {entry.stem(), entry.seed ? "seed " + std::to_string(*entry.seed) : "",
+           cache.work_folder(experiment, entry) / "training.csv",
+           accuracy->sets.front().row.parameters_json});
+    }
+    const std::vector<ResultRow> rows = rows_of(experiment, outcomes);
     results.rows.insert(results.rows.end(), rows.begin(), rows.end());
   }
   // Test set by test set, each beginning with its truth.
@@ -248,7 +263,7 @@ int run_experiment(const Experiment& experiment, const Cache& cache, const RunOp
   write_results(experiment, cache, results, options.out);
   std::printf("%s\n%s\n", console_table(results.rows).c_str(),
               ("Results in " + options.out.string()).c_str());
-  return static_cast<int>(stages.failures().size());
+  return static_cast<int>(stages.failure_count());
 }
 
 }  // namespace ertbench

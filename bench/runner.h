@@ -11,7 +11,7 @@ namespace ertbench {
 
 struct RunOptions {
   std::filesystem::path out;      ///< result folder
-  std::vector<std::string> only;  ///< labels to run; empty: all
+  std::vector<std::string> only;  ///< labels to run, or those of whole sweeps; empty: all
   int jobs = 1;                   ///< accuracy stages at a time; clocks always run alone
   bool fresh = false;             ///< forget the records and the fitted solvers of this experiment
 };

@@ -35,7 +35,7 @@ struct TableText {
 /// legend. AR, RES, PE and RIE show the mean, its 95 % interval, the published value and the
 /// difference of the two; what is undefined is a dash with the number of frames. A row that failed
 /// stays, with its status and message; a long message is cut there and stands whole below the
-/// table.
+/// table. Rows of several seeds show the spread of the seeds' means too.
 std::string markdown_table(std::span<const ResultRow> rows, const TableText& text);
 
 /// The same for LaTeX: `table` floats to \input into any document class. Needs no package; two
@@ -44,8 +44,8 @@ std::string latex_table(std::span<const ResultRow> rows, const TableText& text);
 
 /// One line a row, every number in a column of its own and with all its digits (RFC 4180 quoting,
 /// UTF-8, lines end in \n): for each metric `AR_mean,AR_low,AR_high,AR_median,AR_count,
-/// AR_undefined`, for the published four `AR_paper,AR_difference` as well. What is undefined is an
-/// empty field.
+/// AR_undefined,AR_seed_deviation`, for the published four `AR_paper,AR_difference` as well. What
+/// is undefined is an empty field.
 std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& published);
 
 }  // namespace ertbench

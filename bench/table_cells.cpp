@@ -12,22 +12,6 @@ constexpr std::size_t kLabelLength = 60;
 constexpr std::size_t kMessageLength = 60;
 constexpr std::size_t kNoteLength = 1000;
 
-int decimals_of(Metric metric) {
-  switch (metric) {
-    case Metric::AR:
-    case Metric::relative_error:
-      return 3;
-    case Metric::RES:
-    case Metric::RES_error:
-      return 2;
-    case Metric::PE:
-    case Metric::PE25:
-    case Metric::RIE:
-      return 4;
-  }
-  return 4;
-}
-
 std::string or_dash(const std::optional<double>& value) {
   return value ? three_digits(*value) : kDash;
 }
@@ -38,11 +22,21 @@ std::string sign_and_number(double value, int decimals) {
   return value > 0 && !zero ? "+" + number : number;
 }
 
-Cell metric_cell(const MetricSummary& summary, Metric metric) {
+/// "± 0.004 over 3 seeds"; empty where there is no deviation.
+std::string spread_text(const ResultRow& row, Metric metric) {
+  if (!row.seeds || !row.seeds->deviation[metric]) return "";
+  return "± " + fixed(*row.seeds->deviation[metric], decimals_of(metric)) + " over " +
+         std::to_string(row.seeds->values.size()) + " seeds";
+}
+
+Cell metric_cell(const ResultRow& row, Metric metric) {
+  const MetricSummary& summary = row.metrics[metric];
   const std::string undefined =
       summary.undefined > 0 ? std::to_string(summary.undefined) + " undefined" : "";
   if (!summary.mean) return {undefined.empty() ? kDash : kDash + (" " + undefined)};
   Cell cell = {fixed(*summary.mean, decimals_of(metric))};
+  const std::string spread = spread_text(row, metric);
+  if (!spread.empty()) cell.push_back(spread);
   if (!undefined.empty()) cell.push_back(undefined);
   return cell;
 }
@@ -50,7 +44,7 @@ Cell metric_cell(const MetricSummary& summary, Metric metric) {
 Cell published_metric_cell(const ResultRow& row, Metric metric, const PublishedTable& published) {
   const MetricSummary& summary = row.metrics[metric];
   const int decimals = decimals_of(metric);
-  Cell cell = metric_cell(summary, metric);
+  Cell cell = metric_cell(row, metric);
   if (summary.ci95) {
     cell[0] += " [" + fixed(summary.ci95->low, decimals) + ", " +
                fixed(summary.ci95->high, decimals) + "]";
@@ -58,7 +52,7 @@ Cell published_metric_cell(const ResultRow& row, Metric metric, const PublishedT
   if (const auto paper = published_value(published, row, metric)) {
     std::string line = "paper " + fixed(*paper, decimals);
     if (summary.mean) line += " (" + sign_and_number(*summary.mean - *paper, decimals) + ")";
-    cell.insert(cell.begin() + 1, std::move(line));
+    cell.insert(cell.begin() + (spread_text(row, metric).empty() ? 1 : 2), std::move(line));
   }
   return cell;
 }
@@ -74,7 +68,7 @@ std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published
     cells.push_back(published_metric_cell(row, metric, published));
   }
   for (const Metric metric : {Metric::RES_error, Metric::PE25, Metric::relative_error}) {
-    cells.push_back(metric_cell(row.metrics[metric], metric));
+    cells.push_back(metric_cell(row, metric));
   }
   cells.push_back({row.latency_us ? three_digits(row.latency_us->p50) : kDash});
   cells.push_back({row.latency_us ? three_digits(row.latency_us->p99) : kDash});
@@ -114,6 +108,22 @@ std::string description_of(const CellTable& table, std::span<const ResultRow> ro
 
 }  // namespace
 
+int decimals_of(Metric metric) {
+  switch (metric) {
+    case Metric::AR:
+    case Metric::relative_error:
+      return 3;
+    case Metric::RES:
+    case Metric::RES_error:
+      return 2;
+    case Metric::PE:
+    case Metric::PE25:
+    case Metric::RIE:
+      return 4;
+  }
+  return 4;
+}
+
 std::vector<CellTable> cell_tables(std::span<const ResultRow> rows, const TableText& text) {
   std::vector<CellTable> tables;
   for (const ResultRow& row : rows) {
@@ -133,7 +143,7 @@ std::vector<CellTable> cell_tables(std::span<const ResultRow> rows, const TableT
   return tables;
 }
 
-std::vector<std::string> legend(const TableText& text) {
+std::vector<std::string> legend(std::span<const ResultRow> rows, const TableText& text) {
   std::vector<std::string> out = {
       "δσ: the change of the conductivity σ from its background.",
       "AR: sum of δσ of the image over that of the truth (C1); ideal 1.",
@@ -153,6 +163,15 @@ std::vector<std::string> legend(const TableText& text) {
       "out of the mean; — is a value that does not exist.",
       "Mean [95 % interval]: percentile bootstrap of the mean over the frames, " +
           std::to_string(kBootstrapResamples) + " resamples."};
+  if (std::any_of(rows.begin(), rows.end(),
+                  [](const ResultRow& r) { return r.seeds.has_value(); })) {
+    out.push_back(
+        "± over seeds: sample standard deviation of the means of the training runs, which differ "
+        "by "
+        "their seed alone. The mean is the mean of theirs; the interval is that over the frames, "
+        "each frame's value being its mean over the seeds. fit is the seeds' mean; p50, p99 and "
+        "frames/s are the first seed's: all have the same architecture.");
+  }
   if (!text.published.rows.empty()) {
     out.push_back("paper: " + text.published.source +
                   "; in brackets the mean here minus the paper's value.");

@@ -30,8 +30,11 @@ inline constexpr std::array kPublishedMetrics = {Metric::AR, Metric::RES, Metric
 /// One table for each dataset, in the order of their first rows.
 std::vector<CellTable> cell_tables(std::span<const ResultRow> rows, const TableText& text);
 
-/// One entry a column or rule of reading, for under the tables.
-std::vector<std::string> legend(const TableText& text);
+/// One entry a column or rule of reading, for under the tables of these rows.
+std::vector<std::string> legend(std::span<const ResultRow> rows, const TableText& text);
+
+/// With how many decimals the metric is shown.
+int decimals_of(Metric metric);
 
 std::optional<double> published_value(const PublishedTable& published, const ResultRow& row,
                                       Metric metric);

@@ -40,7 +40,8 @@ std::string head() {
   std::string line =
       "dataset,label,type,status,message,frames,undefined_frames,frames_not_converged";
   for (const Metric metric : kMetrics) {
-    for (const char* part : {"mean", "low", "high", "median", "count", "undefined"}) {
+    for (const char* part :
+         {"mean", "low", "high", "median", "count", "undefined", "seed_deviation"}) {
       line += std::string(",") + name_of(metric) + "_" + part;
     }
     if (!is_published(metric)) continue;
@@ -50,7 +51,14 @@ std::string head() {
   }
   return line +
          ",latency_p50_us,latency_p99_us,latency_max_us,frames_per_s,throughput_batch,fit_s,"
-         "peak_rss_mb,parameters\n";
+         "peak_rss_mb,seeds,sweep,parameters\n";
+}
+
+std::string seeds_of(const ResultRow& row) {
+  std::string out;
+  if (!row.seeds) return out;
+  for (const int seed : row.seeds->values) out += (out.empty() ? "" : " ") + std::to_string(seed);
+  return out;
 }
 
 std::string metric_fields(const ResultRow& row, Metric metric, const PublishedTable& published) {
@@ -63,7 +71,8 @@ std::string metric_fields(const ResultRow& row, Metric metric, const PublishedTa
   }
   std::string fields = "," + number(summary.mean) + "," + number(low) + "," + number(high) + "," +
                        number(summary.median) + "," + std::to_string(summary.count) + "," +
-                       std::to_string(summary.undefined);
+                       std::to_string(summary.undefined) + "," +
+                       number(row.seeds ? row.seeds->deviation[metric] : std::nullopt);
   if (!is_published(metric)) return fields;
   const std::optional<double> paper = published_value(published, row, metric);
   std::optional<double> difference;
@@ -86,8 +95,8 @@ std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& pub
     out += "," + latency(&LatencySummary::p50) + "," + latency(&LatencySummary::p99) + "," +
            latency(&LatencySummary::max) + "," + number(row.frames_per_s) + "," +
            (row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "") + "," +
-           number(row.fit_s) + "," + number(row.peak_rss_mb) + "," + quoted(row.parameters_json) +
-           "\n";
+           number(row.fit_s) + "," + number(row.peak_rss_mb) + "," + seeds_of(row) + "," +
+           quoted(row.sweep_json) + "," + quoted(row.parameters_json) + "\n";
   }
   return out;
 }

@@ -152,7 +152,7 @@ std::string latex_table(std::span<const ResultRow> rows, const TableText& text) 
     print(out, table, kPublishedColumns, table.head.size());
     out << "\n\\medskip\n\n\\begin{minipage}{\\linewidth}\\tiny\n";
     for (const std::string& note : table.notes) out << escaped(note) << "\\par\n";
-    for (const std::string& entry : legend(text)) out << escaped(entry) << "\n";
+    for (const std::string& entry : legend(rows, text)) out << escaped(entry) << "\n";
     if (!text.command.empty()) {
       out << "To make it again: \\texttt{" << escaped(text.command) << "}\n";
     }

@@ -96,7 +96,7 @@ std::string markdown_table(std::span<const ResultRow> rows, const TableText& tex
     out << "\n";
     for (const std::string& note : table.notes) out << escaped(note) << "\n\n";
   }
-  for (const std::string& entry : legend(text)) out << "- " << escaped(entry) << "\n";
+  for (const std::string& entry : legend(rows, text)) out << "- " << escaped(entry) << "\n";
   if (!text.command.empty()) out << "\nTo make it again:\n\n" << fenced(text.command);
   return out.str();
 }

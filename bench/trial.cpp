@@ -1,16 +1,21 @@
 #include "bench/trial.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "bench/atomic_file.h"
 #include "bench/bootstrap.h"
 #include "bench/metrics.h"
-#include "bench/provenance.h"
+#include "bench/progress_file.h"
+#include "bench/records.h"
 #include "forward/dataset_file.h"
 #include "forward/errors.h"
 #include "forward/json_reader.h"
@@ -23,9 +28,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
-constexpr int record_schema = 1;
-/// Raised whenever the same images would score otherwise.
-constexpr int metrics_version = 1;
 constexpr std::uint64_t block_frames = 256;
 
 double seconds_since(Clock::time_point start) {
@@ -37,15 +39,49 @@ struct FittedSolver {
   double fit_s = 0;  ///< when it was fitted, now or earlier
 };
 
+/// The work folder of a fit, for one process at a time: another that fits the same solver is waited
+/// for. Goes with the lock unless the solver left something in it.
+class WorkFolder {
+ public:
+  explicit WorkFolder(fs::path path) : path_(std::move(path)) {
+    while (descriptor_ < 0) {
+      fs::create_directories(path_);
+      descriptor_ = ::open(lock().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+      // The folder may have gone with the lock of another process.
+      if (descriptor_ < 0 && errno != ENOENT) {
+        throw InputError(lock().string() + ": cannot be created: " + std::strerror(errno));
+      }
+    }
+    ::flock(descriptor_, LOCK_EX);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove(lock(), ignored);
+    fs::remove(path_, ignored);
+    ::close(descriptor_);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path lock() const { return path_ / "lock"; }
+
+  fs::path path_;
+  int descriptor_ = -1;
+};
+
 /// From the cache, or fitted and put there: the file first, then its note, both renamed into place.
 FittedSolver fitted_solver(const Experiment& experiment, const SolverEntry& entry,
-                           const Cache& cache, SolverRegistry& registry, int threads) {
+                           const Cache& cache, SolverRegistry& registry, int threads,
+                           const fs::path& progress_file) {
   const json spec = json::parse(entry.json);
   FittedSolver out;
   out.solver = registry.make(JsonObject(spec, experiment.file.string(), entry.path));
   const fs::path file = cache.fitted_solver(experiment, entry);
   fs::path note = file;
   note += ".json";
+  const WorkFolder work_folder(cache.work_folder(experiment, entry));
   if (fs::exists(file) && fs::exists(note)) {
     try {
       out.fit_s = read_json_file(note).at("fit_s").get<double>();
@@ -56,22 +92,25 @@ FittedSolver fitted_solver(const Experiment& experiment, const SolverEntry& entr
       out.solver = registry.make(JsonObject(spec, experiment.file.string(), entry.path));
     }
   }
-  fs::create_directories(file.parent_path());
   std::optional<DatasetFile> training;
   std::optional<DatasetFile> validation;
   FitInput input;
   input.sensor = experiment.sensor;
   input.threads = threads;
-  input.work_folder = file;
-  input.work_folder.replace_extension(".work");
-  fs::create_directories(input.work_folder);
+  input.work_folder = work_folder.path();
   if (experiment.training) input.training = &training.emplace(cache.dataset(*experiment.training));
   if (experiment.validation) {
     input.validation = &validation.emplace(cache.dataset(*experiment.validation));
   }
   const Clock::time_point start = Clock::now();
-  out.solver->fit(input);
-  out.fit_s = seconds_since(start);
+  {
+    ProgressFile progress(progress_file);
+    input.progress = [&](std::uint64_t done, std::uint64_t total, const std::string& text) {
+      progress.update(done, total, text);
+    };
+    out.solver->fit(input);
+  }
+  out.fit_s = seconds_since(start) + out.solver->fit_report().earlier_s;
   fs::path aside = file;
   aside += "." + std::to_string(::getpid());
   out.solver->save(aside);
@@ -81,8 +120,6 @@ FittedSolver fitted_solver(const Experiment& experiment, const SolverEntry& entr
                              {"parameters", out.solver->parameters()},
                              {"key", json::parse(Cache::fitted_solver_key(experiment, entry))}}
                             .dump(2));
-  std::error_code ignored;
-  fs::remove(input.work_folder, ignored);  // kept where the solver left something in it
   return out;
 }
 
@@ -151,46 +188,16 @@ Scored score(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
 
 }  // namespace
 
-const char* name_of(Stage stage) { return stage == Stage::accuracy ? "accuracy" : "timing"; }
-
-std::string record_key(const Experiment& experiment, const SolverEntry& entry, Stage stage) {
-  json key = {{"schema", record_schema},
-              {"metrics", metrics_version},
-              {"label", entry.label},
-              {"solver", Cache::fitted_solver_key(experiment, entry)}};
-  for (const DatasetSpec& test : experiment.tests) key["tests"].push_back(to_json(test));
-  if (stage == Stage::accuracy) {
-    key["figure"] = experiment.figure_scenes;
-  } else {
-    const TimingSettings& timing = experiment.timing;
-    key["timing"] = {timing.frames, timing.warm_up, timing.batch};
-    key["cpu"] = cpu_name();
-  }
-  return hash_of(key.dump());
-}
-
-fs::path record_file(const fs::path& folder, const SolverEntry& entry, Stage stage) {
-  return folder / "records" / (entry.label + "." + name_of(stage) + ".json");
-}
-
-std::optional<json> read_record(const Experiment& experiment, const SolverEntry& entry, Stage stage,
-                                const fs::path& folder) {
-  const fs::path file = record_file(folder, entry, stage);
-  if (!fs::exists(file)) return std::nullopt;
-  try {
-    json record = read_json_file(file);
-    if (record.at("key") == record_key(experiment, entry, stage)) return record;
-  } catch (const std::exception&) {  // not a record of ours: made again
-  }
-  return std::nullopt;
-}
-
 void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
                         SolverRegistry& registry, int threads, const fs::path& folder) {
-  const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, threads);
+  const FittedSolver fitted =
+      fitted_solver(experiment, entry, cache, registry, threads,
+                    record_file(folder, entry, Stage::accuracy, ".progress"));
+  const FitReport report = fitted.solver->fit_report();
   json record = {{"schema", record_schema},
                  {"key", record_key(experiment, entry, Stage::accuracy)},
-                 {"fit_s", fitted.fit_s}};
+                 {"fit_s", fitted.fit_s},
+                 {"fit_report", {{"status", report.status}, {"message", report.message}}}};
   for (const DatasetSpec& test : experiment.tests) {
     const bool first = &test == &experiment.tests.front();
     const DatasetFile set(cache.dataset(test));
@@ -199,6 +206,8 @@ void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, 
     scored.row.label = entry.label;
     scored.row.type = entry.type;
     scored.row.dataset = test.name;
+    scored.row.status = report.status;
+    scored.row.message = report.message;
     scored.row.parameters_json = fitted.solver->parameters().dump();
     scored.row.fit_s = fitted.fit_s;
     record["rows"].push_back(to_json(scored.row));
@@ -210,7 +219,8 @@ void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, 
 
 void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
                       SolverRegistry& registry, const fs::path& folder) {
-  const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, 1);
+  const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, 1,
+                                            record_file(folder, entry, Stage::timing, ".progress"));
   const TimingSettings& timing = experiment.timing;
   json record = {{"schema", record_schema}, {"key", record_key(experiment, entry, Stage::timing)}};
   for (const DatasetSpec& test : experiment.tests) {
@@ -262,16 +272,6 @@ void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, co
   ::getrusage(RUSAGE_SELF, &usage);
   record["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024;
   write_file_atomically(record_file(folder, entry, Stage::timing), record.dump());
-}
-
-LatencySummary summarise_latency(std::vector<double> microseconds) {
-  std::sort(microseconds.begin(), microseconds.end());
-  // Nearest rank: the smallest time that at least this share of the frames kept to.
-  const auto quantile = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(microseconds.size()));
-    return microseconds[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
-  };
-  return {quantile(0.5), quantile(0.99), microseconds.back()};
 }
 
 }  // namespace ertbench

@@ -68,7 +68,7 @@ std::string refusal(const std::filesystem::path& file) {
 }
 
 TEST(Experiment, EveryPublishedFileIsValid) {
-  ASSERT_GE(published_experiments().size(), 4u);
+  ASSERT_GE(published_experiments().size(), 6u);
   for (const auto& file : published_experiments()) {
     SCOPED_TRACE(file);
     EXPECT_EQ(schema_complaint(read_json_file(file)), "");
@@ -89,6 +89,12 @@ TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
   const Cache cache("c");
   EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*fine.training));
   EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*literal.training));
+  for (const char* name : {"ablation.json", "grid_alpha_beta.json"}) {
+    const Experiment other = read_experiment(experiments / name, registry);
+    EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*other.training)) << name;
+    EXPECT_EQ(cache.dataset(*c1.validation), cache.dataset(*other.validation)) << name;
+    EXPECT_EQ(cache.dataset(c1.tests[0]), cache.dataset(other.tests[0])) << name;
+  }
   EXPECT_NE(cache.dataset(c1.tests[0]), cache.dataset(fine.tests[0]));
   for (std::size_t s = 0; s < c1.solvers.size(); ++s) {
     EXPECT_EQ(cache.fitted_solver(c1, c1.solvers[s]), cache.fitted_solver(fine, fine.solvers[s]));
@@ -246,6 +252,43 @@ const Broken broken[] = {
     {"/plugins", "[\"absent.so\"]", "/plugins", "absent.so", false},
     {"/plugins", "\"absent.so\"", "/plugins", "list"},
     {"/titel", "\"x\"", "/titel", "did you mean \"title\""},
+    {"/solvers/0/seeds", "[1, 2]", "/solvers/0/seeds", "tsvd has no training seed; remove it"},
+    {"/solvers/1/sweep", "5", "/solvers/1/sweep", "object"},
+    {"/solvers/1/sweep", "{}", "/solvers/1/sweep", "one or two"},
+    {"/solvers/1/sweep", R"({"a": [1], "b": [1], "c": [1]})", "/solvers/1/sweep", "one or two"},
+    {"/solvers/1/sweep", R"({"prior": ["noser", "tikonov"]})", "/solvers/1/sweep/prior/1",
+     "\"tikhonov\"", false},
+    {"/solvers/1/sweep", R"({"lambda": [0.1, 1]})", "/solvers/1/sweep/lambda", "remove one", false},
+    {"/solvers/1/sweep", R"({"priors": ["noser"]})", "/solvers/1/sweep/priors",
+     "there are prior, lambda", false},
+    {"/solvers/1/sweep", R"({"seed": [1, 2]})", "/solvers/1/sweep/seed", "\"seeds\""},
+    {"/solvers/1/sweep", R"({"label": ["a"]})", "/solvers/1/sweep/label", "cannot be swept"},
+    {"/solvers/1/sweep", R"({"prior": []})", "/solvers/1/sweep/prior", "1 to 50"},
+    {"/solvers/1/sweep", R"({"prior": "noser"})", "/solvers/1/sweep/prior", "1 to 50"},
+    {"/solvers/1/sweep", R"({"prior": ["noser", "noser"]})", "/solvers/1/sweep/prior/1", "twice"},
+    {"/solvers/1/sweep", R"({"prior": [["noser"]]})", "/solvers/1/sweep/prior/0", "number"},
+    {"/solvers/1/sweep", R"({"prior": ["a/b"]})", "/solvers/1/sweep/prior/0", "letters", false},
+    {"/charts", "{}", "/charts", "array"},
+    {"/charts", R"([{"type": "pie", "name": "a"}])", "/charts/0/type", "\"heat-map\""},
+    {"/charts", R"([{"type": "bars"}])", "/charts/0/name", "missing"},
+    {"/charts", R"([{"type": "bars", "name": "a b"}])", "/charts/0/name", "letters"},
+    {"/charts", R"([{"type": "bars", "name": "reconstructions"}])", "/charts/0/name", "taken",
+     false},
+    {"/charts", R"([{"type": "bars", "name": "a"}, {"type": "bars", "name": "a"}])",
+     "/charts/1/name", "taken", false},
+    {"/charts", R"([{"type": "bars", "name": "a", "solvers": []}])", "/charts/0/solvers", "labels"},
+    {"/charts", R"([{"type": "bars", "name": "a", "solvers": ["tsvd", "tvsd"]}])",
+     "/charts/0/solvers/1", "there are tsvd, one-step-gn, pdipm", false},
+    {"/charts", R"([{"type": "bars", "name": "a", "metrics": ["ar"]}])", "/charts/0/metrics/0",
+     "\"AR\""},
+    {"/charts", R"([{"type": "bars", "name": "a", "metrics": ["AR", "AR"]}])", "/charts/0/metrics",
+     "twice"},
+    {"/charts", R"([{"type": "bars", "name": "a", "dataset": "validation"}])", "/charts/0/dataset",
+     "\"test\"", false},
+    {"/charts", R"([{"type": "bars", "name": "a", "solver": "tsvd"}])", "/charts/0/solver",
+     "did you mean \"solvers\""},
+    {"/charts", R"([{"type": "heat-map", "name": "a", "solver": "tsvd"}])", "/charts/0/solver",
+     "two parameters", false},
 };
 
 TEST(Experiment, BrokenFilesAreRefusedWithPlaceAndRemedy) {
@@ -270,6 +313,122 @@ TEST(Experiment, BrokenFilesAreRefusedWithPlaceAndRemedy) {
     if (b.schema_can_tell) {
       EXPECT_NE(schema_complaint(value), "");
     }
+  }
+}
+
+/// The good experiment with a toy network for its first solver.
+json learned(const json& more) {
+  json value = good();
+  value["plugins"] = {ERTBENCH_MISBEHAVING_PLUGIN};
+  value["solvers"][0] = {{"type", "toy-learned"}, {"label", "net"}};
+  value["solvers"][0].update(more);
+  return value;
+}
+
+TEST(Experiment, ASolverThatIsTrainedNeedsItsDatasets) {
+  const TemporaryFolder folder("untrained");
+  json value = learned({{"how", "needs data"}});
+  value["datasets"].erase("train");
+  write_text(folder / "e.json", value.dump());
+  const std::string message = refusal(folder / "e.json");
+  EXPECT_NE(message.find("/solvers/0/type: toy-learned is trained; add /datasets/train"),
+            std::string::npos)
+      << message;
+}
+
+TEST(Experiment, SeedsAndSweepsBecomeTrials) {
+  const TemporaryFolder folder("trials");
+  const json value = learned(
+      {{"seeds", {3, 1}}, {"sweep", {{"level", {-1e-4, -0.125}}, {"how", {"crash", "diverge"}}}}});
+  EXPECT_EQ(schema_complaint(value), "");
+  write_text(folder / "e.json", value.dump());
+  SolverRegistry registry;
+  const Experiment e = read_experiment(folder / "e.json", registry);
+  std::vector<std::string> stems;
+  for (const SolverEntry& entry : e.solvers) stems.push_back(entry.stem());
+  EXPECT_EQ(stems, (std::vector<std::string>{
+                       "net how=crash level=-0.0001.seed3", "net how=crash level=-0.0001.seed1",
+                       "net how=crash level=-0.125.seed3", "net how=crash level=-0.125.seed1",
+                       "net how=diverge level=-0.0001.seed3", "net how=diverge level=-0.0001.seed1",
+                       "net how=diverge level=-0.125.seed3", "net how=diverge level=-0.125.seed1",
+                       "one-step-gn", "pdipm"}));
+  EXPECT_EQ(e.rows().size(), 6u);
+  EXPECT_EQ(e.rows()[1].size(), 2u);
+  EXPECT_EQ(json::parse(e.solvers[2].json), json::parse(R"({"type": "toy-learned", "label": "net",
+      "how": "crash", "level": -0.125, "seed": 3})"));
+  EXPECT_EQ(json::parse(e.solvers[2].sweep_json), json({{"how", "crash"}, {"level", -0.125}}));
+}
+
+TEST(Experiment, SeedsThatCannotBeAreRefused) {
+  const TemporaryFolder folder("seeds_refused");
+  const std::tuple<json, const char*, const char*> cases[] = {
+      {{{"seeds", json::array()}}, "/solvers/0/seeds", "1 to 100"},
+      {{{"seeds", 3}}, "/solvers/0/seeds", "list"},
+      {{{"seeds", {1, 2, 1}}}, "/solvers/0/seeds/2", "twice"},
+      {{{"seeds", {1, -1}}}, "/solvers/0/seeds/1", "from 0"},
+      {{{"seeds", {1.5}}}, "/solvers/0/seeds/0", "whole"},
+      {{{"seeds", {2147483648}}}, "/solvers/0/seeds/0", "2147483647"},
+      {{{"seeds", {1, 2}}, {"seed", 1}}, "/solvers/0/seeds", "remove one"}};
+  for (const auto& [more, path, remedy] : cases) {
+    const json value = learned(more);
+    write_text(folder / "e.json", value.dump());
+    const std::string message = refusal(folder / "e.json");
+    EXPECT_NE(message.find(std::string("e.json: ") + path + ": "), std::string::npos) << message;
+    EXPECT_NE(message.find(remedy), std::string::npos) << message;
+    EXPECT_NE(schema_complaint(value), "") << more;
+  }
+}
+
+TEST(Experiment, LabelsOfSeedsAndSweepsMustNotMeetOthers) {
+  const TemporaryFolder folder("labels");
+  json value = learned({{"seeds", {1, 2}}});
+  value["solvers"][1]["label"] = "net.seed2";  // the name of a record
+  write_text(folder / "e.json", value.dump());
+  EXPECT_NE(refusal(folder / "e.json").find("/solvers/1/label: \"net.seed2\" is taken"),
+            std::string::npos);
+  value = learned({{"label", std::string(55, 'x')}, {"sweep", {{"level", {0.5}}}}});
+  write_text(folder / "e.json", value.dump());
+  EXPECT_NE(refusal(folder / "e.json").find("with the values of a sweep"), std::string::npos);
+}
+
+TEST(Cache, ASeedOfManyHasTheKeyOfTheEntryWithThatSeedAlone) {
+  const TemporaryFolder folder("seed_key");
+  const Cache cache("c");
+  const auto file = [&](const json& more, std::size_t entry) {
+    write_text(folder / "e.json", learned(more).dump());
+    SolverRegistry registry;
+    const Experiment e = read_experiment(folder / "e.json", registry);
+    return cache.fitted_solver(e, e.solvers.at(entry));
+  };
+  const auto alone = file({{"seed", 2}, {"level", 0.5}, {"label", "other"}}, 0);
+  EXPECT_EQ(file({{"seeds", {1, 2}}, {"level", 0.5}}, 1), alone);
+  EXPECT_EQ(file({{"seed", 2}, {"sweep", {{"level", {0.25, 0.5}}}}}, 1), alone);
+  EXPECT_NE(file({{"seeds", {1, 2}}, {"level", 0.5}}, 0), alone);
+}
+
+TEST(Experiment, ParametersOfNetworksAreInTheSchema) {
+  const auto complaint = [](const json& entry) {
+    json value = good();
+    value["solvers"].push_back(entry);
+    return schema_complaint(value);
+  };
+  EXPECT_EQ(complaint({{"type", "dd-ert"},
+                       {"seeds", {1, 2}},
+                       {"epochs", 20},
+                       {"attention", false},
+                       {"initialisation", "random"},
+                       {"sweep", {{"alpha", {0, 1e-3}}, {"beta", {0.1}}}}}),
+            "");
+  EXPECT_EQ(complaint({{"type", "fcnn"}, {"seed", 1}, {"widths", {2304, 576}}}), "");
+  EXPECT_EQ(complaint({{"type", "eit-nn"}, {"sensitivity_lambda", "auto"}, {"channels", {32, 64}}}),
+            "");
+  EXPECT_EQ(complaint({{"type", "dcnn"}, {"widths", {64, 128, 256}}, {"schedule", "constant"}}),
+            "");
+  for (const json& wrong :
+       {json{{"type", "dd-ert"}, {"alpha", -1}}, json{{"type", "dd-ert"}, {"batch", 1}},
+        json{{"type", "dd-ert"}, {"widths", {1}}}, json{{"type", "fcnn"}, {"epochs", 0}},
+        json{{"type", "dcnn"}, {"widths", {64, 128}}}, json{{"type", "eit-nn"}, {"loss", "l1"}}}) {
+    EXPECT_NE(complaint(wrong), "") << wrong;
   }
 }
 

@@ -15,67 +15,16 @@
 #include "bench/gnuplot.h"
 #include "bench/reconstruction_figure.h"
 #include "forward/errors.h"
+#include "tests/bench/figure_testing.h"
 
 namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::count;
+using testing::Environment;
 
-/// Sets an environment variable for a while.
-class Environment {
- public:
-  Environment(std::string name, const std::string& value) : name_(std::move(name)) {
-    if (const char* before = ::getenv(name_.c_str())) before_ = before;
-    ::setenv(name_.c_str(), value.c_str(), 1);
-  }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-  ~Environment() {
-    if (before_) {
-      ::setenv(name_.c_str(), before_->c_str(), 1);
-    } else {
-      ::unsetenv(name_.c_str());
-    }
-  }
-
- private:
-  std::string name_;
-  std::optional<std::string> before_;
-};
-
-/// A folder for results, and one for temporary files that must be empty in the end.
-class Figure : public testing::Test {
- protected:
-  Figure() {
-    std::string name = (fs::temp_directory_path() / "ertbench-test-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-    fs::create_directories(folder_ / "results");
-    fs::create_directories(folder_ / "temporary");
-    temporary_.emplace("TMPDIR", (folder_ / "temporary").string());
-  }
-  ~Figure() override {
-    EXPECT_TRUE(fs::is_empty(folder_ / "temporary")) << "temporary files are left";
-    temporary_.reset();
-    fs::remove_all(folder_);
-  }
-
-  fs::path results() const { return folder_ / "results"; }
-  std::set<std::string> files() const {
-    std::set<std::string> names;
-    for (const auto& entry : fs::directory_iterator(results())) {
-      names.insert(entry.path().filename().string());
-    }
-    return names;
-  }
-  std::string read(const std::string& name) const {
-    std::ifstream in(results() / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-
- private:
-  fs::path folder_;
-  std::optional<Environment> temporary_;
-};
+class Figure : public testing::FigureTest {};
 
 ReconstructionFigure sample(int scenes, int solvers) {
   ReconstructionFigure figure;
@@ -91,12 +40,6 @@ ReconstructionFigure sample(int scenes, int solvers) {
     figure.columns.push_back(std::move(column));
   }
   return figure;
-}
-
-std::size_t count(const std::string& text, const std::string& word) {
-  std::size_t n = 0;
-  for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++n;
-  return n;
 }
 
 /// Big-endian number in a PNG.

@@ -21,10 +21,11 @@ struct Outcome {
 inline std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
 /// Runs the program as a user would, in `folder`, with a cache of its own there.
-inline Outcome run_program(const fs::path& folder, const std::string& arguments) {
+inline Outcome run_program(const fs::path& folder, const std::string& arguments,
+                           const fs::path& program = ERTBENCH_PROGRAM) {
   const std::string command = "cd " + quoted(folder.string()) +
                               " && ERTBENCH_CACHE=" + quoted((folder / "cache").string()) + " " +
-                              quoted(ERTBENCH_PROGRAM) + " " + arguments + " 2>&1 </dev/null";
+                              quoted(program.string()) + " " + arguments + " 2>&1 </dev/null";
   FILE* pipe = ::popen(command.c_str(), "r");
   Outcome outcome{-1, ""};
   char buffer[4096];

@@ -12,38 +12,13 @@
 
 #include "forward/dataset_file.h"
 #include "forward/hdf5_file.h"
+#include "tests/bench/small_experiment.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
 using namespace testing;
-
-/// Two quick solvers on 40 frames; timing off unless asked for.
-json small_experiment() {
-  return json::parse(R"({
-    "datasets": {
-      "validation": {"count": 30, "seed": 2, "snr_db": 50, "snr_basis": "absolute", "scenes": {}},
-      "test": {"count": 40, "seed": 3, "snr_db": 50, "snr_basis": "absolute",
-               "scenes": {"contacts": 1, "shapes": ["disc"], "radius": 0.2, "conductivity_ratio": 0.6}}
-    },
-    "solvers": [{"type": "one-step-gn", "lambda": "auto"}, {"type": "tsvd", "rank": 30},
-                {"type": "pdipm", "alpha": 1e-6}],
-    "timing": {"enabled": false},
-    "figure": {"scenes": [0, 1]}
-  })");
-}
-
-json summary_of(const fs::path& results) {
-  return json::parse(read_text(results / "summary.json"));
-}
-
-const json& row_of(const json& summary, const std::string& label) {
-  for (const json& row : summary.at("rows")) {
-    if (row.at("label") == label) return row;
-  }
-  throw std::runtime_error("no row " + label);
-}
 
 /// What must not depend on how a run went: everything but the clocks and the date.
 json lasting_part(json summary) {
@@ -175,7 +150,6 @@ TEST(Program, FailingTrialsCostOnlyTheirRows) {
   for (const char* how : {"crash", "throw", "hang", "nan", "stops"}) {
     experiment["solvers"].push_back({{"type", "misbehaving"}, {"how", how}, {"label", how}});
   }
-  experiment["solvers"].push_back({{"type", "dd-ert"}});  // its plugin is not there
   write_text(folder / "small.json", experiment.dump());
   const Outcome outcome = run_program(folder.path(), "run small.json --jobs 2");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
@@ -187,16 +161,40 @@ TEST(Program, FailingTrialsCostOnlyTheirRows) {
   EXPECT_NE(row_of(summary, "throw").at("message").get<std::string>().find("on fire"),
             std::string::npos);
   EXPECT_EQ(status("hang"), "timed out");
-  EXPECT_EQ(status("dd-ert"), "failed");
-  EXPECT_NE(
-      row_of(summary, "dd-ert").at("message").get<std::string>().find("libertbench_models.so"),
-      std::string::npos);
   EXPECT_EQ(status("nan"), "ok");
   EXPECT_EQ(row_of(summary, "nan").at("undefined_frames"), 20);
   EXPECT_EQ(row_of(summary, "stops").at("frames_not_converged"), 40);
   const std::string table = read_text(folder / "results/small/table.md");
-  for (const char* label : {"crash", "throw", "hang", "nan", "stops", "dd-ert"}) {
+  for (const char* label : {"crash", "throw", "hang", "nan", "stops"}) {
     EXPECT_NE(table.find(label), std::string::npos) << label;
+  }
+}
+
+TEST(Program, AnAbsentOrBrokenPluginCostsOnlyItsSolvers) {
+  const TemporaryFolder folder("plugin");
+  const fs::path program = folder / "ertbench";  // a copy, which has no plugin beside it
+  fs::copy_file(ERTBENCH_PROGRAM, program);
+  json experiment = small_experiment();
+  experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}}, {{"type", "dd-ert"}}};
+  write_text(folder / "small.json", experiment.dump());
+  write_text(folder / "learned.json", R"({"type": "dd-ert", "checkpoint": "net.fitted"})");
+  ASSERT_EQ(run_program(folder.path(), "generate small.json --dataset test --out t.h5", program)
+                .exit_code,
+            0);
+  for (const bool broken : {false, true}) {
+    SCOPED_TRACE(broken ? "broken" : "absent");
+    if (broken) write_text(folder / "libertbench_models.so", "no library");
+    const Outcome outcome = run_program(folder.path(), "run small.json --fresh", program);
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+    const json summary = summary_of(folder / "results/small");
+    EXPECT_EQ(row_of(summary, "tsvd").at("status"), "ok");
+    EXPECT_EQ(row_of(summary, "dd-ert").at("status"), "failed");
+    const std::string message = row_of(summary, "dd-ert").at("message");
+    EXPECT_NE(message.find("libertbench_models.so"), std::string::npos) << message;
+    const Outcome frames = run_program(
+        folder.path(), "reconstruct --solver learned.json --input t.h5 --output o.h5", program);
+    EXPECT_EQ(frames.exit_code, 2);
+    EXPECT_NE(frames.output.find("libertbench_models.so"), std::string::npos) << frames.output;
   }
 }
 
@@ -278,7 +276,6 @@ TEST(Program, UnusableInputEndsWithCodeTwoAndARemedy) {
   write_text(folder / "auto.json", R"({"type": "one-step-gn", "lambda": "auto"})");
   write_text(folder / "rank.json", R"({"type": "tsvd", "rank": 150})");
   write_text(folder / "type.json", R"({"type": "tvsd"})");
-  write_text(folder / "learned.json", R"({"type": "dd-ert", "checkpoint": "net.pt"})");
   write_text(folder / "checkpoint.json",
              R"({"type": "tsvd", "rank": 30, "checkpoint": "good.json"})");
   write_text(folder / "text.h5", "voltages: 1 2 3");
@@ -328,7 +325,6 @@ TEST(Program, UnusableInputEndsWithCodeTwoAndARemedy) {
       {"reconstruct --solver auto.json --input good.h5" TO, "auto.json: /lambda"},
       {"reconstruct --solver rank.json --input good.h5" TO, "104"},
       {"reconstruct --solver type.json --input good.h5" TO, "type.json: /type"},
-      {"reconstruct --solver learned.json --input good.h5" TO, "libertbench_models.so"},
       {"reconstruct --solver checkpoint.json --input good.h5" TO, "good.json"},
       {"reconstruct --solver good.json --input good.h5 --output good.h5", "is the input"},
       {"reconstruct --solver good.json --input good.h5 --output absent/out.h5", "absent/out.h5"},

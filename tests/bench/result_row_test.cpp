@@ -64,6 +64,46 @@ TEST(ResultRow, ComesBackAsItWas) {
   }
 }
 
+ResultRow sample_of_seeds() {
+  ResultRow row = sample();
+  SeedSpread& seeds = row.seeds.emplace();
+  seeds.values = {1, 5};
+  seeds.fit_s = {2.0, 3.0};
+  for (const Metric metric : kMetrics) seeds.means[metric] = {std::nullopt, std::nullopt};
+  seeds.means[Metric::AR] = {1.0, 1.2};
+  seeds.deviation[Metric::AR] = 0.1414;
+  seeds.parameters_json = R"([{"seed":1},{"seed":5}])";
+  row.sweep_json = R"({"alpha":0.001,"form":"minimax"})";
+  return row;
+}
+
+TEST(ResultRow, SeedsAndSweepAreThereWhereTheyAreMeant) {
+  EXPECT_FALSE(to_json(sample()).contains("seeds"));
+  EXPECT_FALSE(to_json(sample()).contains("sweep"));
+  const json out = to_json(sample_of_seeds());
+  EXPECT_EQ(out.at("seeds").at("values"), json({1, 5}));
+  EXPECT_EQ(out.at("seeds").at("means").at("AR"), json({1.0, 1.2}));
+  EXPECT_EQ(out.at("seeds").at("deviation").at("AR"), 0.1414);
+  EXPECT_TRUE(out.at("seeds").at("deviation").at("PE").is_null());
+  EXPECT_EQ(out.at("sweep").at("alpha"), 0.001);
+  const ResultRow read = result_row_from_json(JsonObject(out, "summary.json", "/rows/0"));
+  EXPECT_EQ(to_json(read), out);
+  EXPECT_EQ(read.seeds->means[Metric::AR], sample_of_seeds().seeds->means[Metric::AR]);
+}
+
+TEST(ResultRow, NamesThePlaceOfWhatIsWrongInTheSeeds) {
+  json written = to_json(sample_of_seeds());
+  written["seeds"]["means"]["AR"] = {1.0};
+  try {
+    result_row_from_json(JsonObject(written, "summary.json", "/rows/0"));
+    FAIL() << "accepted a mean for one of two seeds";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("/rows/0/seeds/means/AR: must be a list of 2"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
 TEST(ResultRow, NamesThePlaceOfWhatIsWrong) {
   json written = to_json(sample());
   written["metrics"]["AR"]["mean"] = "high";

@@ -152,6 +152,25 @@ TEST(MarkdownTable, ShowsUndefinedMetricsWithTheirCount) {
   EXPECT_NE(out.find("0.0200 [0.0100, 0.0300]<br>3 undefined"), std::string::npos);
 }
 
+/// A row of three seeds.
+ResultRow row_of_seeds() {
+  ResultRow row = row_of("net", "test");
+  SeedSpread& seeds = row.seeds.emplace();
+  seeds.values = {1, 2, 3};
+  seeds.deviation[Metric::AR] = 0.0042;
+  row.sweep_json = R"({"alpha":0.001})";
+  return row;
+}
+
+TEST(MarkdownTable, ShowsTheSpreadOfTheSeeds) {
+  const std::string out = markdown_table(std::vector{row_of_seeds()}, text_of());
+  EXPECT_NE(out.find("1.102 [1.092, 1.112]<br>± 0.004 over 3 seeds"), std::string::npos) << out;
+  EXPECT_NE(out.find("standard deviation"), std::string::npos);
+  EXPECT_NE(out.find("first seed's"), std::string::npos);
+  const std::string single = markdown_table(std::vector{row_of("gn", "test")}, text_of());
+  EXPECT_EQ(single.find("±"), std::string::npos);
+}
+
 TEST(MarkdownTable, LabelsStayWhatTheyAre) {
   const std::vector<ResultRow> rows = {row_of("*a* <b> [l](x) _e_ in_word `c` $m$ &amp;", "test")};
   const std::string out = markdown_table(rows, text_of());
@@ -194,6 +213,21 @@ TEST(CsvTable, QuotesTextAndLeavesWhatIsUndefinedEmpty) {
   EXPECT_EQ(field(records, 1, "AR_mean"), "");
   EXPECT_EQ(field(records, 1, "latency_p50_us"), "");
   EXPECT_EQ(csv.find("nan"), std::string::npos);
+}
+
+TEST(CsvTable, HoldsTheSpreadOfTheSeedsAndTheSweep) {
+  const auto records =
+      parsed(csv_table(std::vector{row_of_seeds(), row_of("gn", "test")}, text_of().published));
+  EXPECT_EQ(field(records, 1, "seeds"), "1 2 3");
+  EXPECT_EQ(field(records, 1, "AR_seed_deviation"), "0.0042");
+  EXPECT_EQ(field(records, 1, "PE_seed_deviation"), "");
+  EXPECT_EQ(field(records, 1, "sweep"), R"({"alpha":0.001})");
+  EXPECT_EQ(field(records, 2, "seeds"), "");
+}
+
+TEST(LatexTable, ShowsTheSpreadOfTheSeeds) {
+  const std::string out = latex_table(std::vector{row_of_seeds()}, text_of());
+  EXPECT_NE(out.find("\\ensuremath{\\pm} 0.004"), std::string::npos) << out;
 }
 
 TEST(LatexTable, EscapesWhatLatexWouldTakeForItsOwn) {

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "bench/chart_spec.h"
+
+namespace ertbench {
+
+class JsonObject;
+struct Experiment;
+
+/// Reads "charts" of an experiment file: `{"type": "bars", "name", "solvers": [labels], "metrics",
+/// "dataset"}` and `{"type": "heat-map", "name", "solver": the label of a sweep of two parameters,
+/// "metrics", "dataset", "published_optimum": [first, second]}`. Solvers and datasets must be read
+/// already. Throws InputError.
+std::vector<ChartSpec> read_charts(JsonObject& root, const Experiment& experiment);
+
+}  // namespace ertbench

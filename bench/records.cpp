@@ -1,0 +1,138 @@
+#include "bench/records.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/cache.h"
+#include "bench/provenance.h"
+#include "forward/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Raised whenever the same images would score otherwise.
+constexpr int metrics_version = 1;
+
+std::optional<json> read_record(const Experiment& experiment, const SolverEntry& entry, Stage stage,
+                                const fs::path& folder) {
+  const fs::path file = record_file(folder, entry, stage);
+  if (!fs::exists(file)) return std::nullopt;
+  try {
+    json record = read_json_file(file);
+    if (record.at("key") == record_key(experiment, entry, stage)) return record;
+  } catch (const std::exception&) {  // not a record of ours: made again
+  }
+  return std::nullopt;
+}
+
+ScoredSet scored_set(const json& row, const json& frames, const std::string& source) {
+  ScoredSet set;
+  set.row = result_row_from_json(JsonObject(row, source, "/rows"));
+  for (const json& status : frames.at("status")) {
+    set.statuses.push_back(static_cast<FrameStatus>(status.get<int>()));
+  }
+  set.frames.resize(set.statuses.size());
+  for (const Metric metric : kMetrics) {
+    const json& values = frames.at(name_of(metric));
+    for (std::size_t i = 0; i < set.frames.size(); ++i) {
+      if (!values.at(i).is_null()) set.frames[i][metric] = values[i].get<double>();
+    }
+  }
+  return set;
+}
+
+Images images_from(const json& rows, int pixels) {
+  Images images(static_cast<Eigen::Index>(rows.size()), pixels);
+  for (Eigen::Index i = 0; i < images.rows(); ++i) {
+    for (Eigen::Index p = 0; p < pixels; ++p) {
+      const json& value = rows.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(p));
+      images(i, p) = value.is_null() ? std::nan("") : value.get<double>();
+    }
+  }
+  return images;
+}
+
+/// p50, p99 and maximum of every frame's time.
+LatencySummary summarise_latency(std::vector<double> microseconds) {
+  std::sort(microseconds.begin(), microseconds.end());
+  // Nearest rank: the smallest time that at least this share of the frames kept to.
+  const auto quantile = [&](double share) {
+    const double rank = std::ceil(share * static_cast<double>(microseconds.size()));
+    return microseconds.at(static_cast<std::size_t>(std::max(1.0, rank)) - 1);
+  };
+  return {quantile(0.5), quantile(0.99), microseconds.back()};
+}
+
+}  // namespace
+
+const char* name_of(Stage stage) { return stage == Stage::accuracy ? "accuracy" : "timing"; }
+
+std::string record_key(const Experiment& experiment, const SolverEntry& entry, Stage stage) {
+  json key = {{"schema", record_schema},
+              {"metrics", metrics_version},
+              {"label", entry.label},
+              {"solver", Cache::fitted_solver_key(experiment, entry)}};
+  for (const DatasetSpec& test : experiment.tests) key["tests"].push_back(to_json(test));
+  if (stage == Stage::accuracy) {
+    key["figure"] = experiment.figure_scenes;
+  } else {
+    const TimingSettings& timing = experiment.timing;
+    key["timing"] = {timing.frames, timing.warm_up, timing.batch};
+    key["cpu"] = cpu_name();
+  }
+  return hash_of(key.dump());
+}
+
+fs::path record_file(const fs::path& folder, const SolverEntry& entry, Stage stage,
+                     const std::string& ending) {
+  return folder / "records" / (entry.stem() + "." + name_of(stage) + ending);
+}
+
+std::optional<AccuracyRecord> read_accuracy_record(const Experiment& experiment,
+                                                   const SolverEntry& entry,
+                                                   const fs::path& folder) {
+  const auto json_record = read_record(experiment, entry, Stage::accuracy, folder);
+  if (!json_record) return std::nullopt;
+  try {
+    AccuracyRecord record;
+    const std::string source = record_file(folder, entry, Stage::accuracy).string();
+    for (const json& row : json_record->at("rows")) {
+      const json& frames = json_record->at("frames").at(row.at("dataset").get<std::string>());
+      record.sets.push_back(scored_set(row, frames, source));
+    }
+    record.figure_images =
+        images_from(json_record->at("figure_images"), experiment.sensor.pixels());
+    return record;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<TimingRecord> read_timing_record(const Experiment& experiment,
+                                               const SolverEntry& entry, const fs::path& folder) {
+  const auto json_record = read_record(experiment, entry, Stage::timing, folder);
+  if (!json_record) return std::nullopt;
+  try {
+    TimingRecord record;
+    for (const auto& [dataset, times] : json_record->at("timing").items()) {
+      record.sets[dataset] = {summarise_latency(times.at("latency_us").get<std::vector<double>>()),
+                              times.at("frames_per_s").get<double>(), times.at("batch").get<int>()};
+    }
+    record.peak_rss_mb = json_record->at("peak_rss_mb").get<double>();
+    return record;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+bool has_record(const Experiment& experiment, const SolverEntry& entry, Stage stage,
+                const fs::path& folder) {
+  return stage == Stage::accuracy ? read_accuracy_record(experiment, entry, folder).has_value()
+                                  : read_timing_record(experiment, entry, folder).has_value();
+}
+
+}  // namespace ertbench

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace ertbench {
+
+/// One solver to be fitted and scored: an entry of "solvers", or one of the many that an entry with
+/// "seeds" or a "sweep" stands for. Those of one label make one row.
+struct SolverEntry {
+  std::string label;        ///< of its row; what differs by the seed alone shares it
+  std::string type;         ///< "dd-ert"
+  std::string json;         ///< JSON text the solver is made from: no "seeds" and no "sweep"
+  std::string path;         ///< "/solvers/2", for messages
+  std::optional<int> seed;  ///< where the entry has "seeds"
+  std::string family;       ///< the entry's own label, without the values of its sweep
+  std::string sweep_json;   ///< JSON text of those, `{"alpha": 0.001}`; empty without a sweep
+
+  /// Unique in the experiment, for file names: "dd-ert", "dd-ert.seed2".
+  std::string stem() const { return seed ? label + ".seed" + std::to_string(*seed) : label; }
+  /// The same for people: "dd-ert seed 2".
+  std::string title() const { return seed ? label + " seed " + std::to_string(*seed) : label; }
+};
+
+}  // namespace ertbench

@@ -1,0 +1,286 @@
+#include "bench/charts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "bench/palette.h"
+#include "bench/training_curves.h"
+#include "bench/training_results.h"
+#include "forward/errors.h"
+#include "tests/bench/figure_testing.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::count;
+
+class Charts : public testing::FigureTest {
+ protected:
+  /// Both files are there and whole.
+  std::string svg(const std::string& name) const {
+    EXPECT_EQ(read(name + ".png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+    const std::string text = read(name + ".svg");
+    EXPECT_NE(text.find("</svg>"), std::string::npos);
+    return text;
+  }
+};
+
+ResultRow row_of(const std::string& label, double ar, double error) {
+  ResultRow row;
+  row.label = label;
+  row.type = "dd-ert";
+  row.dataset = "test";
+  for (const Metric metric : kMetrics) {
+    row.metrics[metric] = {0.5, Interval{0.4, 0.6}, 0.5, 10, 0};
+  }
+  row.metrics[Metric::AR] = {ar, Interval{ar - 0.02, ar + 0.02}, ar, 10, 0};
+  row.metrics[Metric::relative_error].mean = error;
+  return row;
+}
+
+ResultRow truth() {
+  ResultRow row = row_of("truth", 1, 0);
+  row.type = "truth";
+  row.metrics[Metric::RES].mean = 82.78;
+  return row;
+}
+
+ChartSpec bars(std::vector<std::string> labels) {
+  ChartSpec spec;
+  spec.name = "ablation";
+  spec.dataset = "test";
+  spec.labels = std::move(labels);
+  spec.metrics = {Metric::AR, Metric::RES, Metric::PE, Metric::RIE};
+  return spec;
+}
+
+TEST_F(Charts, BarsShowEveryVariantAndItsValue) {
+  const std::vector<ResultRow> rows = {truth(), row_of("L1", 0.9, 0.7),
+                                       row_of("L1 + adversarial", 1.123, 0.6)};
+  const ChartSpec spec = bars({"L1", "L1 + adversarial"});
+  const BarChart chart = bar_chart_of(spec, rows, "Ablation");
+  ASSERT_EQ(chart.panels.size(), 4u);
+  EXPECT_EQ(chart.panels[0].ideal, 1);
+  EXPECT_EQ(chart.panels[1].ideal, 82.78);
+  EXPECT_EQ(chart.panels[2].ideal, 0);
+  draw(spec, rows, "Ablation", results());
+  const std::string text = svg("ablation");
+  for (const char* word : {"Ablation", "(a)", "(b)", "0.900", "1.123", "truth 82.78", "ideal 1",
+                           "adversarial", "95 %"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << word;
+  }
+}
+
+TEST_F(Charts, BarsKeepWhatFailedOrIsMissing) {
+  ResultRow failed;
+  failed.label = "frozen";
+  failed.dataset = "test";
+  failed.status = "timed out";
+  ResultRow diverged = row_of("random", 3, 2);
+  diverged.status = "diverged";
+  ResultRow undefined = row_of("empty", 0, 1);
+  undefined.metrics[Metric::PE] = {};
+  const std::vector<ResultRow> rows = {failed, diverged, undefined};
+  draw(bars({"frozen", "random", "empty", "absent"}), rows, "Ablation", results());
+  const std::string text = svg("ablation");
+  EXPECT_GE(count(text, "timed out"), 4u);
+  EXPECT_GE(count(text, "not run"), 4u);
+  EXPECT_NE(text.find("(diverged)"), std::string::npos);
+  EXPECT_NE(text.find("3.000"), std::string::npos);
+  EXPECT_EQ(count(text, ">undefined<"), 1u);
+}
+
+TEST_F(Charts, BarsOfManyVariantsAndOfNone) {
+  std::vector<ResultRow> rows = {truth()};
+  std::vector<std::string> labels;
+  for (int i = 0; i < 24; ++i) {
+    labels.push_back("dd-ert alpha=0.000" + std::to_string(i));
+    rows.push_back(row_of(labels.back(), 1 + 0.01 * i, 0.5));
+  }
+  draw(bars(labels), rows, "Many", results());
+  EXPECT_EQ(count(svg("ablation"), ">dd-ert alpha=0.0007<"), 4u);
+  draw(bars({"absent"}), {}, "None", results());
+  EXPECT_NE(svg("ablation").find("not run"), std::string::npos);
+  EXPECT_THROW(draw_bar_chart({}, results() / "x"), std::invalid_argument);
+}
+
+/// A sweep of alpha and beta over powers of ten, the least error at (0.01, 1).
+struct Sweep {
+  ChartSpec spec;
+  std::vector<ResultRow> rows;
+
+  Sweep() {
+    spec.type = ChartSpec::Type::heat_map;
+    spec.name = "alpha_beta";
+    spec.dataset = "test";
+    spec.metrics = {Metric::AR, Metric::PE};
+    spec.published_optimum = {"0.001", "0.1"};
+    for (const double alpha : {0.01, 0.001, 10.0}) {
+      for (const double beta : {0.1, 1.0}) {
+        const double error = 0.5 + std::abs(alpha - 0.01) + std::abs(beta - 1);
+        ResultRow row = row_of("net " + std::to_string(rows.size()), 1 + error / 10, error);
+        row.sweep_json = nlohmann::json{{"alpha", alpha}, {"beta", beta}}.dump();
+        spec.labels.push_back(row.label);
+        rows.push_back(std::move(row));
+      }
+    }
+  }
+  ResultRow& at(std::size_t alpha, std::size_t beta) { return rows[2 * alpha + beta]; }
+};
+
+TEST_F(Charts, HeatMapMarksThePapersChoiceAndTheBest) {
+  const Sweep sweep;
+  const HeatMap map = heat_map_of(sweep.spec, sweep.rows, "Weights");
+  EXPECT_EQ(map.x_name, "alpha");
+  EXPECT_EQ(map.x_values, (std::vector<std::string>{"0.001", "0.01", "10"}));  // sorted
+  EXPECT_EQ(map.y_values, (std::vector<std::string>{"0.1", "1"}));
+  ASSERT_TRUE(map.published && map.best);
+  EXPECT_EQ(std::pair(map.published->x, map.published->y), std::pair(0, 0));
+  EXPECT_EQ(std::pair(map.best->x, map.best->y), std::pair(1, 1));
+  // AR is coloured by its distance from one.
+  EXPECT_NEAR(map.panels[0].colours[4].value(), 0.05, 1e-12);
+  EXPECT_NEAR(map.panels[0].values[4].value(), 1.05, 1e-12);
+  draw(sweep.spec, sweep.rows, "Weights", results());
+  const std::string text = svg("alpha_beta");
+  for (const char* word : {"1.050", "alpha", "best here: alpha = 0.01, beta = 1", "|AR − 1|",
+                           "choice: alpha = 0.001, beta = 0.1"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << word;
+  }
+}
+
+TEST_F(Charts, HeatMapCrossesOutWhatFailedAndTakesTheBestOfTheRest) {
+  Sweep sweep;
+  sweep.at(0, 1).status = "diverged";
+  sweep.at(2, 0).status = "not run";
+  sweep.at(2, 0).metrics = {};
+  sweep.spec.published_optimum = {"0.5", "0.1"};
+  const HeatMap map = heat_map_of(sweep.spec, sweep.rows, "Weights");
+  EXPECT_EQ(std::pair(map.best->x, map.best->y), std::pair(0, 1));
+  EXPECT_FALSE(map.published);
+  draw(sweep.spec, sweep.rows, "Weights", results());
+  const std::string text = svg("alpha_beta");
+  EXPECT_EQ(count(text, ">diverged<"), 2u);
+  EXPECT_EQ(count(text, ">not run<"), 2u);
+  EXPECT_NE(text.find("not on this grid"), std::string::npos);
+}
+
+TEST_F(Charts, HeatMapWithoutAnyResultSaysSo) {
+  Sweep sweep;
+  for (ResultRow& row : sweep.rows) {
+    row.status = "not run";
+    row.metrics = {};
+  }
+  draw(sweep.spec, sweep.rows, "Weights", results());
+  EXPECT_EQ(count(svg("alpha_beta"), "no results yet"), 2u);
+}
+
+TEST_F(Charts, HeatMapOfASweepThatIsLarge) {
+  HeatMap map;
+  map.x_name = map.y_name = "value";
+  for (int i = 0; i < 50; ++i) map.x_values.push_back(std::to_string(i));
+  map.y_values = map.x_values;
+  map.statuses.resize(2500);
+  HeatMapPanel panel{"PE", "PE", 4, {}, {}};
+  for (int i = 0; i < 2500; ++i) panel.values.push_back(i == 7 ? 1e9 : i * 1e-3);
+  panel.colours = panel.values;
+  map.panels = {panel};
+  draw_heat_map(map, results() / "large");
+  // One cell that is far off does not pale the others: the scale ends at four times the median.
+  EXPECT_NE(svg("large").find("≥ "), std::string::npos);
+  EXPECT_EQ(svg("large").find("1.00e+09"), std::string::npos);
+  map.panels[0].values.pop_back();
+  EXPECT_THROW(draw_heat_map(map, results() / "large"), std::invalid_argument);
+}
+
+TEST(Palette, RisesInLightnessAndSpansTheScreen) {
+  for (int i = 1; i <= 20; ++i) {
+    EXPECT_GT(viridis(i / 20.0).lightness(), viridis((i - 1) / 20.0).lightness());
+  }
+  EXPECT_EQ(viridis(0).hex(), "#440154");
+  EXPECT_EQ(viridis(2).hex(), "#fde725");
+  EXPECT_EQ(viridis(1).number(), 0xfde725);
+  EXPECT_NEAR(Colour({1, 1, 1}).lightness(), 1, 1e-9);
+  EXPECT_EQ(hue(0).towards_white(1).hex(), "#ffffff");
+}
+
+/// Logs of training.
+class Training : public Charts {
+ protected:
+  void log(const std::string& name, const std::string& text) const {
+    std::ofstream(results() / name) << text;
+  }
+  std::string refusal(const std::string& text) const {
+    log("bad.csv", text);
+    try {
+      read_training_curves(results() / "bad.csv");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+TEST_F(Training, IsReadByTheNamesOfItsColumns) {
+  log("a.csv", "epoch,loss,validation_error\n1,0.5,0.9\n2,nan,0.8\n3,0.1");
+  const TrainingCurves curves = read_training_curves(results() / "a.csv");
+  EXPECT_EQ(curves.columns, (std::vector<std::string>{"epoch", "loss", "validation_error"}));
+  ASSERT_EQ(curves.epochs(), 2u);  // the third is not finished
+  EXPECT_TRUE(std::isnan(curves.values[1][1]));
+  EXPECT_EQ(curves.values[2][1], 0.8);
+}
+
+TEST_F(Training, WhatIsNoLogIsRefusedWithItsLine) {
+  EXPECT_NE(refusal("").find("bad.csv: line 1"), std::string::npos);
+  EXPECT_NE(refusal("loss,epoch\n").find("\"epoch\" first"), std::string::npos);
+  EXPECT_NE(refusal("epoch,loss\n1,2\n2\n").find("line 3: must hold 2 numbers"), std::string::npos);
+  EXPECT_NE(refusal("epoch,loss\n1,two\n").find("line 2: \"two\""), std::string::npos);
+  EXPECT_NE(refusal("epoch,loss\n1,\n").find("line 2"), std::string::npos);
+}
+
+TEST_F(Training, IsCopiedAndDrawnWithAllItsSeeds) {
+  log("one.log",
+      "epoch,loss,adversarial,validation_error,learning_rate,seconds\n"
+      "1,0.5,-0.2,0.9,1e-3,3\n2,0.3,0.1,0.8,1e-3,3\n");
+  log("two.log",
+      "epoch,loss,adversarial,validation_error,learning_rate,seconds\n"
+      "1,0.6,0.2,0.9,1e-3,3\n");
+  const fs::path folder = results() / "training";
+  write_training_results(
+      "net",
+      {{"net.seed1", "seed 1", results() / "one.log", R"({"training": {"best_epoch": 2}})"},
+       {"net.seed2", "seed 2", results() / "two.log", "{}"},
+       {"net.seed3", "seed 3", results() / "absent.log", "{}"}},
+      folder);
+  EXPECT_EQ(read("training/net.seed1.csv"), read("one.log"));
+  EXPECT_FALSE(fs::exists(folder / "net.seed3.csv"));
+  const std::string text = svg("training/net");
+  for (const char* word : {">loss<", ">adversarial, absolute<", ">validation error<",
+                           ">epoch kept<", "seed 1, seed 2", ">epoch<"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << word;
+  }
+  EXPECT_EQ(text.find("learning"), std::string::npos);
+}
+
+TEST_F(Training, NothingIsWrittenForASolverWithoutALog) {
+  write_training_results("tsvd", {{"tsvd", "", results() / "absent.log", "{}"}},
+                         results() / "training");
+  EXPECT_FALSE(fs::exists(results() / "training"));
+}
+
+TEST_F(Training, ALogOfNoEpochsOrOnlyInfinitiesIsDrawn) {
+  log("none.log", "epoch,loss,validation_error\n");
+  log("inf.log", "epoch,loss,validation_error\n1,inf,nan\n");
+  for (const char* name : {"none", "inf"}) {
+    write_training_results(name, {{name, "", results() / (std::string(name) + ".log"), "{}"}},
+                           results() / "training");
+    EXPECT_NE(svg(std::string("training/") + name).find("no loss"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace ertbench
