@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -30,6 +31,23 @@ double quantile(const std::vector<double>& sorted, double fraction) {
   const auto above = std::min(below + 1, sorted.size() - 1);
   const double weight = place - static_cast<double>(below);
   return (1 - weight) * sorted[below] + weight * sorted[above];
+}
+
+/// From the k-th smallest value to the k-th largest, k the largest with
+/// 1 - 2 P(Binomial(count, 1/2) < k) >= .95.
+std::optional<Interval> median_interval(const std::vector<double>& sorted) {
+  const auto count = static_cast<double>(sorted.size());
+  std::size_t k = 0;
+  double below = 0;  // P(Binomial < k + 1), once the next term is added
+  while (2 * k < sorted.size()) {
+    const auto i = static_cast<double>(k);
+    below += std::exp(std::lgamma(count + 1) - std::lgamma(i + 1) - std::lgamma(count - i + 1) -
+                      count * std::numbers::ln2);
+    if (1 - 2 * below < 0.95) break;
+    ++k;
+  }
+  if (k == 0) return std::nullopt;
+  return Interval{sorted[k - 1], sorted[sorted.size() - k]};
 }
 
 /// Means of the resamples. Resample r takes its indices from the counters (0, r), (1, r), ...
@@ -79,6 +97,7 @@ MetricSummary summarise(std::span<const std::optional<double>> values, std::stri
   }
   std::sort(defined.begin(), defined.end());
   summary.median = quantile(defined, 0.5);
+  summary.median_ci95 = median_interval(defined);
   return summary;
 }
 

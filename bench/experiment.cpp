@@ -61,7 +61,22 @@ void read_timing(JsonObject& root, Experiment& experiment) {
   timing.frames = object.integer_or("frames", timing.frames, least_timed_frames, 1000000);
   timing.warm_up = object.integer_or("warm_up", timing.warm_up, 1, 100000);
   timing.batch = object.integer_or("batch", timing.batch, 1, 65536);
+  timing.rounds = object.integer_or("rounds", timing.rounds, 1, 100);
   object.finish();
+}
+
+void read_right_sizing(JsonObject& root, Experiment& experiment) {
+  if (!root.has("right_sizing")) return;
+  JsonObject object = root.object("right_sizing");
+  RightSizing& sizing = experiment.right_sizing.emplace();
+  sizing.margin = object.number_or("margin", sizing.margin, {0, 10});
+  std::vector<std::string> names;
+  for (const Metric metric : kErrorMetrics) names.emplace_back(name_of(metric));
+  sizing.metric = metric_from_name(object.choice_or("metric", name_of(sizing.metric), names));
+  object.finish();
+  if (!experiment.validation) {
+    root.fail("right_sizing", "chooses on the validation set; add /datasets/validation");
+  }
 }
 
 void read_figure(JsonObject& root, Experiment& experiment) {
@@ -160,6 +175,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   read_plugins(root, experiment, registry);
   experiment.solvers = read_solvers(root, experiment, registry, check);
   read_timing(root, experiment);
+  read_right_sizing(root, experiment);
   experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
   read_figure(root, experiment);
   read_published(root, experiment);

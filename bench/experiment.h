@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/chart_spec.h"
+#include "bench/metrics.h"
 #include "bench/solver_entry.h"
 #include "bench/table.h"
 #include "forward/dataset_spec.h"
@@ -19,8 +20,15 @@ class SolverRegistry;
 struct TimingSettings {
   bool enabled = true;
   int frames = 1000;  ///< timed one by one; at least 662, so that the 99th percentile has meaning
-  int warm_up = 20;   ///< frames before the clock counts
+  int warm_up = 20;   ///< frames before the clock counts, in each round
   int batch = 256;    ///< frames in a call when throughput is measured
+  int rounds = 5;     ///< the frames' shares, those of all solvers in turn
+};
+
+/// "right_sizing": of each family the smallest setting that is good enough on the validation set.
+struct RightSizing {
+  double margin = 0.05;  ///< how much above the family's least error, as a part of it
+  Metric metric = Metric::relative_error;
 };
 
 /// An experiment file: what is generated, what is fitted, what is measured.
@@ -40,6 +48,7 @@ struct Experiment {
   std::vector<int> figure_scenes;  ///< of the first test set
   PublishedTable published;
   std::vector<ChartSpec> charts;
+  std::optional<RightSizing> right_sizing;
 
   const DatasetSpec* find_dataset(const std::string& dataset) const;
   std::vector<const DatasetSpec*> datasets() const;  ///< all of them

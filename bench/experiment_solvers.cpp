@@ -97,6 +97,8 @@ class EntryReader {
   std::vector<SolverEntry> read() {
     type_ = object_.text("type");
     const std::string label = object_.text_or("label", type_);
+    const std::string family = object_.text_or("family", label);
+    if (!is_label(family)) object_.fail("family", "must be made as a label is");
     const std::vector<std::string> types = registry_.types();
     const bool known = std::find(types.begin(), types.end(), type_) != types.end();
     const bool check = check_ == SolverCheck::all;
@@ -106,7 +108,7 @@ class EntryReader {
     for (const SweepPoint& point : read_sweep(object_, info)) {
       for (std::size_t s = 0; s < seeds.size(); ++s) {
         SolverEntry entry = make(point, seeds[s]);
-        entry.family = label;
+        entry.family = family;
         entry.label = label + point.label;
         // Unknown types are refused here; a plugin that is absent is its trial's failure.
         if (check && (!known || info)) check_solver(entry, moved(point, s), experiment_, registry_);
@@ -126,6 +128,7 @@ class EntryReader {
     json spec = object_.value();
     spec.erase("seeds");
     spec.erase("sweep");
+    spec.erase("family");
     if (!point.values.empty()) spec.update(json::parse(point.values));
     if (seed) spec["seed"] = *seed;
     entry.json = spec.dump();

@@ -46,6 +46,7 @@ struct Arguments {
   std::string label;
   std::string stage;
   std::optional<int> seed;
+  int round = 0;
   int threads = 1;
 };
 
@@ -159,7 +160,8 @@ int trial(const Arguments& arguments) {
   for (const SolverEntry& entry : experiment.solvers) {
     if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
     if (arguments.stage == name_of(Stage::timing)) {
-      run_timing_stage(experiment, entry, Cache::standard(), registry, arguments.out);
+      run_timing_round(experiment, entry, Cache::standard(), registry, arguments.round,
+                       arguments.out);
     } else {
       run_accuracy_stage(experiment, entry, Cache::standard(), registry, arguments.threads,
                          arguments.out);
@@ -239,6 +241,7 @@ int parse_and_run(int argc, char** argv) {
   trial_command->add_option("--label", arguments.label)->required();
   trial_command->add_option("--stage", arguments.stage)->required();
   trial_command->add_option("--seed", arguments.seed);
+  trial_command->add_option("--round", arguments.round);
   trial_command->add_option("--out", arguments.out)->required();
   trial_command->add_option("--threads", arguments.threads);
 

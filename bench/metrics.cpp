@@ -111,6 +111,13 @@ const char* name_of(Metric metric) {
   return "";
 }
 
+Metric metric_from_name(const std::string& name) {
+  for (const Metric metric : kMetrics) {
+    if (name == name_of(metric)) return metric;
+  }
+  throw std::invalid_argument("no metric is called \"" + name + "\"");
+}
+
 std::optional<double> resolution(const Sensor& sensor, const Image& change) {
   require_size(sensor, change, "change");
   if (!change.allFinite() || is_empty(sensor, change)) return std::nullopt;

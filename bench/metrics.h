@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 
 #include "forward/scene.h"
 #include "forward/sensor.h"
@@ -26,8 +27,14 @@ inline constexpr std::array kMetrics = {
     Metric::AR,   Metric::RES, Metric::RES_error,     Metric::PE,
     Metric::PE25, Metric::RIE, Metric::relative_error};
 
+/// Those whose ideal is zero, the smaller the better.
+inline constexpr std::array kErrorMetrics = {Metric::RES_error, Metric::PE, Metric::PE25,
+                                             Metric::RIE, Metric::relative_error};
+
 /// As in summary.json: "AR", "RES", "RES_error", "PE", "PE25", "RIE", "relative_error".
 const char* name_of(Metric metric);
+/// The inverse. Throws std::invalid_argument for another name.
+Metric metric_from_name(const std::string& name);
 
 /// One value for each metric.
 template <typename Value>

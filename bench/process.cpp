@@ -22,30 +22,34 @@ double now() {
 }  // namespace
 
 ChildProcess::ChildProcess(const std::vector<std::string>& arguments,
-                           const std::filesystem::path& log, double time_limit_s)
+                           const std::filesystem::path& log, double time_limit_s,
+                           const std::filesystem::path& output)
     : deadline_(now() + time_limit_s) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  constexpr int writing = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+  const int err = ::open(log.c_str(), writing, 0644);
+  const int out = ::open(output.c_str(), writing, 0644);
+  const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t parent = ::getpid();
-  pid_ = out >= 0 && null >= 0 ? ::fork() : -1;
+  pid_ = err >= 0 && out >= 0 && null >= 0 ? ::fork() : -1;
   if (pid_ == 0) {
     ::setpgid(0, 0);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) _exit(127);  // it died before we asked
     ::dup2(null, STDIN_FILENO);
-    ::dup2(null, STDOUT_FILENO);
-    ::dup2(out, STDERR_FILENO);
+    ::dup2(out, STDOUT_FILENO);
+    ::dup2(err, STDERR_FILENO);
     ::execv(argv[0], argv.data());
     const char* why = std::strerror(errno);
     if (::write(STDERR_FILENO, why, std::strlen(why)) < 0) _exit(126);
     _exit(127);
   }
   const int error = errno;
-  if (out >= 0) ::close(out);
-  if (null >= 0) ::close(null);
+  for (const int descriptor : {err, out, null}) {
+    if (descriptor >= 0) ::close(descriptor);
+  }
   if (pid_ < 0) {
     throw std::runtime_error("cannot start " + arguments[0] + ": " + std::strerror(error));
   }

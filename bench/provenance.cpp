@@ -41,31 +41,36 @@ std::string cpu_name() {
   return "unknown";
 }
 
-nlohmann::json provenance(const Experiment& experiment, int jobs) {
+nlohmann::json machine_provenance() {
   utsname system{};
   ::uname(&system);
-  nlohmann::json seeds = nlohmann::json::object();
-  nlohmann::json datasets = nlohmann::json::object();
-  for (const DatasetSpec* spec : experiment.datasets()) {
-    seeds[spec->name] = spec->seed;
-    datasets[spec->name] = to_json(*spec);
-  }
   return {{"commit", build_commit()},
           {"host", system.nodename},
           {"system", std::string(system.sysname) + " " + system.release},
           {"cpu", cpu_name()},
           {"cores", std::thread::hardware_concurrency()},
-          {"threads", 1},
-          {"jobs", jobs},
           {"compiler", "g++ " __VERSION__},
           {"libraries",
            {{"eigen", joined(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
             {"hdf5", joined(H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE)},
             {"nlohmann_json", joined(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                                      NLOHMANN_JSON_VERSION_PATCH)}}},
-          {"date", utc_now()},
-          {"seeds", seeds},
-          {"datasets", datasets}};
+          {"date", utc_now()}};
+}
+
+nlohmann::json provenance(const Experiment& experiment, int jobs) {
+  nlohmann::json seeds = nlohmann::json::object();
+  nlohmann::json datasets = nlohmann::json::object();
+  for (const DatasetSpec* spec : experiment.datasets()) {
+    seeds[spec->name] = spec->seed;
+    datasets[spec->name] = to_json(*spec);
+  }
+  nlohmann::json out = machine_provenance();
+  out["threads"] = 1;
+  out["jobs"] = jobs;
+  out["seeds"] = seeds;
+  out["datasets"] = datasets;
+  return out;
 }
 
 }  // namespace ertbench

@@ -20,13 +20,20 @@ enum class Stage { accuracy, timing };
 
 const char* name_of(Stage stage);
 
+/// One process: a whole accuracy stage, or one round of a timing stage. Rounds of all solvers are
+/// run in turn, so that what disturbs the machine for a while falls on all of them.
+struct StagePart {
+  Stage stage = Stage::accuracy;
+  int round = 0;  ///< of a timing stage, from 0
+};
+
 /// What determines a record; a record with the same key need not be made again.
 std::string record_key(const Experiment& experiment, const SolverEntry& entry, Stage stage);
 
-/// `folder`/records/`stem`.accuracy.json and so on; the trial's log and its progress stand beside
-/// it under other endings.
+/// `folder`/records/`stem`.accuracy.json, `stem`.timing.2.json and so on; the trial's log and its
+/// progress stand beside it under other endings.
 std::filesystem::path record_file(const std::filesystem::path& folder, const SolverEntry& entry,
-                                  Stage stage, const std::string& ending = ".json");
+                                  StagePart part, const std::string& ending = ".json");
 
 /// What one trial did on one test set.
 struct ScoredSet {
@@ -36,38 +43,41 @@ struct ScoredSet {
 };
 
 /// `{"schema", "key", "fit_s", "fit_report": {"status", "message"}, "rows", "frames": {dataset:
-/// {metric: [values], "status", "iterations", "gap"}}, "figure_images": [[S/m]]}`.
+/// {metric: [values], "status", "iterations", "gap"}}, "figure_images": [[S/m]]}`; where sizes are
+/// chosen on it, the validation set is the last of the datasets.
 struct AccuracyRecord {
   std::vector<ScoredSet> sets;  ///< of each test set; the rows' statuses are the fit report's
-  Images figure_images;         ///< [figure scenes, pixels] S/m
+  std::optional<ScoredSet> validation;
+  Images figure_images;  ///< [figure scenes, pixels] S/m
 };
 
 /// What the clock said on one test set.
 struct MeasuredTimes {
   LatencySummary latency_us;
-  double frames_per_s = 0;
-  int batch = 0;  ///< frames in a call where the throughput was measured
+  double frames_per_s = 0;  ///< median of the rounds
+  int batch = 0;            ///< frames in a call where the throughput was measured
 };
 
-/// `{"schema", "key", "timing": {dataset: {"latency_us": [every frame], "frames_per_s", "batch"}},
-/// "peak_rss_mb"}`.
+/// Of each round `{"schema", "key", "timing": {dataset: {"latency_us": [every frame],
+/// "frames_per_s", "batch"}}, "calibration_us", "peak_rss_mb"}`, put together.
 struct TimingRecord {
   std::map<std::string, MeasuredTimes> sets;  ///< by test set
-  double peak_rss_mb = 0;
+  double calibration_us = 0;                  ///< median of the rounds
+  double peak_rss_mb = 0;                     ///< largest of the rounds
 };
 
 /// The records of finished stages in the result folder; nothing where there is none with the right
-/// key, or none that can be read.
+/// key, or none that can be read, or a round of the timing is missing.
 std::optional<AccuracyRecord> read_accuracy_record(const Experiment& experiment,
                                                    const SolverEntry& entry,
                                                    const std::filesystem::path& folder);
 std::optional<TimingRecord> read_timing_record(const Experiment& experiment,
                                                const SolverEntry& entry,
                                                const std::filesystem::path& folder);
-bool has_record(const Experiment& experiment, const SolverEntry& entry, Stage stage,
+bool has_record(const Experiment& experiment, const SolverEntry& entry, StagePart part,
                 const std::filesystem::path& folder);
 
 /// Version of what records hold; part of their keys.
-inline constexpr int record_schema = 2;
+inline constexpr int record_schema = 3;
 
 }  // namespace ertbench

@@ -17,18 +17,30 @@ json or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? json(*value) : json(nullptr);
 }
 
+json or_null(const std::optional<Interval>& interval) {
+  return interval ? json{interval->low, interval->high} : json(nullptr);
+}
+
 json to_json(const MetricSummary& summary) {
-  json ci95 = nullptr;
-  if (summary.ci95) ci95 = {summary.ci95->low, summary.ci95->high};
   return {{"mean", or_null(summary.mean)},
-          {"ci95", std::move(ci95)},
+          {"ci95", or_null(summary.ci95)},
           {"median", or_null(summary.median)},
+          {"median_ci95", or_null(summary.median_ci95)},
           {"count", summary.count},
           {"undefined", summary.undefined}};
 }
 
+json to_json(const PerMetric<MetricSummary>& metrics) {
+  json out = json::object();
+  for (const Metric metric : kMetrics) out[name_of(metric)] = to_json(metrics[metric]);
+  return out;
+}
+
 json to_json(const LatencySummary& latency) {
-  return {{"p50", latency.p50}, {"p99", latency.p99}, {"max", latency.max}};
+  return {{"p50", latency.p50},
+          {"p99", latency.p99},
+          {"max", latency.max},
+          {"p50_of_rounds", latency.p50_of_rounds}};
 }
 
 json or_null(const std::vector<std::optional<double>>& values) {
@@ -75,18 +87,31 @@ std::optional<double> number_or_null(JsonObject& object, const char* key) {
   return object.number(key);
 }
 
+std::optional<Interval> interval_or_null(JsonObject& object, const char* key) {
+  if (is_null(object, key)) return std::nullopt;
+  const auto ends = object.numbers(key, 2);
+  return Interval{ends[0], ends[1]};
+}
+
 MetricSummary metric_summary_from_json(JsonObject object) {
   MetricSummary summary;
   summary.mean = number_or_null(object, "mean");
-  if (!is_null(object, "ci95")) {
-    const auto ends = object.numbers("ci95", 2);
-    summary.ci95 = Interval{ends[0], ends[1]};
-  }
+  summary.ci95 = interval_or_null(object, "ci95");
   summary.median = number_or_null(object, "median");
+  summary.median_ci95 = interval_or_null(object, "median_ci95");
   summary.count = count(object, "count");
   summary.undefined = count(object, "undefined");
   object.finish();
   return summary;
+}
+
+PerMetric<MetricSummary> metrics_from_json(JsonObject object) {
+  PerMetric<MetricSummary> metrics;
+  for (const Metric metric : kMetrics) {
+    metrics[metric] = metric_summary_from_json(object.object(name_of(metric)));
+  }
+  object.finish();
+  return metrics;
 }
 
 std::vector<std::optional<double>> numbers_or_null(JsonObject& object, const char* key,
@@ -126,7 +151,13 @@ SeedSpread seeds_from_json(JsonObject object) {
 }
 
 LatencySummary latency_from_json(JsonObject object) {
-  const LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max")};
+  LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"), {}};
+  const json& rounds = object.raw("p50_of_rounds");
+  const bool numbers =
+      rounds.is_array() &&
+      std::all_of(rounds.begin(), rounds.end(), [](const json& v) { return v.is_number(); });
+  if (!numbers) object.fail("p50_of_rounds", "must be a list of numbers");
+  latency.p50_of_rounds = rounds.get<std::vector<double>>();
   object.finish();
   return latency;
 }
@@ -135,10 +166,9 @@ LatencySummary latency_from_json(JsonObject object) {
 
 json to_json(const ResultRow& row) {
   json parameters = parsed(row.parameters_json, row, "parameters");
-  json metrics = json::object();
-  for (const Metric metric : kMetrics) metrics[name_of(metric)] = to_json(row.metrics[metric]);
   json out = {{"label", row.label},
               {"type", row.type},
+              {"family", row.family},
               {"dataset", row.dataset},
               {"status", row.status},
               {"message", row.message},
@@ -146,12 +176,14 @@ json to_json(const ResultRow& row) {
               {"frames", row.frames},
               {"undefined_frames", row.undefined_frames},
               {"frames_not_converged", row.frames_not_converged},
-              {"metrics", std::move(metrics)},
+              {"metrics", to_json(row.metrics)},
               {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
+              {"calibration_us", or_null(row.calibration_us)},
               {"frames_per_s", or_null(row.frames_per_s)},
               {"throughput_batch", row.throughput_batch},
               {"fit_s", or_null(row.fit_s)},
               {"peak_rss_mb", or_null(row.peak_rss_mb)}};
+  if (row.validation) out["validation"] = to_json(*row.validation);
   if (row.seeds) out["seeds"] = to_json(*row.seeds, row);
   if (!row.sweep_json.empty()) out["sweep"] = parsed(row.sweep_json, row, "the sweep's values");
   return out;
@@ -161,6 +193,7 @@ ResultRow result_row_from_json(JsonObject object) {
   ResultRow row;
   row.label = object.text("label");
   row.type = object.text("type");
+  row.family = any_text(object, "family");
   row.dataset = object.text("dataset");
   row.status = object.text("status");
   row.message = any_text(object, "message");
@@ -168,14 +201,12 @@ ResultRow result_row_from_json(JsonObject object) {
   row.frames = count(object, "frames");
   row.undefined_frames = count(object, "undefined_frames");
   row.frames_not_converged = count(object, "frames_not_converged");
-  JsonObject metrics = object.object("metrics");
-  for (const Metric metric : kMetrics) {
-    row.metrics[metric] = metric_summary_from_json(metrics.object(name_of(metric)));
-  }
-  metrics.finish();
+  row.metrics = metrics_from_json(object.object("metrics"));
+  if (object.has("validation")) row.validation = metrics_from_json(object.object("validation"));
   if (!is_null(object, "latency_us")) {
     row.latency_us = latency_from_json(object.object("latency_us"));
   }
+  row.calibration_us = number_or_null(object, "calibration_us");
   row.frames_per_s = number_or_null(object, "frames_per_s");
   row.throughput_batch = count(object, "throughput_batch");
   row.fit_s = number_or_null(object, "fit_s");

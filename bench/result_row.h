@@ -17,6 +17,8 @@ struct LatencySummary {
   double p50 = 0;
   double p99 = 0;
   double max = 0;
+  /// The medians of the rounds in which the frames were timed, other solvers' rounds between them.
+  std::vector<double> p50_of_rounds = {};
 
   bool operator==(const LatencySummary&) const = default;
 };
@@ -45,23 +47,30 @@ struct ResultRow {
   int undefined_frames = 0;      ///< frames without a usable image
   int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
   PerMetric<MetricSummary> metrics;
+  /// The same on the validation set, where the experiment chooses sizes by it.
+  std::optional<PerMetric<MetricSummary>> validation;
   std::optional<LatencySummary> latency_us;
+  /// What calibration_us() took in the same process, a unit that latencies on different machines
+  /// can be compared in; µs.
+  std::optional<double> calibration_us;
   std::optional<double> frames_per_s;  ///< throughput, with a batch
   int throughput_batch = 0;            ///< frames in that batch; 0 where it was not measured
   std::optional<double> fit_s;
   std::optional<double> peak_rss_mb;
   std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
+  std::string family;               ///< rows that differ by one setting share it; else the label
   std::string sweep_json;           ///< the values of a sweep, JSON text; empty without one
 
   bool ok() const { return status == "ok"; }
 };
 
-/// `{"label", "type", "dataset", "status", "message", "parameters", "frames", "undefined_frames",
-/// "frames_not_converged", "metrics": {"AR": {"mean", "ci95": [low, high], "median", "count",
-/// "undefined"}, ...}, "latency_us": {"p50", "p99", "max"}, "frames_per_s", "throughput_batch",
-/// "fit_s", "peak_rss_mb"}`, with `"seeds": {"values", "means": {"AR": [...], ...}, "deviation":
-/// {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep": {"alpha", ...}` where there are
-/// any. Throws std::invalid_argument where a JSON text is not JSON.
+/// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
+/// "undefined_frames", "frames_not_converged", "metrics": {"AR": {"mean", "ci95": [low, high],
+/// "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99", "max",
+/// "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
+/// "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
+/// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
+/// {"alpha", ...}` where there are any. Throws std::invalid_argument where a JSON text is not JSON.
 nlohmann::json to_json(const ResultRow& row);
 
 /// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type.

@@ -71,6 +71,7 @@ ResultRow scored_row(const DatasetSpec& test, std::size_t set,
   } else {
     row = entry.seed ? combine_seeds(results) : results.front().set->row;
   }
+  row.family = entry.family;
   row.sweep_json = entry.sweep_json;
   std::vector<Remark> remarks = missing;
   remarks.insert(remarks.end(), reported.begin(), reported.end());
@@ -83,6 +84,17 @@ ResultRow scored_row(const DatasetSpec& test, std::size_t set,
   return row;
 }
 
+/// The metrics on the validation set, of all seeds that were scored.
+std::optional<PerMetric<MetricSummary>> validation_of(std::span<const TrialOutcome> trials) {
+  std::vector<SeedResult> results;
+  for (const TrialOutcome& trial : trials) {
+    if (!trial.accuracy || !trial.accuracy->validation) continue;
+    results.push_back({trial.entry->seed.value_or(0), &*trial.accuracy->validation});
+  }
+  if (results.empty()) return std::nullopt;
+  return combine_seeds(results).metrics;
+}
+
 /// Puts the times of the one trial that was timed into the row.
 void add_times(std::span<const TrialOutcome> trials, ResultRow& row) {
   for (const TrialOutcome& trial : trials) {
@@ -91,6 +103,7 @@ void add_times(std::span<const TrialOutcome> trials, ResultRow& row) {
       row.latency_us = times.latency_us;
       row.frames_per_s = times.frames_per_s;
       row.throughput_batch = times.batch;
+      row.calibration_us = trial.timing->calibration_us;
       row.peak_rss_mb = trial.timing->peak_rss_mb;
       return;
     }
@@ -111,6 +124,7 @@ std::vector<ResultRow> rows_of(const Experiment& experiment, std::span<const Tri
   std::vector<ResultRow> rows;
   for (std::size_t set = 0; set < experiment.tests.size(); ++set) {
     ResultRow row = scored_row(experiment.tests[set], set, trials);
+    row.validation = validation_of(trials);
     if (experiment.timing.enabled) add_times(trials, row);
     rows.push_back(std::move(row));
   }

@@ -53,22 +53,31 @@ class StageRunner {
       : experiment_(experiment), options_(options), program_(fs::read_symlink("/proc/self/exe")) {}
 
   void run(Stage stage, const std::vector<const SolverEntry*>& entries, int jobs) {
-    std::deque<const SolverEntry*> waiting;
-    for (const SolverEntry* entry : entries) {
-      if (!has_record(experiment_, *entry, stage, options_.out)) waiting.push_back(entry);
+    std::deque<Waiting> waiting;
+    const int rounds = stage == Stage::timing ? experiment_.timing.rounds : 1;
+    for (int round = 0; round < rounds; ++round) {
+      for (const SolverEntry* entry : entries) {
+        const StagePart part{stage, round};
+        if (!has_record(experiment_, *entry, part, options_.out)) waiting.push_back({entry, part});
+      }
     }
     const std::size_t total = waiting.size();
     if (total == 0) return;
     Progress progress(std::string(name_of(stage)) + " of " + std::to_string(total) +
-                      (total == 1 ? " trial" : " trials"));
+                      (stage == Stage::timing ? " round" : " trial") + (total == 1 ? "" : "s"));
     std::list<Running> running;
     std::size_t done = 0;
     auto last_look = std::chrono::steady_clock::now();
     show(progress, done, total, running);
     while (!waiting.empty() || !running.empty()) {
       while (!waiting.empty() && running.size() < static_cast<std::size_t>(jobs)) {
-        running.push_back(start(stage, *waiting.front(), std::max(1, cores() / jobs)));
+        const Waiting next = waiting.front();
         waiting.pop_front();
+        if (failure(*next.entry, stage)) {  // in an earlier round
+          ++done;
+          continue;
+        }
+        running.push_back(start(next, std::max(1, cores() / jobs)));
       }
       const std::size_t done_before = done;
       for (auto trial = running.begin(); trial != running.end();) {
@@ -77,7 +86,7 @@ class StageRunner {
           ++trial;
           continue;
         }
-        finish(stage, *trial, *end);
+        finish(*trial, *end);
         trial = running.erase(trial);
         ++done;
       }
@@ -98,32 +107,40 @@ class StageRunner {
   std::size_t failure_count() const { return failures_.size(); }
 
  private:
+  struct Waiting {
+    const SolverEntry* entry;
+    StagePart part;
+  };
   struct Running {
     const SolverEntry* entry;
+    StagePart part;
     fs::path log;
     fs::path progress;
     ChildProcess process;
   };
 
-  Running start(Stage stage, const SolverEntry& entry, int threads) {
-    fs::path log = record_file(options_.out, entry, stage, ".log");
-    fs::path progress = record_file(options_.out, entry, stage, ".progress");
+  Running start(const Waiting& next, int threads) {
+    const SolverEntry& entry = *next.entry;
+    fs::path log = record_file(options_.out, entry, next.part, ".log");
+    fs::path progress = record_file(options_.out, entry, next.part, ".progress");
     remove_progress(progress);
     std::vector<std::string> arguments = {program_.string(),
                                           "trial",
                                           experiment_.file.string(),
                                           "--label=" + entry.label,
-                                          "--stage=" + std::string(name_of(stage)),
+                                          "--stage=" + std::string(name_of(next.part.stage)),
+                                          "--round=" + std::to_string(next.part.round),
                                           "--out=" + options_.out.string(),
                                           "--threads=" + std::to_string(threads)};
     if (entry.seed) arguments.push_back("--seed=" + std::to_string(*entry.seed));
     ChildProcess process(arguments, log, experiment_.time_limit_s);
-    return {&entry, std::move(log), std::move(progress), std::move(process)};
+    return {&entry, next.part, std::move(log), std::move(progress), std::move(process)};
   }
 
-  void finish(Stage stage, const Running& trial, const ProcessEnd& end) {
+  void finish(const Running& trial, const ProcessEnd& end) {
+    const Stage stage = trial.part.stage;
     remove_progress(trial.progress);
-    if (end.ok() && has_record(experiment_, *trial.entry, stage, options_.out)) return;
+    if (end.ok() && has_record(experiment_, *trial.entry, trial.part, options_.out)) return;
     const Failure failure = failure_of(end, trial.log, experiment_.time_limit_s);
     spdlog::warn("{} ({}): {}: {}", trial.entry->title(), name_of(stage), failure.status,
                  failure.message);
@@ -157,8 +174,9 @@ class StageRunner {
 void forget(const Experiment& experiment, const Cache& cache, const RunOptions& options,
             const std::vector<const SolverEntry*>& entries) {
   for (const SolverEntry* entry : entries) {
-    for (const Stage stage : {Stage::accuracy, Stage::timing}) {
-      fs::remove(record_file(options.out, *entry, stage));
+    fs::remove(record_file(options.out, *entry, {Stage::accuracy}));
+    for (int round = 0; round < experiment.timing.rounds; ++round) {
+      fs::remove(record_file(options.out, *entry, {Stage::timing, round}));
     }
     const fs::path fitted = cache.fitted_solver(experiment, *entry);
     fs::path note = fitted;
@@ -192,7 +210,7 @@ std::vector<const SolverEntry*> entries_to_time(const Experiment& experiment,
   std::vector<const SolverEntry*> out;
   for (const SolverEntry* entry : entries) {
     if (!out.empty() && out.back()->label == entry->label) continue;
-    if (has_record(experiment, *entry, Stage::accuracy, options.out)) out.push_back(entry);
+    if (has_record(experiment, *entry, {Stage::accuracy}, options.out)) out.push_back(entry);
   }
   return out;
 }

@@ -13,8 +13,9 @@ struct SolverEntry {
   std::string json;         ///< JSON text the solver is made from: no "seeds" and no "sweep"
   std::string path;         ///< "/solvers/2", for messages
   std::optional<int> seed;  ///< where the entry has "seeds"
-  std::string family;       ///< the entry's own label, without the values of its sweep
-  std::string sweep_json;   ///< JSON text of those, `{"alpha": 0.001}`; empty without a sweep
+  /// What rows that differ by a setting share: "family", else the label without a sweep's values.
+  std::string family;
+  std::string sweep_json;  ///< JSON text of those, `{"alpha": 0.001}`; empty without a sweep
 
   /// Unique in the experiment, for file names: "dd-ert", "dd-ert.seed2".
   std::string stem() const { return seed ? label + ".seed" + std::to_string(*seed) : label; }

@@ -30,12 +30,17 @@ std::string number_text(double value) {
 std::string text_of(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "true" : "false";
+  if (value.is_array()) {
+    std::string text;
+    for (const json& one : value) text += (text.empty() ? "" : "-") + text_of(one);
+    return text;
+  }
   return number_text(value.get<double>());
 }
 
 void check_parameter(const JsonObject& sweep, const std::string& name, const JsonObject& entry,
                      const SolverInfo* info) {
-  for (const char* key : {"type", "label", "seeds", "sweep"}) {
+  for (const char* key : {"type", "label", "family", "seeds", "sweep"}) {
     if (name == key) sweep.fail(name, "cannot be swept; name a parameter of the solver");
   }
   if (name == "seed") sweep.fail(name, "is not swept; give the entry \"seeds\": [1, 2, 3]");
@@ -63,8 +68,11 @@ void check_values(const json& values, JsonObject& sweep, const std::string& name
       JsonObject(holder, sweep.source(), sweep.path_of(name)).fail(std::to_string(i), message);
     };
     const json& value = values[i];
-    if (!value.is_number() && !value.is_string() && !value.is_boolean()) {
-      fail("must be a number, a string, true or false, got " + value.dump());
+    const bool numbers =
+        value.is_array() && !value.empty() &&
+        std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
+    if (!value.is_number() && !value.is_string() && !value.is_boolean() && !numbers) {
+      fail("must be a number, a string, true or false, or a list of numbers, got " + value.dump());
     }
     if (value.is_string() && !is_label_text(value.get_ref<const std::string&>())) {
       fail(

@@ -18,9 +18,9 @@ struct SweepPoint {
 
 /// Reads `"sweep": {"alpha": [1e-4, 1e-3], "beta": [0.1, 1]}` of a solver's entry: one or two of
 /// the solver's parameters (in alphabetical order, as the keys of JSON have none), each with 1 to
-/// 50 different numbers, strings, true or false. Returns every combination, the last parameter
-/// changing fastest; without a sweep one point without values. `info` may be null for a solver
-/// whose parameters are not known here. Throws InputError.
+/// 50 different values: numbers, strings, true or false, lists of numbers. Returns every
+/// combination, the last parameter changing fastest; without a sweep one point without values.
+/// `info` may be null for a solver whose parameters are not known here. Throws InputError.
 std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info);
 
 }  // namespace ertbench

@@ -43,9 +43,9 @@ std::string markdown_table(std::span<const ResultRow> rows, const TableText& tex
 std::string latex_table(std::span<const ResultRow> rows, const TableText& text);
 
 /// One line a row, every number in a column of its own and with all its digits (RFC 4180 quoting,
-/// UTF-8, lines end in \n): for each metric `AR_mean,AR_low,AR_high,AR_median,AR_count,
-/// AR_undefined,AR_seed_deviation`, for the published four `AR_paper,AR_difference` as well. What
-/// is undefined is an empty field.
+/// UTF-8, lines end in \n): for each metric `AR_mean,AR_low,AR_high,AR_median,AR_median_low,
+/// AR_median_high,AR_count,AR_undefined,AR_seed_deviation`, for the published four
+/// `AR_paper,AR_difference` as well. What is undefined is an empty field.
 std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& published);
 
 }  // namespace ertbench

@@ -40,8 +40,8 @@ std::string head() {
   std::string line =
       "dataset,label,type,status,message,frames,undefined_frames,frames_not_converged";
   for (const Metric metric : kMetrics) {
-    for (const char* part :
-         {"mean", "low", "high", "median", "count", "undefined", "seed_deviation"}) {
+    for (const char* part : {"mean", "low", "high", "median", "median_low", "median_high", "count",
+                             "undefined", "seed_deviation"}) {
       line += std::string(",") + name_of(metric) + "_" + part;
     }
     if (!is_published(metric)) continue;
@@ -61,18 +61,17 @@ std::string seeds_of(const ResultRow& row) {
   return out;
 }
 
+std::string ends(const std::optional<Interval>& interval) {
+  if (!interval) return ",,";
+  return "," + number(interval->low) + "," + number(interval->high);
+}
+
 std::string metric_fields(const ResultRow& row, Metric metric, const PublishedTable& published) {
   const MetricSummary& summary = row.metrics[metric];
-  std::optional<double> low;
-  std::optional<double> high;
-  if (summary.ci95) {
-    low = summary.ci95->low;
-    high = summary.ci95->high;
-  }
-  std::string fields = "," + number(summary.mean) + "," + number(low) + "," + number(high) + "," +
-                       number(summary.median) + "," + std::to_string(summary.count) + "," +
-                       std::to_string(summary.undefined) + "," +
-                       number(row.seeds ? row.seeds->deviation[metric] : std::nullopt);
+  std::string fields = "," + number(summary.mean) + ends(summary.ci95) + "," +
+                       number(summary.median) + ends(summary.median_ci95) + "," +
+                       std::to_string(summary.count) + "," + std::to_string(summary.undefined) +
+                       "," + number(row.seeds ? row.seeds->deviation[metric] : std::nullopt);
   if (!is_published(metric)) return fields;
   const std::optional<double> paper = published_value(published, row, metric);
   std::optional<double> difference;

@@ -13,6 +13,7 @@
 
 #include "bench/atomic_file.h"
 #include "bench/bootstrap.h"
+#include "bench/calibration.h"
 #include "bench/metrics.h"
 #include "bench/progress_file.h"
 #include "bench/records.h"
@@ -192,37 +193,45 @@ void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, 
                         SolverRegistry& registry, int threads, const fs::path& folder) {
   const FittedSolver fitted =
       fitted_solver(experiment, entry, cache, registry, threads,
-                    record_file(folder, entry, Stage::accuracy, ".progress"));
+                    record_file(folder, entry, {Stage::accuracy}, ".progress"));
   const FitReport report = fitted.solver->fit_report();
   json record = {{"schema", record_schema},
                  {"key", record_key(experiment, entry, Stage::accuracy)},
                  {"fit_s", fitted.fit_s},
                  {"fit_report", {{"status", report.status}, {"message", report.message}}}};
-  for (const DatasetSpec& test : experiment.tests) {
-    const bool first = &test == &experiment.tests.front();
-    const DatasetFile set(cache.dataset(test));
+  std::vector<const DatasetSpec*> sets;
+  for (const DatasetSpec& test : experiment.tests) sets.push_back(&test);
+  if (experiment.right_sizing) sets.push_back(&*experiment.validation);
+  for (const DatasetSpec* test : sets) {
+    const bool first = test == sets.front();
+    const DatasetFile set(cache.dataset(*test));
     Scored scored = score(*fitted.solver, set, experiment.sensor,
                           first ? experiment.figure_scenes : std::vector<int>{});
     scored.row.label = entry.label;
     scored.row.type = entry.type;
-    scored.row.dataset = test.name;
+    scored.row.dataset = test->name;
     scored.row.status = report.status;
     scored.row.message = report.message;
     scored.row.parameters_json = fitted.solver->parameters().dump();
     scored.row.fit_s = fitted.fit_s;
     record["rows"].push_back(to_json(scored.row));
-    record["frames"][test.name] = std::move(scored.frames);
+    record["frames"][test->name] = std::move(scored.frames);
     if (first) record["figure_images"] = std::move(scored.figure_images);
   }
-  write_file_atomically(record_file(folder, entry, Stage::accuracy), record.dump());
+  write_file_atomically(record_file(folder, entry, {Stage::accuracy}), record.dump());
 }
 
-void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
-                      SolverRegistry& registry, const fs::path& folder) {
+void run_timing_round(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
+                      SolverRegistry& registry, int round, const fs::path& folder) {
+  const StagePart part{Stage::timing, round};
   const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, 1,
-                                            record_file(folder, entry, Stage::timing, ".progress"));
+                                            record_file(folder, entry, part, ".progress"));
   const TimingSettings& timing = experiment.timing;
-  json record = {{"schema", record_schema}, {"key", record_key(experiment, entry, Stage::timing)}};
+  const int first = round * timing.frames / timing.rounds;
+  const int last = (round + 1) * timing.frames / timing.rounds;
+  json record = {{"schema", record_schema},
+                 {"key", record_key(experiment, entry, Stage::timing)},
+                 {"calibration_us", calibration_us()}};
   for (const DatasetSpec& test : experiment.tests) {
     const DatasetFile set(cache.dataset(test));
     const std::uint64_t available =
@@ -238,16 +247,15 @@ void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, co
       change = voltages.row(frame % voltages.rows()) - reference;
       fitted.solver->reconstruct(change, image, {&report, 1});
     };
-    for (int i = 0; i < timing.warm_up; ++i) one_frame(i);
+    for (int i = 0; i < timing.warm_up; ++i) one_frame(first + i);
     std::vector<double> microseconds;
-    microseconds.reserve(static_cast<std::size_t>(timing.frames));
-    for (int i = 0; i < timing.frames; ++i) {
+    for (int i = first; i < last; ++i) {
       const Clock::time_point start = Clock::now();
       one_frame(i);
       microseconds.push_back(1e6 * seconds_since(start));
     }
 
-    // Batches, for a second or at least three.
+    // Batches, for the round's share of a second or at least two, the first as warm-up.
     Frames batch(timing.batch, voltages.cols());
     Frames changes(timing.batch, voltages.cols());
     Images images(timing.batch, experiment.sensor.pixels());
@@ -255,14 +263,18 @@ void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, co
       batch.row(i) = voltages.row(i % voltages.rows());
     std::vector<FrameReport> reports(static_cast<std::size_t>(timing.batch));
     std::vector<double> batch_s;
-    const Clock::time_point begin = Clock::now();
-    do {
+    const auto one_batch = [&] {
       const Clock::time_point start = Clock::now();
       changes = batch.rowwise() - reference;
       std::fill(reports.begin(), reports.end(), FrameReport{});
       fitted.solver->reconstruct(changes, images, reports);
-      batch_s.push_back(seconds_since(start));
-    } while (batch_s.size() < 3 || (seconds_since(begin) < 1 && batch_s.size() < 1000));
+      return seconds_since(start);
+    };
+    one_batch();
+    const Clock::time_point begin = Clock::now();
+    do {
+      batch_s.push_back(one_batch());
+    } while (seconds_since(begin) < 1.0 / timing.rounds && batch_s.size() < 1000);
     std::nth_element(batch_s.begin(), batch_s.begin() + std::ssize(batch_s) / 2, batch_s.end());
     record["timing"][test.name] = {{"latency_us", microseconds},
                                    {"frames_per_s", timing.batch / batch_s[batch_s.size() / 2]},
@@ -271,7 +283,7 @@ void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, co
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   record["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024;
-  write_file_atomically(record_file(folder, entry, Stage::timing), record.dump());
+  write_file_atomically(record_file(folder, entry, part), record.dump());
 }
 
 }  // namespace ertbench

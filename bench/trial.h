@@ -15,9 +15,9 @@ class SolverRegistry;
 void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
                         SolverRegistry& registry, int threads, const std::filesystem::path& folder);
 
-/// Times the fitted solver on every test set, one frame at a time on one thread, then batches, and
-/// writes the timing record.
-void run_timing_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
-                      SolverRegistry& registry, const std::filesystem::path& folder);
+/// Times the fitted solver on the round's share of every test set, one frame at a time on one
+/// thread, then on batches, and writes the round's record.
+void run_timing_round(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
+                      SolverRegistry& registry, int round, const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -12,7 +12,7 @@ namespace ertbench {
 
 namespace jit = torch::jit;
 
-FrozenGraph::FrozenGraph(Network& network, int channels) {
+FrozenGraph::FrozenGraph(Network& network, int channels, bool bfloat16) : bfloat16_(bfloat16) {
   // The plain executor: the profiling one specialises on the shapes that it sees first, and a batch
   // of another size then fails.
   jit::getProfilingMode() = false;
@@ -25,7 +25,9 @@ FrozenGraph::FrozenGraph(Network& network, int channels) {
     return jit::Stack{network.forward(inputs.front().toTensor())};
   };
   const auto unnamed = [](const torch::Tensor&) { return std::string(); };
-  const auto traced = jit::tracer::trace({torch::zeros({1, channels})}, forward, unnamed,
+  const auto type = bfloat16 ? torch::kBFloat16 : torch::kFloat32;
+  network.to(type);
+  const auto traced = jit::tracer::trace({torch::zeros({1, channels}, type)}, forward, unnamed,
                                          /*strict=*/true, /*force_outplace=*/true);
   std::shared_ptr<jit::Graph> graph = traced.first->graph;
   jit::graph_rewrite_helper::replaceConvolutionWithAtenConv(graph);
@@ -42,9 +44,9 @@ FrozenGraph& FrozenGraph::operator=(FrozenGraph&&) noexcept = default;
 
 torch::Tensor FrozenGraph::run(const torch::Tensor& frames) const {
   const torch::NoGradGuard no_gradients;
-  jit::Stack stack{frames};
+  jit::Stack stack{bfloat16_ ? frames.to(torch::kBFloat16) : frames};
   executor_->run(stack);
-  return stack.front().toTensor();
+  return stack.front().toTensor().to(torch::kFloat32);
 }
 
 }  // namespace ertbench

@@ -16,8 +16,9 @@ namespace ertbench {
 /// convolutions before them, weights kept in the layout that the processor's convolutions want.
 class FrozenGraph {
  public:
-  /// `network` is put into evaluation mode and must not be trained any further.
-  FrozenGraph(Network& network, int channels);
+  /// `network` is put into evaluation mode and must not be trained any further. With `bfloat16` its
+  /// weights are rounded to that, for good, and all it computes in between.
+  FrozenGraph(Network& network, int channels, bool bfloat16 = false);
   ~FrozenGraph();
   FrozenGraph(FrozenGraph&&) noexcept;
   FrozenGraph& operator=(FrozenGraph&&) noexcept;
@@ -27,6 +28,7 @@ class FrozenGraph {
 
  private:
   std::unique_ptr<torch::jit::GraphExecutor> executor_;
+  bool bfloat16_;
 };
 
 }  // namespace ertbench

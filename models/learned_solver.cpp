@@ -45,10 +45,26 @@ const DatasetFile& required(const DatasetFile* set, const std::string& type, con
   return *set;
 }
 
+void copy_weights(const Network& from, Network& to) {
+  const torch::NoGradGuard no_gradients;
+  const auto copy = [](const std::vector<torch::Tensor>& source,
+                       std::vector<torch::Tensor> target) {
+    for (std::size_t i = 0; i < source.size(); ++i) target.at(i).copy_(source[i]);
+  };
+  copy(from.parameters(), to.parameters());
+  copy(from.buffers(), to.buffers());
+}
+
 }  // namespace
+
+LearnedSolver::LearnedSolver(std::string type, JsonObject& object) : type_(std::move(type)) {
+  bfloat16_inference_ =
+      object.choice_or("inference_precision", "float32", {"float32", "bfloat16"}) == "bfloat16";
+}
 
 json LearnedSolver::parameters() const {
   json out = settings();
+  out["inference_precision"] = bfloat16_inference_ ? "bfloat16" : "float32";
   out.update(to_json(training_));
   if (!result_.is_null()) out["training"] = result_;
   return out;
@@ -85,6 +101,12 @@ void LearnedSolver::fit(const FitInput& input) {
 void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> network) {
   sensor_ = sensor;
   network_ = std::move(network);
+  if (bfloat16_inference_) {  // rounds a copy: the network itself is what `save` writes
+    const std::shared_ptr<Network> rounded = make_network(sensor);
+    copy_weights(*network_, *rounded);
+    graph_.emplace(*rounded, sensor.channels(), true);
+    return;
+  }
   graph_.emplace(*network_, sensor.channels());
 }
 

@@ -32,9 +32,10 @@ class LearnedSolver : public Solver {
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
 
  protected:
-  explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
+  /// Reads "inference_precision"; the derived class reads what is left.
+  LearnedSolver(std::string type, JsonObject& object);
 
-  /// Reads all settings, the training's among them, and calls `finish`.
+  /// Reads all settings but the inference's, the training's among them, and calls `finish`.
   virtual void read(JsonObject object) = 0;
   virtual nlohmann::json settings() const = 0;
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
@@ -48,6 +49,7 @@ class LearnedSolver : public Solver {
   void freeze(const Sensor& sensor, std::shared_ptr<Network> network);
 
   std::string type_;
+  bool bfloat16_inference_ = false;
   Sensor sensor_;
   Standardisation standardisation_;
   std::shared_ptr<Network> network_;  ///< null before fit or load

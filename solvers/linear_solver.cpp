@@ -9,7 +9,39 @@
 namespace ertbench {
 namespace {
 
-constexpr Eigen::Index stack_pairs = 128;  ///< pair sums that one frame keeps on the stack
+// What one frame keeps on the stack.
+constexpr Eigen::Index stack_inputs = 256;
+constexpr Eigen::Index stack_pixels = 1024;
+
+template <typename Scalar, Eigen::Index most>
+using StackVector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, most, 1>;
+template <typename Scalar>
+using Rows = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// One frame; in double precision straight into the image.
+template <typename Scalar>
+void multiply(const ImageMap<Scalar>& map, const StackVector<Scalar, stack_inputs>& in,
+              Eigen::Ref<Eigen::RowVectorXd> image) {
+  StackVector<Scalar, stack_inputs> inner;
+  if (map.factored()) inner.noalias() = map.right * in;
+  const StackVector<Scalar, stack_inputs>& last = map.factored() ? inner : in;
+  if constexpr (std::is_same_v<Scalar, double>) {
+    image.transpose().noalias() = map.left * last;
+  } else {
+    StackVector<Scalar, stack_pixels> out;
+    out.noalias() = map.left * last;
+    image = out.transpose().template cast<double>();
+  }
+}
+
+/// Columns of pairs -> columns of both their channels.
+Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciprocity& reciprocity) {
+  Eigen::MatrixXd out(columns.rows(), 2 * columns.cols());
+  for (Eigen::Index p = 0; p < columns.cols(); ++p) {
+    for (const int channel : reciprocity.pair(p)) out.col(channel) = columns.col(p);
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -19,23 +51,63 @@ void LinearSolver::set_sensor(const Sensor& sensor) {
 }
 
 void LinearSolver::set_inverse(const Eigen::MatrixXd& inverse) {
-  matrix_ = inverse / std::numbers::sqrt2;
+  map_ = {inverse / std::numbers::sqrt2, {}};
+  full_.reset();
+  single_.reset();
+}
+
+void LinearSolver::set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
+  map_ = smaller_map(left, right / std::numbers::sqrt2);
+  full_.reset();
+  single_.reset();
+}
+
+void LinearSolver::finish() {
+  if (!inference_.averaging) {
+    full_ = map_.factored()
+                ? ImageMap<double>{map_.left, for_all_channels(map_.right, reciprocity_)}
+                : ImageMap<double>{for_all_channels(map_.left, reciprocity_), {}};
+  }
+  if (inference_.single_precision) single_ = (full_ ? *full_ : map_).cast<float>();
+}
+
+template <typename Scalar>
+void LinearSolver::gather(const double* frame, Eigen::Index inputs, Scalar* out) const {
+  if (inputs == reciprocity_.pairs()) {
+    reciprocity_.sum(frame, out);
+  } else {
+    for (Eigen::Index i = 0; i < inputs; ++i) out[i] = static_cast<Scalar>(frame[i]);
+  }
+}
+
+template <typename Scalar>
+void LinearSolver::apply(const ImageMap<Scalar>& map, FramesView changes, ImagesView images) const {
+  const Eigen::Index inputs = map.inputs();
+  if (changes.rows() == 1 && inputs <= stack_inputs && map.pixels() <= stack_pixels) {
+    StackVector<Scalar, stack_inputs> in(inputs);
+    gather(changes.row(0).data(), inputs, in.data());
+    multiply<Scalar>(map, in, images.row(0));
+    return;
+  }
+  Rows<Scalar> in(changes.rows(), inputs);
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    gather(changes.row(f).data(), inputs, in.row(f).data());
+  }
+  if (map.factored()) in = (in * map.right.transpose()).eval();
+  if constexpr (std::is_same_v<Scalar, double>) {
+    images.noalias() = in * map.left.transpose();
+  } else {
+    images = Rows<Scalar>(in * map.left.transpose()).template cast<double>();
+  }
 }
 
 void LinearSolver::reconstruct(FramesView changes, ImagesView images,
                                std::span<FrameReport> reports) const {
-  check_shapes(sensor_, matrix_.size() > 0, changes, images, reports);
-  const Eigen::Index pairs = reciprocity_.pairs();
-  if (changes.rows() == 1 && pairs <= stack_pairs) {
-    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, stack_pairs, 1> sums(pairs);
-    reciprocity_.sum(changes.row(0).data(), sums.data());
-    images.row(0).transpose().noalias() = matrix_ * sums;
+  check_shapes(sensor_, map_.left.size() > 0, changes, images, reports);
+  if (single_) {
+    apply(*single_, changes, images);
   } else {
-    RowMajorMatrix sums(changes.rows(), pairs);
-    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-      reciprocity_.sum(changes.row(f).data(), sums.row(f).data());
-    }
-    images.noalias() = sums * matrix_.transpose();
+    apply(full_ ? *full_ : map_, changes, images);
   }
   for (Eigen::Index f = 0; f < images.rows(); ++f) {
     if (!images.row(f).allFinite()) {
@@ -45,16 +117,27 @@ void LinearSolver::reconstruct(FramesView changes, ImagesView images,
 }
 
 void LinearSolver::save_matrix(Hdf5File& file) const {
-  if (matrix_.size() == 0) throw std::logic_error("a solver was saved before it was fitted");
-  file.write_matrix("/matrix", matrix_);
+  if (map_.left.size() == 0) throw std::logic_error("a solver was saved before it was fitted");
+  file.write_matrix("/matrix", map_.left);
+  if (map_.factored()) file.write_matrix("/right_factor", map_.right);
 }
 
 void LinearSolver::load_matrix(const Hdf5File& file, const Sensor& sensor) {
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   const auto pairs = static_cast<std::uint64_t>(sensor.channels()) / 2;
-  file.require_shape("/matrix", {pixels, pairs});
+  std::uint64_t columns = pairs;
+  Eigen::MatrixXd right;
+  if (file.has("/right_factor")) {
+    columns = file.shape("/right_factor").front();
+    file.require_shape("/right_factor", {columns, pairs});
+    right = file.read_rows("/right_factor", 0, columns);
+  }
+  file.require_shape("/matrix", {pixels, columns});
   set_sensor(sensor);
-  matrix_ = file.read_rows("/matrix", 0, pixels);
+  map_ = {file.read_rows("/matrix", 0, pixels), std::move(right)};
+  full_.reset();
+  single_.reset();
+  finish();
 }
 
 }  // namespace ertbench

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 
+#include "solvers/image_map.h"
+#include "solvers/linear_inference.h"
 #include "solvers/reciprocity.h"
 #include "solvers/solver.h"
 
@@ -12,11 +15,12 @@ class Hdf5File;
 
 /// A solver whose image is a fixed matrix times the frame. By reciprocity the matrix has equal
 /// columns for the two channels of a pair, so it is kept once a pair, [pixels, channels / 2], and
-/// multiplies the pairs' sums: half the memory to stream, with nothing lost.
+/// multiplies the pairs' sums: half the memory to stream, with nothing lost. A matrix of low rank
+/// is kept as its two factors where that is less still.
 ///
-/// One frame is one matrix-vector product and allocates nothing; a batch is one matrix-matrix
-/// product. The two round differently (relative 1e-14). A frame whose image overflows or is not
-/// finite is reported as undefined.
+/// One frame is one or two matrix-vector products and allocates nothing; a batch is as many
+/// matrix-matrix products. The two round differently (relative 1e-14; 1e-6 in single precision). A
+/// frame whose image overflows or is not finite is reported as undefined.
 class LinearSolver : public Solver {
  public:
   void reconstruct(FramesView changes, ImagesView images,
@@ -24,19 +28,36 @@ class LinearSolver : public Solver {
 
  protected:
   void set_sensor(const Sensor& sensor);
-  /// `inverse` [pixels, pairs] maps d' (see Reciprocity) to the image.
+  void set_inference(const LinearInference& inference) { inference_ = inference; }
+
+  /// `inverse` [pixels, pairs] maps d' (see Reciprocity) to the image. Until `finish` it is applied
+  /// in double precision, whatever the inference is to be.
   void set_inverse(const Eigen::MatrixXd& inverse);
+  /// The same as a product, `left` [pixels, rank] times `right` [rank, pairs].
+  void set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right);
+  /// Brings the matrix into the form that the inference wants; the end of fit.
+  void finish();
 
   const Sensor& sensor() const { return sensor_; }
   const Reciprocity& reciprocity() const { return reciprocity_; }
+  const LinearInference& inference() const { return inference_; }
 
   void save_matrix(Hdf5File& file) const;
   void load_matrix(const Hdf5File& file, const Sensor& sensor);
 
  private:
+  template <typename Scalar>
+  void apply(const ImageMap<Scalar>& map, FramesView changes, ImagesView images) const;
+  /// The inputs of one frame: the sums of its pairs, or all its channels.
+  template <typename Scalar>
+  void gather(const double* frame, Eigen::Index inputs, Scalar* out) const;
+
   Sensor sensor_;
   Reciprocity reciprocity_;
-  Eigen::MatrixXd matrix_;  ///< [pixels, pairs], acts on d_a + d_b
+  LinearInference inference_;
+  ImageMap<double> map_;                  ///< acts on d_a + d_b
+  std::optional<ImageMap<double>> full_;  ///< acts on all channels
+  std::optional<ImageMap<float>> single_;
 };
 
 }  // namespace ertbench

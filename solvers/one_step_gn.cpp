@@ -63,12 +63,14 @@ void OneStepGaussNewton::read(JsonObject parameters) {
       parameters.choice_or("prior", name_of(Prior::noser), {"tikhonov", "noser", "laplace"}));
   lambda_ = read_tunable(parameters, "lambda", Range::positive());
   choice_ = read_chosen(parameters, lambda_.value);
+  set_inference(LinearInference::from_json(parameters));
   parameters.finish();
 }
 
 nlohmann::json OneStepGaussNewton::parameters() const {
   nlohmann::json out = {{"prior", name_of(prior_)}, {"lambda", "auto"}};
   if (lambda_.value) out["lambda"] = *lambda_.value;
+  inference().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
@@ -89,6 +91,7 @@ void OneStepGaussNewton::fit(const FitInput& input) {
     lambda_.value = choice_->value;
   }
   set_inverse(inverse.inverse(*lambda_.value));
+  finish();
 }
 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {
@@ -99,7 +102,9 @@ void OneStepGaussNewton::save(const std::filesystem::path& file) const {
 void OneStepGaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) {
   const OpenedSolverFile opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parse_parameters(opened);
+  const LinearInference mine = inference();
   read(JsonObject(parameters, file.string(), "/parameters"));
+  set_inference(mine);
   load_matrix(opened.file, sensor);
 }
 

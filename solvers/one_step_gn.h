@@ -21,7 +21,8 @@ class OneStepGaussNewton final : public LinearSolver {
  public:
   static constexpr const char* type = "one-step-gn";
 
-  /// `{"prior": "tikhonov" | "noser" | "laplace", "lambda": > 0 | "auto"}`. The default prior is
+  /// `{"prior": "tikhonov" | "noser" | "laplace", "lambda": > 0 | "auto"}` and what
+  /// LinearInference reads. The default prior is
   /// NOSER: it evens out the sensitivity, which falls steeply away from the electrodes, and has
   /// the least error of the three on random contacts.
   explicit OneStepGaussNewton(JsonObject parameters);

@@ -22,9 +22,15 @@ class Reciprocity {
 
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
 
+  /// The two channels of a pair.
+  const std::array<int, 2>& pair(Eigen::Index index) const {
+    return pairs_[static_cast<std::size_t>(index)];
+  }
+
   /// d_a + d_b of every pair of one frame; `frame` [channels] and `sums` [pairs] lie contiguous.
-  void sum(const double* frame, double* sums) const {
-    for (const auto& [a, b] : pairs_) *sums++ = frame[a] + frame[b];
+  template <typename Scalar>
+  void sum(const double* frame, Scalar* sums) const {
+    for (const auto& [a, b] : pairs_) *sums++ = static_cast<Scalar>(frame[a] + frame[b]);
   }
   /// d' of one frame [channels] -> [pairs].
   Eigen::VectorXd reduce(const Eigen::Ref<const Eigen::RowVectorXd>& frame) const;

@@ -17,6 +17,13 @@ std::unique_ptr<Solver> make_solver(JsonObject parameters) {
   return std::make_unique<T>(std::move(parameters));
 }
 
+const ParameterInfo inference_precision = {
+    "inference_precision", "of the product for a frame, \"float64\" (the default) or \"float32\""};
+const ParameterInfo inference_averaging = {
+    "inference_averaging",
+    "add the two channels of a reciprocal pair first, which halves the matrix and is exact; "
+    "default true"};
+
 }  // namespace
 
 SolverRegistry::SolverRegistry() {
@@ -27,14 +34,18 @@ SolverRegistry::SolverRegistry() {
          "pixel graph's Laplacian); default \"noser\""},
         {"lambda",
          "weight of the prior, > 0 or \"auto\"; default \"auto\"; its unit depends on "
-         "the prior, V per S/m for tikhonov and laplace"}},
+         "the prior, V per S/m for tikhonov and laplace"},
+        inference_precision,
+        inference_averaging},
        make_solver<OneStepGaussNewton>});
   add(TruncatedSvd::type,
       {"truncated singular value decomposition of J",
        {{"rank", "singular values kept, 1 ... channels / 2 or \"auto\" (the default)"},
         {"threshold",
          "in place of a rank: values down to this part of the largest are kept, "
-         "between 0 and 1 or \"auto\""}},
+         "between 0 and 1 or \"auto\""},
+        inference_precision,
+        inference_averaging},
        make_solver<TruncatedSvd>});
   add(Pdipm::type,
       {"total variation by a primal-dual interior point method, min 1/2 |J x - dv|^2 + alpha |A "

@@ -13,7 +13,9 @@ namespace ertbench {
 
 class JsonObject;
 
-/// One parameter of a solver, for `ertbench list` and for messages.
+/// One parameter of a solver, for `ertbench list` and for messages. One whose name begins with
+/// "inference_" says how a fitted solver is applied and must have no part in `fit` or in the fitted
+/// file, which solvers that differ by such parameters alone share.
 struct ParameterInfo {
   std::string name;
   std::string description;  ///< values, default, unit

@@ -41,6 +41,7 @@ void TruncatedSvd::read(JsonObject parameters) {
     parameters.fail("threshold", "must be > 0 and < 1 or \"auto\", got 1");
   }
   choice_ = read_chosen(parameters, cut_.value);
+  set_inference(LinearInference::from_json(parameters));
   parameters.finish();
 }
 
@@ -49,6 +50,7 @@ nlohmann::json TruncatedSvd::parameters() const {
   nlohmann::json out = {{key, "auto"}};
   if (cut_.value && by_rank_) out[key] = std::llround(*cut_.value);
   if (cut_.value && !by_rank_) out[key] = *cut_.value;
+  inference().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
@@ -66,6 +68,11 @@ void TruncatedSvd::check(const Sensor& sensor) const {
 }
 
 void TruncatedSvd::fit(const FitInput& input) {
+  truncate(input);
+  finish();
+}
+
+void TruncatedSvd::truncate(const FitInput& input) {
   check(input.sensor);
   set_sensor(input.sensor);
   const Eigen::MatrixXd jacobian =
@@ -104,9 +111,9 @@ void TruncatedSvd::fit(const FitInput& input) {
 }
 
 void TruncatedSvd::set_rank(const SingularTriplets& triplets, Eigen::Index rank) {
-  set_inverse(triplets.right.leftCols(rank) *
+  set_inverse(triplets.right.leftCols(rank),
               triplets.values.head(rank).cwiseInverse().asDiagonal() *
-              triplets.left.leftCols(rank).transpose());
+                  triplets.left.leftCols(rank).transpose());
 }
 
 Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& triplets) {
@@ -147,7 +154,9 @@ void TruncatedSvd::save(const std::filesystem::path& file) const {
 void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor) {
   const OpenedSolverFile opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parse_parameters(opened);
+  const LinearInference mine = inference();
   read(JsonObject(parameters, file.string(), "/parameters"));
+  set_inference(mine);
   load_matrix(opened.file, sensor);
 }
 

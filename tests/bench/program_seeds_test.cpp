@@ -39,14 +39,15 @@ std::set<std::string> names_in(const fs::path& folder, const std::string& ending
 TEST(ProgramSeeds, EachSeedIsATrialAndTheRowIsTheirMean) {
   const TemporaryFolder folder("seeds");
   json experiment = toy_experiment();
-  experiment["timing"] = {{"frames", 662}, {"batch", 8}};
+  experiment["timing"] = {{"frames", 662}, {"batch", 8}, {"rounds", 2}};
   write_text(folder / "toy.json", experiment.dump());
   const Outcome outcome = run_program(folder.path(), "run toy.json --jobs 2");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   const fs::path results = folder / "results/toy";
   EXPECT_EQ(names_in(results / "records", ".json"),
             (std::set<std::string>{"net.seed1.accuracy.json", "net.seed2.accuracy.json",
-                                   "net.seed3.accuracy.json", "net.seed1.timing.json"}));
+                                   "net.seed3.accuracy.json", "net.seed1.timing.0.json",
+                                   "net.seed1.timing.1.json"}));
   EXPECT_EQ(names_in(folder / "cache/solvers", ".fitted").size(), 3u);
   const json summary = summary_of(results);
   EXPECT_EQ(summary.at("rows").size(), 3u);  // with truth and no-contact

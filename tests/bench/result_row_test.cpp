@@ -22,9 +22,12 @@ ResultRow sample() {
   row.frames = 5;
   row.undefined_frames = 1;
   row.frames_not_converged = 2;
-  row.metrics[Metric::AR] = {1.1, Interval{1.0, 1.2}, 1.05, 4, 1};
+  row.metrics[Metric::AR] = {1.1, Interval{1.0, 1.2}, 1.05, 4, 1, Interval{0.9, 1.15}};
   row.metrics[Metric::PE] = {std::nullopt, std::nullopt, std::nullopt, 0, 5};
-  row.latency_us = LatencySummary{10, 20, 30};
+  row.family = "gauss-newton";
+  row.validation.emplace()[Metric::relative_error] = {0.5, Interval{0.4, 0.6}, 0.45, 9, 0};
+  row.latency_us = LatencySummary{10, 20, 30, {9, 11}};
+  row.calibration_us = 4.5;
   row.frames_per_s = 1e5;
   row.throughput_batch = 64;
   row.fit_s = 0.25;
@@ -41,7 +44,9 @@ TEST(ResultRow, IsWrittenAsTheContractSays) {
   EXPECT_TRUE(out.at("metrics").at("PE").at("mean").is_null());
   EXPECT_TRUE(out.at("metrics").at("PE").at("ci95").is_null());
   EXPECT_EQ(out.at("metrics").at("PE").at("undefined"), 5);
+  EXPECT_EQ(out.at("metrics").at("AR").at("median_ci95"), json::parse("[0.9, 1.15]"));
   EXPECT_EQ(out.at("latency_us").at("p99"), 20);
+  EXPECT_EQ(out.at("validation").at("relative_error").at("mean"), 0.5);
   EXPECT_EQ(out.at("frames_per_s"), 1e5);
   EXPECT_TRUE(out.at("peak_rss_mb").is_null());
 }
