@@ -133,7 +133,7 @@ class Drawing {
                   layout_.height() - 10, 9, "left");
     for (int p = 0; p < layout_.panels; ++p) plot(p);
     canvas_.out() << "unset multiplot\n";
-    draw_chart(canvas_.text(), files_, layout_.width(), layout_.height(), stem);
+    canvas_.draw(files_, stem);
   }
 
  private:
@@ -153,7 +153,11 @@ class Drawing {
     std::ostream& out = canvas_.out();
     out << "set yrange [" << axis.low << ":" << axis.high << "]\n";
     if (axis.low < 0) out << "set xzeroaxis linetype -1 linewidth 0.5\n";
-    for (std::size_t v = 0; v < chart_.labels.size(); ++v) words(p, panel, v, axis);
+    for (std::size_t v = 0; v < chart_.labels.size(); ++v) {
+      words(p, panel, v, axis);
+      canvas_.tooltip(layout_.middle_of(p, v) - layout_.slot() / 2, top, layout_.slot(),
+                      Layout::kPanelHeight, chart_.labels[v] + "\n" + value_text(panel, v));
+    }
     plot_bars(panel);
     out << "unset label\nunset arrow\nunset xzeroaxis\n";
   }
@@ -185,6 +189,24 @@ class Drawing {
     canvas_.label(fixed(*value.mean, panel.decimals), x, y_of(end) + (down ? gap : -gap), 9,
                   (down && layout_.upright ? "right rotate by 90" : turned) +
                       (layout_.upright ? " front" : " front boxed"));
+  }
+
+  /// "AR: 1.116, 95 % interval 1.090 to 1.142".
+  std::string value_text(const BarPanel& panel, std::size_t v) const {
+    const BarValue& value = panel.values[v];
+    const std::string& status = chart_.statuses[v];
+    std::string text = panel.title + ": ";
+    if (value.mean && std::isfinite(*value.mean)) {
+      text += fixed(*value.mean, panel.decimals);
+      if (value.ci95) {
+        text += ", 95 % interval " + fixed(value.ci95->low, panel.decimals) + " to " +
+                fixed(value.ci95->high, panel.decimals);
+      }
+      if (!status.empty()) text += " (" + status + ")";
+    } else {
+      text += status.empty() ? "undefined" : status;
+    }
+    return text;
   }
 
   void plot_bars(const BarPanel& panel) {

@@ -1,6 +1,7 @@
 #include "bench/canvas.h"
 
-#include "bench/gnuplot.h"
+#include <utility>
+
 #include "bench/text.h"
 
 namespace ertbench {
@@ -48,6 +49,19 @@ void Canvas::finish_marks() {
   area(0, 0, width_, height_);
   out_ << "unset key\nunset tics\nunset border\nset xrange [0:1]\nset yrange [0:1]\n"
        << "plot NaN notitle\nunset label\nunset arrow\nunset object\n";
+}
+
+void Canvas::tooltip(double left, double top, double width, double height, std::string text) {
+  tooltips_.push_back({left, top, width, height, std::move(text)});
+}
+
+void Canvas::tooltip_at(double x, double y, std::string text) {
+  constexpr double reach = 6;
+  tooltip(x - reach, y - reach, 2 * reach, 2 * reach, std::move(text));
+}
+
+void Canvas::draw(const FileContents& inputs, const std::filesystem::path& stem) const {
+  draw_chart(text(), inputs, width_, height_, stem, tooltips_);
 }
 
 }  // namespace ertbench

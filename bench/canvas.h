@@ -1,7 +1,12 @@
 #pragma once
 
+#include <filesystem>
 #include <sstream>
 #include <string>
+#include <vector>
+
+#include "bench/gnuplot.h"
+#include "bench/svg_tooltips.h"
 
 namespace ertbench {
 
@@ -25,11 +30,19 @@ class Canvas {
   void area(double left, double top, double width, double height);
   /// A plot of nothing, which draws the labels, lines and rectangles that have been set.
   void finish_marks();
+  /// What the pointer shows over the rectangle, in the SVG; the last one where several overlap.
+  void tooltip(double left, double top, double width, double height, std::string text);
+  /// The same over a point drawn at (x, y).
+  void tooltip_at(double x, double y, std::string text);
+
+  /// draw_chart() of all this with its tooltips.
+  void draw(const FileContents& inputs, const std::filesystem::path& stem) const;
 
  private:
   int width_;
   int height_;
   std::ostringstream out_;
+  std::vector<Tooltip> tooltips_;
 };
 
 }  // namespace ertbench

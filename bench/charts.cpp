@@ -5,6 +5,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "bench/atomic_file.h"
+#include "bench/chart_text.h"
+#include "bench/speed_chart.h"
+#include "bench/speed_tables.h"
 #include "bench/table_cells.h"
 #include "bench/text.h"
 
@@ -24,23 +28,6 @@ const ResultRow* find_row(const ChartSpec& spec, std::span<const ResultRow> rows
 std::string status_of(const ResultRow* row) {
   if (!row) return "not run";
   return row->ok() ? "" : row->status;
-}
-
-std::string title_of(Metric metric) {
-  switch (metric) {
-    case Metric::RES:
-      return "RES (%)";
-    case Metric::RES_error:
-      return "|RES − truth| (%)";
-    case Metric::PE:
-      return "PE (sheet 2 × 2)";
-    case Metric::PE25:
-      return "PE25 (sheet 2 × 2)";
-    case Metric::relative_error:
-      return "relative error of δσ";
-    default:
-      return name_of(metric);
-  }
 }
 
 /// What a perfect image scores; of RES where the truth has been scored.
@@ -102,7 +89,7 @@ std::optional<double> colour_value(const ResultRow& row, Metric metric) {
 std::string colour_name(Metric metric) {
   if (metric == Metric::AR) return "|AR − 1|";
   if (metric == Metric::RES) return "|RES − truth|";
-  return title_of(metric);
+  return axis_title(metric);
 }
 
 std::string pair_text(const Axis& x, const json& x_value, const Axis& y, const json& y_value) {
@@ -186,7 +173,7 @@ BarChart bar_chart_of(const ChartSpec& spec, std::span<const ResultRow> rows,
   }
   for (const Metric metric : spec.metrics) {
     BarPanel panel;
-    panel.title = title_of(metric);
+    panel.title = axis_title(metric);
     panel.decimals = decimals_of(metric);
     panel.ideal = ideal_of(metric, truth);
     panel.ideal_name = ideal_name(metric, panel.ideal);
@@ -211,7 +198,7 @@ HeatMap heat_map_of(const ChartSpec& spec, std::span<const ResultRow> rows,
   map.y_values = grid.y.texts();
   for (const ResultRow* row : grid.cells) map.statuses.push_back(status_of(row));
   for (const Metric metric : spec.metrics) {
-    HeatMapPanel panel{title_of(metric), colour_name(metric), decimals_of(metric), {}, {}};
+    HeatMapPanel panel{axis_title(metric), colour_name(metric), decimals_of(metric), {}, {}};
     for (const ResultRow* row : grid.cells) {
       panel.values.push_back(row ? row->metrics[metric].mean : std::nullopt);
       panel.colours.push_back(row ? colour_value(*row, metric) : std::nullopt);
@@ -228,6 +215,10 @@ void draw(const ChartSpec& spec, std::span<const ResultRow> rows, const std::str
   const std::filesystem::path stem = folder / spec.name;
   if (spec.type == ChartSpec::Type::bars) {
     draw_bar_chart(bar_chart_of(spec, rows, title), stem);
+  } else if (spec.type == ChartSpec::Type::speed_accuracy) {
+    const SpeedAccuracy chart = speed_accuracy_of(spec, rows);
+    draw_speed_chart(chart, title, stem);
+    write_file_atomically(stem.string() + ".md", speed_markdown(chart, title));
   } else {
     draw_heat_map(heat_map_of(spec, rows, title), stem);
   }

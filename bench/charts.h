@@ -18,7 +18,8 @@ BarChart bar_chart_of(const ChartSpec& spec, std::span<const ResultRow> rows,
 HeatMap heat_map_of(const ChartSpec& spec, std::span<const ResultRow> rows,
                     const std::string& title);
 
-/// Draws `folder`/`name`.svg and .png.
+/// Draws `folder`/`name`.svg and .png; of a chart of speed and accuracy also writes the tables that
+/// belong to it, `name`.md.
 void draw(const ChartSpec& spec, std::span<const ResultRow> rows, const std::string& title,
           const std::filesystem::path& folder);
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/chart_spec.h"
-#include "bench/metrics.h"
+#include "bench/right_sizing.h"
 #include "bench/solver_entry.h"
 #include "bench/table.h"
 #include "forward/dataset_spec.h"
@@ -23,12 +23,6 @@ struct TimingSettings {
   int warm_up = 20;   ///< frames before the clock counts, in each round
   int batch = 256;    ///< frames in a call when throughput is measured
   int rounds = 5;     ///< the frames' shares, those of all solvers in turn
-};
-
-/// "right_sizing": of each family the smallest setting that is good enough on the validation set.
-struct RightSizing {
-  double margin = 0.05;  ///< how much above the family's least error, as a part of it
-  Metric metric = Metric::relative_error;
 };
 
 /// An experiment file: what is generated, what is fitted, what is measured.

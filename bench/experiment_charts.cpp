@@ -51,7 +51,7 @@ std::string all_labels(const Experiment& experiment) {
   return out;
 }
 
-std::vector<std::string> read_bars(JsonObject& object, const Experiment& experiment) {
+std::vector<std::string> read_labels(JsonObject& object, const Experiment& experiment) {
   std::vector<std::string> out;
   if (!object.has("solvers")) {
     for (const auto& trials : experiment.rows()) out.push_back(trials.front().label);
@@ -96,10 +96,42 @@ std::vector<std::string> read_sweep_labels(JsonObject& object, const Experiment&
   return labels;
 }
 
+void read_speed_accuracy(JsonObject& object, const Experiment& experiment, ChartSpec& chart) {
+  if (!experiment.timing.enabled) {
+    object.fail("type", "needs latencies; remove \"enabled\": false from /timing");
+  }
+  chart.labels = read_labels(object, experiment);
+  chart.right_sizing = experiment.right_sizing;
+  std::vector<std::string> names;
+  for (const Metric metric : kErrorMetrics) names.emplace_back(name_of(metric));
+  chart.metrics = {metric_from_name(object.choice_or("metric", "relative_error", names))};
+  chart.budgets_us = {100, 1000, 10000};
+  if (object.has("budgets_us")) {
+    const json& values = object.raw("budgets_us");
+    const bool positive =
+        values.is_array() && std::all_of(values.begin(), values.end(), [](const json& value) {
+          return value.is_number() && value > 0;
+        });
+    if (!positive) object.fail("budgets_us", "must be a list of times in microseconds, all > 0");
+    chart.budgets_us = values.get<std::vector<double>>();
+  }
+  if (object.has("break_even_against")) {
+    chart.break_even_against = object.choices("break_even_against", chart.labels);
+  } else if (!chart.labels.empty()) {
+    for (const auto& trials : experiment.rows()) {
+      const SolverEntry& entry = trials.front();
+      const bool shown =
+          std::find(chart.labels.begin(), chart.labels.end(), entry.label) != chart.labels.end();
+      if (entry.type != "one-step-gn" || !shown) continue;
+      chart.break_even_against = {entry.label};
+      break;
+    }
+  }
+}
+
 ChartSpec read_chart(JsonObject object, const Experiment& experiment) {
   ChartSpec chart;
-  const bool bars = object.choice("type", {"bars", "heat-map"}) == "bars";
-  chart.type = bars ? ChartSpec::Type::bars : ChartSpec::Type::heat_map;
+  const std::string type = object.choice("type", {"bars", "heat-map", "speed-accuracy"});
   chart.name = object.text("name");
   if (!is_name(chart.name)) {
     object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60), got \"" +
@@ -108,10 +140,15 @@ ChartSpec read_chart(JsonObject object, const Experiment& experiment) {
   std::vector<std::string> tests;
   for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
   chart.dataset = object.choice_or("dataset", tests.front(), tests);
-  if (bars) {
-    chart.labels = read_bars(object, experiment);
+  if (type == "bars") {
+    chart.type = ChartSpec::Type::bars;
+    chart.labels = read_labels(object, experiment);
     chart.metrics = read_metrics(object, {Metric::AR, Metric::RES, Metric::PE, Metric::RIE});
+  } else if (type == "speed-accuracy") {
+    chart.type = ChartSpec::Type::speed_accuracy;
+    read_speed_accuracy(object, experiment, chart);
   } else {
+    chart.type = ChartSpec::Type::heat_map;
     chart.labels = read_sweep_labels(object, experiment);
     chart.metrics = read_metrics(object, {Metric::AR, Metric::PE});
     if (object.has("published_optimum")) {

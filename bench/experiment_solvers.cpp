@@ -98,7 +98,10 @@ class EntryReader {
     type_ = object_.text("type");
     const std::string label = object_.text_or("label", type_);
     const std::string family = object_.text_or("family", label);
-    if (!is_label(family)) object_.fail("family", "must be made as a label is");
+    if (object_.has("family") && !is_label(family)) {
+      object_.fail("family",
+                   "must be made of the same characters as a label, got \"" + family + "\"");
+    }
     const std::vector<std::string> types = registry_.types();
     const bool known = std::find(types.begin(), types.end(), type_) != types.end();
     const bool check = check_ == SolverCheck::all;

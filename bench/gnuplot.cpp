@@ -119,6 +119,27 @@ std::string manner_of(int status) {
   return "exit code " + std::to_string(WEXITSTATUS(status));
 }
 
+/// gnuplot titles the picture "Gnuplot" and each of its plots with a line of the script, which
+/// viewers show wherever the pointer is.
+std::string without_titles(std::string svg) {
+  const std::string end = "</title>";
+  for (auto at = svg.find("<title>"); at != std::string::npos; at = svg.find("<title>", at)) {
+    svg.erase(at, svg.find(end, at) + end.size() - at);
+  }
+  return svg;
+}
+
+/// gnuplot draws a text in a box twice, first with a filter that fills the box. Where a page is
+/// printed the filter leaves a coarse shadow of the text; a white rim does the same without one.
+std::string without_filters(std::string svg) {
+  const std::string filter = "style='filter:url(#textbox)'";
+  const std::string rim = "style='fill:white;stroke:white;stroke-width:3;stroke-linejoin:round'";
+  for (auto at = svg.find(filter); at != std::string::npos; at = svg.find(filter, at)) {
+    svg.replace(at, filter.size(), rim);
+  }
+  return svg;
+}
+
 /// Viewers would smooth the pictures in an SVG when they enlarge them; pixels are to stay squares.
 std::string with_sharp_pixels(std::string svg) {
   const std::string tag = "<image ";
@@ -153,7 +174,7 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
 }
 
 void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
-                const fs::path& stem) {
+                const fs::path& stem, const std::vector<Tooltip>& tooltips) {
   // A generic family: fontconfig and browsers both know it.
   const std::string font = "noenhanced background rgb 'white' font 'sans-serif,11'";
   const auto size = [&](int scale) {
@@ -176,7 +197,8 @@ void draw_chart(const std::string& commands, const FileContents& inputs, int wid
   FileContents files = inputs;
   files["commands.gnuplot"] = commands;
   const FileContents made = run_gnuplot(script, files, {"chart.svg", "chart.png"});
-  write_file_atomically(stem.string() + ".svg", with_sharp_pixels(made.at("chart.svg")));
+  const std::string svg = with_sharp_pixels(without_filters(without_titles(made.at("chart.svg"))));
+  write_file_atomically(stem.string() + ".svg", with_tooltips(svg, tooltips));
   write_file_atomically(stem.string() + ".png", made.at("chart.png"));
 }
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/svg_tooltips.h"
+
 namespace ertbench {
 
 /// Files by name: texts and pictures alike.
@@ -19,9 +21,10 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
 /// Draws one chart twice, as `stem`.svg and `stem`.png (`stem` with its folder, without an ending),
 /// each put in place whole. `commands` draws it and sets neither terminal nor output; it may set
 /// up a multiplot. `width` and `height` in px of the SVG, where a font's size is in px as well
-/// (11 unless set); the PNG has three times as many, everything in it three times as large.
+/// (11 unless set); the PNG has three times as many, everything in it three times as large,
+/// and no tooltips.
 void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
-                const std::filesystem::path& stem);
+                const std::filesystem::path& stem, const std::vector<Tooltip>& tooltips = {});
 
 /// `text` as a quoted string of gnuplot's, in which nothing has a meaning.
 std::string gnuplot_string(const std::string& text);

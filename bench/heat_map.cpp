@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "bench/canvas.h"
-#include "bench/gnuplot.h"
 #include "bench/palette.h"
 #include "bench/text.h"
 
@@ -107,7 +106,7 @@ class Drawing {
     notes();
     canvas_.finish_marks();
     canvas_.out() << "unset multiplot\n";
-    draw_chart(canvas_.text(), {}, layout_.width(), layout_.height(), stem);
+    canvas_.draw({}, stem);
   }
 
  private:
@@ -151,6 +150,7 @@ class Drawing {
       canvas_.rectangle(left, top, width, height,
                         "fillstyle solid border linecolor 'white' fillcolor '" + colour + "'");
     };
+    canvas_.tooltip(left, top, width, height, value_text(panel, x, y));
     const std::string& status = map_.statuses[index];
     const auto& value = panel.values[index];
     const auto& colour_value = panel.colours[index];
@@ -173,6 +173,22 @@ class Drawing {
     canvas_.label(text, left + width / 2, top + height / 2, static_cast<int>(size),
                   std::string("center front textcolor '") +
                       (colour.lightness() > 0.55 ? "black" : "white") + "'");
+  }
+
+  /// "alpha = 0.001, beta = 0.1" and below it "AR: 1.02; |AR − 1|: 0.020".
+  std::string value_text(const HeatMapPanel& panel, int x, int y) const {
+    const auto index = static_cast<std::size_t>(y * layout_.columns + x);
+    const auto number = [&](const std::optional<double>& value) {
+      return value && std::isfinite(*value) ? fixed(*value, panel.decimals) : "undefined";
+    };
+    std::string text = map_.x_name + " = " + map_.x_values[static_cast<std::size_t>(x)] + ", " +
+                       map_.y_name + " = " + map_.y_values[static_cast<std::size_t>(y)] + "\n";
+    if (const std::string& status = map_.statuses[index]; !status.empty()) return text + status;
+    text += panel.title + ": " + number(panel.values[index]);
+    if (panel.quantity != panel.title) {
+      text += "; " + panel.quantity + ": " + number(panel.colours[index]);
+    }
+    return text;
   }
 
   void axes(int p) {

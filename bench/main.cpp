@@ -3,7 +3,9 @@
 //   ertbench run experiments/quick.json
 //   ertbench generate experiments/table_c1.json --dataset test --out test.h5
 //   ertbench reconstruct --solver solver.json --input frames.h5 --output images.h5
+//   ertbench check experiments/quick.json
 //   ertbench list
+//   ertbench timing 'reconstruct/tsvd'
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -13,12 +15,15 @@
 #include <optional>
 #include <thread>
 
+#include "bench/baseline.h"
 #include "bench/cache.h"
+#include "bench/check_command.h"
 #include "bench/experiment.h"
 #include "bench/progress.h"
 #include "bench/reconstruct.h"
 #include "bench/records.h"
 #include "bench/runner.h"
+#include "bench/timing.h"
 #include "bench/trial.h"
 #include "bench/version.h"
 #include "forward/errors.h"
@@ -30,7 +35,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum ExitCode { done = 0, trial_failed = 1, bad_input = 2, our_defect = 3 };
+enum ExitCode { done = 0, regression = 1, trial_failed = 1, bad_input = 2, our_defect = 3 };
 
 struct Arguments {
   std::string experiment;
@@ -45,9 +50,17 @@ struct Arguments {
   std::string plugin;
   std::string label;
   std::string stage;
+  std::string filter;
   std::optional<int> seed;
   int round = 0;
+  int rounds = 3;
   int threads = 1;
+  std::string cache;
+  std::string baseline;
+  bool update = false;
+  bool reuse = false;
+  bool all = false;
+  std::optional<int> seed_count;
 };
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -77,6 +90,20 @@ int run(const Arguments& arguments) {
     }
   }
   return run_experiment(experiment, Cache::standard(), options) > 0 ? trial_failed : done;
+}
+
+int check(const Arguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  CheckOptions options;
+  options.out = arguments.out;
+  options.baseline = arguments.baseline;
+  options.jobs = arguments.jobs;
+  options.all = arguments.all;
+  options.update = arguments.update;
+  options.seeds = arguments.seed_count;
+  options.reuse = arguments.reuse;
+  return check_experiment(experiment, registry, options) ? done : regression;
 }
 
 int generate(const Arguments& arguments) {
@@ -153,18 +180,25 @@ int list() {
   return done;
 }
 
+int timing(const Arguments& arguments) {
+  TimingOptions options;
+  options.filter = arguments.filter;
+  options.rounds = arguments.rounds;
+  if (!arguments.out.empty()) options.out = arguments.out;
+  return run_timing(options) > 0 ? trial_failed : done;
+}
+
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
   const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  const Cache cache = arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache);
   for (const SolverEntry& entry : experiment.solvers) {
     if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
     if (arguments.stage == name_of(Stage::timing)) {
-      run_timing_round(experiment, entry, Cache::standard(), registry, arguments.round,
-                       arguments.out);
+      run_timing_round(experiment, entry, cache, registry, arguments.round, arguments.out);
     } else {
-      run_accuracy_stage(experiment, entry, Cache::standard(), registry, arguments.threads,
-                         arguments.out);
+      run_accuracy_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
     }
     return done;
   }
@@ -178,8 +212,8 @@ int parse_and_run(int argc, char** argv) {
   app.set_version_flag("--version", build_commit());
   app.footer(
       "`ertbench COMMAND --help` shows an example of each command.\n"
-      "Exit codes: 0 done; 1 a trial failed; 2 input that cannot be used; 3 a defect of "
-      "ertbench.");
+      "Exit codes: 0 done; 1 a trial failed, or a check found something worse; 2 input that\n"
+      "cannot be used; 3 a defect of ertbench.");
 
   CLI::App* run_command =
       app.add_subcommand("run", "Run an experiment: data, solvers, tables, figures");
@@ -201,6 +235,34 @@ int parse_and_run(int argc, char** argv) {
       "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
       "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"
       "RESULTS/training/. The file's \"charts\" are drawn beside the table.");
+
+  CLI::App* check_command =
+      app.add_subcommand("check", "Run an experiment and compare with its baseline");
+  check_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
+  check_command->add_flag("--update", arguments.update,
+                          "Write the baseline anew, and say what changed");
+  check_command
+      ->add_option("--seeds", arguments.seed_count,
+                   "With --update: training seeds behind the interval of a learned solver\n"
+                   "(default: those of the experiment if 3 or more, else 8)")
+      ->check(CLI::Range(least_seeds, 100));
+  check_command->add_flag("--all", arguments.all, "Show every quantity, not just what changed");
+  check_command->add_flag(
+      "--reuse", arguments.reuse,
+      "Take what `run` left in the cache and in results/EXPERIMENT: quick, but\n"
+      "blind to changes of the program since");
+  check_command->add_option("--baseline", arguments.baseline,
+                            "Baseline (default: results/baselines/EXPERIMENT.json)");
+  check_command->add_option("--out", arguments.out,
+                            "Result folder (default: results/EXPERIMENT/check)");
+  check_command
+      ->add_option("--jobs", arguments.jobs, "Trials fitted and scored at a time, as in `run`")
+      ->check(CLI::Range(1, 256));
+  check_command->footer(
+      "Example:\n  ertbench check experiments/quick.json\n"
+      "Everything is made anew by this very program, in a cache of its own; a check that was cut\n"
+      "off goes on where it stopped. Exit code 1 where something is worse, slower or missing.\n"
+      "Times are multiples of a calibration loop, and only warned about on another cpu.");
 
   CLI::App* generate_command =
       app.add_subcommand("generate", "Write the datasets of an experiment");
@@ -235,6 +297,21 @@ int parse_and_run(int argc, char** argv) {
   CLI::App* list_command = app.add_subcommand("list", "Solvers with their parameters; experiments");
   list_command->footer("Example:\n  ertbench list");
 
+  CLI::App* timing_command =
+      app.add_subcommand("timing", "Run the timing benchmarks, beside the limits of this machine");
+  timing_command->add_option("FILTER", arguments.filter,
+                             "Regular expression of names; default: all, several minutes");
+  timing_command->add_option("--out", arguments.out,
+                             "JSON file to write (default: results/timing.json)");
+  timing_command
+      ->add_option("--rounds", arguments.rounds,
+                   "Rounds of all benchmark programs, of which the median counts (default: 3)")
+      ->check(CLI::Range(1, 99));
+  timing_command->footer(
+      "Example:\n  ertbench timing 'reconstruct/(tsvd|fcnn)' --out timing.json\n"
+      "The machine should be otherwise idle. \"0.80 of stream\" means that the least time this\n"
+      "machine allows, here for reading the matrices once, is 0.80 of what was measured.");
+
   CLI::App* trial_command = app.add_subcommand("trial", "One stage of one solver; used by run");
   trial_command->group("");  // hidden
   trial_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
@@ -244,6 +321,7 @@ int parse_and_run(int argc, char** argv) {
   trial_command->add_option("--round", arguments.round);
   trial_command->add_option("--out", arguments.out)->required();
   trial_command->add_option("--threads", arguments.threads);
+  trial_command->add_option("--cache", arguments.cache);
 
   const std::string command = argc > 1 ? argv[1] : "";
   const auto commands = app.get_subcommands(nullptr);
@@ -251,7 +329,7 @@ int parse_and_run(int argc, char** argv) {
                                  [&](const CLI::App* one) { return one->get_name() == command; });
   if (!command.empty() && command[0] != '-' && !known) {
     throw InputError("no command is called \"" + command +
-                     "\"; there are run, generate, reconstruct, list");
+                     "\"; there are run, check, generate, reconstruct, list, timing");
   }
   try {
     app.parse(argc, argv);
@@ -259,9 +337,11 @@ int parse_and_run(int argc, char** argv) {
     return app.exit(e) == 0 ? done : bad_input;
   }
   if (*run_command) return run(arguments);
+  if (*check_command) return check(arguments);
   if (*generate_command) return generate(arguments);
   if (*reconstruct_command) return reconstruct(arguments);
   if (*list_command) return list();
+  if (*timing_command) return timing(arguments);
   return trial(arguments);
 }
 

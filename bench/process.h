@@ -16,8 +16,9 @@ struct ProcessEnd {
   bool ok() const { return !timed_out && exit_code == 0; }
 };
 
-/// A child process whose standard error goes to a file and whose standard output is discarded or goes
-/// to another. It dies with its parent, and is killed with its whole process group when its time is over.
+/// A child process whose standard error goes to a file and whose standard output is discarded or
+/// goes to another. It dies with its parent, and is killed with its whole process group when its
+/// time is over.
 class ChildProcess {
  public:
   /// Starts `arguments[0]`. Throws std::runtime_error where that is impossible.

@@ -124,6 +124,7 @@ struct Panel {
   std::string file;    ///< of the image; empty for none
   std::string inside;  ///< written in its middle
   std::string below;
+  std::string name;  ///< label and scene
 };
 
 /// A panel: its words, then the image with the electrodes on it.
@@ -138,6 +139,9 @@ void plot_panel(Canvas& canvas, const Layout& layout, const Panel& panel, int gr
   if (!panel.below.empty()) {
     canvas.label(panel.below, middle, top + layout.panel + 8, 9, "center");
   }
+  const std::string& result = panel.inside.empty() ? panel.below : panel.inside;
+  canvas.tooltip(left, top, layout.panel, layout.panel,
+                 panel.name + (result.empty() ? "" : "\n" + result));
   canvas.out() << "plot ";
   if (!panel.file.empty()) {
     const int points = kRepeat * grid;
@@ -227,10 +231,12 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   Canvas canvas(layout.width(), layout.height());
   print_head(canvas, layout, scale, figure.row_labels);
   for (int scene = 0; scene < layout.scenes; ++scene) {
-    plot_panel(canvas, layout, {scene, 0, store(truth.row(scene)), "", ""}, grid);
+    const std::string& scene_name = figure.row_labels[static_cast<std::size_t>(scene)];
+    plot_panel(canvas, layout, {scene, 0, store(truth.row(scene)), "", "", "truth, " + scene_name},
+               grid);
     for (int c = 1; c < layout.columns; ++c) {
       const FigureColumn& column = figure.columns[static_cast<std::size_t>(c - 1)];
-      Panel panel{scene, c, "", column.failure, ""};
+      Panel panel{scene, c, "", column.failure, "", column.label + ", " + scene_name};
       if (column.failure.empty()) {
         const auto image = columns[static_cast<std::size_t>(c - 1)].row(scene);
         panel.file = store(image);
@@ -242,7 +248,7 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   }
   plot_colour_bar(canvas, layout, scale);
   canvas.out() << "unset multiplot\n";
-  draw_chart(canvas.text(), files, layout.width(), layout.height(), stem);
+  canvas.draw(files, stem);
 }
 
 }  // namespace ertbench

@@ -7,8 +7,10 @@
 #include "bench/atomic_file.h"
 #include "bench/bootstrap.h"
 #include "bench/charts.h"
+#include "bench/experiment_report.h"
 #include "bench/provenance.h"
 #include "bench/reconstruction_figure.h"
+#include "bench/speed_accuracy.h"
 #include "bench/table.h"
 #include "bench/text.h"
 #include "forward/dataset_file.h"
@@ -158,10 +160,16 @@ void write_results(const Experiment& experiment, const Cache& cache,
   draw_figure(experiment, cache, results, folder);
   for (const ChartSpec& chart : experiment.charts) {
     draw(chart, results.rows, experiment.title, folder);
+    if (chart.type != ChartSpec::Type::speed_accuracy) continue;
+    summary["speed_accuracy"][chart.name] = to_json(speed_accuracy_of(chart, results.rows));
   }
+  std::vector<std::string> trained;
   for (const auto& [label, sources] : results.training) {
-    write_training_results(label, sources, folder / "training");
+    if (write_training_results(label, sources, folder / "training")) trained.push_back(label);
   }
+  const Report report =
+      report_of(experiment, results.rows, text, trained, summary.at("provenance"), folder);
+  write_file_atomically(folder / "report.html", report_html(report));
   write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
 }
 

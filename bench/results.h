@@ -28,7 +28,8 @@ struct ExperimentResults {
 std::vector<ResultRow> reference_rows(const Experiment& experiment, const Cache& cache);
 
 /// summary.json, table.md, table.csv, table.tex, the figure of reconstructions, the charts that the
-/// experiment asks for and those of the training; each file is written aside and renamed.
+/// experiment asks for, those of the training, and report.html of all this; each file is written
+/// aside and renamed.
 void write_results(const Experiment& experiment, const Cache& cache,
                    const ExperimentResults& results, const std::filesystem::path& folder);
 

@@ -49,8 +49,11 @@ Failure failure_of(const ProcessEnd& end, const fs::path& log, double time_limit
 /// Runs stages in processes of their own, some at a time, and remembers what failed.
 class StageRunner {
  public:
-  StageRunner(const Experiment& experiment, const RunOptions& options)
-      : experiment_(experiment), options_(options), program_(fs::read_symlink("/proc/self/exe")) {}
+  StageRunner(const Experiment& experiment, const Cache& cache, const RunOptions& options)
+      : experiment_(experiment),
+        cache_(cache),
+        options_(options),
+        program_(fs::read_symlink("/proc/self/exe")) {}
 
   void run(Stage stage, const std::vector<const SolverEntry*>& entries, int jobs) {
     std::deque<Waiting> waiting;
@@ -131,6 +134,7 @@ class StageRunner {
                                           "--stage=" + std::string(name_of(next.part.stage)),
                                           "--round=" + std::to_string(next.part.round),
                                           "--out=" + options_.out.string(),
+                                          "--cache=" + cache_.folder().string(),
                                           "--threads=" + std::to_string(threads)};
     if (entry.seed) arguments.push_back("--seed=" + std::to_string(*entry.seed));
     ChildProcess process(arguments, log, experiment_.time_limit_s);
@@ -166,6 +170,7 @@ class StageRunner {
   }
 
   const Experiment& experiment_;
+  const Cache& cache_;
   const RunOptions& options_;
   fs::path program_;
   std::map<std::pair<std::string, Stage>, Failure> failures_;  ///< by the entry's stem
@@ -246,7 +251,7 @@ int run_experiment(const Experiment& experiment, const Cache& cache, const RunOp
   if (options.fresh) forget(experiment, cache, options, entries);
   ensure_datasets(experiment, cache);
 
-  StageRunner stages(experiment, options);
+  StageRunner stages(experiment, cache, options);
   stages.run(Stage::accuracy, entries, options.jobs);
   if (experiment.timing.enabled) {
     stages.run(Stage::timing, entries_to_time(experiment, entries, options), 1);

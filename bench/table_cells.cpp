@@ -74,6 +74,7 @@ std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published
   cells.push_back({row.latency_us ? three_digits(row.latency_us->p99) : kDash});
   cells.push_back({or_dash(row.frames_per_s)});
   cells.push_back({or_dash(row.fit_s)});
+  cells.push_back({row.peak_rss_mb ? fixed(*row.peak_rss_mb, 0) : kDash});
   const bool reconstructed = row.frames > 0;
   cells.push_back({reconstructed ? std::to_string(row.undefined_frames) + " / " +
                                        std::to_string(row.frames_not_converged)
@@ -82,9 +83,13 @@ std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published
 }
 
 Cell head() {
-  return {"Solver",        "AR",      "RES (%)",           "PE",       "RIE",
-          "|RES − truth|", "PE25",    "rel. error δσ",     "p50 (µs)", "p99 (µs)",
-          "frames/s",      "fit (s)", "undef. / not conv."};
+  return {"Solver",      "AR",
+          "RES (%)",     "PE",
+          "RIE",         "|RES − truth|",
+          "PE25",        "rel. error δσ",
+          "p50 (µs)",    "p99 (µs)",
+          "frames/s",    "fit (s)",
+          "memory (MB)", "undef. / not conv."};
 }
 
 std::string description_of(const CellTable& table, std::span<const ResultRow> rows,
@@ -156,7 +161,8 @@ std::vector<std::string> legend(std::span<const ResultRow> rows, const TableText
       "RIE: ‖σ of the image − σ‖ / ‖σ‖ (C5); ideal 0, to be read against the row no-contact, the "
       "image in which nothing happens. rel. error δσ: the same of the changes; no-contact has 1.",
       "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "
-      "throughput with a batch. fit: preparation before the first frame, once.",
+      "throughput with a batch. fit: preparation before the first frame, once. memory: the most "
+      "that the process of the solver held.",
       "undef. / not conv.: frames without a usable image / frames whose iteration did not "
       "converge. "
       "A metric that is undefined for a frame (an empty image has no centroid) is counted and left "

@@ -28,4 +28,7 @@ std::string one_line(std::string_view text, std::size_t length);
 /// underscores, within a word only where it is longer than a line.
 std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 
+/// The parts of `text` between the separators; one, maybe empty, where there is none.
+std::vector<std::string> split(std::string_view text, std::string_view separator);
+
 }  // namespace ertbench

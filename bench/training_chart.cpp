@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
+#include <map>
 
+#include "bench/axis_ticks.h"
 #include "bench/canvas.h"
 #include "bench/gnuplot.h"
 #include "bench/palette.h"
@@ -18,17 +19,6 @@ constexpr int kHeight = 480;
 constexpr int kLeft = 72;
 constexpr int kPanelWidth = 480;
 constexpr int kKeyLeft = kLeft + kPanelWidth + 12;
-
-struct Span {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-
-  void extend(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  bool empty() const { return low > high; }
-};
 
 /// The columns of one panel, over all runs, in the order in which they first come.
 std::vector<std::string> columns_of(const TrainingChart& chart, bool validation) {
@@ -61,53 +51,6 @@ std::string spaced(std::string name) {
   return name;
 }
 
-std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
-/// The smallest of 1, 2 or 5 times a power of ten that divides `span` into at most `ticks` steps.
-double step_for(double span, int ticks) {
-  const double power = std::pow(10.0, std::floor(std::log10(span / ticks)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= span / ticks * (1 - 1e-9)) return factor * power;
-  }
-  return 10 * power;
-}
-
-/// Values to stand at a logarithmic axis: in even steps over a narrow range, 1, 2, 5, 10, ... over
-/// a few decades, powers of ten over many.
-std::vector<double> log_ticks(const Span& span) {
-  std::vector<double> ticks;
-  const double decades = std::log10(span.high / span.low);
-  if (decades < 0.7) {
-    const double step = step_for(span.high - span.low, 6);
-    for (double i = std::ceil(span.low / step); i * step <= span.high; ++i)
-      ticks.push_back(i * step);
-    return ticks;
-  }
-  const int every = std::max(1, static_cast<int>(std::ceil(decades / 8)));
-  const int first = static_cast<int>(std::floor(std::log10(span.low)));
-  for (int power = first; std::pow(10.0, power) <= span.high; ++power) {
-    if (power % every != 0) continue;
-    for (const double digit : decades > 3 ? std::vector{1.0} : std::vector{1.0, 2.0, 5.0}) {
-      const double value = digit * std::pow(10.0, power);
-      if (value >= span.low && value <= span.high) ticks.push_back(value);
-    }
-  }
-  return ticks;
-}
-
-std::string tick_list(const std::vector<double>& ticks) {
-  std::string out;
-  for (const double value : ticks) {
-    const std::string number = number_text(value);
-    out += (out.empty() ? "'" : ", '") + number + "' " + number;
-  }
-  return out;
-}
-
 /// One panel: its curves and data files.
 class Panel {
  public:
@@ -130,15 +73,37 @@ class Panel {
     const double range = epochs_.high - epochs_.low;
     const double slack = std::max(0.02 * range, 0.25);
     if (range <= 12) out << "set xtics 1\n";
-    out << "set xrange [" << epochs_.low - slack << ":" << epochs_.high + slack << "]\n";
+    const Span across{epochs_.low - slack, epochs_.high + slack};
+    out << "set xrange [" << across.low << ":" << across.high << "]\n";
     set_range(out);
     out << "set key at " << canvas.screen(kKeyLeft, top) << " left top Left reverse samplen 2.5\n";
     std::string all;
     for (const std::string& curve : curves_) all += (all.empty() ? "" : ", ") + curve;
     out << "plot " << all << "\nunset label\n";
+    add_tooltips(canvas, across, top, height);
   }
 
  private:
+  /// A strip for each epoch with all values of it; of many epochs for some.
+  void add_tooltips(Canvas& canvas, const Span& across, double top, double height) const {
+    constexpr std::size_t most = 160;
+    const std::size_t every = (texts_.size() + most - 1) / most;
+    std::vector<std::pair<double, std::string>> shown;
+    std::size_t index = 0;
+    for (const auto& [epoch, text] : texts_) {
+      if (index++ % every != 0) continue;
+      const double place = (epoch - across.low) / (across.high - across.low);
+      shown.emplace_back(kLeft + kPanelWidth * place, "epoch " + number_text(epoch) + text);
+    }
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      const double x = shown[i].first;
+      const double left = i == 0 ? kLeft : (shown[i - 1].first + x) / 2;
+      const double right =
+          i + 1 == shown.size() ? kLeft + kPanelWidth : (x + shown[i + 1].first) / 2;
+      canvas.tooltip(left, top, right - left, height, shown[i].second);
+    }
+  }
+
   void set_range(std::ostream& out) {
     Span shown = values_;
     if (validation_) {
@@ -194,6 +159,8 @@ class Panel {
         epochs_.extend(epoch);
         values_.extend(value);
         any = true;
+        texts_[epoch] += "\n" + run.title + (run.title.empty() ? "" : ", ") + spaced(name) + ": " +
+                         number_text((*column)[i]) + (run.kept_epoch == epoch ? " (kept)" : "");
       }
       text += number(epoch) + " " + (drawn ? number(value) : "NaN") + "\n";
     }
@@ -229,6 +196,7 @@ class Panel {
   bool validation_;
   FileContents& files_;
   std::vector<std::string> curves_;
+  std::map<double, std::string> texts_;  ///< by epoch: a line for each value
   Span epochs_;
   Span values_;
   bool first_mark_ = true;
@@ -267,7 +235,7 @@ void draw_training_chart(const TrainingChart& chart, const std::filesystem::path
   canvas.out() << "set format x '%g'\nset xtics autofreq\n";
   Panel(chart, true, files).plot(canvas, below, bottom - below);
   canvas.out() << "unset multiplot\n";
-  draw_chart(canvas.text(), files, kWidth, kHeight, stem);
+  canvas.draw(files, stem);
 }
 
 }  // namespace ertbench

@@ -26,7 +26,7 @@ std::optional<double> best_epoch(const std::string& parameters_json) {
 
 }  // namespace
 
-void write_training_results(const std::string& label, const std::vector<TrainingSource>& sources,
+bool write_training_results(const std::string& label, const std::vector<TrainingSource>& sources,
                             const fs::path& folder) {
   TrainingChart chart;
   chart.title = label;
@@ -43,7 +43,9 @@ void write_training_results(const std::string& label, const std::vector<Training
       spdlog::warn("{}: {}", source.stem, error.what());
     }
   }
-  if (!chart.runs.empty()) draw_training_chart(chart, folder / label);
+  if (chart.runs.empty()) return false;
+  draw_training_chart(chart, folder / label);
+  return true;
 }
 
 }  // namespace ertbench

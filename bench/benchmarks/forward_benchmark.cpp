@@ -1,12 +1,13 @@
 // Timing of the forward model.
 //
 //   build/release/benchmarks/forward_benchmark
-//   build/release/benchmarks/forward_benchmark --benchmark_filter=Training
+//   build/release/benchmarks/forward_benchmark --benchmark_filter=training
 //
 // "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a release.
 
 #include <benchmark/benchmark.h>
 
+#include "bench/benchmarks/benchmark_program.h"
 #include "forward/condensation.h"
 #include "forward/contact_update.h"
 #include "forward/forward_model.h"
@@ -150,3 +151,5 @@ BENCHMARK(prepare)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Unit(benchmark::kMillis
 
 }  // namespace
 }  // namespace ertbench
+
+int main(int argc, char** argv) { return ertbench::run_benchmarks(argc, argv); }

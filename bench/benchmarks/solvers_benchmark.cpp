@@ -1,19 +1,22 @@
 // Timing of the classical solvers, single-threaded.
 //
 //   build/release/benchmarks/solvers_benchmark
-//   build/release/benchmarks/solvers_benchmark --benchmark_filter='/1$|Stream'
+//   build/release/benchmarks/solvers_benchmark --benchmark_filter='/1$|limit'
 //
 // The frames are random discs (radius 0.2, 0.6 of the background) with 50 dB noise on the absolute
-// voltages. `Reconstruct/<solver>/<batch>`: items are frames; batch 1 is the latency, and walks
-// through the frames one by one. `StreamMatrix` reads once as many numbers as the linear solvers'
-// matrix holds: the least that a matrix-vector product can cost.
+// voltages. `reconstruct/<solver>/<batch>`: items are frames; batch 1 is the latency, and walks
+// through the frames one by one. machine_limits.h says what the counters limit_us and of_limit are;
+// they stand where the arithmetic or the reading of matrices can be counted.
 // "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a release.
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bench/benchmarks/benchmark_program.h"
+#include "bench/benchmarks/machine_limits.h"
 #include "forward/dataset_spec.h"
 #include "forward/forward_model.h"
 #include "forward/generate.h"
@@ -60,6 +63,51 @@ std::unique_ptr<Solver> make(const std::string& name) {
   return SolverRegistry().make(JsonObject(specs().at(name), "benchmark", ""));
 }
 
+/// Numbers of the matrix that a linear solver multiplies with, a column for each reciprocal pair of
+/// channels; of rank `rank` its two factors where they are fewer.
+std::int64_t matrix_numbers(std::int64_t rank) {
+  const Sensor sensor;
+  const std::int64_t pairs = sensor.channels() / 2;
+  return std::min(sensor.pixels() * pairs, rank * (sensor.pixels() + pairs));
+}
+
+std::int64_t matrix_numbers(const std::string& name) {
+  const json& spec = specs().at(name);
+  return matrix_numbers(spec.value("rank", Sensor{}.channels() / 2));
+}
+
+std::int64_t matrix_bytes(const std::string& name) {
+  return matrix_numbers(name) * static_cast<std::int64_t>(sizeof(double));
+}
+
+void compare_linear(benchmark::State& state, const std::string& name, Eigen::Index batch) {
+  if (batch == 1) {
+    compare_with_limit(state, streaming_time(matrix_bytes(name)), "stream");
+  } else {
+    const double flops = 2 * static_cast<double>(matrix_numbers(name) * batch);
+    compare_with_limit(state, flops / gemm_double_rate(), "gemm_double");
+  }
+}
+
+/// Operations of the factorisation of a Newton system: the band, the half solves, G^T G (of which
+/// one triangle is computed) and the dense factor.
+double newton_factor_flops(double channels) {
+  const double band = 24;
+  const double unknowns = 24 * 24 - 1;
+  return unknowns * band * band + 2 * unknowns * band * channels + unknowns * channels * channels +
+         channels * channels * channels / 3;
+}
+
+/// And of one solve: both halves of the band, the products with G and G^T, the dense factor.
+double newton_solve_flops(double channels) {
+  const double band = 24;
+  const double unknowns = 24 * 24 - 1;
+  return 4 * unknowns * band + 4 * unknowns * channels + 2 * channels * channels;
+}
+
+/// Of these frames; what the others add is under a hundredth of the weight of any edge.
+constexpr double useful_channels = 64;
+
 void reconstruct(benchmark::State& state, const std::string& name) {
   const std::unique_ptr<Solver> solver = make(name);
   FitInput input;
@@ -78,7 +126,16 @@ void reconstruct(benchmark::State& state, const std::string& name) {
   }
   const auto items = static_cast<double>(state.iterations() * batch);
   state.SetItemsProcessed(state.iterations() * batch);
-  if (iterations > 0) state.counters["newton_steps"] = iterations / items;
+  if (iterations > 0) {
+    state.counters["newton_steps"] = iterations / items;
+    const double flops = newton_factor_flops(useful_channels) +
+                         3 * newton_solve_flops(useful_channels);  // three solves a step or more
+    compare_with_limit(
+        state, iterations / static_cast<double>(state.iterations()) * flops / gemm_double_rate(),
+        "gemm_double");
+  } else {
+    compare_linear(state, name, batch);
+  }
 }
 
 void fit(benchmark::State& state, const std::string& name) {
@@ -88,25 +145,17 @@ void fit(benchmark::State& state, const std::string& name) {
   }
 }
 
-/// Reads a matrix of the size of the linear solvers', adding its numbers up.
-void stream_matrix(benchmark::State& state) {
-  const Sensor sensor;
-  const Eigen::VectorXd matrix =
-      Eigen::VectorXd::Ones(Eigen::Index{sensor.pixels()} * sensor.channels() / 2);
-  for (auto _ : state) benchmark::DoNotOptimize(matrix.sum());
-  state.SetBytesProcessed(state.iterations() * matrix.size() *
-                          static_cast<std::int64_t>(sizeof(double)));
-}
-BENCHMARK(stream_matrix)->Name("StreamMatrix");
-
 /// Where a Newton step of PDIPM spends its time: the factorisation with this many channels.
 void newton_factor(benchmark::State& state) {
   const TotalVariation problem{Sensor{}};
   NewtonSystem system(problem);
   const Eigen::VectorXd weights = Eigen::VectorXd::Ones(problem.edges().count());
   for (auto _ : state) benchmark::DoNotOptimize(system.factor(weights, state.range(0)));
+  compare_with_limit(state,
+                     newton_factor_flops(static_cast<double>(state.range(0))) / gemm_double_rate(),
+                     "gemm_double");
 }
-BENCHMARK(newton_factor)->Name("Newton/Factor")->Arg(64)->Arg(112);
+BENCHMARK(newton_factor)->Name("newton/factor")->Arg(64)->Arg(112);
 
 void newton_solve(benchmark::State& state) {
   const TotalVariation problem{Sensor{}};
@@ -118,8 +167,11 @@ void newton_solve(benchmark::State& state) {
     system.solve(right, x);
     benchmark::DoNotOptimize(x.data());
   }
+  // G is read twice.
+  const std::int64_t bytes = (right.size() - 1) * state.range(0) * std::int64_t{sizeof(double)};
+  compare_with_limit(state, 2 * streaming_time(bytes), "stream");
 }
-BENCHMARK(newton_solve)->Name("Newton/Solve")->Arg(64)->Arg(112);
+BENCHMARK(newton_solve)->Name("newton/solve")->Arg(64)->Arg(112);
 
 void band_factor(benchmark::State& state) {
   const PixelEdges edges(24);
@@ -130,7 +182,7 @@ void band_factor(benchmark::State& state) {
     benchmark::ClobberMemory();
   }
 }
-BENCHMARK(band_factor)->Name("Newton/BandFactor");
+BENCHMARK(band_factor)->Name("newton/band_factor");
 
 void band_half_solve(benchmark::State& state) {
   const PixelEdges edges(24);
@@ -143,17 +195,23 @@ void band_half_solve(benchmark::State& state) {
     benchmark::ClobberMemory();
   }
 }
-BENCHMARK(band_half_solve)->Name("Newton/BandHalfSolve")->Arg(64)->Arg(112);
+BENCHMARK(band_half_solve)->Name("newton/band_half_solve")->Arg(64)->Arg(112);
 
-const bool registered = [] {
+void register_all() {
+  register_rate("gemm_double", gemm_double_rate);
+  for (const char* name : {"one-step-gn", "tsvd"}) register_streaming(matrix_bytes(name));
   for (const auto& [name, spec] : specs()) {
     auto* const run =
-        benchmark::RegisterBenchmark(("Reconstruct/" + name).c_str(), reconstruct, name);
-    for (const int batch : {1, 16, 256, 1024}) run->Arg(batch);
-    benchmark::RegisterBenchmark(("Fit/" + name).c_str(), fit, name)->Unit(benchmark::kMillisecond);
+        benchmark::RegisterBenchmark(("reconstruct/" + name).c_str(), reconstruct, name);
+    for (const int batch : {1, 16, 64, 256, 1024}) run->Arg(batch);
+    benchmark::RegisterBenchmark(("fit/" + name).c_str(), fit, name)->Unit(benchmark::kMillisecond);
   }
-  return true;
-}();
+}
 
 }  // namespace
 }  // namespace ertbench
+
+int main(int argc, char** argv) {
+  ertbench::register_all();
+  return ertbench::run_benchmarks(argc, argv);
+}

@@ -41,6 +41,21 @@ TEST(Bootstrap, CoversTheMeanAsOftenAsItSays) {
   EXPECT_NEAR(covered / double(sets), 0.943, 4 * 0.0116);
 }
 
+TEST(Bootstrap, TheMediansIntervalReachesToTheOrderStatisticsOfTheBinomialDistribution) {
+  // Tables of the sign test: for n = 10 the second and the ninth value (97.9 %), for 50 the 18th
+  // and the 33rd (96.7 %), and nothing reaches 95 % with five.
+  const auto ends = [](int count) {
+    Values values;
+    for (int i = count; i >= 1; --i) values.emplace_back(i);
+    return summarise(values, "AR").median_ci95;
+  };
+  EXPECT_EQ(ends(10), (Interval{2, 9}));
+  EXPECT_EQ(ends(50), (Interval{18, 33}));
+  EXPECT_EQ(ends(6), (Interval{1, 6}));
+  EXPECT_FALSE(ends(5).has_value());
+  EXPECT_EQ(ends(1000), (Interval{469, 532}));
+}
+
 TEST(Bootstrap, EachEndLiesWhereTheStandardErrorSays) {
   // A 2.5 % quantile out of R = 2000 draws has the relative standard deviation
   // sqrt(.025 .975 / R) / (1.96 density(1.96)) = 3.0 %; over 20 sets .67 %: bound, four of them.

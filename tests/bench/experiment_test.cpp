@@ -9,6 +9,7 @@
 #include <valijson/validator.hpp>
 
 #include "bench/cache.h"
+#include "bench/records.h"
 #include "forward/errors.h"
 #include "forward/forward_model.h"
 #include "forward/json_reader.h"
@@ -243,6 +244,17 @@ const Broken broken[] = {
     {"/sensor/drive_current", "\"25 mA\"", "/sensor/drive_current", "> 0"},
     {"/sensor/electrodes", "16", "/sensor/electrodes", "did you mean"},
     {"/timing/frames", "100", "/timing/frames", "from 662"},
+    {"/timing/rounds", "0", "/timing/rounds", "from 1"},
+    {"/right_sizing", R"({"margin": -0.1})", "/right_sizing/margin", "from 0 to 10"},
+    {"/right_sizing", R"({"metric": "AR"})", "/right_sizing/metric", "\"PE\""},
+    {"/right_sizing", R"({"margins": 0.1})", "/right_sizing/margins", "did you mean"},
+    {"/solvers/0/family", R"("a/b")", "/solvers/0/family", "label"},
+    {"/charts", R"([{"type": "speed-accuracy", "name": "a", "metric": "AR"}])", "/charts/0/metric",
+     "\"relative_error\""},
+    {"/charts", R"([{"type": "speed-accuracy", "name": "a", "budgets_us": [0]}])",
+     "/charts/0/budgets_us", "> 0"},
+    {"/charts", R"([{"type": "speed-accuracy", "name": "a", "break_even_against": ["gn"]}])",
+     "/charts/0/break_even_against/0", "\"one-step-gn\"", false},
     {"/timing/enabled", "1", "/timing/enabled", "true or false"},
     {"/time_limit_s", "0", "/time_limit_s", "> 0"},
     {"/figure/scenes", "[1]", "/figure/scenes", "from 0 to 0", false},
@@ -358,6 +370,53 @@ TEST(Experiment, SeedsAndSweepsBecomeTrials) {
   EXPECT_EQ(json::parse(e.solvers[2].json), json::parse(R"({"type": "toy-learned", "label": "net",
       "how": "crash", "level": -0.125, "seed": 3})"));
   EXPECT_EQ(json::parse(e.solvers[2].sweep_json), json({{"how", "crash"}, {"level", -0.125}}));
+}
+
+TEST(Experiment, FamiliesAndSweptListsMakeTheirRows) {
+  const TemporaryFolder folder("families");
+  json value = good();
+  value["solvers"] = json::parse(R"([
+      {"type": "tsvd", "family": "linear", "sweep": {"rank": [10, 20]}},
+      {"type": "one-step-gn", "family": "linear", "lambda": 1},
+      {"type": "fcnn", "sweep": {"widths": [[16, 8], [32]]}}])");
+  value["right_sizing"] = json::object();
+  value["charts"] = json::parse(R"([
+      {"type": "speed-accuracy", "name": "all"},
+      {"type": "speed-accuracy", "name": "linear", "solvers": ["linear"], "metric": "PE"}])");
+  value["charts"][0]["budgets_us"] = {50};
+  EXPECT_EQ(schema_complaint(value), "");
+  write_text(folder / "e.json", value.dump());
+  SolverRegistry registry;
+  const Experiment e = read_experiment(folder / "e.json", registry, SolverCheck::none);
+  ASSERT_EQ(e.solvers.size(), 5u);
+  EXPECT_EQ(e.solvers[1].family, "linear");
+  EXPECT_EQ(e.solvers[1].label, "tsvd rank=20");
+  EXPECT_EQ(e.solvers[2].family, "linear");
+  EXPECT_FALSE(json::parse(e.solvers[2].json).contains("family"));
+  EXPECT_EQ(e.solvers[3].label, "fcnn widths=16-8");
+  EXPECT_EQ(json::parse(e.solvers[3].json).at("widths"), json({16, 8}));
+  EXPECT_EQ(e.charts[0].break_even_against, std::vector<std::string>{"one-step-gn"});
+  EXPECT_EQ(e.charts[0].budgets_us, std::vector<double>{50});
+  EXPECT_EQ(e.charts[1].labels,
+            (std::vector<std::string>{"tsvd rank=10", "tsvd rank=20", "one-step-gn"}));
+  EXPECT_EQ(e.charts[1].metrics, std::vector<Metric>{Metric::PE});
+}
+
+TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
+  const TemporaryFolder folder("inference_key");
+  json value = good();
+  value["solvers"] = json::parse(R"([
+      {"type": "tsvd", "rank": 10}, {"type": "tsvd", "label": "a", "rank": 10,
+       "inference_precision": "float32", "inference_averaging": false},
+      {"type": "tsvd", "label": "b", "rank": 11}])");
+  write_text(folder / "e.json", value.dump());
+  SolverRegistry registry;
+  const Experiment e = read_experiment(folder / "e.json", registry);
+  const Cache cache("c");
+  EXPECT_EQ(cache.fitted_solver(e, e.solvers[0]), cache.fitted_solver(e, e.solvers[1]));
+  EXPECT_NE(cache.fitted_solver(e, e.solvers[0]), cache.fitted_solver(e, e.solvers[2]));
+  EXPECT_NE(record_key(e, e.solvers[0], Stage::accuracy),
+            record_key(e, e.solvers[1], Stage::accuracy));
 }
 
 TEST(Experiment, SeedsThatCannotBeAreRefused) {

@@ -22,7 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::count;
+using testing::drawn;
 using testing::Environment;
+using testing::tooltips;
 
 class Figure : public testing::FigureTest {};
 
@@ -70,6 +72,9 @@ TEST_F(Figure, MakesAWholePngAndSvg) {
   for (const char* text : {"truth", "solver-2", "scene 1", "rel. error 0.123", "c₀"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
+  EXPECT_EQ(count(svg, "<title>"), 2U * 4U);
+  EXPECT_NE(tooltips(svg).find("<title>truth, scene 1</title>"), std::string::npos);
+  EXPECT_NE(tooltips(svg).find("<title>solver-2, scene 1\nrel. error 0.123<"), std::string::npos);
   const auto width = svg.find("width=\"") + 7;
   EXPECT_EQ(number_at(png, 16), 3 * std::stoul(svg.substr(width)));
 }
@@ -83,8 +88,11 @@ TEST_F(Figure, KeepsTheColumnsOfSolversThatFailed) {
   figure.columns[1].errors[1].reset();
   draw_reconstruction_figure(figure, results() / "f");
   const std::string svg = read("f.svg");
-  EXPECT_EQ(count(svg, "timed out"), 2U);
-  EXPECT_EQ(count(svg, "undefined"), 1U);
+  EXPECT_EQ(count(drawn(svg), "timed out"), 2U);
+  EXPECT_EQ(count(drawn(svg), "undefined"), 1U);
+  for (const char* text : {"solver-0, scene 1\ntimed out<", "solver-1, scene 1\nundefined<"}) {
+    EXPECT_EQ(count(tooltips(svg), text), 1U) << text;
+  }
   EXPECT_NE(svg.find("solver-0"), std::string::npos);
   EXPECT_NE(svg.find("rel. error —"), std::string::npos);
 }

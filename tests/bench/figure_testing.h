@@ -76,4 +76,10 @@ inline std::size_t count(const std::string& text, const std::string& word) {
   return n;
 }
 
+/// An SVG picture without its tooltips, and they alone.
+inline std::string drawn(const std::string& svg) {
+  return svg.substr(0, svg.find("<g class=\"tooltips\""));
+}
+inline std::string tooltips(const std::string& svg) { return svg.substr(drawn(svg).size()); }
+
 }  // namespace ertbench::testing

@@ -37,7 +37,7 @@ TEST(Program, RunWritesEveryResult) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("one-step-gn"), std::string::npos);
   const fs::path results = folder / "results/small";
-  for (const char* file : {"summary.json", "table.md", "table.csv", "table.tex",
+  for (const char* file : {"summary.json", "table.md", "table.csv", "table.tex", "report.html",
                            "reconstructions.svg", "reconstructions.png"}) {
     EXPECT_GT(fs::file_size(results / file), 500u) << file;
   }

@@ -44,5 +44,11 @@ TEST(Text, Wraps) {
   EXPECT_EQ(wrapped("", 5), (Lines{""}));
 }
 
+TEST(Text, Splits) {
+  EXPECT_EQ(split("a, b,, c", ", "), (Lines{"a", "b,", "c"}));
+  EXPECT_EQ(split("", "\n"), (Lines{""}));
+  EXPECT_EQ(split("\n", "\n"), (Lines{"", ""}));
+}
+
 }  // namespace
 }  // namespace ertbench

@@ -15,6 +15,12 @@ namespace {
 
 using namespace ertbench;
 
+/// Stands for what a change of the code changes.
+double gain() {
+  const char* const text = std::getenv("TOY_GAIN");
+  return text ? std::atof(text) : 1;
+}
+
 class Misbehaving final : public Solver {
  public:
   explicit Misbehaving(JsonObject object) : how_(object.text("how")) { object.finish(); }
@@ -27,7 +33,7 @@ class Misbehaving final : public Solver {
   }
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override {
-    images.setZero();
+    images.setConstant(how_ == "gain" ? -1e-3 * gain() : 0);
     for (Eigen::Index i = 0; i < changes.rows(); ++i) {
       if (how_ == "nan" && i % 2 == 0) images(i, 5) = std::numeric_limits<double>::quiet_NaN();
       if (how_ == "stops") reports[static_cast<std::size_t>(i)].status = FrameStatus::not_converged;
@@ -83,7 +89,7 @@ class ToyLearned final : public Solver {
     return {};
   }
   void reconstruct(FramesView, ImagesView images, std::span<FrameReport> reports) const override {
-    images.setConstant(level_ * seed_ + offset_);
+    images.setConstant(gain() * (level_ * seed_ + offset_));
     if (is_bad("undefined")) reports.front().status = FrameStatus::undefined;
   }
   void save(const std::filesystem::path& file) const override { std::ofstream(file) << seed_; }
@@ -106,7 +112,7 @@ class ToyLearned final : public Solver {
 extern "C" int ertbench_solver_interface() { return solver_interface_version; }
 extern "C" void ertbench_register_solvers(SolverRegistry& registry) {
   registry.add("misbehaving", {"fails as it is told",
-                               {{"how", "crash, throw, hang, nan or stops"}},
+                               {{"how", "crash, throw, hang, nan, stops or gain"}},
                                [](JsonObject object) -> std::unique_ptr<Solver> {
                                  return std::make_unique<Misbehaving>(object);
                                }});

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ertbench {
+
+/// What a Google Benchmark program wrote with --benchmark_out. Version 1.7.1 writes NaN and
+/// infinity bare, which JSON does not know: they become null. Throws std::runtime_error with what
+/// is wrong where the text is no such output, or not whole.
+nlohmann::json parse_benchmark_output(std::string_view text);
+
+/// One benchmark of one program, in every round that it was run.
+struct TimedBenchmark {
+  std::string program;
+  std::vector<nlohmann::json> rounds;  ///< as Google Benchmark writes a benchmark; not empty
+
+  std::string name() const { return rounds.front().at("name"); }
+  bool is_limit() const { return name().starts_with("limit/"); }
+};
+
+/// Adds the benchmarks of one round of a program to those of earlier rounds.
+void add_round(const std::string& program, const nlohmann::json& output,
+               std::vector<TimedBenchmark>& benchmarks);
+
+/// Seconds of an iteration: wall time of a benchmark that asked for it ("/real_time"), its own time
+/// of one that measures itself ("/manual_time"), else processor time, which others on the same core
+/// do not add to. NaN where the benchmark failed.
+double seconds_of(const nlohmann::json& benchmark);
+
+/// The median round (the faster of the two in the middle), with "program", "time_s" and all rounds'
+/// times, "rounds_s": what stands in timing.json.
+nlohmann::json median_of(const TimedBenchmark& benchmark);
+
+/// Lines for people: name, time, rate, fraction of which limit. `medians` as median_of gives them.
+std::string timing_table(const std::vector<nlohmann::json>& medians);
+
+}  // namespace ertbench

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/experiment.h"
+#include "bench/report.h"
+#include "bench/result_row.h"
+#include "bench/table.h"
+
+namespace ertbench {
+
+/// The page of an experiment whose charts have been drawn into `folder`: a table for each test set
+/// and how to read it, the charts, the reconstructions where there are any, the training curves of
+/// `trained` (labels) and where the numbers come from.
+Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                 const TableText& text, const std::vector<std::string>& trained,
+                 const nlohmann::json& provenance, const std::filesystem::path& folder);
+
+}  // namespace ertbench

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ertbench {
+
+/// A rectangle of a chart, px from its top left corner.
+struct Box {
+  double left = 0;
+  double top = 0;
+  double right = 0;
+  double bottom = 0;
+
+  bool overlaps(const Box& other) const {
+    return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
+  }
+};
+
+/// A text that is to stand near its point.
+struct PointLabel {
+  std::string text;
+  double x = 0;  ///< of the point, px
+  double y = 0;
+};
+
+struct PlacedLabel {
+  Box box;
+  bool leader = false;  ///< far enough from the point to need a line to it
+};
+
+/// Finds a place for each label, the first ones first: beside its point if that is free, else
+/// farther away, within `area` and clear of `taken` and of the other labels. A label for which
+/// nothing is free has no value.
+std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
+                                                     int font_size, const Box& area,
+                                                     std::vector<Box> taken);
+
+}  // namespace ertbench

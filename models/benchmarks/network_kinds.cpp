@@ -1,0 +1,67 @@
+#include "models/benchmarks/network_kinds.h"
+
+#include "models/adversarial_objective.h"
+#include "models/dcnn.h"
+#include "models/dd_ert_generator.h"
+#include "models/eit_nn.h"
+#include "models/fcnn.h"
+#include "models/solvers.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+std::unique_ptr<Objective> squared_error(bool) { return std::make_unique<SquaredError>(); }
+
+std::unique_ptr<Objective> adversarial(bool bfloat16) {
+  return std::make_unique<AdversarialObjective>(AdversarialSettings{.bfloat16 = bfloat16});
+}
+
+template <typename Learned>
+std::unique_ptr<LearnedSolver> solver(json training) {
+  return std::make_unique<Learned>(JsonObject(training, "benchmark", ""));
+}
+
+template <int convolutions>
+std::shared_ptr<Network> dd_ert() {
+  return std::make_shared<DdErtGenerator>(Sensor{}, GeneratorShape{.convolutions = convolutions});
+}
+
+template <int convolutions>
+std::unique_ptr<LearnedSolver> dd_ert_solver(json training) {
+  training["convolutions"] = convolutions;
+  training["initialisation"] = "random";
+  return solver<DdErtSolver>(training);
+}
+
+}  // namespace
+
+std::span<const NetworkKind> network_kinds() {
+  static const NetworkKind kinds[] = {
+      {"fcnn",
+       []() -> std::shared_ptr<Network> {
+         return std::make_shared<Fcnn>(Sensor{}, std::vector{2304, 576, 576});
+       },
+       squared_error, solver<FcnnSolver>},
+      {"dcnn",
+       []() -> std::shared_ptr<Network> {
+         return std::make_shared<Dcnn>(Sensor{}, std::array{64, 128, 256});
+       },
+       squared_error, solver<DcnnSolver>},
+      {"eit-nn",
+       []() -> std::shared_ptr<Network> {
+         return std::make_shared<EitNn>(Sensor{}, std::vector{2304, 576, 576}, std::array{32, 64});
+       },
+       squared_error,
+       [](json training) {
+         training["loss"] = "mse";  // without a choice of the blur
+         return solver<EitNnSolver>(training);
+       }},
+      {"dd-ert", dd_ert<2>, adversarial, dd_ert_solver<2>},
+      {"dd-ert/convolutions:1", dd_ert<1>, adversarial, dd_ert_solver<1>},
+  };
+  return kinds;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,210 @@
+#include "bench/speed_accuracy.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bench/label_layout.h"
+#include "bench/speed_chart.h"
+#include "bench/speed_panel.h"
+#include "bench/speed_tables.h"
+#include "tests/bench/figure_testing.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+using testing::count;
+
+ResultRow row_of(const std::string& label, double p50, double error, double validation = 0) {
+  ResultRow row;
+  row.label = label;
+  row.type = row.family = label.substr(0, label.find(' '));
+  row.dataset = "test";
+  row.frames = 1000;
+  row.metrics[Metric::relative_error] = {error, Interval{error - 0.01, error + 0.01}, error, 1000,
+                                         0,     Interval{error - 0.02, error + 0.02}};
+  if (validation > 0) {
+    row.validation.emplace()[Metric::relative_error] = {validation, {}, validation, 100, 0};
+  }
+  row.latency_us = LatencySummary{p50, 1.5 * p50, 3 * p50, {0.9 * p50, 1.1 * p50}};
+  row.frames_per_s = 1e6 / p50;
+  row.throughput_batch = 256;
+  row.fit_s = 1;
+  row.peak_rss_mb = 20;
+  return row;
+}
+
+struct Sample {
+  std::vector<ResultRow> rows;
+  ChartSpec spec;
+
+  Sample() {
+    rows = {row_of("no-contact", 1, 1),     row_of("gn", 4, 0.7, 0.72),
+            row_of("svd 10", 1, 0.9, 0.93), row_of("svd 20", 2, 0.81, 0.8),
+            row_of("svd 40", 3, 0.8, 0.79), row_of("net small", 100, 0.5, 0.51),
+            row_of("net", 600, 0.4, 0.42),  row_of("net wide", 700, 0.41, 0.41),
+            row_of("tv few", 1200, 0.3),    row_of("tv", 2000, 0.65),
+            row_of("broken", 0.5, 0.1)};
+    rows.front().latency_us.reset();
+    rows[8].frames_not_converged = 11;  // more than 1 %
+    rows[9].frames_not_converged = 10;
+    rows[10].status = "diverged";
+    spec.type = ChartSpec::Type::speed_accuracy;
+    spec.name = "speed";
+    spec.dataset = "test";
+    for (const ResultRow& row : rows) spec.labels.push_back(row.label);
+    spec.labels.erase(spec.labels.begin());
+    spec.labels.push_back("never run");
+    spec.metrics = {Metric::relative_error};
+    spec.budgets_us = {0.1, 5, 1000};
+    spec.break_even_against = {"gn"};
+    spec.right_sizing = RightSizing{0.05, Metric::relative_error};
+  }
+
+  SpeedAccuracy chart() const { return speed_accuracy_of(spec, rows); }
+};
+
+std::vector<std::string> frontier(const SpeedAccuracy& chart) {
+  return to_json(chart).at("frontier").get<std::vector<std::string>>();
+}
+
+TEST(SpeedAccuracy, TheFrontierHoldsWhatNothingFasterBeats) {
+  EXPECT_EQ(frontier(Sample().chart()),
+            (std::vector<std::string>{"gn", "svd 10", "svd 20", "svd 40", "net small", "net"}));
+}
+
+TEST(SpeedAccuracy, AThousandthIsNoGain) {
+  Sample sample;
+  sample.rows.push_back(row_of("gn exact", 5, 0.7 * (1 - 5e-4)));
+  sample.spec.labels.push_back("gn exact");
+  sample.spec.budgets_us = {8};
+  const SpeedAccuracy chart = sample.chart();
+  for (const SpeedPoint& point : chart.points) {
+    EXPECT_FALSE(point.frontier && point.label == "gn exact");
+  }
+  EXPECT_EQ(to_json(chart).at("within_budget")[0].at("label"), "gn");
+}
+
+/// However good its numbers, and whichever way it failed.
+TEST(SpeedAccuracy, WhatFailedOrDidNotConvergeIsShownAndNeverChosen) {
+  const Sample sample;
+  const SpeedAccuracy chart = sample.chart();
+  ASSERT_EQ(chart.points.size(), sample.spec.labels.size());
+  const auto point = [&](const std::string& label) {
+    return *std::find_if(chart.points.begin(), chart.points.end(),
+                         [&](const SpeedPoint& p) { return p.label == label; });
+  };
+  EXPECT_EQ(point("broken").standing, Standing::failed);
+  EXPECT_EQ(point("broken").remark, "diverged");
+  EXPECT_EQ(point("tv few").standing, Standing::not_converged);
+  EXPECT_EQ(point("tv few").remark, "not converged in 1.1 % of the frames");
+  EXPECT_EQ(point("tv").standing, Standing::ok);
+  EXPECT_EQ(point("never run").remark, "not run");
+  const json out = to_json(chart);
+  for (const char* label : {"broken", "tv few", "never run"}) {
+    EXPECT_EQ(out.at("frontier").dump().find(label), std::string::npos);
+    EXPECT_EQ(out.at("within_margin").dump().find(label), std::string::npos);
+    EXPECT_EQ(out.at("within_budget").dump().find(label), std::string::npos);
+    EXPECT_NE(speed_markdown(chart, "").find(label), std::string::npos);
+  }
+}
+
+TEST(SpeedAccuracy, ChoosesByMarginAndByBudget) {
+  const json out = to_json(Sample().chart());
+  const auto label = [&](const char* list, int i) { return out.at(list)[i].at("label"); };
+  EXPECT_EQ(label("within_margin", 0), "net");       // 0.400
+  EXPECT_EQ(label("within_margin", 2), "net");       // 0.5 is above 0.48
+  EXPECT_TRUE(label("within_budget", 0).is_null());  // nothing that fast
+  EXPECT_EQ(label("within_budget", 1), "svd 40");    // gn's p99 is 6
+  EXPECT_EQ(label("within_budget", 2), "net");       // p99 900
+}
+
+TEST(SpeedAccuracy, RightSizesAreTheSmallestWithinTheMarginOnTheValidationSet) {
+  const SpeedAccuracy chart = Sample().chart();
+  const json expected = json::parse(R"([{"family": "svd", "best": "svd 40", "chosen": "svd 20"},
+                                        {"family": "net", "best": "net wide", "chosen": "net"}])");
+  EXPECT_EQ(to_json(chart).at("right_sizes"), expected);
+}
+
+TEST(SpeedAccuracy, BreakEvenIsWhereTheFasterFramesHaveMadeGoodTheFit) {
+  Sample sample;
+  sample.rows[2].fit_s = 4;  // svd 10: 3 s more, 3 µs a frame less
+  const json frames = to_json(sample.chart()).at("break_even_frames").at("gn");
+  EXPECT_EQ(frames.at("svd 10"), 1e6);
+  EXPECT_EQ(frames.at("svd 20"), 0);        // no longer to fit, and faster
+  EXPECT_TRUE(frames.at("net").is_null());  // slower: never
+  EXPECT_TRUE(frames.at("gn").is_null());
+}
+
+TEST(SpeedAccuracy, TheStaircaseGoesDownAndOutToTheFarSide) {
+  const SpeedAccuracy chart = Sample().chart();
+  const SpeedPanel panel = latency_panel(chart, {0, 0, 600, 400});
+  const auto steps = staircase(chart, panel);
+  ASSERT_EQ(steps.size(), 13u);
+  EXPECT_EQ(steps.front(), std::pair(1.0, panel.errors.high));
+  EXPECT_EQ(steps.back(), std::pair(panel.axis.high, 0.4));
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    EXPECT_GE(steps[i].first, steps[i - 1].first);
+    EXPECT_LE(steps[i].second, steps[i - 1].second);
+  }
+}
+
+TEST(SpeedAccuracy, AnErrorBeyondDoingNothingDoesNotStretchTheScale) {
+  Sample sample;
+  sample.rows.push_back(row_of("svd 104", 4.5, 9752));
+  sample.spec.labels.push_back("svd 104");
+  const ErrorAxis axis = ErrorAxis::of(sample.chart());
+  EXPECT_LT(axis.high, 1.2);
+  EXPECT_FALSE(axis.holds(9752));
+}
+
+TEST(LabelLayout, LabelsMeetNeitherEachOtherNorWhatIsTaken) {
+  std::vector<PointLabel> labels;
+  std::vector<Box> taken;
+  for (int i = 0; i < 12; ++i) {
+    labels.push_back({"configuration " + std::to_string(i), 200 + 4.0 * i, 150 + 3.0 * (i % 5)});
+    taken.push_back(
+        {labels.back().x - 5, labels.back().y - 5, labels.back().x + 5, labels.back().y + 5});
+  }
+  const Box area{0, 0, 500, 320};
+  const auto places = place_labels(labels, 10, area, taken);
+  int placed = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!places[i]) continue;
+    ++placed;
+    const Box& box = places[i]->box;
+    EXPECT_GE(box.left, area.left);
+    EXPECT_LE(box.bottom, area.bottom);
+    for (const Box& other : taken) EXPECT_FALSE(box.overlaps(other));
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_FALSE(places[j] && box.overlaps(places[j]->box)) << i << " " << j;
+    }
+  }
+  EXPECT_GE(placed, 10);
+}
+
+class SpeedChart : public testing::FigureTest {};
+
+TEST_F(SpeedChart, EveryConfigurationIsThereWithItsValues) {
+  const SpeedAccuracy chart = Sample().chart();
+  draw_speed_chart(chart, "Speed & accuracy", results() / "speed");
+  const std::string svg = read("speed.svg");
+  EXPECT_EQ(read("speed.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+  for (const SpeedPoint& point : chart.points) {
+    EXPECT_NE(svg.find(point.label), std::string::npos) << point.label;
+  }
+  EXPECT_NE(svg.find("lower left is better"), std::string::npos);
+  EXPECT_NE(svg.find("p50 600 µs, p99 900 µs"), std::string::npos) << "values on hover";
+  EXPECT_NE(svg.find("never run: not run"), std::string::npos);
+}
+
+TEST_F(SpeedChart, NothingMeasuredIsStillAChart) {
+  ChartSpec spec = Sample().spec;
+  draw_speed_chart(speed_accuracy_of(spec, {}), "Empty", results() / "speed");
+  EXPECT_NE(read("speed.svg").find("net wide: not run"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ertbench
