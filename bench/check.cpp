@@ -101,7 +101,9 @@ class RowComparison {
     const double allowed = allowed_change(before_.tolerance, mean, seeds_now);
     Verdict verdict = Verdict::ok;
     if (!(std::abs(*now - before) <= allowed)) {
-      verdict = badness(metric, *now) < badness(metric, before) ? Verdict::better : Verdict::worse;
+      const bool better = before_.tolerance.type != ToleranceClass::exact &&
+                          badness(metric, *now) < badness(metric, before);
+      verdict = better ? Verdict::better : Verdict::worse;
     }
     const auto texts = verdict == Verdict::ok ? std::pair(with_digits(before), with_digits(*now))
                                               : distinct_texts(before, *now);

@@ -120,8 +120,8 @@ class Check {
       more.erase(row.label);
     }
     if (more.empty()) return spread;
-    const auto rows = rows_over_seeds(experiment_, more, options_.seeds.value_or(usual_seeds),
-                                      registry_, cache, run_);
+    const auto rows =
+        rows_over_seeds(experiment_, more, options_.seeds.value_or(usual_seeds), cache, run_);
     if (!rows) return std::nullopt;
     spread.insert(spread.end(), rows->begin(), rows->end());
     return spread;

@@ -6,6 +6,7 @@
 #include "bench/atomic_file.h"
 #include "bench/experiment.h"
 #include "forward/json_reader.h"
+#include "solvers/registry.h"
 
 namespace ertbench {
 namespace {
@@ -57,14 +58,14 @@ json experiment_over_seeds(const Experiment& experiment, const std::set<std::str
 
 std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experiment,
                                                       const std::set<std::string>& labels,
-                                                      int count, SolverRegistry& registry,
-                                                      const Cache& cache,
+                                                      int count, const Cache& cache,
                                                       const RunOptions& options) {
   RunOptions seeds = options;
   seeds.out = options.out / "seeds";
   fs::create_directories(seeds.out);
   const fs::path file = seeds.out / (experiment.name + ".json");
   write_file_atomically(file, experiment_over_seeds(experiment, labels, count).dump(2) + "\n");
+  SolverRegistry registry;  // into which no plugin has been loaded yet
   const Experiment copy = read_experiment(file, registry);
   if (run_experiment(copy, cache, seeds) > 0) return std::nullopt;
   return read_summary_rows(seeds.out);

@@ -12,8 +12,6 @@
 
 namespace ertbench {
 
-class SolverRegistry;
-
 /// The rows of `labels` over `count` training seeds each: those of the experiment, filled up with
 /// the smallest numbers from 1 that it does not have. Runs a copy of the experiment that holds just
 /// these solvers, with "seeds" in place of "seed" and without timing, which stays as
@@ -21,8 +19,7 @@ class SolverRegistry;
 /// cache. None where a training failed.
 std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experiment,
                                                       const std::set<std::string>& labels,
-                                                      int count, SolverRegistry& registry,
-                                                      const Cache& cache,
+                                                      int count, const Cache& cache,
                                                       const RunOptions& options);
 
 /// The rows in a result folder's summary.json. Throws InputError.

@@ -130,6 +130,21 @@ std::string training_seeds(const std::vector<ResultRow>& rows, const std::string
   return out;
 }
 
+/// JSON with a line for each setting of each dataset.
+std::string recipes_text(const json& datasets) {
+  std::string out;
+  for (const auto& [name, recipe] : datasets.items()) {
+    out += (out.empty() ? "{\n" : ",\n") + json(name).dump() + ": {";
+    const char* separator = "\n  ";
+    for (const auto& [key, value] : recipe.items()) {
+      out += separator + json(key).dump() + ": " + value.dump();
+      separator = ",\n  ";
+    }
+    out += "\n}";
+  }
+  return out + "\n}";
+}
+
 std::vector<ReportSection> provenance_sections(const Experiment& experiment,
                                                const std::vector<ResultRow>& rows,
                                                const json& provenance) {
@@ -145,7 +160,7 @@ std::vector<ReportSection> provenance_sections(const Experiment& experiment,
   origin.tables = {table};
   ReportSection recipes;
   recipes.title = "Recipes of the datasets";
-  recipes.code = provenance.at("datasets").dump(2);
+  recipes.code = recipes_text(provenance.at("datasets"));
   recipes.collapsed = true;
   return {origin, recipes};
 }

@@ -43,7 +43,9 @@ std::string changed_tag(std::string_view tag, const Change& change) {
     const std::size_t quote = tag.find_first_of("'\"", at);
     if (quote == std::string_view::npos) return out += tag.substr(at);
     const std::size_t end = tag.find(tag[quote], quote + 1);
-    const std::size_t name_end = tag.find_last_not_of(space, tag.rfind('=', quote) - 1) + 1;
+    const std::size_t equals = tag.rfind('=', quote);
+    if (equals == std::string_view::npos || equals < at) refuse("a value without a name");
+    const std::size_t name_end = tag.find_last_not_of(space, equals - 1) + 1;
     const std::size_t name = tag.find_last_of(space, name_end - 1) + 1;
     const auto value =
         change(tag.substr(name, name_end - name), tag.substr(quote + 1, end - quote - 1));

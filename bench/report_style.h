@@ -31,6 +31,7 @@ tbody th, tbody td { border-bottom: 1px solid #e2e2e2; }
 tbody th { position: sticky; left: 0; min-width: 8.5rem; max-width: 15rem; background: #fff;
   font-weight: 600; overflow-wrap: break-word; }
 .number { text-align: right; }
+td:not(.number) { min-width: 6rem; }
 .more { display: block; color: #555; font-size: 0.6875rem; line-height: 0.9375rem; }
 .word { display: inline-block; max-width: 100%; overflow-wrap: break-word; }
 tbody th .more { color: #a00000; font-weight: 400; overflow-wrap: anywhere; }
@@ -51,8 +52,9 @@ summary h2 { display: inline; }
   nav, .hint { display: none; }
   p, .notes { max-width: none; }
   section { margin: 5mm 0; }
-  h2, caption, summary { break-after: avoid; }
+  h2, caption, thead, summary { break-after: avoid; }
   tr, figure { break-inside: avoid; }
+  tbody tr:first-child { break-before: avoid; }
   .scroll { overflow: visible; }
   th, td { padding: 0.8mm 1mm; }
   tbody th { position: static; min-width: 24mm; max-width: 40mm; background: none; }

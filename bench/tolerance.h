@@ -45,9 +45,9 @@ Tolerance tolerance_of(const ResultRow& row, bool trained);
 /// The mean over frames of one metric, as the baseline has it.
 struct BaselineMean {
   Metric metric = Metric::AR;
-  std::span<const double> values;    ///< one, or one for each seed
-  int frames = 1;                    ///< of the test set
-  int image_grid = 24;               ///< images have image_grid x image_grid pixels
+  std::span<const double> values;         ///< one, or one for each seed
+  int frames = 1;                         ///< of the test set
+  int image_grid = 24;                    ///< images have image_grid x image_grid pixels
   std::optional<double> resolution = {};  ///< the row's mean RES, %
 };
 

@@ -8,9 +8,22 @@
 #include <torch/csrc/jit/passes/graph_rewrite_helper.h>
 #include <torch/csrc/jit/runtime/graph_executor.h>
 
+#include "models/dense_layers.h"
+
 namespace ertbench {
 
 namespace jit = torch::jit;
+
+namespace {
+
+std::unique_ptr<jit::GraphExecutor> executor_of(std::shared_ptr<jit::Graph> graph) {
+  jit::OptimizeFrozenGraph(graph);
+  jit::ConvertFrozenOpsToMKLDNN(graph);
+  jit::EliminateDeadCode(graph);
+  return std::make_unique<jit::GraphExecutor>(graph, "network");
+}
+
+}  // namespace
 
 FrozenGraph::FrozenGraph(Network& network, int channels, bool bfloat16) : bfloat16_(bfloat16) {
   // The plain executor: the profiling one specialises on the shapes that it sees first, and a batch
@@ -32,10 +45,11 @@ FrozenGraph::FrozenGraph(Network& network, int channels, bool bfloat16) : bfloat
   std::shared_ptr<jit::Graph> graph = traced.first->graph;
   jit::graph_rewrite_helper::replaceConvolutionWithAtenConv(graph);
   jit::ConstantPropagation(graph);
-  jit::OptimizeFrozenGraph(graph);
-  jit::ConvertFrozenOpsToMKLDNN(graph);
-  jit::EliminateDeadCode(graph);
-  executor_ = std::make_unique<jit::GraphExecutor>(graph, "network");
+  fold_normalisation_into_dense_layers(*graph);
+  std::shared_ptr<jit::Graph> one = graph->copy();
+  make_dense_layers_matrix_vector(*one);
+  many_frames_ = executor_of(std::move(graph));
+  one_frame_ = executor_of(std::move(one));
 }
 
 FrozenGraph::~FrozenGraph() = default;
@@ -45,7 +59,7 @@ FrozenGraph& FrozenGraph::operator=(FrozenGraph&&) noexcept = default;
 torch::Tensor FrozenGraph::run(const torch::Tensor& frames) const {
   const torch::NoGradGuard no_gradients;
   jit::Stack stack{bfloat16_ ? frames.to(torch::kBFloat16) : frames};
-  executor_->run(stack);
+  (frames.size(0) == 1 ? one_frame_ : many_frames_)->run(stack);
   return stack.front().toTensor().to(torch::kFloat32);
 }
 

@@ -13,7 +13,8 @@ struct GraphExecutor;
 namespace ertbench {
 
 /// A trained network with its weights as constants: batch normalisations folded into the
-/// convolutions before them, weights kept in the layout that the processor's convolutions want.
+/// convolutions and dense layers before them, weights kept in the layout that the processor's
+/// convolutions want.
 class FrozenGraph {
  public:
   /// `network` is put into evaluation mode and must not be trained any further. With `bfloat16` its
@@ -27,7 +28,8 @@ class FrozenGraph {
   torch::Tensor run(const torch::Tensor& frames) const;
 
  private:
-  std::unique_ptr<torch::jit::GraphExecutor> executor_;
+  std::unique_ptr<torch::jit::GraphExecutor> many_frames_;
+  std::unique_ptr<torch::jit::GraphExecutor> one_frame_;  ///< with matrix-vector products
   bool bfloat16_;
 };
 

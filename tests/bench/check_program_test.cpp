@@ -61,7 +61,7 @@ TEST(CheckProgram, NamesTheRowThatASolverBrokenOnPurposeMakesWorse) {
   EXPECT_TRUE(contains(outcome, "4 rows ok; all of it in results/small/check/check.md"))
       << outcome.output;
 
-  small.rebuild("0.5");
+  small.rebuild("0.25");
   outcome = small.check();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
   EXPECT_TRUE(contains(outcome, "3 rows ok, 1 worse")) << outcome.output;
@@ -69,7 +69,7 @@ TEST(CheckProgram, NamesTheRowThatASolverBrokenOnPurposeMakesWorse) {
   EXPECT_NE(page.find("| toy | relative\\_error |"), std::string::npos) << page;
   EXPECT_NE(page.find("| worse |"), std::string::npos) << page;
 
-  small.rebuild("1.5");
+  small.rebuild("0.75");  // nearer to the mean of the truth
   outcome = small.check();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_TRUE(contains(outcome, "3 rows ok, 1 better")) << outcome.output;
@@ -85,9 +85,9 @@ TEST(CheckProgram, NamesTheRowThatASolverBrokenOnPurposeMakesWorse) {
 TEST(CheckProgram, MakesAnewWhatAnotherBuildLeftAndKeepsItsOwn) {
   CheckedExperiment small("builds");
   ASSERT_EQ(small.check("--update").exit_code, 0);
-  ::setenv("TOY_GAIN", "0.5", 1);  // of which the bytes of program and plugin know nothing
+  ::setenv("TOY_GAIN", "0.25", 1);  // of which the bytes of program and plugin know nothing
   EXPECT_EQ(small.check().exit_code, 0);
-  small.rebuild("0.5");
+  small.rebuild("0.25");
   EXPECT_EQ(small.check().exit_code, 1);
 }
 

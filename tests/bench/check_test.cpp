@@ -279,10 +279,11 @@ TEST(Check, TheTableShowsWhatChangedAndALineForEachRow) {
   Case c;
   *c.row("gn").metrics[Metric::relative_error].mean += 1e-6;
   const std::string table = check_table(c.lines(), false);
-  EXPECT_NE(table.find("row    quantity        old  new       allowed  verdict\n"),
+  EXPECT_NE(table.find("row    quantity             old  new       allowed  verdict\n"),
             std::string::npos)
       << table;
-  EXPECT_NE(table.find("gn     relative_error  0.7  0.700001  ± 1e-08  worse\n"), std::string::npos)
+  EXPECT_NE(table.find("gn     relative_error       0.7  0.700001  ± 1e-08  worse\n"),
+            std::string::npos)
       << table;
   EXPECT_NE(table.find("gn     12 of 13 quantities"), std::string::npos) << table;
   EXPECT_EQ(table.find("PE25"), std::string::npos) << table;

@@ -54,7 +54,13 @@ TEST(InlineSvg, RefusesWhatRefersToOtherFiles) {
   EXPECT_THROW(inline_svg("<svg><use xlink:href='http://a/b#c'/></svg>", "", ""),
                std::invalid_argument);
   EXPECT_NO_THROW(inline_svg("<svg><image href='data:image/png;base64,AA=='/></svg>", "", ""));
-  EXPECT_THROW(inline_svg("<p>no picture</p>", "", ""), std::invalid_argument);
+}
+
+TEST(InlineSvg, RefusesWhatIsNoPicture) {
+  for (const char* text : {"", "<p>no picture</p>", "<svg><g a='1></svg>", "<svg><g '1'/></svg>",
+                           "<svg><g a='1' '2'/></svg>"}) {
+    EXPECT_THROW(inline_svg(text, "", ""), std::invalid_argument) << text;
+  }
 }
 
 TEST(SvgTooltips, StandAboveAllThatIsDrawn) {
