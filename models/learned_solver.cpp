@@ -18,7 +18,6 @@ using torch::serialize::OutputArchive;
 
 /// Raised whenever an older file would be read wrongly, or the same settings train otherwise.
 constexpr int learned_file_version = 1;
-constexpr Eigen::Index block_frames = 64;
 
 torch::Tensor tensor_of(const Eigen::RowVectorXf& row) {
   return torch::from_blob(const_cast<float*>(row.data()), {row.size()}).clone();
@@ -114,8 +113,9 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
                                 std::span<FrameReport> reports) const {
   check_shapes(sensor_, graph_.has_value(), changes, images, reports);
   const OneThread one_thread;
-  for (Eigen::Index first = 0; first < changes.rows(); first += block_frames) {
-    const Eigen::Index count = std::min(block_frames, changes.rows() - first);
+  const Eigen::Index block = block_frames();
+  for (Eigen::Index first = 0; first < changes.rows(); first += block) {
+    const Eigen::Index count = std::min(block, changes.rows() - first);
     const torch::Tensor y =
         graph_->run(standardisation_.apply(changes.middleRows(first, count))).contiguous();
     using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -43,6 +43,10 @@ class LearnedSolver : public Solver {
   virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
   virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;
 
+  /// Frames that go through the network at a time: few enough that the maps of convolutions stay in
+  /// the cache.
+  virtual Eigen::Index block_frames() const { return 64; }
+
   TrainingSettings training_;
 
  private:

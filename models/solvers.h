@@ -20,6 +20,8 @@ class FcnnSolver final : public LearnedSolver {
   void check(const Sensor&) const override {}
 
  private:
+  /// Without maps what counts is how often the weights are read.
+  Eigen::Index block_frames() const override { return 256; }
   void read(JsonObject object) override;
   nlohmann::json settings() const override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;

@@ -1,5 +1,6 @@
 #include "solvers/linear_solver.h"
 
+#include <algorithm>
 #include <numbers>
 #include <stdexcept>
 
@@ -12,6 +13,8 @@ namespace {
 // What one frame keeps on the stack.
 constexpr Eigen::Index stack_inputs = 256;
 constexpr Eigen::Index stack_pixels = 1024;
+/// Frames multiplied at a time: their images stay in the second-level cache.
+constexpr Eigen::Index block_frames = 256;
 
 template <typename Scalar, Eigen::Index most>
 using StackVector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, most, 1>;
@@ -89,15 +92,19 @@ void LinearSolver::apply(const ImageMap<Scalar>& map, FramesView changes, Images
     multiply<Scalar>(map, in, images.row(0));
     return;
   }
-  Rows<Scalar> in(changes.rows(), inputs);
-  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-    gather(changes.row(f).data(), inputs, in.row(f).data());
-  }
-  if (map.factored()) in = (in * map.right.transpose()).eval();
-  if constexpr (std::is_same_v<Scalar, double>) {
-    images.noalias() = in * map.left.transpose();
-  } else {
-    images = Rows<Scalar>(in * map.left.transpose()).template cast<double>();
+  for (Eigen::Index first = 0; first < changes.rows(); first += block_frames) {
+    const Eigen::Index count = std::min(block_frames, changes.rows() - first);
+    Rows<Scalar> in(count, inputs);
+    for (Eigen::Index f = 0; f < count; ++f) {
+      gather(changes.row(first + f).data(), inputs, in.row(f).data());
+    }
+    if (map.factored()) in = (in * map.right.transpose()).eval();
+    if constexpr (std::is_same_v<Scalar, double>) {
+      images.middleRows(first, count).noalias() = in * map.left.transpose();
+    } else {
+      images.middleRows(first, count) =
+          Rows<Scalar>(in * map.left.transpose()).template cast<double>();
+    }
   }
 }
 
