@@ -133,7 +133,9 @@ class Check {
     return compare_stored_networks(file_.parent_path() / "networks", types, run_.out / "networks");
   }
 
-  CheckContext context() const { return {cpu_name(), experiment_.sensor.image_grid}; }
+  CheckContext context() const {
+    return {options_.warn_times ? "" : cpu_name(), experiment_.sensor.image_grid};
+  }
 
   void report(const Baseline& baseline, const std::vector<CheckLine>& lines) const {
     const json before = json::parse(baseline.provenance_json);
@@ -145,8 +147,9 @@ class Check {
     const std::string new_machine = "new: " + machine(machine_provenance());
     const std::string summary = check_summary(lines);
     const std::string times =
-        context().cpu == baseline.cpu
-            ? ""
+        context().cpu == baseline.cpu ? ""
+        : options_.warn_times
+            ? "What is slower is only warned about.\n"
             : "The baseline was timed on another cpu: what is slower is only warned about.\n";
     write_file_atomically(run_.out / "check.md",
                           "# Check of " + experiment_.name + "\n\n" + summary + "\n\n- " +

@@ -21,6 +21,8 @@ struct CheckOptions {
   /// Take whatever `run` left in the cache and in its result folder (results/NAME), quicker, and
   /// blind to changes of the program since. Else everything is made by this very program.
   bool reuse = false;
+  /// Only warn about times, as on another cpu: for machines that share their cores.
+  bool warn_times = false;
 };
 
 /// With fewer the interval of a trained row grows quickly (14 standard deviations to each side for

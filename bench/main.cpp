@@ -59,6 +59,7 @@ struct Arguments {
   std::string baseline;
   bool update = false;
   bool reuse = false;
+  bool warn_times = false;
   bool all = false;
   std::optional<int> seed_count;
 };
@@ -103,6 +104,7 @@ int check(const Arguments& arguments) {
   options.update = arguments.update;
   options.seeds = arguments.seed_count;
   options.reuse = arguments.reuse;
+  options.warn_times = arguments.warn_times;
   return check_experiment(experiment, registry, options) ? done : regression;
 }
 
@@ -247,6 +249,8 @@ int parse_and_run(int argc, char** argv) {
                    "(default: those of the experiment if 3 or more, else 8)")
       ->check(CLI::Range(least_seeds, 100));
   check_command->add_flag("--all", arguments.all, "Show every quantity, not just what changed");
+  check_command->add_flag("--warn-times", arguments.warn_times,
+                          "Only warn about times, as on another cpu: for shared machines");
   check_command->add_flag(
       "--reuse", arguments.reuse,
       "Take what `run` left in the cache and in results/EXPERIMENT: quick, but\n"

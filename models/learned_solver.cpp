@@ -56,14 +56,14 @@ void copy_weights(const Network& from, Network& to) {
 
 }  // namespace
 
-LearnedSolver::LearnedSolver(std::string type, JsonObject& object) : type_(std::move(type)) {
+void LearnedSolver::read_inference(JsonObject& object) {
   bfloat16_inference_ =
       object.choice_or("inference_precision", "float32", {"float32", "bfloat16"}) == "bfloat16";
 }
 
 json LearnedSolver::parameters() const {
   json out = settings();
-  out["inference_precision"] = bfloat16_inference_ ? "bfloat16" : "float32";
+  if (bfloat16_inference_) out["inference_precision"] = "bfloat16";
   out.update(to_json(training_));
   if (!result_.is_null()) out["training"] = result_;
   return out;

@@ -32,13 +32,15 @@ class LearnedSolver : public Solver {
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
 
  protected:
-  /// Reads "inference_precision"; the derived class reads what is left.
-  LearnedSolver(std::string type, JsonObject& object);
+  explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
 
   /// Reads all settings but the inference's, the training's among them, and calls `finish`.
   virtual void read(JsonObject object) = 0;
   virtual nlohmann::json settings() const = 0;
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
+  /// Reads "inference_precision", for networks of dense layers: libtorch has no transposed
+  /// convolution in bfloat16.
+  void read_inference(JsonObject& object);
   /// Overwrites what the network's constructor drew at random.
   virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
   virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;

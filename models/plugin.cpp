@@ -30,8 +30,6 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
       {"precision",
        "of convolutions and dense layers in training: \"float32\" (the default) or \"bfloat16\", "
        "two to three times faster with AVX512-BF16"},
-      {"inference_precision",
-       "of the frozen network that images frames, \"float32\" (the default) or \"bfloat16\""},
       {"symmetries", "whether scenes are turned by the sensor's symmetries; default true"},
       {"new_scenes", "whether every epoch draws scenes of its own; default false"},
       {"patience",
@@ -49,7 +47,10 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
   using namespace ertbench;
   registry.add(FcnnSolver::type,
                {"fully connected network, mean squared error",
-                with_training({{"widths", "of the hidden layers; default [2304, 576, 576]"}}),
+                with_training({{"widths", "of the hidden layers; default [2304, 576, 576]"},
+                               {"inference_precision",
+                                "of the frozen network that images frames, \"float32\" (the "
+                                "default) or \"bfloat16\": faster in batches"}}),
                 make_solver<FcnnSolver>});
   registry.add(DcnnSolver::type,
                {"convolutional network on the drive x measurement map, mean squared error",

@@ -16,7 +16,10 @@ namespace ertbench {
 class FcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "fcnn";
-  explicit FcnnSolver(JsonObject object) : LearnedSolver(type, object) { read(std::move(object)); }
+  explicit FcnnSolver(JsonObject object) : LearnedSolver(type) {
+    read_inference(object);
+    read(std::move(object));
+  }
   void check(const Sensor&) const override {}
 
  private:
@@ -33,7 +36,7 @@ class FcnnSolver final : public LearnedSolver {
 class DcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dcnn";
-  explicit DcnnSolver(JsonObject object) : LearnedSolver(type, object) { read(std::move(object)); }
+  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
@@ -48,7 +51,7 @@ class DcnnSolver final : public LearnedSolver {
 class EitNnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "eit-nn";
-  explicit EitNnSolver(JsonObject object) : LearnedSolver(type, object) { read(std::move(object)); }
+  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
@@ -66,7 +69,7 @@ class EitNnSolver final : public LearnedSolver {
 class DdErtSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dd-ert";
-  explicit DdErtSolver(JsonObject object) : LearnedSolver(type, object) { read(std::move(object)); }
+  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
