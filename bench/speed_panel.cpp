@@ -38,14 +38,18 @@ double LogAxis::place(double value, const Box& panel) const {
 ErrorAxis ErrorAxis::of(const SpeedAccuracy& chart) {
   double least = INFINITY;
   double most = 0;
+  std::vector<double> errors;
   for (const SpeedPoint& point : chart.points) {
     if (!point.error) continue;
+    errors.push_back(*point.error);
     least = std::min(least, point.error_ci95 ? point.error_ci95->low : *point.error);
     most = std::max(most, point.error_ci95 ? point.error_ci95->high : *point.error);
   }
   if (most == 0) return {};
   ErrorAxis axis{0.85 * least, most + 0.08 * (most - 0.85 * least)};
-  const double limit = 1.12 * chart.nothing.value_or(3 * least);
+  const auto middle = errors.begin() + std::ssize(errors) / 2;
+  std::nth_element(errors.begin(), middle, errors.end());
+  const double limit = 1.12 * chart.nothing.value_or(3 * *middle);
   if (axis.high > 0.85 * limit) axis.high = limit;
   if (axis.low < 0.4 * axis.high) axis.low = 0;
   return axis;

@@ -18,8 +18,8 @@ struct LogAxis {
   double place(double value, const Box& panel) const;  ///< px
 };
 
-/// The scale of the errors, up a panel. Reaches a little above the error of doing nothing: what is
-/// worse is shown at the upper edge.
+/// The scale of the errors, up a panel. Reaches a little above the error of doing nothing, or three
+/// times the median where that has none: what is worse is shown at the upper edge.
 struct ErrorAxis {
   double low = 0;
   double high = 1;
