@@ -128,6 +128,7 @@ class Drawing {
       const SpeedPoint& point = chart_.points[i];
       const double x = *panel.x[i];
       if (!panel.errors.holds(*point.error)) {
+        beyond.precision(10);  // that of the axis, whose end it is
         beyond << x << ' ' << panel.errors.high << '\n';
         continue;
       }
