@@ -113,18 +113,23 @@ class RowComparison {
   void compare_times(bool same_cpu) {
     if (!before_.times) return;
     const std::optional<RelativeTimes> now = relative_times(now_);
-    const std::pair<const char*, double RelativeTimes::*> quantities[] = {
-        {"latency / calibration", &RelativeTimes::latency},
-        {"batch frame / calibration", &RelativeTimes::batch_frame}};
-    for (const auto& [quantity, time] : quantities) {
+    struct Quantity {
+      const char* name;
+      double RelativeTimes::*time;
+      double allowed;
+    };
+    const Quantity quantities[] = {
+        {"latency / calibration", &RelativeTimes::latency, allowed_slow_down},
+        {"batch frame / calibration", &RelativeTimes::batch_frame, allowed_batch_slow_down}};
+    for (const auto& [quantity, time, allowed] : quantities) {
       const double before = (*before_.times).*time;
-      const double most = allowed_slow_down * before;
+      const double most = allowed * before;
       Verdict verdict = Verdict::ok;
       if (!now) {
         verdict = Verdict::missing;
       } else if ((*now).*time > most) {
         verdict = same_cpu ? Verdict::slower : Verdict::slower_warning;
-      } else if (same_cpu && (*now).*time < before / allowed_slow_down) {
+      } else if (same_cpu && (*now).*time < before / allowed) {
         verdict = Verdict::better;
       }
       add(quantity, with_digits(before, 3), now ? with_digits((*now).*time, 3) : "-",

@@ -113,7 +113,7 @@ class Check {
                                                   const Cache& cache) {
     std::vector<ResultRow> spread;
     std::set<std::string> more = trained;
-    const int enough = options_.seeds.value_or(least_seeds);
+    const int enough = options_.seeds.value_or(enough_seeds);
     for (const ResultRow& row : rows_) {
       if (!row.seeds || std::ssize(row.seeds->values) < enough) continue;
       spread.push_back(row);

@@ -246,7 +246,7 @@ int parse_and_run(int argc, char** argv) {
   check_command
       ->add_option("--seeds", arguments.seed_count,
                    "With --update: training seeds behind the interval of a learned solver\n"
-                   "(default: those of the experiment if 3 or more, else 8)")
+                   "(default: those of the experiment if 5 or more, else 8)")
       ->check(CLI::Range(least_seeds, 100));
   check_command->add_flag("--all", arguments.all, "Show every quantity, not just what changed");
   check_command->add_flag("--warn-times", arguments.warn_times,

@@ -263,7 +263,9 @@ TEST(Check, TimesAreComparedAsMultiplesOfTheCalibration) {
   gn.latency_us->p50_of_rounds = {19, 19, 19};
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::slower);
   EXPECT_TRUE(has_regression(c.lines()));
-  gn.frames_per_s = 0.4e6;
+  gn.frames_per_s = 0.34e6;
+  EXPECT_EQ(c.verdict("gn", "batch frame / calibration"), Verdict::ok);
+  gn.frames_per_s = 0.32e6;
   EXPECT_EQ(c.verdict("gn", "batch frame / calibration"), Verdict::slower);
   c.baseline.cpu = "another cpu";
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::slower_warning);
