@@ -45,8 +45,14 @@ std::string description(const DatasetSpec& spec) {
   } else {
     text += "listed in the experiment";
   }
-  text += "; voltages from a " + std::to_string(spec.grid) + " x " + std::to_string(spec.grid) +
-          " grid" + (spec.grid == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  if (spec.grid == DatasetSpec::grid_auto) {
+    char fraction[64];
+    std::snprintf(fraction, sizeof fraction, "%g", spec.model_error);
+    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
+  } else {
+    text += "; voltages from a " + std::to_string(spec.grid) + " x " + std::to_string(spec.grid) +
+            " grid" + (spec.grid == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  }
   if (spec.noise.snr_db) {
     char snr[64];
     std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *spec.noise.snr_db,

@@ -82,7 +82,7 @@ std::vector<Demand> demands(const std::vector<ContactArc>& arcs, const BorderPoi
 }  // namespace
 
 BorderLayout border_layout(const SheetMap& map, const Eigen::Array2Xd& electrodes,
-                           const Scene& scene) {
+                           const Scene& scene, BorderCuts cuts) {
   BorderLayout layout{contact_arcs(scene), {}};
   for (const ContactArc& arc : layout.arcs) layout.counts.push_back(least(arc));
   for (int pass = 0; pass < passes; ++pass) {
@@ -104,7 +104,7 @@ BorderLayout border_layout(const SheetMap& map, const Eigen::Array2Xd& electrode
       const double where =
           graded_parameter(arc, wanted[a].point - points.first[a], count).parameter;
       const double edge = 0.05 * (arc.end - arc.begin);  // nearer to an end the grading serves
-      if (more <= most_before_cut ||
+      if (cuts == BorderCuts::none || more <= most_before_cut ||
           (!arc.closed && (where < arc.begin + edge || where > arc.end - edge))) {
         next.arcs.push_back(arc);
         next.counts.push_back(more);

@@ -17,7 +17,8 @@ struct BorderLayout {
 /// border in the edge of the sheet, an electrode, its own far side. A border that comes very close
 /// to something is cut there, so that points gather at that place and not all round.
 /// `electrodes` [2, L] on the unit circle.
+enum class BorderCuts { where_close, none };
 BorderLayout border_layout(const SheetMap& map, const Eigen::Array2Xd& electrodes,
-                           const Scene& scene);
+                           const Scene& scene, BorderCuts cuts = BorderCuts::where_close);
 
 }  // namespace ertbench

@@ -73,7 +73,8 @@ BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, cons
   Solution solution;
   if (!layout.arcs.empty()) {
     const BorderSystem system = border_system(map_, layout, electrodes_, source, resolution);
-    impedance += system.potentials * system.matrix.partialPivLu().solve(system.slopes.transpose());
+    impedance += pair_differences(system.potentials *
+                                  system.matrix.partialPivLu().solve(system.slopes.transpose()));
     solution.points = static_cast<int>(system.points.size());
   }
   solution.change = voltages(impedance);
@@ -94,6 +95,12 @@ BorderModel::Solution BorderModel::solve_at(const Scene& scene, double resolutio
 
 BorderModel::Solution BorderModel::solve(const Scene& scene, double tolerance,
                                          int most_points) const {
+  return solve(
+      scene, [&](const VectorXd&) { return tolerance; }, most_points);
+}
+
+BorderModel::Solution BorderModel::solve(const Scene& scene, const Tolerance& tolerance,
+                                         int most_points) const {
   const BorderLayout layout = border_layout(map_, electrodes_, scene);
   const ArrayXd source = electrode_ratios(scene).array().inverse();
   double resolution = 1 / refinement;
@@ -103,7 +110,8 @@ BorderModel::Solution BorderModel::solve(const Scene& scene, double tolerance,
     Solution finer = solve_layout(layout, source, resolution);
     finer.error = std::max(finer.error, remaining * (finer.change - solution.change).norm());
     solution = std::move(finer);
-    if (solution.error <= tolerance || refinement * solution.points > most_points) break;
+    if (solution.error <= tolerance(solution.change) || refinement * solution.points > most_points)
+      break;
   }
   return solution;
 }

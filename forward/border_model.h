@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "forward/arrays.h"
@@ -52,6 +53,9 @@ class BorderModel {
   /// Two independent signs make the estimate, and the larger counts: how far the computed voltages
   /// are from reciprocity, which only the exact ones obey, and what the last refinement changed.
   Solution solve(const Scene& scene, double tolerance, int most_points = 1200) const;
+  /// With a tolerance that depends on the change [channels] V itself.
+  using Tolerance = std::function<double(const Eigen::VectorXd& change)>;
+  Solution solve(const Scene& scene, const Tolerance& tolerance, int most_points = 1200) const;
 
   /// One system. At `resolution` 1 points are about as far apart as a border is from whatever is
   /// next to it. The estimate is the one from reciprocity alone.
@@ -59,8 +63,9 @@ class BorderModel {
 
   /// Exact derivatives of the voltages, from the potentials and currents on the borders and no
   /// further system: [channels, 5 * contacts], for each contact by its centre's x and y (V per
-  /// domain unit), the growth of all its lengths about its centroid (V per 1: a disc's by its
+  /// domain unit), the growth of all its lengths about its centre (V per 1: a disc's by its
   /// radius times the radius), its rotation (V per rad) and its conductivity ratio (V per 1).
+  /// Throws InputError for contacts with corners, cut by the sheet's border or by one another.
   static constexpr int derivatives_per_contact = 5;
   RowMajorMatrix derivatives(const Scene& scene, double resolution) const;
 

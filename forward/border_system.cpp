@@ -66,16 +66,15 @@ BorderSystem border_system(const SheetMap& map, const BorderLayout& layout,
     system.right[i] = layout.arcs[static_cast<std::size_t>(arc)].right;
   }
   MatrixXd slopes(electrodes.cols(), count);
-  MatrixXd potentials(electrodes.cols(), count);
+  system.potentials.resize(electrodes.cols(), count);
   for (Index e = 0; e < electrodes.cols(); ++e) {
     const ArrayXd dx = points.x - electrodes(0, e);
     const ArrayXd dy = points.y - electrodes(1, e);
     const ArrayXd square = dx.square() + dy.square();
     slopes.row(e) = -source[e] / pi * (points.normal_x * dx + points.normal_y * dy) / square;
-    potentials.row(e) = -0.5 / pi * square.log() * points.weight;
+    system.potentials.row(e) = -0.5 / pi * square.log() * points.weight;
   }
   system.slopes = pair_differences(slopes);
-  system.potentials = pair_differences(potentials);
   system.matrix =
       system_matrix(points, (system.right + system.left) / (2 * (system.right - system.left)));
   return system;

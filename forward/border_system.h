@@ -8,13 +8,13 @@ namespace ertbench {
 
 /// The border integral equation (see BorderModel) at its quadrature points, for unit currents and a
 /// sheet of conductivity 1: matrix * density = slopes', and the densities' part of the impedances
-/// is potentials * density.
+/// is the pair differences of potentials * density.
 struct BorderSystem {
   BorderPoints points;
   Eigen::ArrayXd left, right;  ///< [points] conductivity / background on either side
   Eigen::MatrixXd matrix;      ///< [points, points]
   Eigen::MatrixXd slopes;      ///< [L, points] of the drives' fields across the borders
-  Eigen::MatrixXd potentials;  ///< [L, points] of the points' charges between measuring electrodes
+  Eigen::MatrixXd potentials;  ///< [L, points] at the electrodes, of the points' charges
 };
 
 /// `resolution` multiplies the layout's counts; `electrodes` [2, L] on the unit circle, `source`

@@ -181,6 +181,9 @@ void BorderPiece::cross_side(const BorderPiece& other, std::vector<double>& out)
 
 void BorderPiece::cross_ellipse(const BorderPiece& other, std::vector<double>& out) const {
   if (is_ellipse_) {
+    bool same = true;  // four waves at most, so that eight points tell
+    for (int i = 0; i < 8 && same; ++i) same = other.passes_through(at(i * pi / 4).z, tolerance);
+    if (same) return;
     const std::vector<double> found = zeros([&](double t) { return other.level(at(t).z); });
     for (const double t : found) out.push_back(t - 2 * pi * std::floor(t / (2 * pi)));
     return;
