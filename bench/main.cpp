@@ -19,6 +19,7 @@
 #include "bench/cache.h"
 #include "bench/check_command.h"
 #include "bench/experiment.h"
+#include "bench/fidelity.h"
 #include "bench/progress.h"
 #include "bench/reconstruct.h"
 #include "bench/records.h"
@@ -54,6 +55,7 @@ struct Arguments {
   std::optional<int> seed;
   int round = 0;
   int rounds = 3;
+  int scenes = 500;
   int threads = 1;
   std::string cache;
   std::string baseline;
@@ -190,6 +192,15 @@ int timing(const Arguments& arguments) {
   return run_timing(options) > 0 ? trial_failed : done;
 }
 
+int fidelity(const Arguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  const fs::path out =
+      arguments.out.empty() ? fs::path("results") / experiment.name : fs::path(arguments.out);
+  run_fidelity(experiment, {out, arguments.scenes});
+  return done;
+}
+
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
@@ -316,6 +327,20 @@ int parse_and_run(int argc, char** argv) {
       "The machine should be otherwise idle. \"0.80 of stream\" means that the least time this\n"
       "machine allows, here for reading the matrices once, is 0.80 of what was measured.");
 
+  CLI::App* fidelity_command = app.add_subcommand(
+      "fidelity", "Error and time of the forward models on an experiment's scenes");
+  fidelity_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
+  fidelity_command->add_option("--out", arguments.out,
+                               "Result folder (default: results/EXPERIMENT)");
+  fidelity_command
+      ->add_option("--scenes", arguments.scenes, "Scenes of each dataset (default: 500)")
+      ->check(CLI::Range(10, 1000000));
+  fidelity_command->footer(
+      "Example:\n  ertbench fidelity experiments/fidelity.json --scenes 200\n"
+      "\"grid\": \"auto\" against the grids of 24, 48, 96 and 192, one thread: how long a scene\n"
+      "takes, how far its voltages are from the converged ones, and how often the estimate of\n"
+      "\"auto\" promised too much.");
+
   CLI::App* trial_command = app.add_subcommand("trial", "One stage of one solver; used by run");
   trial_command->group("");  // hidden
   trial_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
@@ -333,7 +358,7 @@ int parse_and_run(int argc, char** argv) {
                                  [&](const CLI::App* one) { return one->get_name() == command; });
   if (!command.empty() && command[0] != '-' && !known) {
     throw InputError("no command is called \"" + command +
-                     "\"; there are run, check, generate, reconstruct, list, timing");
+                     "\"; there are run, check, generate, reconstruct, list, timing, fidelity");
   }
   try {
     app.parse(argc, argv);
@@ -346,6 +371,7 @@ int parse_and_run(int argc, char** argv) {
   if (*reconstruct_command) return reconstruct(arguments);
   if (*list_command) return list();
   if (*timing_command) return timing(arguments);
+  if (*fidelity_command) return fidelity(arguments);
   return trial(arguments);
 }
 
