@@ -83,7 +83,7 @@ TEST(Breakdown, FindsBothEndsOfAWorkingRange) {
 /// Frames whose thresholds are logistic: one fails from its own level on. The interval must hold
 /// the level at which 5 % of all frames fail about as often as it promises. With 200 frames 10 of
 /// them decide, and a percentile interval is known to fall a little short then: with 300
-/// repetitions its true coverage, found as .93, shows between .88 and .97.
+/// repetitions its true coverage, found as .92, shows between .88 and .97.
 TEST(Breakdown, IntervalCoversTheTruth) {
   constexpr int repetitions = 300;
   constexpr double middle = 20;
