@@ -26,34 +26,34 @@ std::vector<double> shares(std::span<const LadderStep> ladder, const std::vector
 
 /// Where the share first exceeds the limit, in levels from the first: -infinity where it does
 /// there, infinity where it does nowhere.
-double crossing(const std::vector<double>& shares, double limit) {
+double crossing(const std::vector<double>& shares, double limit, Between between) {
   if (shares.front() > limit) return -infinity;
   for (std::size_t i = 1; i < shares.size(); ++i) {
     if (shares[i] <= limit) continue;
+    if (between == Between::nothing) return static_cast<double>(i);
     return static_cast<double>(i - 1) + (limit - shares[i - 1]) / (shares[i] - shares[i - 1]);
   }
   return infinity;
 }
 
 /// The level there.
-double level_at(std::span<const LadderStep> ladder, double place, bool logarithmic) {
+double level_at(std::span<const LadderStep> ladder, double place, Between between) {
   const auto last = static_cast<double>(ladder.size() - 1);
   const auto below =
       std::min(static_cast<std::size_t>(std::clamp(place, 0.0, last)), ladder.size() - 2);
   const double weight = std::clamp(place, 0.0, last) - static_cast<double>(below);
   const double a = ladder[below].level;
   const double b = ladder[below + 1].level;
-  if (logarithmic) return a * std::pow(b / a, weight);
+  if (between == Between::logarithmic) return a * std::pow(b / a, weight);
   return a + weight * (b - a);
 }
 
-std::optional<double> if_within(std::span<const LadderStep> ladder, double place,
-                                bool logarithmic) {
+std::optional<double> if_within(std::span<const LadderStep> ladder, double place, Between between) {
   if (std::isinf(place)) return std::nullopt;
-  return level_at(ladder, place, logarithmic);
+  return level_at(ladder, place, between);
 }
 
-void check(std::span<const LadderStep> ladder, bool logarithmic) {
+void check(std::span<const LadderStep> ladder, Between between) {
   const auto refuse = [](const char* what) {
     throw std::invalid_argument(std::string("ladder: ") + what);
   };
@@ -63,7 +63,8 @@ void check(std::span<const LadderStep> ladder, bool logarithmic) {
     if (ladder[i].failed.empty() || ladder[i].failed.size() != ladder[0].failed.size()) {
       refuse("needs the same frames at every level, one at least");
     }
-    if (logarithmic && !(ladder[i].level > 0)) refuse("a logarithmic one needs levels > 0");
+    if (between == Between::logarithmic && !(ladder[i].level > 0))
+      refuse("a logarithmic one needs levels > 0");
     if (i == 0) continue;
     const double step = ladder[i].level - ladder[i - 1].level;
     if (!(rises ? step > 0 : step < 0)) refuse("levels must rise, or fall, throughout");
@@ -76,17 +77,19 @@ double LadderStep::share() const {
   return std::accumulate(failed.begin(), failed.end(), 0.0) / static_cast<double>(failed.size());
 }
 
-Breakdown break_down(std::span<const LadderStep> ladder, double share, bool logarithmic,
+Breakdown break_down(std::span<const LadderStep> ladder, double share, Between between,
                      std::string_view name) {
-  check(ladder, logarithmic);
+  check(ladder, between);
   const std::size_t frames = ladder.front().failed.size();
   std::vector<int> weights(frames, 1);
-  const double place = crossing(shares(ladder, weights), share);
+  const double place = crossing(shares(ladder, weights), share, between);
   Breakdown out;
   out.state = std::isinf(place) ? (place < 0 ? BreakState::at_mildest : BreakState::never)
                                 : BreakState::breaks;
-  out.level = level_at(ladder, place, logarithmic);
-  const auto scaled = [&](double level) { return logarithmic ? std::log(level) : level; };
+  out.level = level_at(ladder, place, between);
+  const auto scaled = [&](double level) {
+    return between == Between::logarithmic ? std::log(level) : level;
+  };
   const double first = scaled(ladder.front().level);
   out.place = (scaled(out.level) - first) / (scaled(ladder.back().level) - first);
 
@@ -97,18 +100,18 @@ Breakdown break_down(std::span<const LadderStep> ladder, double share, bool loga
     for (std::size_t f = 0; f < frames; ++f) {
       ++weights[static_cast<std::size_t>(random.uniform() * static_cast<double>(frames))];
     }
-    places.push_back(crossing(shares(ladder, weights), share));
+    places.push_back(crossing(shares(ladder, weights), share, between));
   }
   std::sort(places.begin(), places.end());
   constexpr std::size_t tail = kBreakdownResamples / 40;  // 2.5 %
-  out.mild = if_within(ladder, places[tail], logarithmic);
-  out.severe = if_within(ladder, places[places.size() - 1 - tail], logarithmic);
+  out.mild = if_within(ladder, places[tail], between);
+  out.severe = if_within(ladder, places[places.size() - 1 - tail], between);
   return out;
 }
 
-WorkingRange working_range(std::span<const LadderStep> ladder, double share, bool logarithmic,
+WorkingRange working_range(std::span<const LadderStep> ladder, double share, Between between,
                            std::string_view name) {
-  check(ladder, logarithmic);
+  check(ladder, between);
   double least = infinity;
   for (const LadderStep& step : ladder) least = std::min(least, step.share());
   std::vector<std::size_t> best;
@@ -121,10 +124,10 @@ WorkingRange working_range(std::span<const LadderStep> ladder, double share, boo
     std::vector<LadderStep> down(ladder.begin(),
                                  ladder.begin() + static_cast<std::ptrdiff_t>(out.best) + 1);
     std::reverse(down.begin(), down.end());
-    out.to_first = break_down(down, share, logarithmic, name);
+    out.to_first = break_down(down, share, between, name);
   }
   if (out.best + 1 < ladder.size()) {
-    out.to_last = break_down(ladder.subspan(out.best), share, logarithmic, name);
+    out.to_last = break_down(ladder.subspan(out.best), share, between, name);
   }
   return out;
 }

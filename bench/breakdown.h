@@ -22,6 +22,10 @@ enum class BreakState {
   never,       ///< has not at the last
 };
 
+/// What is taken to happen between two levels: the share runs straight in the level or in its
+/// logarithm, or, as nothing lies between, the second level is the first that fails.
+enum class Between { linear, logarithmic, nothing };
+
 /// Where on a ladder a solver breaks down: where the share of failing frames first crosses a limit.
 struct Breakdown {
   BreakState state = BreakState::never;
@@ -35,11 +39,10 @@ struct Breakdown {
 inline constexpr int kBreakdownResamples = 1000;
 
 /// `ladder`: from the mildest level to the severest, strictly rising or falling, two at least, with
-/// the same number of frames, one at least. Between two levels the share is interpolated linearly
-/// in the level, or in its logarithm. The interval is the percentile bootstrap's over the frames, a
-/// resample being the same at all levels (frames are paired); its random numbers are keyed by
-/// `name`. Throws std::invalid_argument where the ladder is none.
-Breakdown break_down(std::span<const LadderStep> ladder, double share, bool logarithmic,
+/// the same number of frames, one at least. The interval is the percentile bootstrap's over the
+/// frames, a resample being the same at all levels (frames are paired); its random numbers are
+/// keyed by `name`. Throws std::invalid_argument where the ladder is none.
+Breakdown break_down(std::span<const LadderStep> ladder, double share, Between between,
                      std::string_view name);
 
 /// For a parameter, which may be too small as well as too large: from the best level to either end.
@@ -50,7 +53,7 @@ struct WorkingRange {
   std::optional<Breakdown> to_last;
 };
 
-WorkingRange working_range(std::span<const LadderStep> ladder, double share, bool logarithmic,
+WorkingRange working_range(std::span<const LadderStep> ladder, double share, Between between,
                            std::string_view name);
 
 }  // namespace ertbench

@@ -1,6 +1,7 @@
 #include "bench/ladder_figures.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "bench/image_panel.h"
@@ -20,7 +21,7 @@ std::string failure_text(const WorstFrame& worst) {
     case FailureKind::misplaced:
       return "misplaced by " + three_digits(frame.distance.value_or(0));
     case FailureKind::ghost:
-      return "a contact of " + three_digits(frame.peak.value_or(0)) + " on a blank sheet";
+      return "ghost of " + three_digits(frame.peak.value_or(0));
   }
   return "";
 }
@@ -38,7 +39,8 @@ double severity(const GalleryFrame& one) {
 }
 
 std::string cell_text(const Breakdown& found) {
-  const std::string level = three_digits(found.level);
+  const bool whole = found.level == std::round(found.level);
+  const std::string level = whole ? fixed(found.level, 0) : three_digits(found.level);
   if (found.state == BreakState::at_mildest) return "at " + level;
   return found.state == BreakState::never ? "ok " + level : level;
 }
@@ -50,7 +52,7 @@ constexpr int pair_width = 214;  ///< with the space to the next
 constexpr int row_height = 146;  ///< title, images, two lines
 constexpr int left_edge = 16;
 constexpr int top_edge = 12;
-constexpr int most_pairs = 4;
+constexpr std::size_t most_pairs = 4;
 constexpr int bar_width = 80;
 
 }  // namespace
@@ -77,9 +79,11 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
     map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
   }
   HeatMapPanel panel;
-  panel.title =
-      "breaks down at (\"at\": at the mildest level already; \"ok\": holds to the severest)";
-  panel.quantity = "place on the ladder, 0 mildest … 1 severest";
+  panel.title = "level at which it breaks down";
+  panel.quantity = panel.title;
+  map.published_note =
+      "colour: place on the ladder, 0 mildest … 1 severest; \"at\": fails at the mildest level "
+      "already; \"ok\": holds to the severest";
   panel.decimals = 2;
   panel.range = {0, 1};
   const std::size_t cells = solvers.size() * axes.size();
@@ -105,17 +109,25 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
 }
 
 std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record) {
-  std::vector<GalleryFrame> out;
-  for (const FailureKind kind : kFailureKinds) {
-    GalleryFrame worst;
-    for (const LadderAxis& axis : ladders.axes) {
-      const LadderClimb* climb = record.find(axis.name);
-      if (axis.of_parameter() || !climb || !climb->worst || climb->worst->kind != kind) continue;
-      const GalleryFrame one{&*climb->worst, &axis};
-      if (!worst.frame || severity(one) > severity(worst)) worst = one;
-    }
-    if (worst.frame) out.push_back(worst);
+  std::vector<GalleryFrame> rest;
+  for (const LadderAxis& axis : ladders.axes) {
+    const LadderClimb* climb = record.find(axis.name);
+    if (!axis.of_parameter() && climb && climb->worst) rest.push_back({&*climb->worst, &axis});
   }
+  std::stable_sort(rest.begin(), rest.end(), [](const GalleryFrame& a, const GalleryFrame& b) {
+    return severity(a) > severity(b);
+  });
+  std::vector<GalleryFrame> out;
+  const auto take = [&](auto one) {
+    if (one == rest.end() || out.size() == most_pairs) return;
+    out.push_back(*one);
+    rest.erase(one);
+  };
+  for (const FailureKind kind : kFailureKinds) {
+    take(std::find_if(rest.begin(), rest.end(),
+                      [&](const GalleryFrame& one) { return one.frame->kind == kind; }));
+  }
+  while (!rest.empty() && out.size() < most_pairs) take(rest.begin());
   return out;
 }
 
@@ -145,9 +157,11 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
     }
   }
   const auto row_count = static_cast<int>(rows.size());
+  std::size_t widest = 2;  // so that the titles have room
+  for (const Row& row : rows) widest = std::max(widest, row.frames.size());
+  const int bar_left = left_edge + pair_width * static_cast<int>(widest);
   const ColourScale scale = colour_scale(truths, {images}, 7);
-  Canvas canvas(left_edge + most_pairs * pair_width + bar_width,
-                top_edge + row_count * row_height + 4);
+  Canvas canvas(bar_left + bar_width, top_edge + row_count * row_height + 4);
   canvas.out() << "set multiplot\n";
   ImagePanels panels(canvas, sensor, scale);
   next = 0;
@@ -158,10 +172,12 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
     for (std::size_t p = 0; p < row.frames.size(); ++p, ++next) {
       const GalleryFrame& one = row.frames[p];
       const double left = left_edge + pair_width * static_cast<double>(p);
-      const std::string where = one.axis->title + " " + level_text(one.frame->level) +
-                                (one.axis->unit.empty() ? "" : " " + one.axis->unit);
-      canvas.label(failure_text(*one.frame), left, top + 14 + side + 8, 10, "left");
-      canvas.label(one_line(where, 38), left, top + 14 + side + 21, 9, "left");
+      const std::string level =
+          level_text(one.frame->level) + (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+      const std::string where = one.axis->title + ": " + level;
+      canvas.label(failure_text(*one.frame) + " at " + level, left, top + 14 + side + 8, 10,
+                   "left");
+      canvas.label(one_line(one.axis->title, 38), left, top + 14 + side + 21, 9, "left");
       canvas.tooltip(left, top + 12, 2 * side + gap, side,
                      row.label + ", frame " + std::to_string(one.frame->frame) + "\n" + where +
                          "\n" + failure_text(*one.frame));
@@ -170,8 +186,7 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
       panels.image(left + side + gap, top + 12, side, images.row(next), finite ? "" : "undefined");
     }
   }
-  panels.colour_bar(left_edge + most_pairs * pair_width - 4, top_edge + 12,
-                    row_count > 1 ? 2 * row_height - 46 : side);
+  panels.colour_bar(bar_left - 4, top_edge + 12, row_count > 1 ? 2 * row_height - 46 : side);
   canvas.out() << "unset multiplot\n";
   canvas.draw(panels.files(), stem);
   return true;

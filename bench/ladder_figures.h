@@ -21,7 +21,8 @@ struct GalleryFrame {
   const LadderAxis* axis = nullptr;
 };
 
-/// Of each kind of failure the worst frame of a solver's ladders of the scenes, four at most.
+/// Four frames at most of a solver's ladders of the scenes: the worst of each kind of failure, then
+/// the worst of the rest.
 std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record);
 
 /// Draws the galleries of all solvers, a row for each: pairs of truth and image, with what failed

@@ -26,6 +26,11 @@ std::string number_or_empty(const std::optional<double>& value) {
   return value ? number_text(*value) : "";
 }
 
+Between between_of(const LadderAxis& axis) {
+  if (axis.integer) return Between::nothing;
+  return axis.logarithmic ? Between::logarithmic : Between::linear;
+}
+
 std::string state_of(const Breakdown& breakdown) {
   switch (breakdown.state) {
     case BreakState::breaks:
@@ -59,7 +64,7 @@ std::string category_text(const LadderClimb& climb) {
 /// The lines of a parameter: from its best value towards both ends.
 std::vector<AxisBreakdown> range_lines(const AxisBreakdown& line, const LadderAxis& axis,
                                        const std::vector<LadderStep>& steps, double limit) {
-  const WorkingRange range = working_range(steps, limit, axis.logarithmic, axis.name);
+  const WorkingRange range = working_range(steps, limit, between_of(axis), axis.name);
   if (steps[range.best].share() > limit) {
     AxisBreakdown one = line;
     one.state = "fails at every level";
@@ -82,9 +87,16 @@ std::vector<AxisBreakdown> range_lines(const AxisBreakdown& line, const LadderAx
   return lines;
 }
 
+/// Three digits that count, and none where it is a whole number.
+std::string level_digits(double level) {
+  return level == std::round(level) && std::abs(level) < 1e4 ? fixed(level, 0)
+                                                             : three_digits(level);
+}
+
 std::string interval_text(const Breakdown& breakdown, const std::string& side) {
-  const std::string mild = breakdown.mild ? three_digits(*breakdown.mild) : "before";
-  const std::string severe = breakdown.severe ? three_digits(*breakdown.severe) : "beyond";
+  if (breakdown.mild && breakdown.mild == breakdown.severe) return "";
+  const std::string mild = breakdown.mild ? level_digits(*breakdown.mild) : "before";
+  const std::string severe = breakdown.severe ? level_digits(*breakdown.severe) : "beyond";
   return side == "below" ? " (" + severe + " … " + mild + ")" : " (" + mild + " … " + severe + ")";
 }
 
@@ -95,11 +107,11 @@ std::string AxisBreakdown::text() const {
   if (!breakdown) return state;
   switch (breakdown->state) {
     case BreakState::breaks:
-      return three_digits(breakdown->level) + interval_text(*breakdown, side);
+      return level_digits(breakdown->level) + interval_text(*breakdown, side);
     case BreakState::at_mildest:
-      return "fails at " + three_digits(breakdown->level) + " already";
+      return "fails at " + level_digits(breakdown->level) + " already";
     case BreakState::never:
-      return "holds to " + three_digits(breakdown->level);
+      return "holds to " + level_digits(breakdown->level);
   }
   return "";
 }
@@ -134,7 +146,7 @@ std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
         const auto lines = range_lines(line, axis, steps, limit);
         out.insert(out.end(), lines.begin(), lines.end());
       } else {
-        line.breakdown = break_down(steps, limit, axis.logarithmic, axis.name);
+        line.breakdown = break_down(steps, limit, between_of(axis), axis.name);
         line.state = state_of(*line.breakdown);
         out.push_back(line);
       }
@@ -194,7 +206,9 @@ std::string levels_csv(const std::vector<LadderOutcome>& outcomes) {
     write(outcome.entry->label, "default", "", outcome.record->base);
     for (const LadderClimb& climb : outcome.record->axes) {
       for (const LadderLevel& level : climb.levels) {
-        write(outcome.entry->label, climb.axis, level_text(level.level), level);
+        const bool number = nlohmann::json::parse(level.level).is_number();
+        write(outcome.entry->label, climb.axis, number ? level.level : level_text(level.level),
+              level);
       }
     }
   }

@@ -161,8 +161,10 @@ class Climber {
   WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
     WorstFrame worst;
     worst.level = level.level;
+    // Most frames that fail are worse than nothing too: what else they are tells more.
+    worst.kind = FailureKind::worse_than_nothing;
     for (const FailureKind kind : kFailureKinds) {
-      if (level.count(kind) > level.count(worst.kind)) worst.kind = kind;
+      if (2 * level.count(kind) > level.count(worst.kind)) worst.kind = kind;
     }
     double most = -1;
     for (std::size_t f = 0; f < level.frames.size(); ++f) {

@@ -1,10 +1,10 @@
 #include "bench/ladder_spec.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/axis_ticks.h"
 #include "bench/experiment.h"
 #include "bench/names.h"
 #include "forward/errors.h"
@@ -228,7 +228,11 @@ std::optional<DatasetSpec> training_at(const Experiment& experiment, const Ladde
 
 std::string level_text(const std::string& level) {
   const json value = json::parse(level);
-  if (value.is_number()) return number_text(value);
+  if (value.is_number()) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.5g", value.get<double>());
+    return text;
+  }
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array()) return level;
   std::string out;
