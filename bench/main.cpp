@@ -20,6 +20,7 @@
 #include "bench/check_command.h"
 #include "bench/experiment.h"
 #include "bench/fidelity.h"
+#include "bench/ladder_run.h"
 #include "bench/progress.h"
 #include "bench/reconstruct.h"
 #include "bench/records.h"
@@ -210,6 +211,8 @@ int trial(const Arguments& arguments) {
     if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
     if (arguments.stage == name_of(Stage::timing)) {
       run_timing_round(experiment, entry, cache, registry, arguments.round, arguments.out);
+    } else if (arguments.stage == name_of(Stage::ladders)) {
+      run_ladder_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
     } else {
       run_accuracy_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
     }
