@@ -35,7 +35,7 @@ std::string description(const DatasetSpec& spec) {
   std::string text = std::to_string(spec.count) + " scenes, ";
   if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
     std::string shapes;
-    for (const Shape shape : d->shapes) {
+    for (const DrawnShape shape : d->shapes) {
       shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
     }
     text += interval_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +

@@ -15,7 +15,11 @@ Scene DatasetSpec::scene(std::uint64_t index) const {
 }
 
 RandomStream DatasetSpec::noise_stream(std::uint64_t index) const {
-  return RandomStream(seed, key_of(name), index, Purpose::noise);
+  return stream(index, Purpose::noise);
+}
+
+RandomStream DatasetSpec::stream(std::uint64_t index, Purpose purpose) const {
+  return RandomStream(seed, key_of(name), index, purpose);
 }
 
 std::size_t DatasetSpec::most_contacts() const {
@@ -31,9 +35,7 @@ std::size_t DatasetSpec::most_contacts() const {
 
 std::size_t DatasetSpec::most_vertices() const {
   if (const auto* d = std::get_if<SceneDistribution>(&scenes)) {
-    const bool polygons =
-        std::find(d->shapes.begin(), d->shapes.end(), Shape::polygon) != d->shapes.end();
-    return polygons ? static_cast<std::size_t>(d->corners.second) : 0;
+    return d->most_vertices();
   }
   std::size_t most = 0;
   for (const Scene& s : std::get<std::vector<Scene>>(scenes)) {
@@ -88,6 +90,10 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
   } else if (object.has("snr_basis")) {
     object.choice("snr_basis", {"absolute", "difference"});
   }
+  if (object.has("faults")) {
+    const bool grid_auto = object.has("grid") && object.raw("grid") == "auto";
+    spec.faults = faults_from_json(object.object("faults"), sensor, grid_auto);
+  }
   object.finish();
   return spec;
 }
@@ -103,6 +109,7 @@ nlohmann::json to_json(const DatasetSpec& spec) {
                          {"snr_db", nullptr},
                          {"snr_basis", name_of(spec.noise.basis)}};
   if (spec.noise.snr_db) json["snr_db"] = *spec.noise.snr_db;
+  if (spec.faults.any()) json["faults"] = to_json(spec.faults);
   if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
     json["scenes"] = to_json(*d);
   } else {

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "forward/faults.h"
 #include "forward/noise.h"
 #include "forward/rasterise.h"
 #include "forward/scene_distribution.h"
@@ -25,18 +26,21 @@ struct DatasetSpec {
   int grid = 24;            ///< of the forward model; the truth is always an image_grid image
   Rasterisation rasterisation = Rasterisation::area;
   Noise noise;
+  Faults faults;
   std::variant<SceneDistribution, std::vector<Scene>> scenes;
 
-  /// Scene `index` < count and the noise on its frame depend on (seed, name, index) alone.
+  /// Scene `index` < count, the noise on its frame and the draw of its faults depend on (seed,
+  /// name, index) alone.
   Scene scene(std::uint64_t index) const;
   RandomStream noise_stream(std::uint64_t index) const;
+  RandomStream stream(std::uint64_t index, Purpose purpose) const;
 
   std::size_t most_contacts() const;  ///< in one scene
   std::size_t most_vertices() const;  ///< in one contact, 0 where there are no polygons
 };
 
-/// Reads `{"count", "seed", "grid", "rasterisation", "snr_db", "snr_basis", "scenes"}`. "scenes" is
-/// a distribution (an object) or a list of scenes; of a list "count" is the length.
+/// Reads `{"count", "seed", "grid", "rasterisation", "snr_db", "snr_basis", "faults", "scenes"}`.
+/// "scenes" is a distribution (an object) or a list of scenes; of a list "count" is the length.
 DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
                                    const std::string& name);
 

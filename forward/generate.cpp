@@ -75,7 +75,8 @@ void create_part(const DatasetSpec& spec, const ForwardModel& model, const fs::p
     describe(layout::contact_vertices, "domain units",
              "[scene, contact, vertex, (x, y)] of polygons; NaN where absent");
   }
-  file.write_vector(layout::reference_voltages, model.reference_voltages());
+  file.write_vector(layout::reference_voltages,
+                    recorded_reference(spec.faults, model.reference_voltages()));
   describe(layout::reference_voltages, "V", "the untouched sheet on the same grid, without noise");
   file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
   file.write_number("/", "schema_version", layout::schema_version);
@@ -171,6 +172,12 @@ void fill_rows(const DatasetSpec& spec, const ForwardModel& model, std::uint64_t
       layout::pack(scene, block.contacts.row(start + i), block.vertices.row(start + i));
       rasterise(scene, spec.grid, spec.rasterisation, ratio);
       sheets.row(i) = spec.sensor.background * ratio;
+      if (spec.faults.background_gradient > 0) {
+        RandomStream random =
+            spec.stream(first + static_cast<std::uint64_t>(start + i), Purpose::gradient);
+        sheets.row(i).array() *=
+            gradient_factors(spec.faults, spec.grid, random).transpose().array();
+      }
       if (spec.grid == spec.sensor.image_grid) {
         image = ratio;
       } else {
@@ -178,11 +185,15 @@ void fill_rows(const DatasetSpec& spec, const ForwardModel& model, std::uint64_t
       }
       block.conductivity.row(start + i) = spec.sensor.background * image;
     }
-    block.clean_voltages.middleRows(start, count) = model.solve(sheets.topRows(count));
+    block.clean_voltages.middleRows(start, count) =
+        model.solve(sheets.topRows(count)) / (1 + spec.faults.background_change);
     for (Eigen::Index i = start; i < start + count; ++i) {
-      RandomStream random = spec.noise_stream(first + static_cast<std::uint64_t>(i));
+      const std::uint64_t index = first + static_cast<std::uint64_t>(i);
+      RandomStream noise = spec.noise_stream(index);
+      RandomStream fault = spec.stream(index, Purpose::fault);
       Eigen::VectorXd frame = block.clean_voltages.row(i);
-      add_noise(spec.noise, model.reference_voltages(), random, frame);
+      add_noise(spec.noise, model.reference_voltages(), noise, frame);
+      apply_faults(spec.faults, spec.sensor, model.reference_voltages(), fault, frame);
       block.voltages.row(i) = frame;
     }
   }

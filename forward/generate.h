@@ -29,8 +29,8 @@ void generate_dataset(const DatasetSpec& spec, const std::filesystem::path& file
 
 /// The same scenes as arrays, rows [first, first + count): what a block of the file holds.
 struct DatasetBlock {
-  Frames voltages;        ///< [count, channels] V, with noise
-  Frames clean_voltages;  ///< [count, channels] V
+  Frames voltages;        ///< [count, channels] V, with noise and faults
+  Frames clean_voltages;  ///< [count, channels] V, with faults of the sheet alone
   Images conductivity;    ///< [count, image pixels] S/m, the truth
   RowMajorMatrix contacts;
   RowMajorMatrix vertices;

@@ -10,7 +10,14 @@
 namespace ertbench {
 
 /// What random numbers are drawn for; part of the key, so that adding a purpose changes no other.
-enum class Purpose : std::uint64_t { scene = 1, noise = 2, training = 3 };
+enum class Purpose : std::uint64_t {
+  scene = 1,
+  noise = 2,
+  training = 3,
+  fault = 4,         // of the electronics
+  displacement = 5,  // of electrodes
+  gradient = 6,      // of the background
+};
 
 /// FNV-1a: a name as part of a key.
 constexpr std::uint64_t key_of(std::string_view name) {

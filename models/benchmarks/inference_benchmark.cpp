@@ -40,7 +40,7 @@ DatasetSpec discs(const std::string& name, std::uint64_t count) {
   spec.noise = {50, SnrBasis::absolute};
   SceneDistribution scenes;
   scenes.contacts = {1, 1};
-  scenes.shapes = {Shape::disc};
+  scenes.shapes = {DrawnShape::disc};
   scenes.radius = {0.2, 0.2};
   scenes.conductivity_ratio = {0.6, 0.6};
   spec.scenes = scenes;

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "forward/errors.h"
+#include "forward/json_reader.h"
 #include "forward/random.h"
 #include "forward/scene_distribution.h"
 
@@ -167,6 +171,81 @@ TEST(SceneDistribution, KeepsItsPromises) {
   for (const int kind : kinds) {
     EXPECT_NEAR(kind / contacts, 0.25, 5 * std::sqrt(0.25 * 0.75 / contacts));
   }
+}
+
+/// Scenes of one contact of the shape, inside the sheet.
+Scene drawn(SceneDistribution distribution, DrawnShape shape, std::uint64_t index) {
+  distribution.contacts = {1, 1};
+  distribution.shapes = {shape};
+  RandomStream random(8, key_of("test"), index, Purpose::scene);
+  return distribution.draw(random);
+}
+
+TEST(SceneDistribution, DrawsRingsCrossesAndBars) {
+  const double sectors = 30;
+  const double inscribed = sectors / 2 * std::sin(2 * pi / sectors);  // of a unit circle's area
+  const double tip = 1 / std::sqrt(1 + 0.35 * 0.35);
+  const double arm = 0.35 * tip;
+  const std::map<DrawnShape, double> areas = {
+      {DrawnShape::ring, inscribed * (1 - 0.55 * 0.55)},
+      {DrawnShape::cross, 2 * (2 * tip) * (2 * arm) - 4 * arm * arm},
+      {DrawnShape::bar, 4 * 0.12 / (1 + 0.12 * 0.12)}};
+  for (const auto& [shape, area] : areas) {
+    SCOPED_TRACE(name_of(shape));
+    for (std::uint64_t s = 0; s < 20; ++s) {
+      const Contact disc = drawn({}, DrawnShape::disc, s).contacts.front();
+      const Contact contact = drawn({}, shape, s).contacts.front();
+      const double radius = disc.half_size.x();
+      EXPECT_NEAR(imaged_area(contact, 24), area * radius * radius, 1e-9);
+      EXPECT_LT((contact.centroid() - disc.centre).norm(), 1e-9) << "paired with the disc";
+      EXPECT_EQ(contact.contains(disc.centre), shape != DrawnShape::ring);
+    }
+  }
+}
+
+TEST(SceneDistribution, PlacesContactsWhereItIsTold) {
+  SceneDistribution distribution;
+  distribution.centre.emplace(std::pair(0.7, 0.7), std::pair(-0.2, 0.0));
+  for (std::uint64_t s = 0; s < 20; ++s) {
+    const Contact contact = drawn(distribution, DrawnShape::disc, s).contacts.front();
+    EXPECT_EQ(contact.centre.x(), 0.7);
+    EXPECT_GE(contact.centre.y(), -0.2);
+    EXPECT_LE(contact.centre.y(), 0.0);
+  }
+}
+
+TEST(SceneDistribution, SetsTwoContactsApart) {
+  SceneDistribution distribution;
+  distribution.contacts = {2, 2};
+  distribution.shapes = {DrawnShape::disc};
+  distribution.radius = {0.1, 0.3};
+  for (const double gap : {0.0, 0.3, 0.8}) {
+    distribution.gap = {gap, gap};
+    for (std::uint64_t s = 0; s < 200; ++s) {
+      RandomStream random(8, key_of("test"), s, Purpose::scene);
+      const Scene scene = distribution.draw(random);
+      ASSERT_EQ(scene.contacts.size(), 2u);
+      const Contact& a = scene.contacts[0];
+      const Contact& b = scene.contacts[1];
+      EXPECT_NEAR((a.centre - b.centre).norm() - a.half_size.x() - b.half_size.x(), gap, 1e-12);
+      for (const Contact& contact : scene.contacts) {
+        EXPECT_LE(contact.centre.cwiseAbs().maxCoeff() + contact.half_size.x(), 1 + 1e-12);
+      }
+    }
+  }
+}
+
+TEST(SceneDistribution, WritesNewKeysOnlyWhereTheyAreUsed) {
+  const auto round_trip = [](const nlohmann::json& json) {
+    return to_json(scene_distribution_from_json(JsonObject(json, "", "")));
+  };
+  const nlohmann::json plain = round_trip(nlohmann::json::object());
+  EXPECT_FALSE(plain.contains("centre"));
+  EXPECT_FALSE(plain.contains("gap"));
+  const nlohmann::json placed = round_trip({{"centre", {{"x", 0.5}, {"y", {-1, 1}}}}});
+  EXPECT_EQ(placed.at("centre"), nlohmann::json({{"x", {0.5, 0.5}}, {"y", {-1.0, 1.0}}}));
+  EXPECT_THROW(round_trip({{"gap", 0.1}}), InputError);
+  EXPECT_THROW(round_trip({{"contacts", 2}, {"radius", 0.4}, {"gap", 0.5}}), InputError);
 }
 
 }  // namespace
