@@ -148,10 +148,19 @@ int reconstruct(const Arguments& arguments) {
   if (!arguments.plugin.empty()) registry.load_plugin(arguments.plugin);
   const ReconstructSummary summary =
       reconstruct_file(arguments.solver, arguments.input, arguments.output, registry);
-  std::printf("%llu frames in %s, %llu not converged, %llu undefined\n",
+  std::printf("%llu frames in %s, %llu not converged, %llu undefined, %llu suspect\n",
               static_cast<unsigned long long>(summary.frames), arguments.output.c_str(),
               static_cast<unsigned long long>(summary.not_converged),
-              static_cast<unsigned long long>(summary.undefined));
+              static_cast<unsigned long long>(summary.undefined),
+              static_cast<unsigned long long>(summary.suspect));
+  const std::pair<const char*, std::uint64_t> reasons[] = {
+      {"a dead electrode", summary.dead_electrode},
+      {"more noise than the solver was fitted for", summary.noise},
+      {"voltages out of the range that it was fitted for", summary.out_of_range}};
+  for (const auto& [reason, frames] : reasons) {
+    if (frames > 0)
+      std::printf("  %llu with %s\n", static_cast<unsigned long long>(frames), reason);
+  }
   return done;
 }
 

@@ -103,6 +103,15 @@ std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const Sensor& sen
   return solver;
 }
 
+void count_report(const FrameReport& report, ReconstructSummary& summary) {
+  summary.not_converged += report.status == FrameStatus::not_converged;
+  summary.undefined += report.status == FrameStatus::undefined;
+  summary.suspect += report.status == FrameStatus::suspect;
+  summary.dead_electrode += (report.reasons & dead_electrode) != 0;
+  summary.noise += (report.reasons & noise) != 0;
+  summary.out_of_range += (report.reasons & out_of_range) != 0;
+}
+
 }  // namespace
 
 ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
@@ -128,7 +137,14 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
                    "change from the background [frame, row, column]: row 0 at y = -1, column 0 at "
                    "x = -1");
     out.create_dataset("/status", {frames.frames}, Hdf5File::Number::uint8);
-    out.write_text("/status", "description", "0 ok, 1 not converged, 2 undefined (image is NaN)");
+    out.write_text(
+        "/status", "description",
+        "0 ok, 1 not converged, 2 undefined (image is NaN), 3 suspect (an image, but the "
+        "frame is not one to trust: /reason says why)");
+    out.create_dataset("/reason", {frames.frames}, Hdf5File::Number::uint8);
+    out.write_text("/reason", "description",
+                   "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
+                   "voltages out of the range that it was fitted for; 0 none");
     out.write_text("/", "solver", solver->parameters().dump());
     Progress progress("reconstructing");
     for (std::uint64_t first = 0; first < frames.frames; first += block_frames) {
@@ -138,16 +154,18 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
       std::vector<FrameReport> reports(count);
       solver->reconstruct(changes, images, reports);
       RowMajorMatrix status(changes.rows(), 1);
+      RowMajorMatrix reason(changes.rows(), 1);
       for (Eigen::Index i = 0; i < changes.rows(); ++i) {
         FrameReport& report = reports[static_cast<std::size_t>(i)];
         if (!images.row(i).allFinite()) report.status = FrameStatus::undefined;
         if (report.status == FrameStatus::undefined) images.row(i).setConstant(std::nan(""));
-        summary.not_converged += report.status == FrameStatus::not_converged;
-        summary.undefined += report.status == FrameStatus::undefined;
+        count_report(report, summary);
         status(i, 0) = static_cast<double>(report.status);
+        reason(i, 0) = report.reasons;
       }
       out.write_rows("/conductivity_change", first, images);
       out.write_rows("/status", first, status);
+      out.write_rows("/reason", first, reason);
       progress.update(first + count, frames.frames);
     }
     out.flush();

@@ -11,13 +11,19 @@ struct ReconstructSummary {
   std::uint64_t frames = 0;
   std::uint64_t not_converged = 0;
   std::uint64_t undefined = 0;
+  std::uint64_t suspect = 0;
+  /// Frames with each FrameReason; a suspect frame has one or more, one with masked electrodes too.
+  std::uint64_t dead_electrode = 0;
+  std::uint64_t noise = 0;
+  std::uint64_t out_of_range = 0;
 };
 
 /// Reconstructs a file of frames. `spec_file`: one entry of an experiment's "solvers" list;
 /// `"checkpoint"` in it names the file of a fitted solver, relative to the spec. `input`:
 /// `/voltages` [N, channels] V and `/reference_voltages` [channels] V; its root attribute "sensor"
 /// (JSON) describes the sensor, d2s where there is none. `output`: `/conductivity_change`
-/// [N, grid, grid] S/m and `/status` [N] (0 ok, 1 not converged, 2 undefined: its image is NaN),
+/// [N, grid, grid] S/m, `/status` [N] (0 ok, 1 not converged, 2 undefined: its image is NaN, 3
+/// suspect: an image, but not a frame to trust) and `/reason` [N] (the sum of FrameReason's),
 /// written aside and renamed.
 ///
 /// Frames are streamed. A file so damaged that the HDF5 library itself crashes or hangs on it is

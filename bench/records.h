@@ -44,8 +44,8 @@ struct ScoredSet {
 };
 
 /// `{"schema", "key", "fit_s", "fit_report": {"status", "message"}, "rows", "frames": {dataset:
-/// {metric: [values], "status", "iterations", "gap"}}, "figure_images": [[S/m]]}`; where sizes are
-/// chosen on it, the validation set is the last of the datasets.
+/// {metric: [values], "status", "reasons", "iterations", "gap"}}, "figure_images": [[S/m]]}`; where
+/// sizes are chosen on it, the validation set is the last of the datasets.
 struct AccuracyRecord {
   std::vector<ScoredSet> sets;  ///< of each test set; the rows' statuses are the fit report's
   std::optional<ScoredSet> validation;
@@ -79,6 +79,6 @@ bool has_record(const Experiment& experiment, const SolverEntry& entry, StagePar
                 const std::filesystem::path& folder);
 
 /// Version of what records hold; part of their keys.
-inline constexpr int record_schema = 3;
+inline constexpr int record_schema = 4;
 
 }  // namespace ertbench

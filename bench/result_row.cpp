@@ -176,6 +176,7 @@ json to_json(const ResultRow& row) {
               {"frames", row.frames},
               {"undefined_frames", row.undefined_frames},
               {"frames_not_converged", row.frames_not_converged},
+              {"suspect_frames", row.suspect_frames},
               {"metrics", to_json(row.metrics)},
               {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
               {"calibration_us", or_null(row.calibration_us)},
@@ -201,6 +202,7 @@ ResultRow result_row_from_json(JsonObject object) {
   row.frames = count(object, "frames");
   row.undefined_frames = count(object, "undefined_frames");
   row.frames_not_converged = count(object, "frames_not_converged");
+  row.suspect_frames = count(object, "suspect_frames");
   row.metrics = metrics_from_json(object.object("metrics"));
   if (object.has("validation")) row.validation = metrics_from_json(object.object("validation"));
   if (!is_null(object, "latency_us")) {

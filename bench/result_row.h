@@ -46,6 +46,7 @@ struct ResultRow {
   int frames = 0;
   int undefined_frames = 0;      ///< frames without a usable image
   int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
+  int suspect_frames = 0;  ///< frames that the solver would not trust; in all averages like others
   PerMetric<MetricSummary> metrics;
   /// The same on the validation set, where the experiment chooses sizes by it.
   std::optional<PerMetric<MetricSummary>> validation;
@@ -65,9 +66,9 @@ struct ResultRow {
 };
 
 /// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
-/// "undefined_frames", "frames_not_converged", "metrics": {"AR": {"mean", "ci95": [low, high],
-/// "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99", "max",
-/// "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
+/// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
+/// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
+/// "max", "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
 /// "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
 /// {"alpha", ...}` where there are any. Throws std::invalid_argument where a JSON text is not JSON.

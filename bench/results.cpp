@@ -220,6 +220,7 @@ std::string console_table(const std::vector<ResultRow>& rows) {
     if (row.frames_not_converged > 0) {
       out += ", " + std::to_string(row.frames_not_converged) + " not converged";
     }
+    if (row.suspect_frames > 0) out += ", " + std::to_string(row.suspect_frames) + " suspect";
     out += "\n";
     if (row.seeds && row.seeds->values.size() > 1) {
       const auto spread = [&](Metric metric, const char* format) {

@@ -110,6 +110,7 @@ ResultRow combine_seeds(std::span<const SeedResult> results) {
   }
   row.undefined_frames = frames_with_any(results, FrameStatus::undefined);
   row.frames_not_converged = frames_with_any(results, FrameStatus::not_converged);
+  row.suspect_frames = frames_with_any(results, FrameStatus::suspect);
   return row;
 }
 

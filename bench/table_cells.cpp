@@ -77,7 +77,8 @@ std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published
   cells.push_back({row.peak_rss_mb ? fixed(*row.peak_rss_mb, 0) : kDash});
   const bool reconstructed = row.frames > 0;
   cells.push_back({reconstructed ? std::to_string(row.undefined_frames) + " / " +
-                                       std::to_string(row.frames_not_converged)
+                                       std::to_string(row.frames_not_converged) + " / " +
+                                       std::to_string(row.suspect_frames)
                                  : kDash});
   return cells;
 }
@@ -89,7 +90,7 @@ Cell head() {
           "PE25",        "rel. error δσ",
           "p50 (µs)",    "p99 (µs)",
           "frames/s",    "fit (s)",
-          "memory (MB)", "undef. / not conv."};
+          "memory (MB)", "undef. / not conv. / suspect"};
 }
 
 std::string description_of(const CellTable& table, std::span<const ResultRow> rows,
@@ -163,8 +164,10 @@ std::vector<std::string> legend(std::span<const ResultRow> rows, const TableText
       "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "
       "throughput with a batch. fit: preparation before the first frame, once. memory: the most "
       "that the process of the solver held.",
-      "undef. / not conv.: frames without a usable image / frames whose iteration did not "
-      "converge. "
+      "undef. / not conv. / suspect: frames without a usable image / frames whose iteration did "
+      "not converge / frames with an image that the solver itself would not trust (a dead "
+      "electrode, noise, voltages out of the range of its validation frames), which are in all "
+      "means. "
       "A metric that is undefined for a frame (an empty image has no centroid) is counted and left "
       "out of the mean; — is a value that does not exist.",
       "Mean [95 % interval]: percentile bootstrap of the mean over the frames, " +

@@ -38,7 +38,8 @@ bool is_published(Metric metric) {
 
 std::string head() {
   std::string line =
-      "dataset,label,type,status,message,frames,undefined_frames,frames_not_converged";
+      "dataset,label,type,status,message,frames,undefined_frames,frames_not_converged,suspect_"
+      "frames";
   for (const Metric metric : kMetrics) {
     for (const char* part : {"mean", "low", "high", "median", "median_low", "median_high", "count",
                              "undefined", "seed_deviation"}) {
@@ -86,7 +87,8 @@ std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& pub
   for (const ResultRow& row : rows) {
     out += quoted(row.dataset) + "," + quoted(row.label) + "," + quoted(row.type) + "," +
            quoted(row.status) + "," + quoted(row.message) + "," + std::to_string(row.frames) + "," +
-           std::to_string(row.undefined_frames) + "," + std::to_string(row.frames_not_converged);
+           std::to_string(row.undefined_frames) + "," + std::to_string(row.frames_not_converged) +
+           "," + std::to_string(row.suspect_frames);
     for (const Metric metric : kMetrics) out += metric_fields(row, metric, published);
     const auto latency = [&](double LatencySummary::*part) {
       return number(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);

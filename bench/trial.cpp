@@ -46,6 +46,7 @@ Scored score(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
              const std::vector<int>& figure_scenes) {
   std::vector<FrameMetrics> metrics;
   json statuses = json::array();
+  json reasons = json::array();
   json iterations = json::array();
   json gaps = json::array();
   Scored out;
@@ -67,8 +68,10 @@ Scored score(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
                                : FrameMetrics{});
       out.row.undefined_frames += !usable;
       out.row.frames_not_converged += reports[i].status == FrameStatus::not_converged;
+      out.row.suspect_frames += usable && reports[i].status == FrameStatus::suspect;
       statuses.push_back(usable ? static_cast<int>(reports[i].status)
                                 : static_cast<int>(FrameStatus::undefined));
+      reasons.push_back(reports[i].reasons);
       iterations.push_back(reports[i].iterations);
       gaps.push_back(reports[i].gap);
       const int scene = static_cast<int>(first + i);
@@ -85,6 +88,7 @@ Scored score(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
     out.frames[name_of(metric)] = numbers_or_null(metrics, metric);
   }
   out.frames["status"] = std::move(statuses);
+  out.frames["reasons"] = std::move(reasons);
   out.frames["iterations"] = std::move(iterations);
   out.frames["gap"] = std::move(gaps);
   return out;

@@ -32,6 +32,21 @@ Eigen::RowVectorXf row_of(InputArchive& archive, const std::string& name, int si
   return Eigen::Map<const Eigen::RowVectorXf>(tensor.contiguous().data_ptr<float>(), size);
 }
 
+torch::Tensor tensor_of(const Eigen::VectorXd& values) {
+  return torch::from_blob(const_cast<double*>(values.data()), {values.size()}, torch::kFloat64)
+      .clone();
+}
+
+/// In a file from before there was one: the check of electrodes that read zero alone.
+FrameCheck frame_check_of(InputArchive& archive, const Sensor& sensor) {
+  torch::Tensor tensor;
+  if (!archive.try_read("frame_check", tensor)) return FrameCheck(sensor, 0);
+  if (tensor.dtype() != torch::kFloat64) throw std::runtime_error("frame_check has another type");
+  const torch::Tensor values = tensor.contiguous();
+  return FrameCheck(sensor, 0,
+                    Eigen::Map<const Eigen::VectorXd>(values.data_ptr<double>(), values.numel()));
+}
+
 const DatasetFile& required(const DatasetFile* set, const std::string& type, const char* name,
                             const Sensor& sensor) {
   if (!set) {
@@ -56,6 +71,10 @@ void copy_weights(const Network& from, Network& to) {
 
 }  // namespace
 
+void LearnedSolver::read_check(JsonObject& object) {
+  check_frames_ = object.boolean_or("inference_check", true);
+}
+
 void LearnedSolver::read_inference(JsonObject& object) {
   bfloat16_inference_ =
       object.choice_or("inference_precision", "float32", {"float32", "bfloat16"}) == "bfloat16";
@@ -64,6 +83,7 @@ void LearnedSolver::read_inference(JsonObject& object) {
 json LearnedSolver::parameters() const {
   json out = settings();
   if (bfloat16_inference_) out["inference_precision"] = "bfloat16";
+  if (!check_frames_) out["inference_check"] = false;
   out.update(to_json(training_));
   if (!result_.is_null()) out["training"] = result_;
   return out;
@@ -94,6 +114,7 @@ void LearnedSolver::fit(const FitInput& input) {
   result_ = to_json(result);
   result_["scenes"] = training.size();
   result_["runtime"] = runtime;
+  frame_check_ = FrameCheck(input, 0);
   freeze(input.sensor, network);
 }
 
@@ -124,9 +145,12 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
         Eigen::Map<const FloatRows>(y.data_ptr<float>(), count, images.cols()).cast<double>();
   }
   for (Eigen::Index f = 0; f < images.rows(); ++f) {
+    FrameReport& report = reports[static_cast<std::size_t>(f)];
     // ReLU makes zero of NaN: a frame that is not finite could pass for a touch.
     if (!changes.row(f).allFinite() || !images.row(f).allFinite()) {
-      reports[static_cast<std::size_t>(f)].status = FrameStatus::undefined;
+      report.status = FrameStatus::undefined;
+    } else if (check_frames_) {
+      FrameCheck::report(frame_check_.judge(changes.row(f).data()), false, report);
     }
   }
 }
@@ -144,6 +168,7 @@ void LearnedSolver::save(const std::filesystem::path& file) const {
   archive.write("ertbench", torch::IValue(description.dump()));
   archive.write("mean", tensor_of(standardisation_.mean));
   archive.write("scale", tensor_of(standardisation_.scale));
+  archive.write("frame_check", tensor_of(frame_check_.packed()));
   OutputArchive network;
   network_->save(network);
   archive.write("network", network);
@@ -186,6 +211,7 @@ void LearnedSolver::load(const std::filesystem::path& file, const Sensor& sensor
     network->load(weights);
     standardisation_.mean = row_of(archive, "mean", sensor.channels());
     standardisation_.scale = row_of(archive, "scale", sensor.channels());
+    frame_check_ = frame_check_of(archive, sensor);
     result_ = description.at("training");
     fit_report();  // throws where it is not what a training reports
     freeze(sensor, network);

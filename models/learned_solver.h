@@ -8,6 +8,7 @@
 #include "models/frozen_graph.h"
 #include "models/objective.h"
 #include "models/trainer.h"
+#include "solvers/frame_check.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -16,8 +17,8 @@ namespace ertbench {
 /// initialised with and what its training minimises; all else is here.
 ///
 /// `fit` needs a training and a validation set. The fitted file is a torch archive: the network's
-/// weights, the standardisation, and under "ertbench" a JSON text with type, version, sensor,
-/// parameters and what the training reported.
+/// weights, the standardisation, the check of frames, and under "ertbench" a JSON text with type,
+/// version, sensor, parameters and what the training reported.
 class LearnedSolver : public Solver {
  public:
   /// The settings and, once fitted, under "training" how that went.
@@ -38,6 +39,8 @@ class LearnedSolver : public Solver {
   virtual void read(JsonObject object) = 0;
   virtual nlohmann::json settings() const = 0;
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
+  /// Reads "inference_check": whether FrameCheck judges the frames.
+  void read_check(JsonObject& object);
   /// Reads "inference_precision", for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
   void read_inference(JsonObject& object);
@@ -56,6 +59,8 @@ class LearnedSolver : public Solver {
 
   std::string type_;
   bool bfloat16_inference_ = false;
+  bool check_frames_ = true;
+  FrameCheck frame_check_;
   Sensor sensor_;
   Standardisation standardisation_;
   std::shared_ptr<Network> network_;  ///< null before fit or load

@@ -32,8 +32,17 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
        "two to three times faster with AVX512-BF16"},
       {"symmetries", "whether scenes are turned by the sensor's symmetries; default true"},
       {"new_scenes", "whether every epoch draws scenes of its own; default false"},
-      {"patience",
-       "epochs without a better validation error before the training ends; default 20"}};
+      {"patience", "epochs without a better validation error before the training ends; default 20"},
+      {"training_faults",
+       "faults of the electronics put into training frames, {\"dead_electrodes\": [0, 4], "
+       "\"dead_reading\": \"zero\" or \"floating\", \"gain_error\": [0, 0.1], \"offset\": [0, "
+       "0.01]}, "
+       "sizes uniform in these intervals; default none"},
+      {"fault_share", "of the training frames have them, above 0 ... 1; default 0.5"},
+      {"inference_check",
+       "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
+       "suspect; "
+       "default true"}};
   own.insert(own.end(), shared.begin(), shared.end());
   return own;
 }

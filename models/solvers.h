@@ -17,6 +17,7 @@ class FcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "fcnn";
   explicit FcnnSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
     read_inference(object);
     read(std::move(object));
   }
@@ -36,7 +37,10 @@ class FcnnSolver final : public LearnedSolver {
 class DcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dcnn";
-  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read(std::move(object));
+  }
   void check(const Sensor& sensor) const override;
 
  private:
@@ -51,7 +55,10 @@ class DcnnSolver final : public LearnedSolver {
 class EitNnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "eit-nn";
-  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read(std::move(object));
+  }
   void check(const Sensor& sensor) const override;
 
  private:
@@ -69,7 +76,10 @@ class EitNnSolver final : public LearnedSolver {
 class DdErtSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dd-ert";
-  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read(std::move(object));
+  }
   void check(const Sensor& sensor) const override;
 
  private:

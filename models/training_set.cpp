@@ -31,6 +31,7 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
       standardisation_(standardisation),
       seed_(settings.seed),
       new_scenes_(settings.new_scenes),
+      faults_(settings.faults),
       symmetries_(ertbench::symmetries(file.sensor())),
       reference_(file.reference_voltages()),
       clean_(file.size(), file.sensor().channels()),
@@ -92,6 +93,11 @@ TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const
       voltages[c] = clean_(row, symmetry.channels[static_cast<std::size_t>(c)]);
     }
     add_noise(spec_.noise, reference_, random, voltages);
+    if (faults_) {
+      RandomStream faulty(seed_, key_of("fault"), epoch_ * size() + first + i, Purpose::training);
+      const Faults faults = faults_.draw(faulty);
+      apply_faults(faults, spec_.sensor, reference_, faulty, voltages);
+    }
     standardisation_.apply((voltages - reference_).transpose(), frame);
     for (Eigen::Index p = 0; p < truths_.cols(); ++p) {
       truth[p] = truths_(row, symmetry.pixels[static_cast<std::size_t>(p)]);

@@ -21,9 +21,9 @@ struct TrainingBatch {
   torch::Tensor truths;  ///< [batch, 1, grid, grid]
 };
 
-/// The training scenes, in another order, turned by other symmetries, and with other noise in every
-/// epoch. What a batch holds depends on (seed, epoch, position) alone, so that an interrupted
-/// training goes on as it would have gone.
+/// The training scenes, in another order, turned by other symmetries, and with other noise and
+/// faults in every epoch. What a batch holds depends on (seed, epoch, position) alone, so that an
+/// interrupted training goes on as it would have gone.
 class TrainingSet {
  public:
   /// Reads the whole file: 3.1 kB a scene. With `new_scenes` later epochs draw scenes that continue
@@ -48,6 +48,7 @@ class TrainingSet {
   Standardisation standardisation_;
   std::uint64_t seed_;
   bool new_scenes_;
+  TrainingFaults faults_;
   std::vector<Symmetry> symmetries_;  ///< the identity alone where they are off
   std::unique_ptr<SceneModel> model_;
   Eigen::VectorXd reference_;

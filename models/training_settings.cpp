@@ -22,21 +22,24 @@ TrainingSettings TrainingSettings::from_json(JsonObject& object, const TrainingS
   out.symmetries = object.boolean_or("symmetries", defaults.symmetries);
   out.new_scenes = object.boolean_or("new_scenes", defaults.new_scenes);
   out.patience = object.integer_or("patience", defaults.patience, 1, 100000);
+  out.faults = TrainingFaults::from_json(object);
   return out;
 }
 
 nlohmann::json to_json(const TrainingSettings& settings) {
-  return {{"seed", settings.seed},
-          {"epochs", settings.epochs},
-          {"batch", settings.batch},
-          {"learning_rate", settings.learning_rate},
-          {"schedule", settings.one_cycle ? "one-cycle" : "constant"},
-          {"slow_rate", settings.slow_rate},
-          {"freeze_statistics", settings.freeze_statistics},
-          {"precision", settings.bfloat16 ? "bfloat16" : "float32"},
-          {"symmetries", settings.symmetries},
-          {"new_scenes", settings.new_scenes},
-          {"patience", settings.patience}};
+  nlohmann::json out = {{"seed", settings.seed},
+                        {"epochs", settings.epochs},
+                        {"batch", settings.batch},
+                        {"learning_rate", settings.learning_rate},
+                        {"schedule", settings.one_cycle ? "one-cycle" : "constant"},
+                        {"slow_rate", settings.slow_rate},
+                        {"freeze_statistics", settings.freeze_statistics},
+                        {"precision", settings.bfloat16 ? "bfloat16" : "float32"},
+                        {"symmetries", settings.symmetries},
+                        {"new_scenes", settings.new_scenes},
+                        {"patience", settings.patience}};
+  settings.faults.add_to(out);
+  return out;
 }
 
 }  // namespace ertbench

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 
+#include "models/training_faults.h"
+
 namespace ertbench {
 
 class JsonObject;
@@ -22,10 +24,12 @@ struct TrainingSettings {
   bool symmetries = true;   ///< turn scenes by the symmetries of the sensor
   bool new_scenes = false;  ///< draw new scenes for every epoch
   int patience = 20;        ///< epochs without a better validation error before it ends early
+  TrainingFaults faults;    ///< put into the frames, besides fresh noise
 
   /// Reads `{"seed", "epochs", "batch", "learning_rate", "schedule", "slow_rate",
   /// "freeze_statistics", "precision", "symmetries",
-  /// "new_scenes", "patience"}`; `defaults` stand for what is left out.
+  /// "new_scenes", "patience"}` and what TrainingFaults reads; `defaults` stand for what is left
+  /// out.
   static TrainingSettings from_json(JsonObject& object, const TrainingSettings& defaults);
 };
 

@@ -12,6 +12,7 @@ struct LinearInference {
   /// "inference_averaging": whether the two channels of a reciprocal pair are added before the
   /// product, which halves the matrix and changes nothing but rounding.
   bool averaging = true;
+  bool check = true;  ///< "inference_check": whether FrameCheck judges the frames
 
   static LinearInference from_json(JsonObject& object);
   void add_to(nlohmann::json& parameters) const;

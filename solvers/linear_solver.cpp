@@ -1,11 +1,14 @@
 #include "solvers/linear_solver.h"
 
 #include <algorithm>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
+#include "forward/forward_model.h"
 #include "forward/hdf5_file.h"
 #include "solvers/check_shapes.h"
+#include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
@@ -51,21 +54,35 @@ Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciproci
 void LinearSolver::set_sensor(const Sensor& sensor) {
   sensor_ = sensor;
   reciprocity_ = Reciprocity(sensor);
+  check_ = {};
+  masked_.reset();
+}
+
+Eigen::MatrixXd LinearSolver::whole_jacobian() const {
+  return reciprocity_.reduce_rows(ForwardModel(sensor_, sensor_.image_grid).jacobian());
 }
 
 void LinearSolver::set_inverse(const Eigen::MatrixXd& inverse) {
-  map_ = {inverse / std::numbers::sqrt2, {}};
+  map_ = {columns_for_all_pairs(inverse, kept_pairs(), reciprocity_.pairs()) / std::numbers::sqrt2,
+          {}};
   full_.reset();
   single_.reset();
 }
 
 void LinearSolver::set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
-  map_ = smaller_map(left, right / std::numbers::sqrt2);
+  map_ = smaller_map(
+      left, columns_for_all_pairs(right, kept_pairs(), reciprocity_.pairs()) / std::numbers::sqrt2);
   full_.reset();
   single_.reset();
 }
 
-void LinearSolver::finish() {
+void LinearSolver::finish(const FitInput& input) {
+  check_ = FrameCheck(input, mask_.electrodes);
+  prepare();
+}
+
+void LinearSolver::prepare() {
+  masked_ = mask_.detect ? masked_inverse() : nullptr;
   if (!inference_.averaging) {
     full_ = map_.factored()
                 ? ImageMap<double>{map_.left, for_all_channels(map_.right, reciprocity_)}
@@ -121,12 +138,32 @@ void LinearSolver::reconstruct(FramesView changes, ImagesView images,
       reports[static_cast<std::size_t>(f)].status = FrameStatus::undefined;
     }
   }
+  if (inference_.check || masked_) judge(changes, images, reports);
+}
+
+void LinearSolver::judge(FramesView changes, ImagesView images,
+                         std::span<FrameReport> reports) const {
+  std::map<ElectrodeSet, Eigen::MatrixXd> weights;  // of each set of dead electrodes met
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    FrameReport& report = reports[static_cast<std::size_t>(f)];
+    if (report.status == FrameStatus::undefined) continue;
+    const FrameCheck::Verdict verdict = check_.judge(changes.row(f).data());
+    const bool masked = masked_ && verdict.dead != 0;
+    if (masked) {
+      const auto [found, is_new] = weights.try_emplace(verdict.dead);
+      if (is_new) found->second = masked_->weights(pairs_without(sensor_, verdict.dead));
+      const Eigen::VectorXd weighted = found->second * reciprocity_.reduce(changes.row(f));
+      images.row(f).transpose().noalias() = masked_->basis() * weighted;
+    }
+    if (inference_.check) FrameCheck::report(verdict, masked, report);
+  }
 }
 
 void LinearSolver::save_matrix(Hdf5File& file) const {
   if (map_.left.size() == 0) throw std::logic_error("a solver was saved before it was fitted");
   file.write_matrix("/matrix", map_.left);
   if (map_.factored()) file.write_matrix("/right_factor", map_.right);
+  file.write_vector("/frame_check", check_.packed());
 }
 
 void LinearSolver::load_matrix(const Hdf5File& file, const Sensor& sensor) {
@@ -144,7 +181,8 @@ void LinearSolver::load_matrix(const Hdf5File& file, const Sensor& sensor) {
   map_ = {file.read_rows("/matrix", 0, pixels), std::move(right)};
   full_.reset();
   single_.reset();
-  finish();
+  check_ = load_frame_check(file, sensor, mask_.electrodes);
+  prepare();
 }
 
 }  // namespace ertbench

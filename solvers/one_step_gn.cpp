@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "forward/forward_model.h"
 #include "solvers/dense_svd.h"
 #include "solvers/solver_file.h"
 
@@ -64,6 +63,7 @@ void OneStepGaussNewton::read(JsonObject parameters) {
   lambda_ = read_tunable(parameters, "lambda", Range::positive());
   choice_ = read_chosen(parameters, lambda_.value);
   set_inference(LinearInference::from_json(parameters));
+  set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
@@ -71,15 +71,17 @@ nlohmann::json OneStepGaussNewton::parameters() const {
   nlohmann::json out = {{"prior", name_of(prior_)}, {"lambda", "auto"}};
   if (lambda_.value) out["lambda"] = *lambda_.value;
   inference().add_to(out);
+  mask().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
 void OneStepGaussNewton::fit(const FitInput& input) {
+  check(input.sensor);
   set_sensor(input.sensor);
-  const Eigen::MatrixXd jacobian =
-      reciprocity().reduce_rows(ForwardModel(input.sensor, input.sensor.image_grid).jacobian());
-  const RegularisedInverse inverse(jacobian, prior_factors(prior_, jacobian));
+  const Eigen::MatrixXd jacobian = whole_jacobian();
+  const RegularisedInverse inverse(jacobian(kept_pairs(), Eigen::all),
+                                   prior_factors(prior_, jacobian));
   if (lambda_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, lambda_.place);
     const auto error_of = [&](double lambda) {
@@ -91,7 +93,13 @@ void OneStepGaussNewton::fit(const FitInput& input) {
     lambda_.value = choice_->value;
   }
   set_inverse(inverse.inverse(*lambda_.value));
-  finish();
+  finish(input);
+}
+
+std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const {
+  const Eigen::MatrixXd jacobian = whole_jacobian();
+  return std::make_unique<MaskedGaussNewton>(jacobian, prior_factors(prior_, jacobian),
+                                             *lambda_.value);
 }
 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {

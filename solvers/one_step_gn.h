@@ -22,18 +22,20 @@ class OneStepGaussNewton final : public LinearSolver {
   static constexpr const char* type = "one-step-gn";
 
   /// `{"prior": "tikhonov" | "noser" | "laplace", "lambda": > 0 | "auto"}` and what
-  /// LinearInference reads. The default prior is
+  /// LinearInference and ChannelMask read. The default prior is
   /// NOSER: it evens out the sensitivity, which falls steeply away from the electrodes, and has
   /// the least error of the three on random contacts.
   explicit OneStepGaussNewton(JsonObject parameters);
 
   nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override { mask().check(sensor); }
   void fit(const FitInput& input) override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
   void read(JsonObject parameters);
+  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
 
   Prior prior_ = Prior::noser;
   Tunable lambda_;

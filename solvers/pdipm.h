@@ -3,6 +3,8 @@
 #include <memory>
 #include <optional>
 
+#include "solvers/channel_mask.h"
+#include "solvers/frame_check.h"
 #include "solvers/interior_point.h"
 #include "solvers/parameter_choice.h"
 #include "solvers/solver.h"
@@ -22,23 +24,31 @@ class Pdipm final : public Solver {
 
   /// `{"alpha": > 0 | "auto", "tolerance": 1e-8 ... 0.1, "max_iterations": 1 ... 1000}`.
   /// The default tolerance, 1e-4, leaves the image within about 0.3 % (at most 1 %) of the
-  /// optimum, two orders below the error that noise leaves in it.
+  /// optimum, two orders below the error that noise leaves in it. Besides, what ChannelMask reads,
+  /// and "inference_check": whether FrameCheck judges the frames.
   explicit Pdipm(JsonObject parameters);
 
   nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override { mask_.check(sensor); }
   void fit(const FitInput& input) override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
-  /// The parameters alone: the rest is computed anew from the sensor, in a fraction of a second.
+  /// The parameters and the check of frames: the rest is computed anew from the sensor, in a
+  /// fraction of a second.
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
   void read(JsonObject parameters);
+  void set_sensor(const Sensor& sensor);
+  void choose_alpha(const FitInput& input);
 
   Tunable alpha_;
   InteriorPointOptions options_;
   std::optional<ParameterChoice> choice_;
+  ChannelMask mask_;
+  bool check_frames_ = true;
+  FrameCheck frame_check_;
   Sensor sensor_;
   std::unique_ptr<const TotalVariation> problem_;
 };

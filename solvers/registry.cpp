@@ -24,6 +24,15 @@ const ParameterInfo inference_averaging = {
     "add the two channels of a reciprocal pair first, which halves the matrix and is exact; "
     "default true"};
 
+const ParameterInfo inference_check = {
+    "inference_check",
+    "report frames that are not to be trusted (dead electrodes, noise, out of range) as suspect; "
+    "default true"};
+const ParameterInfo channel_mask = {
+    "channel_mask",
+    "channels left out of account: \"none\" (the default), a list of electrodes (from 0) whose "
+    "channels are, or \"detect\": in each frame those of its dead electrodes"};
+
 }  // namespace
 
 SolverRegistry::SolverRegistry() {
@@ -35,8 +44,10 @@ SolverRegistry::SolverRegistry() {
         {"lambda",
          "weight of the prior, > 0 or \"auto\"; default \"auto\"; its unit depends on "
          "the prior, V per S/m for tikhonov and laplace"},
+        channel_mask,
         inference_precision,
-        inference_averaging},
+        inference_averaging,
+        inference_check},
        make_solver<OneStepGaussNewton>});
   add(TruncatedSvd::type,
       {"truncated singular value decomposition of J",
@@ -44,8 +55,10 @@ SolverRegistry::SolverRegistry() {
         {"threshold",
          "in place of a rank: values down to this part of the largest are kept, "
          "between 0 and 1 or \"auto\""},
+        channel_mask,
         inference_precision,
-        inference_averaging},
+        inference_averaging,
+        inference_check},
        make_solver<TruncatedSvd>});
   add(Pdipm::type,
       {"total variation by a primal-dual interior point method, min 1/2 |J x - dv|^2 + alpha |A "
@@ -56,7 +69,9 @@ SolverRegistry::SolverRegistry() {
         {"tolerance", "relative duality gap at which a frame is done, 1e-8 ... 0.1; default 1e-4"},
         {"max_iterations",
          "Newton steps after which a frame is given up as not converged, 1 ... "
-         "1000; default 50"}},
+         "1000; default 50"},
+        channel_mask,
+        inference_check},
        make_solver<Pdipm>});
   for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {
     add_plugin_type(learned, "libertbench_models.so");

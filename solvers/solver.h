@@ -20,13 +20,22 @@ enum class FrameStatus : std::uint8_t {
   ok = 0,
   not_converged = 1,  ///< an image, but not the one that was asked for (iteration limit)
   undefined = 2,      ///< no usable image; the pixels may be anything, also NaN
+  suspect = 3,        ///< an image, but the frame is not one to trust: `reasons` says why
+};
+
+/// What speaks against a frame, as a set: bits of FrameReport::reasons.
+enum FrameReason : std::uint8_t {
+  dead_electrode = 1,  ///< an electrode without contact: its channels read zero, or float
+  noise = 2,           ///< above what the solver was fitted for
+  out_of_range = 4,    ///< voltages unlike those of any contacts that it was fitted for
 };
 
 /// What a solver says of one frame.
 struct FrameReport {
   FrameStatus status = FrameStatus::ok;
-  int iterations = 0;  ///< 0 for a solver that does not iterate
-  double gap = 0;      ///< relative duality gap where the solver has one, else 0
+  std::uint8_t reasons = 0;  ///< of FrameReason; also of a frame that is ok but had channels masked
+  int iterations = 0;        ///< 0 for a solver that does not iterate
+  double gap = 0;            ///< relative duality gap where the solver has one, else 0
 };
 
 /// What a solver may learn from. Classical solvers use the sensor and, for parameters given as

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "forward/arrays.h"
+#include "solvers/channel_mask.h"
 #include "solvers/grid_laplacian.h"
 #include "solvers/pixel_edges.h"
 #include "solvers/reciprocity.h"
@@ -19,6 +20,8 @@ namespace ertbench {
 class TotalVariation {
  public:
   explicit TotalVariation(const Sensor& sensor);
+  /// The same problem without the channels of the `masked` electrodes.
+  TotalVariation(const TotalVariation& whole, const Sensor& sensor, ElectrodeSet masked);
 
   const PixelEdges& edges() const { return edges_; }
   double edge_length() const { return 2.0 / edges_.grid(); }  ///< domain units
@@ -40,11 +43,15 @@ class TotalVariation {
   Eigen::VectorXd project(const Eigen::Ref<const Eigen::RowVectorXd>& frame) const;
 
  private:
+  /// `right` [pixels, channels]: the right singular vectors; singular_values_ is set.
+  void set_right(const Eigen::MatrixXd& right);
+
   Reciprocity reciprocity_;
   PixelEdges edges_;
   GridLaplacian laplacian_;
   double scale_ = 1;
-  Eigen::MatrixXd left_;  ///< [pairs, channels]
+  Eigen::MatrixXd left_;   ///< [pairs, channels], zero in the rows of masked pairs
+  Eigen::MatrixXd right_;  ///< [pixels, channels]
   Eigen::VectorXd singular_values_;
   RowMajorMatrix jacobian_transposed_;
   Eigen::VectorXd constant_;

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "forward/errors.h"
-#include "forward/forward_model.h"
 #include "solvers/singular_triplets.h"
 #include "solvers/solver_file.h"
 
@@ -42,6 +41,7 @@ void TruncatedSvd::read(JsonObject parameters) {
   }
   choice_ = read_chosen(parameters, cut_.value);
   set_inference(LinearInference::from_json(parameters));
+  set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
@@ -51,16 +51,18 @@ nlohmann::json TruncatedSvd::parameters() const {
   if (cut_.value && by_rank_) out[key] = std::llround(*cut_.value);
   if (cut_.value && !by_rank_) out[key] = *cut_.value;
   inference().add_to(out);
+  mask().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
 void TruncatedSvd::check(const Sensor& sensor) const {
-  const int pairs = sensor.channels() / 2;
+  mask().check(sensor);
+  const auto pairs = static_cast<int>(pairs_without(sensor, mask().electrodes).size());
   const int most = std::min(pairs, sensor.pixels());
   if (by_rank_ && cut_.value && *cut_.value > most) {
     throw InputError(cut_.place + ": must be <= " + std::to_string(most) +
-                     ", the rank of the Jacobian: its " + std::to_string(sensor.channels()) +
+                     ", the rank of the Jacobian: its " + std::to_string(2 * pairs) +
                      " channels are " + std::to_string(pairs) +
                      " reciprocal pairs with equal rows, for " + std::to_string(sensor.pixels()) +
                      " pixels; got " + std::to_string(std::llround(*cut_.value)));
@@ -69,14 +71,17 @@ void TruncatedSvd::check(const Sensor& sensor) const {
 
 void TruncatedSvd::fit(const FitInput& input) {
   truncate(input);
-  finish();
+  finish(input);
+}
+
+std::unique_ptr<const MaskedInverse> TruncatedSvd::masked_inverse() const {
+  return std::make_unique<MaskedTsvd>(whole_jacobian(), least_kept_);
 }
 
 void TruncatedSvd::truncate(const FitInput& input) {
   check(input.sensor);
   set_sensor(input.sensor);
-  const Eigen::MatrixXd jacobian =
-      reciprocity().reduce_rows(ForwardModel(input.sensor, input.sensor.image_grid).jacobian());
+  const Eigen::MatrixXd jacobian = whole_jacobian()(kept_pairs(), Eigen::all);
   const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
 
   // One value more than is kept shows whether a pair is split.
@@ -111,6 +116,7 @@ void TruncatedSvd::truncate(const FitInput& input) {
 }
 
 void TruncatedSvd::set_rank(const SingularTriplets& triplets, Eigen::Index rank) {
+  least_kept_ = triplets.values[rank - 1];
   set_inverse(triplets.right.leftCols(rank),
               triplets.values.head(rank).cwiseInverse().asDiagonal() *
                   triplets.left.leftCols(rank).transpose());
@@ -148,6 +154,7 @@ Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& 
 
 void TruncatedSvd::save(const std::filesystem::path& file) const {
   Hdf5File out = create_solver_file(file, type, sensor(), parameters());
+  out.write_number("/", "least_singular_value", least_kept_);
   save_matrix(out);
 }
 
@@ -157,6 +164,9 @@ void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor)
   const LinearInference mine = inference();
   read(JsonObject(parameters, file.string(), "/parameters"));
   set_inference(mine);
+  if (opened.file.has_attribute("/", "least_singular_value")) {
+    least_kept_ = opened.file.read_number("/", "least_singular_value");
+  }
   load_matrix(opened.file, sensor);
 }
 

@@ -28,7 +28,7 @@ class TruncatedSvd final : public LinearSolver {
 
   /// `{"rank": >= 1 | "auto"}` or `{"threshold": in (0, 1) | "auto"}`: singular values down to
   /// `threshold` times the largest are kept. Without either, `"rank": "auto"`. Besides, what
-  /// LinearInference reads.
+  /// LinearInference and ChannelMask read.
   explicit TruncatedSvd(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -40,11 +40,13 @@ class TruncatedSvd final : public LinearSolver {
  private:
   void read(JsonObject parameters);
   void truncate(const FitInput& input);
+  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
   void set_rank(const SingularTriplets& triplets, Eigen::Index rank);
   Eigen::Index choose_rank(const FitInput& input, SingularTriplets& triplets);
 
   bool by_rank_ = true;
-  Tunable cut_;  ///< the rank or the threshold
+  Tunable cut_;            ///< the rank or the threshold
+  double least_kept_ = 0;  ///< singular value of J, V per S/m
   std::optional<ParameterChoice> choice_;
 };
 

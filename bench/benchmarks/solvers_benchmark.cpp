@@ -17,6 +17,8 @@
 
 #include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/machine_limits.h"
+#include "bench/temporary_folder.h"
+#include "forward/dataset_file.h"
 #include "forward/dataset_spec.h"
 #include "forward/generate.h"
 #include "forward/json_reader.h"
@@ -55,8 +57,27 @@ const std::map<std::string, json>& specs() {
   static const std::map<std::string, json> all = {
       {"one-step-gn", {{"type", "one-step-gn"}, {"lambda", 0.1}}},
       {"tsvd", {{"type", "tsvd"}, {"rank", 45}}},
-      {"pdipm", {{"type", "pdipm"}, {"alpha", 1e-5}}}};
+      {"pdipm", {{"type", "pdipm"}, {"alpha", 1e-5}}},
+      {"one-step-gn-unchecked",
+       {{"type", "one-step-gn"}, {"lambda", 0.1}, {"inference_check", false}}}};
   return all;
+}
+
+/// That the check of frames is fitted on.
+const DatasetFile& validation() {
+  static const TemporaryFolder folder("solvers_benchmark");
+  static const DatasetFile file = [] {
+    const json spec = {{"count", 400},
+                       {"seed", 2},
+                       {"snr_db", 50},
+                       {"snr_basis", "absolute"},
+                       {"scenes", json::object()}};
+    generate_dataset(
+        dataset_spec_from_json(JsonObject(spec, "benchmark", ""), Sensor{}, "validation"),
+        folder.path() / "validation.h5");
+    return DatasetFile(folder.path() / "validation.h5");
+  }();
+  return file;
 }
 
 std::unique_ptr<Solver> make(const std::string& name) {
@@ -111,6 +132,7 @@ constexpr double useful_channels = 64;
 void reconstruct(benchmark::State& state, const std::string& name) {
   const std::unique_ptr<Solver> solver = make(name);
   FitInput input;
+  input.validation = &validation();
   solver->fit(input);
   const Eigen::Index batch = state.range(0);
   Images images(batch, input.sensor.pixels());

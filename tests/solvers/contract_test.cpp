@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <thread>
 
 #include "forward/errors.h"
-#include "tests/solvers/solver_testing.h"
+#include "tests/solvers/fault_frames.h"
 
 namespace ertbench {
 namespace {
@@ -171,25 +172,149 @@ TEST_P(SolverContract, RefusesAnUnknownParameter) {
   EXPECT_EQ(message.find("spec.json: /lamda: unknown key"), 0u) << message;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Classical, SolverContract,
-    ::testing::Values(json{{"type", "one-step-gn"}, {"prior", "tikhonov"}, {"lambda", 0.02}},
-                      json{{"type", "one-step-gn"}, {"prior", "noser"}, {"lambda", 0.1}},
-                      json{{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.02}},
-                      json{{"type", "tsvd"}, {"rank", 45}},
-                      json{{"type", "tsvd"}, {"threshold", 0.02}},
-                      json{{"type", "pdipm"}, {"alpha", 1e-5}}),
-    [](const auto& instance) {
-      std::string name;
-      for (const char* key : {"type", "prior", "threshold"}) {
-        if (instance.param.contains(key)) {
-          name += instance.param[key].is_string() ? instance.param[key].template get<std::string>()
-                                                  : std::string(key);
-        }
-      }
-      std::erase(name, '-');
-      return name;
-    });
+/// With the check of frames fitted, on 300 validation frames.
+class FramesNotToBeTrusted : public SolverContract {
+ protected:
+  static std::unique_ptr<Solver> validated(const json& more = json::object()) {
+    static const ValidationFile validation(300);
+    json spec = GetParam();
+    spec.update(more);
+    std::unique_ptr<Solver> solver = make_solver(spec);
+    solver->fit(validation.input());
+    return solver;
+  }
+  /// Iterations take their time.
+  static std::uint64_t count() { return linear() ? 2000 : 800; }
+  static double share(const Reconstruction& out, FrameStatus status, int reasons) {
+    const auto is_one = [&](const FrameReport& report) {
+      return report.status == status && (report.reasons & reasons) == reasons;
+    };
+    return static_cast<double>(std::count_if(out.reports.begin(), out.reports.end(), is_one)) /
+           static_cast<double>(out.reports.size());
+  }
+};
+
+TEST_P(FramesNotToBeTrusted, AreFewAmongGoodOnes) {
+  const Reconstruction out = reconstruct(*validated(), fresh_changes(count()));
+  EXPECT_LE(share(out, FrameStatus::suspect, 0), 0.01);
+}
+
+TEST_P(FramesNotToBeTrusted, HaveDeadElectrodes) {
+  const auto solver = validated();
+  RandomStream random(1, 0, 0, Purpose::scene);
+  for (const bool zero : {true, false}) {
+    Frames changes = fresh_changes(count());
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      const ElectrodeSet dead = random_electrodes(1 + static_cast<int>(f % 4), random);
+      zero ? read_zero(changes.row(f), dead) : read_noise(changes.row(f), dead, random);
+    }
+    EXPECT_GE(share(reconstruct(*solver, changes), FrameStatus::suspect, dead_electrode), 0.99);
+  }
+}
+
+TEST_P(FramesNotToBeTrusted, HaveMoreNoiseThanTheSolverWasFittedFor) {
+  const Reconstruction out = reconstruct(*validated(), fresh_changes(count(), 30));
+  EXPECT_GE(share(out, FrameStatus::suspect, noise), 0.99);
+}
+
+TEST_P(FramesNotToBeTrusted, AreNotLookedForWhereThatIsOff) {
+  const Frames changes = fresh_changes(20, 30);
+  const Reconstruction on = reconstruct(*validated(), changes);
+  const Reconstruction off = reconstruct(*validated({{"inference_check", false}}), changes);
+  EXPECT_EQ(off.images, on.images);
+  EXPECT_EQ(share(off, FrameStatus::ok, 0), 1);
+}
+
+TEST_P(FramesNotToBeTrusted, AreTheSameToASavedSolver) {
+  const auto solver = validated();
+  const TemporaryFolder folder;
+  solver->save(folder / "solver.h5");
+  const auto loaded = make_solver(GetParam());
+  loaded->load(folder / "solver.h5", Sensor{});
+  Frames changes = fresh_changes(40);
+  read_zero(changes.row(1), 1u << 4);
+  changes.row(2) *= 20;
+  changes.middleRows(3, 10) = fresh_changes(10, 40);
+  const Reconstruction before = reconstruct(*solver, changes);
+  const Reconstruction after = reconstruct(*loaded, changes);
+  EXPECT_EQ(before.reports[1].reasons, dead_electrode);
+  for (std::size_t f = 0; f < before.reports.size(); ++f) {
+    EXPECT_EQ(after.reports[f].status, before.reports[f].status);
+    EXPECT_EQ(after.reports[f].reasons, before.reports[f].reasons);
+  }
+}
+
+TEST_P(FramesNotToBeTrusted, AreImagedWithoutTheirDeadElectrodes) {
+  const auto solver = validated({{"channel_mask", "detect"}});
+  Frames changes = fresh_changes(6);
+  const Reconstruction good = reconstruct(*solver, changes);
+  EXPECT_EQ(good.images, reconstruct(*validated(), changes).images);
+  for (const Eigen::Index f : {1, 2, 3}) read_zero(changes.row(f), 1u << 2 | 1u << 7);
+  read_zero(changes.row(4), 0x1249);  // 0, 3, 6, 9 and 12
+  const Reconstruction masked = reconstruct(*solver, changes);
+  for (const std::size_t f : {1, 2, 3}) {
+    EXPECT_EQ(masked.reports[f].status, FrameStatus::ok);
+    EXPECT_EQ(masked.reports[f].reasons, dead_electrode);
+  }
+  EXPECT_EQ(masked.reports[4].status, FrameStatus::suspect);
+  EXPECT_LE((masked.images.row(0) - good.images.row(0)).norm(), 1e-13 * good.images.row(0).norm());
+
+  // The dead channels' values do not matter, and a mask that is given does the same.
+  const auto listed = validated({{"channel_mask", {2, 7}}});
+  for (const Eigen::Index f : {1, 2, 3}) {
+    const Reconstruction one = reconstruct(*solver, changes.row(f));
+    EXPECT_EQ(one.images.row(0), masked.images.row(f));
+    if (GetParam()["type"] == "tsvd") continue;  // it may keep another number of values
+    EXPECT_LE(relative_difference(reconstruct(*listed, changes.row(f)).images, one.images),
+              linear() ? 1e-8 : 1e-2);
+  }
+}
+
+TEST_P(FramesNotToBeTrusted, MayHaveNoLiveElectrode) {
+  const auto solver = validated({{"channel_mask", "detect"}});
+  const Frames dead = -ForwardModel(Sensor{}, 24).reference_voltages().transpose();
+  const Reconstruction out = reconstruct(*solver, dead);
+  EXPECT_EQ(out.reports[0].status, FrameStatus::suspect);
+  EXPECT_EQ(out.reports[0].reasons, dead_electrode);
+  EXPECT_TRUE((out.images.array() == 0).all());
+}
+
+TEST_P(SolverContract, RefusesAMaskThatIsNone) {
+  const auto message = [](const json& mask) {
+    json spec = GetParam();
+    spec["channel_mask"] = mask;
+    return message_of<InputError>([&] { make_solver(spec)->check(Sensor{}); });
+  };
+  EXPECT_EQ(message("detect"), "");
+  EXPECT_EQ(message("all").find("spec.json: /channel_mask: must be"), 0u);
+  EXPECT_EQ(message(3).find("spec.json: /channel_mask: must be"), 0u);
+  EXPECT_EQ(message({3, 16}).find("spec.json: /channel_mask: names an electrode"), 0u);
+  EXPECT_EQ(
+      message({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}).find("spec.json: /channel_mask: must leave"),
+      0u);
+}
+
+const auto classical = ::testing::Values(
+    json{{"type", "one-step-gn"}, {"prior", "tikhonov"}, {"lambda", 0.02}},
+    json{{"type", "one-step-gn"}, {"prior", "noser"}, {"lambda", 0.1}},
+    json{{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.02}},
+    json{{"type", "tsvd"}, {"rank", 45}}, json{{"type", "tsvd"}, {"threshold", 0.02}},
+    json{{"type", "pdipm"}, {"alpha", 1e-5}});
+
+std::string name_of_spec(const ::testing::TestParamInfo<json>& instance) {
+  std::string name;
+  for (const char* key : {"type", "prior", "threshold"}) {
+    if (instance.param.contains(key)) {
+      name += instance.param[key].is_string() ? instance.param[key].template get<std::string>()
+                                              : std::string(key);
+    }
+  }
+  std::erase(name, '-');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Classical, SolverContract, classical, name_of_spec);
+INSTANTIATE_TEST_SUITE_P(Classical, FramesNotToBeTrusted, classical, name_of_spec);
 
 }  // namespace
 }  // namespace ertbench

@@ -7,6 +7,7 @@
 
 #include "forward/forward_model.h"
 #include "forward/sensor.h"
+#include "solvers/channel_mask.h"
 #include "solvers/pixel_edges.h"
 
 namespace ertbench::testing {
@@ -15,11 +16,18 @@ namespace ertbench::testing {
 /// with the solver.
 class DenseTotalVariation {
  public:
-  DenseTotalVariation(const Sensor& sensor, double alpha)
+  /// Channels that use one of the `masked` electrodes see nothing.
+  DenseTotalVariation(const Sensor& sensor, double alpha, ElectrodeSet masked = 0)
       : sensor_(sensor),
         jacobian_(ForwardModel(sensor, sensor.image_grid).jacobian()),
         edges_(Eigen::MatrixXd(PixelEdges(sensor.image_grid).count(), sensor.pixels())),
         alpha_(alpha) {
+    const auto electrodes = electrodes_of_pairs(sensor);
+    const auto pairs = reciprocal_pairs(sensor);
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      if (!(electrodes[p] & masked)) continue;
+      for (const int channel : pairs[p]) jacobian_.row(channel).setZero();
+    }
     const PixelEdges edges(sensor.image_grid);
     Eigen::VectorXd column(edges.count());
     for (Eigen::Index p = 0; p < edges.pixels(); ++p) {

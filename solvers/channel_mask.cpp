@@ -1,0 +1,87 @@
+#include "solvers/channel_mask.h"
+
+#include <bit>
+#include <nlohmann/json.hpp>
+
+#include "forward/errors.h"
+
+namespace ertbench {
+
+int size_of(ElectrodeSet electrodes) { return std::popcount(electrodes); }
+
+std::vector<ElectrodeSet> electrodes_of_pairs(const Sensor& sensor) {
+  const std::vector<Channel> channels = channels_of(sensor);
+  const auto adjacent = [&](int first) {
+    const int second = (first + 1) % sensor.electrode_count;
+    return ElectrodeSet{1} << first | ElectrodeSet{1} << second;
+  };
+  std::vector<ElectrodeSet> out;
+  for (const auto& pair : reciprocal_pairs(sensor)) {
+    const Channel& channel = channels[static_cast<std::size_t>(pair[0])];
+    out.push_back(adjacent(channel.drive) | adjacent(channel.measurement));
+  }
+  return out;
+}
+
+std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet masked) {
+  const std::vector<ElectrodeSet> electrodes = electrodes_of_pairs(sensor);
+  std::vector<Eigen::Index> kept;
+  for (std::size_t p = 0; p < electrodes.size(); ++p) {
+    if ((electrodes[p] & masked) == 0) kept.push_back(static_cast<Eigen::Index>(p));
+  }
+  return kept;
+}
+
+Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,
+                                      const std::vector<Eigen::Index>& kept, Eigen::Index pairs) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(columns.rows(), pairs);
+  out(Eigen::all, kept) = columns;
+  return out;
+}
+
+ChannelMask ChannelMask::from_json(JsonObject& object) {
+  ChannelMask mask;
+  mask.place_ =
+      (object.source().empty() ? "" : object.source() + ": ") + object.path_of("channel_mask");
+  if (!object.has("channel_mask")) return mask;
+  const nlohmann::json& value = object.raw("channel_mask");
+  if (value.is_string()) {
+    mask.detect = object.choice("channel_mask", {"none", "detect"}) == "detect";
+    return mask;
+  }
+  if (!value.is_array()) {
+    object.fail("channel_mask",
+                "must be \"none\", \"detect\" or a list of electrodes, got " + value.dump());
+  }
+  for (const int electrode : object.integers("channel_mask", 1, 59, {0, 63})) {
+    mask.electrodes |= ElectrodeSet{1} << electrode;
+  }
+  return mask;
+}
+
+void ChannelMask::add_to(nlohmann::json& parameters) const {
+  if (detect) {
+    parameters["channel_mask"] = "detect";
+  } else if (electrodes == 0) {
+    parameters["channel_mask"] = "none";
+  } else {
+    parameters["channel_mask"] = nlohmann::json::array();
+    for (int e = 0; e < 64; ++e) {
+      if (electrodes >> e & 1) parameters["channel_mask"].push_back(e);
+    }
+  }
+}
+
+void ChannelMask::check(const Sensor& sensor) const {
+  const int count = sensor.electrode_count;
+  if (count < 64 && electrodes >> count != 0) {
+    throw InputError(place_ + ": names an electrode that is not there: the sensor has " +
+                     std::to_string(count) + ", 0 ... " + std::to_string(count - 1));
+  }
+  if (electrodes != 0 && count - size_of(electrodes) < 5) {
+    throw InputError(place_ + ": must leave five electrodes or more, leaves " +
+                     std::to_string(count - size_of(electrodes)));
+  }
+}
+
+}  // namespace ertbench
