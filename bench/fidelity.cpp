@@ -195,10 +195,7 @@ std::string csv_of(const std::vector<FidelityRow>& rows) {
 
 std::string markdown_of(const std::vector<FidelityRow>& rows, const Experiment& experiment) {
   TextTable table;
-  table.caption =
-      "Errors are 2-norms over the channels in units of the frame's noise. Times are of one "
-      "thread, "
-      "a scene: median of the blocks, 5 to 95 % in brackets";
+  table.caption = "The models";
   table.header = {"dataset",   "scenes",           "number",           "model",
                   "time (µs)", "scenes/s",         "median error",     "95 % of error",
                   "largest",   "within the bound", "kept of promised", "estimate / error"};
@@ -215,7 +212,18 @@ std::string markdown_of(const std::vector<FidelityRow>& rows, const Experiment& 
          automatic ? three_digits(row.tightness) : ""});
   }
   return "# " + experiment.title + "\n\n" + experiment.question + "\n\n" +
-         ertbench::markdown_of(table) + "\nMade by `./ertbench fidelity experiments/" +
+         ertbench::markdown_of(table) +
+         "\nErrors are 2-norms over the channels in units of the frame's noise, against the border "
+         "integral equation at a thousandth of the bound. Times are of one thread, a scene: median "
+         "of the blocks of " +
+         std::to_string(block) +
+         ", 5 to 95 % in brackets. \"smooth\" are "
+         "scenes of whole discs and ellipses apart from each other, \"other\" those with corners, "
+         "overlaps or contacts cut by the border of the sheet; blank scenes are left out. \"kept "
+         "of "
+         "promised\": scenes whose error is within the bound, of those whose estimate is.\n\nMade "
+         "by "
+         "`./ertbench fidelity experiments/" +
          experiment.name + ".json` on " + cpu_name() + ".\n";
 }
 
