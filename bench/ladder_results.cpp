@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -98,8 +99,11 @@ std::string interval_text(const Breakdown& breakdown, const std::string& side) {
 }  // namespace
 
 std::string level_digits(double level) {
-  return level == std::round(level) && std::abs(level) < 1e4 ? fixed(level, 0)
-                                                             : three_digits(level);
+  if (level == std::round(level) && std::abs(level) < 1e5) return fixed(level, 0);
+  if (std::abs(level) >= 1e-3) return three_digits(level);
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", level);
+  return text;
 }
 
 std::string AxisBreakdown::text() const {

@@ -51,7 +51,7 @@ std::vector<std::string> breakdown_notes(const Ladders& ladders);
 std::string breakdown_markdown(const std::string& title, const Ladders& ladders,
                                const std::vector<AxisBreakdown>& breakdowns);
 
-/// "27.3", "8", "0.0450": three digits that count, none behind a whole number.
+/// "27.3", "8", "0.0450", "2.6e-08": three digits that count, none behind a whole number.
 std::string level_digits(double level);
 
 /// 5, 50 and 95 % quantiles over the frames that have a value.
