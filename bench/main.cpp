@@ -18,6 +18,7 @@
 #include "bench/baseline.h"
 #include "bench/cache.h"
 #include "bench/check_command.h"
+#include "bench/datasets.h"
 #include "bench/experiment.h"
 #include "bench/ladder_run.h"
 #include "bench/progress.h"
