@@ -62,16 +62,16 @@ ImagePanels::ImagePanels(Canvas& canvas, const Sensor& sensor, const ColourScale
 }
 
 void ImagePanels::image(double left, double top, double side,
-                        const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                        const Eigen::Ref<const Eigen::RowVectorXd>& values,
                         const std::string& inside) {
   canvas_.area(left, top, side, side);
   if (!inside.empty()) {
     canvas_.label(inside, left + side / 2, top + side / 2, 11, "center front");
   }
   canvas_.out() << "plot ";
-  if (change.size() > 0) {
+  if (values.size() > 0) {
     const std::string file = "image" + std::to_string(files_.size()) + ".txt";
-    files_[file] = image_file(change, grid_, scale_);
+    files_[file] = image_file(values, grid_, scale_);
     const int points = kRepeat * grid_;
     canvas_.out() << gnuplot_string(file) << " matrix using (-1 + 2 * ($1 + 0.5) / " << points
                   << "):(-1 + 2 * ($2 + 0.5) / " << points << "):3 with image, ";
@@ -80,7 +80,7 @@ void ImagePanels::image(double left, double top, double side,
                 << "unset label\n";
 }
 
-void ImagePanels::colour_bar(double left, double top, double height) {
+void ImagePanels::colour_bar(double left, double top, double height, const std::string& quantity) {
   constexpr int width = 11;
   const double range = scale_.high - scale_.low;
   const int steps = static_cast<int>(std::lround(range / scale_.step));
@@ -93,7 +93,6 @@ void ImagePanels::colour_bar(double left, double top, double height) {
     canvas_.label(text, left + width + 5, y, 10, "left");
     canvas_.line(left + width, y, left + width + 3, y, "linecolor '#404040'");
   }
-  const char* quantity = height > 170 ? "conductivity change δσ / c₀" : "δσ / c₀";
   canvas_.label(quantity, left + width + 55, top + height / 2.0, 11, "center rotate by 90");
   canvas_.area(left, top, width, height);
   canvas_.out() << "unset object\nset xrange [0:1]\nset yrange [0:256]\n"

@@ -18,7 +18,7 @@ namespace {
 constexpr int width = 760;
 constexpr Box share_box{70, 44, 740, 244};
 constexpr Box error_box{70, 270, 740, 490};
-constexpr double legend_top = 548;
+constexpr double legend_top = 556;
 constexpr double legend_line = 18;
 constexpr int legend_columns = 3;
 
@@ -39,6 +39,13 @@ class Drawing {
         axis_(axis),
         series_(series_of(axis, outcomes)),
         canvas_(width, height()) {
+    const bool any = std::any_of(series_.begin(), series_.end(), [](const Series& series) {
+      const auto& levels = series.climb->levels;
+      return std::any_of(levels.begin(), levels.end(), [](const LadderLevel& level) {
+        return quantiles(level, &JudgedFrame::error).has_value();
+      });
+    });
+    value_ = any ? &JudgedFrame::error : &JudgedFrame::peak;
     first_ = x_of_level(0);
     last_ = x_of_level(axis.levels.size() - 1);
     const double margin = 0.04;
@@ -95,6 +102,11 @@ class Drawing {
     return std::find(axis_.levels.begin(), axis_.levels.end(), level.level) != axis_.levels.end();
   }
 
+  /// Where a level lies, 0 at the left edge to 1 at the right.
+  double across(double x) const {
+    return (scaled(x) - scaled(left_)) / (scaled(right_) - scaled(left_));
+  }
+
   std::string colour(const Series& series) const { return "'" + hue(series.index).hex() + "'"; }
   int shape(const Series& series) const { return shapes[series.index % std::size(shapes)]; }
   int dash(const Series& series) const { return dashes[series.index % std::size(dashes)]; }
@@ -107,11 +119,17 @@ class Drawing {
         << left_ << ":" << right_ << "]\n"
         << (axis_.logarithmic ? "set logscale x\n" : "unset logscale x\n");
     out << "set xtics (";
+    const bool many = axis_.levels.size() > 12;
+    double taken = -1e9;  // px to which the last label reaches
     for (std::size_t i = 0; i < axis_.levels.size(); ++i) {
-      const std::string text = lower ? one_line(level_text(axis_.levels[i]), 16) : "";
+      std::string text = lower ? one_line(level_text(axis_.levels[i]), 16) : "";
+      const double half = many ? 9 : 3.6 * static_cast<double>(character_count(text));
+      const double middle = across(x_of_level(i)) * (box.right - box.left);
+      if (middle - half < taken) text.clear();
+      if (!text.empty()) taken = middle + half;
       out << (i > 0 ? ", " : "") << gnuplot_string(text) << " " << x_of_level(i);
     }
-    out << ")" << (axis_.levels.size() > 12 ? " rotate by 45 right" : "") << "\n";
+    out << ")" << (many ? " rotate by 45 right" : " norotate") << "\n";
     const std::string name = axis_.unit.empty() ? "level" : "level (" + axis_.unit + ")";
     out << "set xlabel " << gnuplot_string(lower ? name : "") << " offset 0,0.3\n";
   }
@@ -139,39 +157,42 @@ class Drawing {
   }
 
   void errors() {
-    double low = 1;
-    double high = 1;
+    const double limit =
+        blank() ? ladders_.failure.contact_threshold : ladders_.failure.relative_error;
+    double low = limit;
+    double high = limit;
     for (const Series& series : series_) {
       for (const LadderLevel& level : series.climb->levels) {
-        const auto quantiles = error_quantiles(level);
-        if (!quantiles) continue;
-        low = std::min(low, quantiles->low);
-        high = std::max(high, quantiles->high);
+        const auto found = quantiles(level, value_);
+        if (!found) continue;
+        low = std::min(low, found->low);
+        high = std::max(high, found->high);
       }
     }
     // What is ten times worse than nothing need not be told from what is a hundred times.
-    low = std::max(low / 1.15, 0.01);
-    high = std::min(high * 1.15, 10.0);
+    low = std::max(low / 1.15, 0.01 * limit);
+    high = std::min(high * 1.15, 10 * limit);
     axes(error_box, true);
     canvas_.out() << "set logscale y\nset yrange [" << low << ":" << high << "]\nset ytics ("
                   << tick_list(log_ticks({low, high})) << ")\nset ylabel "
-                  << gnuplot_string("relative error of δσ") << " offset 1,0\n";
-    std::string plots = level_line(ladders_.failure.relative_error);
+                  << gnuplot_string(blank() ? "largest change over c₀" : "relative error of δσ")
+                  << " offset 1,0\n";
+    std::string plots = level_line(limit);
     for (std::size_t s = 0; s < series_.size(); ++s) {
       std::ostringstream line;
       std::ostringstream marks;
       std::ostringstream whiskers;
       for (std::size_t i = 0; i < series_[s].climb->levels.size(); ++i) {
         const LadderLevel& level = series_[s].climb->levels[i];
-        const auto quantiles = error_quantiles(level);
-        if (!quantiles) continue;
+        const auto found = quantiles(level, value_);
+        if (!found) continue;
         const double x = x_of(series_[s], i);
-        const double y = std::min(quantiles->median, high);
+        const double y = std::min(found->median, high);
         line << x << ' ' << y << '\n';
         if (!is_of_file(level)) continue;
         marks << beside(x, s) << ' ' << y << '\n';
-        whiskers << beside(x, s) << ' ' << y << ' ' << std::max(quantiles->low, low) << ' '
-                 << std::min(quantiles->high, high) << '\n';
+        whiskers << beside(x, s) << ' ' << y << ' ' << std::max(found->low, low) << ' '
+                 << std::min(found->high, high) << '\n';
         tooltip(error_box, beside(x, s), std::log(high / y) / std::log(high / low), series_[s],
                 level);
       }
@@ -185,6 +206,9 @@ class Drawing {
     plot(plots);
     canvas_.out() << "unset logscale\n";
   }
+
+  /// Whether no frame has an error, as none has a contact: then the changes are shown.
+  bool blank() const { return value_ == &JudgedFrame::peak; }
 
   std::string level_line(double y) {
     std::ostringstream ends;
@@ -208,15 +232,14 @@ class Drawing {
 
   void tooltip(const Box& box, double x, double down, const Series& series,
                const LadderLevel& level) {
-    const double across = (scaled(x) - scaled(left_)) / (scaled(right_) - scaled(left_));
-    const auto errors = error_quantiles(level);
+    const auto errors = quantiles(level, value_);
     std::string text = series.label + ", " + level_text(level.level) + " " + axis_.unit + "\n" +
                        fixed(100 * level.share(), 1) + " % fail";
     if (errors) {
-      text += "\nerror " + three_digits(errors->median) + " (" + three_digits(errors->low) + " … " +
-              three_digits(errors->high) + ")";
+      text += (blank() ? "\nlargest change " : "\nerror ") + three_digits(errors->median) + " (" +
+              three_digits(errors->low) + " … " + three_digits(errors->high) + ")";
     }
-    canvas_.tooltip_at(box.left + across * (box.right - box.left),
+    canvas_.tooltip_at(box.left + across(x) * (box.right - box.left),
                        box.top + down * (box.bottom - box.top), text);
   }
 
@@ -250,6 +273,7 @@ class Drawing {
   const Ladders& ladders_;
   const LadderAxis& axis_;
   std::vector<Series> series_;
+  std::optional<double> JudgedFrame::*value_ = &JudgedFrame::error;  ///< of the lower panel
   double first_ = 0;
   double last_ = 1;
   double left_ = 0;

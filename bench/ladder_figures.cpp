@@ -38,9 +38,18 @@ double severity(const GalleryFrame& one) {
   }
 }
 
+/// What the colours of truth and image end at: the image's largest change, but at least the truth's
+/// and at most three times that, unless the sheet is blank; S/m.
+double largest(const Sensor& sensor, const WorstFrame& worst) {
+  const auto finite = worst.change.array().isFinite();
+  const double image = finite.select(worst.change.array(), 0.0).abs().maxCoeff();
+  const double truth = (worst.conductivity.array() - sensor.background).abs().maxCoeff();
+  const double rounding = 1e-4 * sensor.background;  // of what a record holds
+  return truth > rounding ? std::clamp(image, truth, 3 * truth) : std::max(image, rounding);
+}
+
 std::string cell_text(const Breakdown& found) {
-  const bool whole = found.level == std::round(found.level);
-  const std::string level = whole ? fixed(found.level, 0) : three_digits(found.level);
+  const std::string level = level_digits(found.level);
   if (found.state == BreakState::at_mildest) return "at " + level;
   return found.state == BreakState::never ? "ok " + level : level;
 }
@@ -82,8 +91,7 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
   panel.title = "level at which it breaks down";
   panel.quantity = panel.title;
   map.published_note =
-      "colour: place on the ladder, 0 mildest … 1 severest; \"at\": fails at the mildest level "
-      "already; \"ok\": holds to the severest";
+      "colour: 0 breaks down at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
   panel.decimals = 2;
   panel.range = {0, 1};
   const std::size_t cells = solvers.size() * axes.size();
@@ -138,55 +146,49 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
     std::vector<GalleryFrame> frames;
   };
   std::vector<Row> rows;
-  std::size_t count = 0;
   for (const LadderOutcome& outcome : outcomes) {
     if (!outcome.record) continue;
     Row row{outcome.entry->label, gallery_of(ladders, *outcome.record)};
-    count += row.frames.size();
     if (!row.frames.empty()) rows.push_back(std::move(row));
   }
   if (rows.empty()) return false;
 
-  Images truths(static_cast<Eigen::Index>(count), sensor.pixels());
-  Images images(truths.rows(), sensor.pixels());
-  Eigen::Index next = 0;
-  for (const Row& row : rows) {
-    for (const GalleryFrame& one : row.frames) {
-      truths.row(next) = one.frame->conductivity.array() / sensor.background - 1;
-      images.row(next++) = one.frame->change / sensor.background;
-    }
-  }
   const auto row_count = static_cast<int>(rows.size());
   std::size_t widest = 2;  // so that the titles have room
   for (const Row& row : rows) widest = std::max(widest, row.frames.size());
   const int bar_left = left_edge + pair_width * static_cast<int>(widest);
-  const ColourScale scale = colour_scale(truths, {images}, 7);
+  const ColourScale scale{-1, 1, 0.5, true, true};
   Canvas canvas(bar_left + bar_width, top_edge + row_count * row_height + 4);
   canvas.out() << "set multiplot\n";
   ImagePanels panels(canvas, sensor, scale);
-  next = 0;
   for (int r = 0; r < row_count; ++r) {
     const Row& row = rows[static_cast<std::size_t>(r)];
     const double top = top_edge + r * row_height;
     canvas.label(row.label + ": truth and image", left_edge, top, 11, "left");
-    for (std::size_t p = 0; p < row.frames.size(); ++p, ++next) {
+    for (std::size_t p = 0; p < row.frames.size(); ++p) {
       const GalleryFrame& one = row.frames[p];
       const double left = left_edge + pair_width * static_cast<double>(p);
+      const nlohmann::json value = nlohmann::json::parse(one.frame->level);
       const std::string level =
-          level_text(one.frame->level) + (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+          (value.is_number() ? level_digits(value) : level_text(one.frame->level)) +
+          (one.axis->unit.empty() ? "" : " " + one.axis->unit);
       const std::string where = one.axis->title + ": " + level;
-      canvas.label(failure_text(*one.frame) + " at " + level, left, top + 14 + side + 8, 10,
-                   "left");
+      canvas.label(one_line(failure_text(*one.frame) + " at " + level, 40), left,
+                   top + 14 + side + 8, 9, "left");
       canvas.label(one_line(one.axis->title, 38), left, top + 14 + side + 21, 9, "left");
       canvas.tooltip(left, top + 12, 2 * side + gap, side,
                      row.label + ", frame " + std::to_string(one.frame->frame) + "\n" + where +
                          "\n" + failure_text(*one.frame));
-      panels.image(left, top + 12, side, truths.row(next), "");
-      const bool finite = images.row(next).array().isFinite().any();
-      panels.image(left + side + gap, top + 12, side, images.row(next), finite ? "" : "undefined");
+      const double unit = largest(sensor, *one.frame);
+      const bool finite = one.frame->change.array().isFinite().any();
+      panels.image(left, top + 12, side,
+                   (one.frame->conductivity.array() - sensor.background) / unit, "");
+      panels.image(left + side + gap, top + 12, side, one.frame->change / unit,
+                   finite ? "" : "undefined");
     }
   }
-  panels.colour_bar(bar_left - 4, top_edge + 12, row_count > 1 ? 2 * row_height - 46 : side);
+  panels.colour_bar(bar_left - 4, top_edge + 12, row_count > 1 ? 2 * row_height - 46 : side,
+                    row_count > 1 ? "change over the pair's largest" : "change");
   canvas.out() << "unset multiplot\n";
   canvas.draw(panels.files(), stem);
   return true;

@@ -25,9 +25,9 @@ struct GalleryFrame {
 /// the worst of the rest.
 std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record);
 
-/// Draws the galleries of all solvers, a row for each: pairs of truth and image, with what failed
-/// and where. Nothing is drawn, and false returned, where no solver has any. Throws InputError
-/// where gnuplot is missing or a file cannot be written.
+/// Draws the galleries of all solvers, a row for each: pairs of truth and image on a
+/// scale of their own, with what failed and where. Nothing is drawn, and false returned, where no
+/// solver has any. Throws InputError where gnuplot is missing or a file cannot be written.
 bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
                   const Sensor& sensor, const std::filesystem::path& stem);
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -87,12 +89,6 @@ std::vector<AxisBreakdown> range_lines(const AxisBreakdown& line, const LadderAx
   return lines;
 }
 
-/// Three digits that count, and none where it is a whole number.
-std::string level_digits(double level) {
-  return level == std::round(level) && std::abs(level) < 1e4 ? fixed(level, 0)
-                                                             : three_digits(level);
-}
-
 std::string interval_text(const Breakdown& breakdown, const std::string& side) {
   if (breakdown.mild && breakdown.mild == breakdown.severe) return "";
   const std::string mild = breakdown.mild ? level_digits(*breakdown.mild) : "before";
@@ -102,9 +98,17 @@ std::string interval_text(const Breakdown& breakdown, const std::string& side) {
 
 }  // namespace
 
+std::string level_digits(double level) {
+  if (level == std::round(level) && std::abs(level) < 1e5) return fixed(level, 0);
+  if (std::abs(level) >= 1e-3) return three_digits(level);
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", level);
+  return text;
+}
+
 std::string AxisBreakdown::text() const {
   if (!categories.empty()) return categories;
-  if (!breakdown) return state;
+  if (!breakdown) return state.substr(0, state.find(':'));
   switch (breakdown->state) {
     case BreakState::breaks:
       return level_digits(breakdown->level) + interval_text(*breakdown, side);
@@ -194,9 +198,9 @@ std::string levels_csv(const std::vector<LadderOutcome>& outcomes) {
       if (level.frames.empty()) continue;
       out << number_text(level.count(kind) / static_cast<double>(level.frames.size()));
     }
-    const auto errors = error_quantiles(level);
-    for (const double ErrorQuantiles::*part :
-         {&ErrorQuantiles::low, &ErrorQuantiles::median, &ErrorQuantiles::high}) {
+    const auto errors = quantiles(level, &JudgedFrame::error);
+    for (const double FrameQuantiles::*part :
+         {&FrameQuantiles::low, &FrameQuantiles::median, &FrameQuantiles::high}) {
       out << ',' << (errors ? number_text((*errors).*part) : "");
     }
     out << ',' << quoted(level.message) << '\n';
@@ -223,7 +227,11 @@ TextTable breakdown_table(const std::vector<AxisBreakdown>& breakdowns) {
   const auto place_of = [](std::vector<std::string>& list, const std::string& name) {
     if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
   };
-  for (const AxisBreakdown& line : breakdowns) {
+  std::vector<AxisBreakdown> lines = breakdowns;  // in the order of the file's axes
+  std::stable_sort(lines.begin(), lines.end(), [](const AxisBreakdown& a, const AxisBreakdown& b) {
+    return std::less<>()(a.axis, b.axis);
+  });
+  for (const AxisBreakdown& line : lines) {
     std::string row = line.axis->title;
     if (!line.side.empty()) row += ", " + line.side;
     if (!line.axis->unit.empty()) row += " (" + line.axis->unit + ")";
@@ -258,6 +266,8 @@ std::vector<std::string> breakdown_notes(const Ladders& ladders) {
           "\"fails at … already\": at the ladder's mildest level. \"holds to …\": not even at its "
           "severest. Parameters have two rows, below and above the values that work; of levels "
           "without an order the shares of failing frames are given.",
+          "By this rule an image that fades to nothing does not fail: its error comes near 1 from "
+          "below. Where a solver holds, the chart of its errors says what its images are worth.",
           "no-contact, the image of nothing, fails on every frame with a contact by definition "
           "(its relative error is 1), and on no blank one."};
 }
@@ -269,20 +279,21 @@ std::string breakdown_markdown(const std::string& title, const Ladders& ladders,
   return out;
 }
 
-std::optional<ErrorQuantiles> error_quantiles(const LadderLevel& level) {
-  std::vector<double> errors;
+std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
+                                        std::optional<double> JudgedFrame::*value) {
+  std::vector<double> values;
   for (const JudgedFrame& frame : level.frames) {
-    if (frame.error) errors.push_back(*frame.error);
+    if (frame.*value) values.push_back(*(frame.*value));
   }
-  if (errors.empty()) return std::nullopt;
-  std::sort(errors.begin(), errors.end());
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
   const auto quantile = [&](double share) {
-    const double place = share * static_cast<double>(errors.size() - 1);
+    const double place = share * static_cast<double>(values.size() - 1);
     const auto below = static_cast<std::size_t>(place);
-    const auto above = std::min(below + 1, errors.size() - 1);
-    return errors[below] + (place - static_cast<double>(below)) * (errors[above] - errors[below]);
+    const auto above = std::min(below + 1, values.size() - 1);
+    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
   };
-  return ErrorQuantiles{quantile(0.05), quantile(0.5), quantile(0.95)};
+  return FrameQuantiles{quantile(0.05), quantile(0.5), quantile(0.95)};
 }
 
 }  // namespace ertbench

@@ -51,12 +51,16 @@ std::vector<std::string> breakdown_notes(const Ladders& ladders);
 std::string breakdown_markdown(const std::string& title, const Ladders& ladders,
                                const std::vector<AxisBreakdown>& breakdowns);
 
-/// 5, 50 and 95 % quantiles of the errors of the frames that have one.
-struct ErrorQuantiles {
+/// "27.3", "8", "0.0450", "2.6e-08": three digits that count, none behind a whole number.
+std::string level_digits(double level);
+
+/// 5, 50 and 95 % quantiles over the frames that have a value.
+struct FrameQuantiles {
   double low = 0;
   double median = 0;
   double high = 0;
 };
-std::optional<ErrorQuantiles> error_quantiles(const LadderLevel& level);
+std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
+                                        std::optional<double> JudgedFrame::*value);
 
 }  // namespace ertbench

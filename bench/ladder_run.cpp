@@ -9,7 +9,7 @@
 #include "bench/progress_file.h"
 #include "bench/records.h"
 #include "forward/errors.h"
-#include "forward/forward_model.h"
+#include "forward/scene_model.h"
 #include "forward/generate.h"
 #include "solvers/registry.h"
 
@@ -39,7 +39,7 @@ class TestBlocks {
   }
 
  private:
-  std::map<int, ForwardModel> models_;  ///< by grid
+  std::map<int, SceneModel> models_;  ///< by grid
 };
 
 /// Images of the block; those that are not usable are NaN.

@@ -18,6 +18,7 @@
 #include "bench/baseline.h"
 #include "bench/cache.h"
 #include "bench/check_command.h"
+#include "bench/datasets.h"
 #include "bench/experiment.h"
 #include "bench/fidelity.h"
 #include "bench/ladder_run.h"
@@ -259,7 +260,8 @@ int parse_and_run(int argc, char** argv) {
   run_command->footer(
       "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
       "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"
-      "RESULTS/training/. The file's \"charts\" are drawn beside the table.");
+      "RESULTS/training/. The file's \"charts\" are drawn beside the table. With \"ladders\" each\n"
+      "solver is taken to where it breaks down: RESULTS/breakdown.md, breakdown.csv and charts.");
 
   CLI::App* check_command =
       app.add_subcommand("check", "Run an experiment and compare with its baseline");

@@ -157,7 +157,8 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
       plot_panel(canvas, panels, layout, panel, image);
     }
   }
-  panels.colour_bar(layout.left_of(layout.columns) + 4, layout.top_of(0), layout.bar_height());
+  panels.colour_bar(layout.left_of(layout.columns) + 4, layout.top_of(0), layout.bar_height(),
+                    layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
   canvas.out() << "unset multiplot\n";
   canvas.draw(panels.files(), stem);
 }

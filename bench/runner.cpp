@@ -11,6 +11,7 @@
 #include <map>
 #include <thread>
 
+#include "bench/datasets.h"
 #include "bench/ladder_record.h"
 #include "bench/process.h"
 #include "bench/progress.h"
@@ -18,9 +19,7 @@
 #include "bench/records.h"
 #include "bench/results.h"
 #include "bench/rows.h"
-#include "forward/dataset_file.h"
 #include "forward/errors.h"
-#include "forward/generate.h"
 
 namespace ertbench {
 namespace {
@@ -249,20 +248,6 @@ bool is_wanted(const SolverEntry& entry, const RunOptions& options) {
 }
 
 }  // namespace
-
-void ensure_datasets(const Experiment& experiment, const Cache& cache) {
-  fs::create_directories(cache.folder() / "datasets");
-  for (const DatasetSpec* spec : experiment.datasets()) {
-    const fs::path file = cache.dataset(*spec);
-    if (fs::exists(file)) continue;
-    Progress progress(
-        "generating \"" + spec->name + "\" (" + std::to_string(spec->count) + " scenes, grid " +
-        (spec->grid == DatasetSpec::grid_auto ? "auto" : std::to_string(spec->grid)) + ")");
-    generate_dataset(*spec, file, {cores(), [&](std::uint64_t done, std::uint64_t total) {
-                                     progress.update(done, total);
-                                   }});
-  }
-}
 
 int run_experiment(const Experiment& experiment, const Cache& cache, const RunOptions& options) {
   std::vector<const SolverEntry*> entries;

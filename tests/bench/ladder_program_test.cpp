@@ -132,6 +132,26 @@ TEST(LadderProgram, TablesFollowFromTheRecords) {
             "fails at its mildest level");
 }
 
+TEST(LadderProgram, ParametersAndTrainingSetsAreFittedAnewAndKept) {
+  const TemporaryFolder folder("fitted_ladders");
+  json object = small_experiment();
+  object["plugins"] = {ERTBENCH_MISBEHAVING_PLUGIN};
+  object["datasets"]["train"] = object["datasets"]["validation"];
+  object["solvers"] = json::parse(R"([{"type": "toy-learned", "label": "toy", "seed": 1}])");
+  object["ladders"] = json::parse(R"({"axes": [
+    {"name": "seeds", "solver": "toy", "vary": "/seed", "scale": "categories", "levels": [1, 2, 3]},
+    {"name": "count", "solver": "toy", "vary": "train:/count", "levels": [30, 10]}
+  ]})");
+  write_text(folder / "x.json", object.dump());
+  for (int run = 0; run < 2; ++run) {
+    const Outcome outcome = run_program(folder.path(), "run x.json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    // Seed 1 on 30 scenes is the experiment's own; seeds 2 and 3, and 10 scenes, are new.
+    EXPECT_EQ(read_text(folder / "cache" / "solvers" / "fits"), "fit\nfit\nfit\nfit\n");
+    fs::remove_all(folder / "results");
+  }
+}
+
 TEST(LadderProgram, ASolverThatMisbehavesCostsItsRowAlone) {
   const TemporaryFolder folder("bad_ladders");
   json object = experiment_with_ladders();

@@ -140,6 +140,13 @@ TEST(Ladder, SaysWhatIsWrong) {
   EXPECT_NE(with("scal", "log").find("scale"), std::string::npos);
 }
 
+TEST(Ladder, LevelsHaveThreeDigits) {
+  EXPECT_EQ(level_digits(8), "8");
+  EXPECT_EQ(level_digits(27.34), "27.3");
+  EXPECT_EQ(level_digits(0.0451), "0.0451");
+  EXPECT_EQ(level_digits(2.613e-8), "2.61e-08");
+}
+
 TEST(Ladder, TablesSayWhatIsKnown) {
   const Experiment experiment = read([] {
     json object =
