@@ -100,6 +100,11 @@ void LearnedSolver::fit(const FitInput& input) {
   if (training.size() < 2)
     throw InputError(training.path().string() + ": needs two scenes or more");
   check(input.sensor);
+  if (training_.faults.dead_electrodes.second > input.sensor.electrode_count - 5) {
+    throw InputError(type_ +
+                     ": /training_faults/dead_electrodes: must leave five electrodes of the " +
+                     std::to_string(input.sensor.electrode_count) + " or more");
+  }
   const json runtime = start_torch(input.threads);
   torch::manual_seed(training_.seed);
 

@@ -32,7 +32,7 @@ TrainingFaults TrainingFaults::from_json(JsonObject& object) {
   if (faults.choice_or("dead_reading", "zero", {"zero", "floating"}) == "floating") {
     out.dead_reading = DeadReading::floating;
   }
-  if (faults.has("gain_error")) out.gain_error = faults.interval("gain_error", {0, 1});
+  if (faults.has("gain_error")) out.gain_error = faults.interval("gain_error", {0, 10});
   if (faults.has("offset")) out.offset = faults.interval("offset", {0, 10});
   faults.finish();
   out.share = object.number_or("fault_share", out.share, {0, 1, true});

@@ -264,6 +264,42 @@ TEST(Program, ReconstructsFramesOfEidors) {
   }
 }
 
+TEST(Program, ReconstructSaysWhichFramesAreNotToBeTrusted) {
+  const TemporaryFolder folder("suspect");
+  const Hdf5File eidors = Hdf5File::open(ERTBENCH_TEST_DATA "/eidors_d2s.h5");
+  RowMajorMatrix voltages = eidors.read_rows("/scenes/voltages", 0, 3);
+  const std::vector<Channel> channels = channels_of(Sensor{});
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    // Electrode 5 belongs to the pairs 4 and 5.
+    const bool dead = channels[c].drive / 2 * 2 == 4 || channels[c].measurement / 2 * 2 == 4;
+    if (dead) voltages(1, static_cast<Eigen::Index>(c)) = 0;
+  }
+  {
+    Hdf5File frames = Hdf5File::create(folder / "frames.h5");
+    frames.write_matrix("/voltages", voltages);
+    frames.write_vector("/reference_voltages", eidors.read_vector("/reference_voltages"));
+  }
+  const auto run = [&](const char* spec) {
+    write_text(folder / "solver.json", spec);
+    return run_program(folder.path(),
+                       "reconstruct --solver solver.json --input frames.h5 --output images.h5");
+  };
+  const Outcome plain = run(R"({"type": "tsvd", "rank": 45})");
+  EXPECT_NE(plain.output.find("1 suspect\n  1 with a dead electrode"), std::string::npos)
+      << plain.output;
+  {
+    const Hdf5File images = Hdf5File::open(folder / "images.h5");
+    EXPECT_EQ(images.read_vector("/status"), Eigen::Vector3d(0, 3, 0));
+    EXPECT_EQ(images.read_vector("/reason"), Eigen::Vector3d(0, 1, 0));
+  }
+  const Outcome masked = run(R"({"type": "tsvd", "rank": 45, "channel_mask": "detect"})");
+  EXPECT_NE(masked.output.find("0 suspect\n  1 with a dead electrode"), std::string::npos)
+      << masked.output;
+  const Hdf5File images = Hdf5File::open(folder / "images.h5");
+  EXPECT_EQ(images.read_vector("/status"), Eigen::Vector3d::Zero());
+  EXPECT_EQ(images.read_vector("/reason"), Eigen::Vector3d(0, 1, 0));
+}
+
 struct BadCall {
   const char* arguments;
   const char* message;

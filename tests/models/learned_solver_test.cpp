@@ -8,6 +8,7 @@
 
 #include "forward/errors.h"
 #include "tests/models/models_testing.h"
+#include "tests/solvers/fault_frames.h"
 
 namespace ertbench {
 namespace {
@@ -121,6 +122,59 @@ TEST_P(LearnedContract, BadFramesCostOnlyThemselves) {
   EXPECT_LE((one_bad.images.row(2) - good.images.row(2)).norm(), 1e-5 * good.images.norm());
 }
 
+TEST_P(LearnedContract, SaysWhichFramesAreNotToBeTrusted) {
+  const TrainingFiles files(96, 200);
+  const auto solver = trained(files);
+  Frames changes = fresh_changes(200);
+  const auto suspects = [&](const Solver& one, int reason) {
+    int count = 0;
+    for (const FrameReport& report : reconstruct(one, changes).reports) {
+      count += report.status == FrameStatus::suspect && (report.reasons & reason) == reason;
+    }
+    return count;
+  };
+  EXPECT_LE(suspects(*solver, 0), 6);
+  const std::filesystem::path file = files.folder() / "network.fitted";
+  solver->save(file);
+  const auto again = make_learned({{"type", GetParam()["type"]}});
+  again->load(file, Sensor{});
+  const auto unchecked = make_learned({{"type", GetParam()["type"]}, {"inference_check", false}});
+  unchecked->load(file, Sensor{});
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) read_zero(changes.row(f), 1u << f % 16);
+  for (const Solver* one : {solver.get(), again.get()}) {
+    EXPECT_EQ(suspects(*one, dead_electrode), 200);
+  }
+  EXPECT_EQ(suspects(*unchecked, 0), 0);
+  changes = fresh_changes(200, 30);
+  EXPECT_EQ(suspects(*again, noise), 200);
+}
+
+TEST_P(LearnedContract, LoadsNetworksFromBeforeFramesWereJudged) {
+  const std::string type = GetParam()["type"];
+  const auto solver = make_learned({{"type", type}});
+  solver->load(ERTBENCH_SOURCE_DIR "/results/baselines/networks/" + type + ".fitted", Sensor{});
+  Frames changes = fresh_changes(2, 20);
+  read_zero(changes.row(1), 1u << 3);
+  const Reconstruction out = reconstruct(*solver, changes);
+  EXPECT_EQ(out.reports[0].status, FrameStatus::ok);
+  EXPECT_EQ(out.reports[1].status, FrameStatus::suspect);
+}
+
+TEST_P(LearnedContract, IsTrainedWithFaults) {
+  json spec = with_budget(GetParam());
+  spec["training_faults"] = {{"dead_electrodes", {0, 4}}, {"gain_error", {0, 0.05}}};
+  const auto solver = make_learned(spec);
+  solver->fit(files_.input());
+  EXPECT_EQ(solver->parameters().at("fault_share"), 0.5);
+  EXPECT_EQ(solver->parameters().at("training_faults").at("dead_electrodes"), json({0, 4}));
+  EXPECT_FALSE(trained(files_)->parameters().contains("training_faults"));
+  const std::filesystem::path file = files_.folder() / "network.fitted";
+  solver->save(file);
+  const auto again = make_learned({{"type", GetParam()["type"]}});
+  again->load(file, Sensor{});
+  EXPECT_EQ(again->parameters(), solver->parameters());
+}
+
 TEST_P(LearnedContract, ImagesEidorsFrames) {
   const auto solver = trained(files_);
   const Reconstruction out = reconstruct(*solver, eidors_changes());
@@ -144,6 +198,11 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
   EXPECT_THAT(said({{"type", "dcnn"}, {"widths", {8, 8}}}), HasSubstr("/widths"));
   EXPECT_THAT(said({{"type", "eit-nn"}, {"dense_widths", {64, 32}}}), HasSubstr("576"));
   EXPECT_EQ(said({{"type", "dd-ert"}, {"alpha", 100}, {"beta", 100}}), "");
+  EXPECT_THAT(said({{"type", "fcnn"}, {"fault_share", 0.5}}), HasSubstr("/fault_share"));
+  EXPECT_THAT(said({{"type", "fcnn"}, {"training_faults", json::object()}}),
+              HasSubstr("/training_faults: has no fault"));
+  EXPECT_THAT(said({{"type", "fcnn"}, {"training_faults", {{"adc_bits", 8}}}}),
+              HasSubstr("/training_faults/adc_bits"));
 }
 
 TEST(LearnedSolverSettings, HugeWeightsEndOneWayOrTheOther) {

@@ -234,6 +234,30 @@ TEST(TrainingSet, BatchesDependOnSeedEpochAndPlaceAlone) {
   EXPECT_FALSE(a.batch(0, 16).frames.equal(before.frames));
 }
 
+TEST(TrainingSet, AShareOfTheFramesHasFaults) {
+  const TrainingFiles files;
+  const FitInput input = files.input();
+  const Standardisation standardisation = Standardisation::of(*input.training);
+  TrainingSettings settings = small_settings();
+  TrainingSet faultless(*input.training, standardisation, settings);
+  settings.faults.dead_electrodes = {1, 4};
+  settings.faults.share = 0.5;
+  TrainingSet faulty(*input.training, standardisation, settings);
+  TrainingSet again(*input.training, standardisation, settings);
+  int different = 0;
+  for (std::uint64_t epoch = 0; epoch < 4; ++epoch) {
+    faultless.begin_epoch(epoch);
+    faulty.begin_epoch(epoch);
+    const TrainingBatch good = faultless.batch(0, 96);
+    const TrainingBatch bad = faulty.batch(0, 96);
+    EXPECT_TRUE(bad.truths.equal(good.truths));
+    different += (bad.frames != good.frames).any(1).sum().item<int>();
+  }
+  EXPECT_NEAR(different / 384.0, 0.5, 0.1);  // four standard deviations of the share
+  again.begin_epoch(3);
+  EXPECT_TRUE(again.batch(32, 16).frames.equal(faulty.batch(32, 16).frames));
+}
+
 TEST(TrainingSet, TurnedScenesAreWhatTheForwardModelSays) {
   const TrainingFiles files(8, 4);
   const FitInput input = files.input();

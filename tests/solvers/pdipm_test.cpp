@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "forward/errors.h"
+#include "solvers/solver_file.h"
 #include "tests/solvers/solver_testing.h"
 #include "tests/solvers/total_variation_reference.h"
 
@@ -228,6 +229,19 @@ TEST(Pdipm, FollowsTheSymmetriesOfTheSensor) {
     const RowMajorMatrix expected = image.transpose().colwise().reverse();
     EXPECT_LT(relative_difference(other, expected), 1e-4);
   }
+}
+
+TEST(Pdipm, LoadsFilesFromBeforeFramesWereJudged) {
+  const TemporaryFolder folder;
+  create_solver_file(folder / "old.h5", "pdipm", {},
+                     {{"alpha", 1e-5}, {"tolerance", 1e-4}, {"max_iterations", 50}});
+  const auto solver = make_solver({{"type", "pdipm"}});
+  solver->load(folder / "old.h5", {});
+  Frames changes = random_changes(2);
+  changes.row(1) = -ForwardModel(Sensor{}, 24).reference_voltages().transpose();
+  const Reconstruction out = reconstruct(*solver, changes);
+  EXPECT_EQ(out.reports[0].status, FrameStatus::ok);
+  EXPECT_EQ(out.reports[1].reasons, dead_electrode);
 }
 
 TEST(Pdipm, NamesWhatIsWrong) {
