@@ -9,8 +9,8 @@
 #include "bench/progress_file.h"
 #include "bench/records.h"
 #include "forward/errors.h"
-#include "forward/scene_model.h"
 #include "forward/generate.h"
+#include "forward/scene_model.h"
 #include "solvers/registry.h"
 
 namespace ertbench {

@@ -46,9 +46,9 @@ struct DatasetSpec {
   std::size_t most_vertices() const;  ///< in one contact, 0 where there are no polygons
 };
 
-/// Reads `{"count", "seed", "draws_of", "grid", "model_error", "rasterisation", "snr_db", "snr_basis",
-/// "faults", "scenes"}`. "scenes" is a distribution (an object) or a list of scenes; of a list
-/// "count" is the length.
+/// Reads `{"count", "seed", "draws_of", "grid", "model_error", "rasterisation", "snr_db",
+/// "snr_basis", "faults", "scenes"}`. "scenes" is a distribution (an object) or a list of scenes;
+/// of a list "count" is the length.
 DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
                                    const std::string& name);
 
