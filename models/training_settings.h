@@ -20,11 +20,11 @@ struct TrainingSettings {
   /// Share of the steps after which batch normalisation stops looking at the batch and uses the
   /// statistics gathered so far, as it will when images are made.
   double freeze_statistics = 0.6;
-  bool bfloat16 = false;    ///< compute in bfloat16 (ReducedPrecision), else float32
-  bool symmetries = true;   ///< turn scenes by the symmetries of the sensor
-  bool new_scenes = false;  ///< draw new scenes for every epoch
-  int patience = 20;        ///< epochs without a better validation error before it ends early
-  TrainingFaults faults;    ///< put into the frames, besides fresh noise
+  bool bfloat16 = false;       ///< compute in bfloat16 (ReducedPrecision), else float32
+  bool symmetries = true;      ///< turn scenes by the symmetries of the sensor
+  bool new_scenes = false;     ///< draw new scenes for every epoch
+  int patience = 20;           ///< epochs without a better validation error before it ends early
+  TrainingFaults faults = {};  ///< put into the frames, besides fresh noise
 
   /// Reads `{"seed", "epochs", "batch", "learning_rate", "schedule", "slow_rate",
   /// "freeze_statistics", "precision", "symmetries",
