@@ -180,6 +180,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   read_figure(root, experiment);
   read_published(root, experiment);
   experiment.charts = read_charts(root, experiment);
+  experiment.ladders = read_ladders(root, experiment, registry, check);
   root.finish();
   return experiment;
 }

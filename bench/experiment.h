@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/chart_spec.h"
+#include "bench/ladder_spec.h"
 #include "bench/right_sizing.h"
 #include "bench/solver_entry.h"
 #include "bench/table.h"
@@ -43,6 +44,7 @@ struct Experiment {
   PublishedTable published;
   std::vector<ChartSpec> charts;
   std::optional<RightSizing> right_sizing;
+  std::optional<Ladders> ladders;
 
   const DatasetSpec* find_dataset(const std::string& dataset) const;
   std::vector<const DatasetSpec*> datasets() const;  ///< all of them

@@ -169,7 +169,8 @@ std::vector<ReportSection> provenance_sections(const Experiment& experiment,
 
 Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
                  const TableText& text, const std::vector<std::string>& trained,
-                 const json& provenance, const std::filesystem::path& folder) {
+                 const std::vector<ReportSection>& ladders, const json& provenance,
+                 const std::filesystem::path& folder) {
   Report report;
   report.title = experiment.title;
   if (experiment.question != experiment.title) report.question = experiment.question;
@@ -178,6 +179,7 @@ Report report_of(const Experiment& experiment, const std::vector<ResultRow>& row
   };
   for (const CellTable& table : cell_tables(rows, text)) append({results_section(table)});
   append({reading_section(rows, text)});
+  append(ladders);
   append(chart_sections(experiment, rows, folder));
   if (!experiment.figure_scenes.empty()) append({reconstructions_section(experiment, folder)});
   if (!trained.empty()) append({training_section(trained, folder)});

@@ -50,8 +50,10 @@ Layout layout_for(const HeatMap& map) {
   layout.columns = static_cast<int>(map.x_values.size());
   layout.rows = static_cast<int>(map.y_values.size());
   layout.panels = static_cast<int>(map.panels.size());
-  layout.cell_width = std::clamp(420.0 / layout.columns, 12.0, 62.0);
-  layout.cell_height = std::clamp(320.0 / layout.rows, 12.0, 40.0);
+  const bool texts = std::any_of(map.panels.begin(), map.panels.end(),
+                                 [](const HeatMapPanel& panel) { return !panel.texts.empty(); });
+  layout.cell_width = std::clamp(420.0 / layout.columns, texts ? 66.0 : 12.0, texts ? 66.0 : 62.0);
+  layout.cell_height = std::clamp(320.0 / layout.rows, texts ? 19.0 : 12.0, 40.0);
   std::size_t longest = 0;
   for (const std::string& value : map.y_values) longest = std::max(longest, character_count(value));
   layout.left = 38 + 6.0 * static_cast<double>(longest);
@@ -72,6 +74,7 @@ struct Scale {
 
 /// From the best value to the worst, or to four times as far as the median, whichever is nearer.
 Scale scale_for(const HeatMap& map, const HeatMapPanel& panel) {
+  if (panel.range) return {panel.range->first, panel.range->second, false};
   std::vector<double> values;
   for (std::size_t i = 0; i < panel.colours.size(); ++i) {
     const auto& value = panel.colours[i];
@@ -167,7 +170,8 @@ class Drawing {
     }
     const Colour colour = viridis(scale.place(*colour_value));
     fill(colour.hex());
-    const std::string text = fixed(*value, panel.decimals);
+    const std::string text =
+        panel.texts.empty() ? fixed(*value, panel.decimals) : panel.texts[index];
     const double size = width >= 46 ? 10 : 8;
     if (0.58 * size * static_cast<double>(character_count(text)) > width - 3 || height < 14) return;
     canvas_.label(text, left + width / 2, top + height / 2, static_cast<int>(size),
@@ -184,6 +188,7 @@ class Drawing {
     std::string text = map_.x_name + " = " + map_.x_values[static_cast<std::size_t>(x)] + ", " +
                        map_.y_name + " = " + map_.y_values[static_cast<std::size_t>(y)] + "\n";
     if (const std::string& status = map_.statuses[index]; !status.empty()) return text + status;
+    if (!panel.texts.empty()) return text + panel.texts[index];
     text += panel.title + ": " + number(panel.values[index]);
     if (panel.quantity != panel.title) {
       text += "; " + panel.quantity + ": " + number(panel.colours[index]);

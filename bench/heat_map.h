@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ertbench {
@@ -14,6 +15,9 @@ struct HeatMapPanel {
   int decimals = 3;                            ///< of the values written into the cells
   std::vector<std::optional<double>> values;   ///< [y * columns + x], written
   std::vector<std::optional<double>> colours;  ///< [y * columns + x]
+  std::vector<std::string> texts = {};         ///< written in place of the values; may be empty
+  /// Of the colours; by default from the best to the worst.
+  std::optional<std::pair<double, double>> range = {};
 };
 
 /// Places on the grid.

@@ -18,7 +18,10 @@
 #include "bench/baseline.h"
 #include "bench/cache.h"
 #include "bench/check_command.h"
+#include "bench/datasets.h"
 #include "bench/experiment.h"
+#include "bench/fidelity.h"
+#include "bench/ladder_run.h"
 #include "bench/progress.h"
 #include "bench/reconstruct.h"
 #include "bench/records.h"
@@ -54,6 +57,7 @@ struct Arguments {
   std::optional<int> seed;
   int round = 0;
   int rounds = 3;
+  int scenes = 500;
   int threads = 1;
   std::string cache;
   std::string baseline;
@@ -199,6 +203,15 @@ int timing(const Arguments& arguments) {
   return run_timing(options) > 0 ? trial_failed : done;
 }
 
+int fidelity(const Arguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  const fs::path out =
+      arguments.out.empty() ? fs::path("results") / experiment.name : fs::path(arguments.out);
+  run_fidelity(experiment, {out, arguments.scenes});
+  return done;
+}
+
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
@@ -208,6 +221,8 @@ int trial(const Arguments& arguments) {
     if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
     if (arguments.stage == name_of(Stage::timing)) {
       run_timing_round(experiment, entry, cache, registry, arguments.round, arguments.out);
+    } else if (arguments.stage == name_of(Stage::ladders)) {
+      run_ladder_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
     } else {
       run_accuracy_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
     }
@@ -245,7 +260,8 @@ int parse_and_run(int argc, char** argv) {
   run_command->footer(
       "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
       "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"
-      "RESULTS/training/. The file's \"charts\" are drawn beside the table.");
+      "RESULTS/training/. The file's \"charts\" are drawn beside the table. With \"ladders\" each\n"
+      "solver is taken to where it breaks down: RESULTS/breakdown.md, breakdown.csv and charts.");
 
   CLI::App* check_command =
       app.add_subcommand("check", "Run an experiment and compare with its baseline");
@@ -325,6 +341,20 @@ int parse_and_run(int argc, char** argv) {
       "The machine should be otherwise idle. \"0.80 of stream\" means that the least time this\n"
       "machine allows, here for reading the matrices once, is 0.80 of what was measured.");
 
+  CLI::App* fidelity_command = app.add_subcommand(
+      "fidelity", "Error and time of the forward models on an experiment's scenes");
+  fidelity_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
+  fidelity_command->add_option("--out", arguments.out,
+                               "Result folder (default: results/EXPERIMENT)");
+  fidelity_command
+      ->add_option("--scenes", arguments.scenes, "Scenes of each dataset (default: 500)")
+      ->check(CLI::Range(10, 1000000));
+  fidelity_command->footer(
+      "Example:\n  ertbench fidelity experiments/fidelity.json --scenes 200\n"
+      "\"grid\": \"auto\" against the grids of 24, 48, 96 and 192, one thread: how long a scene\n"
+      "takes, how far its voltages are from the converged ones, and how often the estimate of\n"
+      "\"auto\" promised too much.");
+
   CLI::App* trial_command = app.add_subcommand("trial", "One stage of one solver; used by run");
   trial_command->group("");  // hidden
   trial_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
@@ -342,7 +372,7 @@ int parse_and_run(int argc, char** argv) {
                                  [&](const CLI::App* one) { return one->get_name() == command; });
   if (!command.empty() && command[0] != '-' && !known) {
     throw InputError("no command is called \"" + command +
-                     "\"; there are run, check, generate, reconstruct, list, timing");
+                     "\"; there are run, check, generate, reconstruct, list, timing, fidelity");
   }
   try {
     app.parse(argc, argv);
@@ -355,6 +385,7 @@ int parse_and_run(int argc, char** argv) {
   if (*reconstruct_command) return reconstruct(arguments);
   if (*list_command) return list();
   if (*timing_command) return timing(arguments);
+  if (*fidelity_command) return fidelity(arguments);
   return trial(arguments);
 }
 

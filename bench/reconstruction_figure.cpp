@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "bench/canvas.h"
 #include "bench/colour_scale.h"
-#include "bench/gnuplot.h"
-#include "bench/palette.h"
+#include "bench/image_panel.h"
 #include "bench/text.h"
 
 namespace ertbench {
@@ -79,111 +77,30 @@ void check(const ReconstructionFigure& figure) {
   }
 }
 
-/// Every pixel is written as a square of this many: some viewers of SVG smooth the pictures in it,
-/// which then blurs the edges of the pixels only.
-constexpr int kRepeat = 4;
-
-/// A data file: a matrix, row 0 first.
-std::string image_file(const Eigen::Ref<const Eigen::RowVectorXd>& image, int grid,
-                       const ColourScale& scale) {
-  std::ostringstream out;
-  for (int row = 0; row < grid * kRepeat; ++row) {
-    for (int column = 0; column < grid * kRepeat; ++column) {
-      const double value = image[column / kRepeat + grid * (row / kRepeat)];
-      if (std::isfinite(value)) {
-        out << std::clamp(value, scale.low, scale.high) << ' ';
-      } else {
-        out << "NaN ";
-      }
-    }
-    out << '\n';
-  }
-  return out.str();
-}
-
-/// The palette from end to end, for the colour bar: 256 rows.
-std::string bar_file(const ColourScale& scale) {
-  std::ostringstream out;
-  for (int i = 0; i < 256; ++i) {
-    const double value = scale.low + (scale.high - scale.low) * (i + 0.5) / 256;
-    out << value << ' ' << value << '\n';
-  }
-  return out.str();
-}
-
-std::string electrodes(const Sensor& sensor) {
-  std::ostringstream out;
-  const Eigen::Matrix2Xd positions = electrode_positions(sensor);
-  for (const auto& position : positions.colwise()) out << position.transpose() << "\n";
-  return out.str();
-}
-
 struct Panel {
   int scene;
   int column;
-  std::string file;    ///< of the image; empty for none
   std::string inside;  ///< written in its middle
   std::string below;
   std::string name;  ///< label and scene
 };
 
-/// A panel: its words, then the image with the electrodes on it.
-void plot_panel(Canvas& canvas, const Layout& layout, const Panel& panel, int grid) {
+/// A panel: its words, then the image [pixels] with the electrodes on it.
+void plot_panel(Canvas& canvas, ImagePanels& panels, const Layout& layout, const Panel& panel,
+                const Eigen::Ref<const Eigen::RowVectorXd>& image) {
   const int left = layout.left_of(panel.column);
   const int top = layout.top_of(panel.scene);
-  const double middle = left + layout.panel / 2.0;
-  canvas.area(left, top, layout.panel, layout.panel);
-  if (!panel.inside.empty()) {
-    canvas.label(panel.inside, middle, top + layout.panel / 2.0, 11, "center front");
-  }
   if (!panel.below.empty()) {
-    canvas.label(panel.below, middle, top + layout.panel + 8, 9, "center");
+    canvas.label(panel.below, left + layout.panel / 2.0, top + layout.panel + 8, 9, "center");
   }
   const std::string& result = panel.inside.empty() ? panel.below : panel.inside;
   canvas.tooltip(left, top, layout.panel, layout.panel,
                  panel.name + (result.empty() ? "" : "\n" + result));
-  canvas.out() << "plot ";
-  if (!panel.file.empty()) {
-    const int points = kRepeat * grid;
-    canvas.out() << gnuplot_string(panel.file) << " matrix using (-1 + 2 * ($1 + 0.5) / " << points
-                 << "):(-1 + 2 * ($2 + 0.5) / " << points << "):3 with image, ";
-  }
-  canvas.out() << "'electrodes.txt' with points pointtype 7 pointsize 0.25 linecolor 'black'\n"
-               << "unset label\n";
+  panels.image(left, top, layout.panel, image, panel.inside);
 }
 
-/// A strip of the palette with its ticks, as high as the first rows of panels.
-void plot_colour_bar(Canvas& canvas, const Layout& layout, const ColourScale& scale) {
-  constexpr int width = 11;
-  const int left = layout.left_of(layout.columns) + 4;
-  const int top = layout.top_of(0);
-  const int height = layout.bar_height();
-  const double range = scale.high - scale.low;
-  const int steps = static_cast<int>(std::lround(range / scale.step));
-  const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(scale.step) - 1e-9)));
-  for (int i = 0; i <= steps; ++i) {
-    const double y = top + height * (1 - double(i) / steps);
-    std::string text = fixed(scale.low + i * scale.step, decimals);
-    if (i == 0 && scale.below) text = "≤ " + text;
-    if (i == steps && scale.above) text = "≥ " + text;
-    canvas.label(text, left + width + 5, y, 10, "left");
-    canvas.line(left + width, y, left + width + 3, y, "linecolor '#404040'");
-  }
-  const char* quantity = height > 170 ? "conductivity change δσ / c₀" : "δσ / c₀";
-  canvas.label(quantity, left + width + 55, top + height / 2.0, 11, "center rotate by 90");
-  canvas.area(left, top, width, height);
-  canvas.out() << "unset object\nset xrange [0:1]\nset yrange [0:256]\n"
-               << "set border linecolor '#404040'\n"
-               << "plot 'bar.txt' matrix using (0.25 + 0.5 * $1):($2 + 0.5):3 with image\n";
-}
-
-void print_head(Canvas& canvas, const Layout& layout, const ColourScale& scale,
-                const std::vector<std::string>& row_labels) {
-  canvas.out() << palette_command() << "set multiplot\nunset key\nunset tics\nunset border\n"
-               << "unset colorbox\nset cbrange [" << scale.low << ":" << scale.high << "]\n"
-               << "set xrange [-1:1]\nset yrange [-1:1]\nset clip two\n"
-               << "set object 1 rectangle from -1,-1 to 1,1 behind fillstyle solid "
-                  "border linecolor '#808080' fillcolor '#e6e6e6'\n";
+void print_titles(Canvas& canvas, const Layout& layout,
+                  const std::vector<std::string>& row_labels) {
   for (int column = 0; column < layout.columns; ++column) {
     const auto& lines = layout.titles[static_cast<std::size_t>(column)];
     for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -210,7 +127,6 @@ std::string caption(const ReconstructionFigure& figure, const FigureColumn& colu
 void draw_reconstruction_figure(const ReconstructionFigure& figure,
                                 const std::filesystem::path& stem) {
   check(figure);
-  const int grid = figure.sensor.image_grid;
   const double background = figure.sensor.background;
   const Images truth = figure.conductivity.array() / background - 1;
   std::vector<Images> columns;
@@ -221,34 +137,30 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   const ColourScale scale =
       colour_scale(truth, columns, std::clamp(layout.bar_height() / 18, 4, 9));
 
-  FileContents files = {{"electrodes.txt", electrodes(figure.sensor)},
-                        {"bar.txt", bar_file(scale)}};
-  const auto store = [&](const auto& image) {
-    std::string name = "image" + std::to_string(files.size()) + ".txt";
-    files[name] = image_file(image, grid, scale);
-    return name;
-  };
   Canvas canvas(layout.width(), layout.height());
-  print_head(canvas, layout, scale, figure.row_labels);
+  canvas.out() << "set multiplot\n";
+  ImagePanels panels(canvas, figure.sensor, scale);
+  print_titles(canvas, layout, figure.row_labels);
   for (int scene = 0; scene < layout.scenes; ++scene) {
     const std::string& scene_name = figure.row_labels[static_cast<std::size_t>(scene)];
-    plot_panel(canvas, layout, {scene, 0, store(truth.row(scene)), "", "", "truth, " + scene_name},
-               grid);
+    plot_panel(canvas, panels, layout, {scene, 0, "", "", "truth, " + scene_name},
+               truth.row(scene));
     for (int c = 1; c < layout.columns; ++c) {
       const FigureColumn& column = figure.columns[static_cast<std::size_t>(c - 1)];
-      Panel panel{scene, c, "", column.failure, "", column.label + ", " + scene_name};
+      Panel panel{scene, c, column.failure, "", column.label + ", " + scene_name};
+      Eigen::RowVectorXd image;
       if (column.failure.empty()) {
-        const auto image = columns[static_cast<std::size_t>(c - 1)].row(scene);
-        panel.file = store(image);
+        image = columns[static_cast<std::size_t>(c - 1)].row(scene);
         if (!image.array().isFinite().any()) panel.inside = "undefined";
         panel.below = caption(figure, column, scene);
       }
-      plot_panel(canvas, layout, panel, grid);
+      plot_panel(canvas, panels, layout, panel, image);
     }
   }
-  plot_colour_bar(canvas, layout, scale);
+  panels.colour_bar(layout.left_of(layout.columns) + 4, layout.top_of(0), layout.bar_height(),
+                    layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
   canvas.out() << "unset multiplot\n";
-  canvas.draw(files, stem);
+  canvas.draw(panels.files(), stem);
 }
 
 }  // namespace ertbench

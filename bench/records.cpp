@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cache.h"
+#include "bench/ladder_record.h"
 #include "bench/provenance.h"
 #include "forward/json_reader.h"
 
@@ -75,7 +76,17 @@ double median_of(std::vector<double> values) {
 
 }  // namespace
 
-const char* name_of(Stage stage) { return stage == Stage::accuracy ? "accuracy" : "timing"; }
+const char* name_of(Stage stage) {
+  switch (stage) {
+    case Stage::accuracy:
+      return "accuracy";
+    case Stage::timing:
+      return "timing";
+    case Stage::ladders:
+      return "ladders";
+  }
+  return "";
+}
 
 std::string record_key(const Experiment& experiment, const SolverEntry& entry, Stage stage) {
   json key = {{"schema", record_schema},
@@ -167,8 +178,15 @@ std::optional<TimingRecord> read_timing_record(const Experiment& experiment,
 
 bool has_record(const Experiment& experiment, const SolverEntry& entry, StagePart part,
                 const fs::path& folder) {
-  return part.stage == Stage::accuracy ? read_accuracy_record(experiment, entry, folder).has_value()
-                                       : read_record(experiment, entry, part, folder).has_value();
+  switch (part.stage) {
+    case Stage::accuracy:
+      return read_accuracy_record(experiment, entry, folder).has_value();
+    case Stage::timing:
+      return read_record(experiment, entry, part, folder).has_value();
+    case Stage::ladders:
+      return read_ladder_record(experiment, entry, folder).has_value();
+  }
+  return false;
 }
 
 }  // namespace ertbench

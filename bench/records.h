@@ -14,9 +14,9 @@
 
 namespace ertbench {
 
-/// The two halves of a trial, each a process of its own: fitting, reconstructing and scoring may
-/// share the machine with other trials; the clock wants it alone.
-enum class Stage { accuracy, timing };
+/// The parts of a trial, each a process of its own: fitting, reconstructing and scoring, and the
+/// ladders, may share the machine with other trials; the clock wants it alone.
+enum class Stage { accuracy, timing, ladders };
 
 const char* name_of(Stage stage);
 
@@ -27,11 +27,12 @@ struct StagePart {
   int round = 0;  ///< of a timing stage, from 0
 };
 
-/// What determines a record; a record with the same key need not be made again.
+/// What determines a record of accuracy or timing; a record with the same key need not be made
+/// again. That of the ladders is in ladder_record.h.
 std::string record_key(const Experiment& experiment, const SolverEntry& entry, Stage stage);
 
-/// `folder`/records/`stem`.accuracy.json, `stem`.timing.2.json and so on; the trial's log and its
-/// progress stand beside it under other endings.
+/// `folder`/records/`stem`.accuracy.json, `stem`.timing.2.json, `stem`.ladders.json; the trial's
+/// log and its progress stand beside it under other endings.
 std::filesystem::path record_file(const std::filesystem::path& folder, const SolverEntry& entry,
                                   StagePart part, const std::string& ending = ".json");
 

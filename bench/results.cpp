@@ -8,6 +8,7 @@
 #include "bench/bootstrap.h"
 #include "bench/charts.h"
 #include "bench/experiment_report.h"
+#include "bench/ladder_report.h"
 #include "bench/provenance.h"
 #include "bench/reconstruction_figure.h"
 #include "bench/speed_accuracy.h"
@@ -45,8 +46,14 @@ std::string description(const DatasetSpec& spec) {
   } else {
     text += "listed in the experiment";
   }
-  text += "; voltages from a " + std::to_string(spec.grid) + " x " + std::to_string(spec.grid) +
-          " grid" + (spec.grid == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  if (spec.grid == DatasetSpec::grid_auto) {
+    char fraction[64];
+    std::snprintf(fraction, sizeof fraction, "%g", spec.model_error);
+    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
+  } else {
+    text += "; voltages from a " + std::to_string(spec.grid) + " x " + std::to_string(spec.grid) +
+            " grid" + (spec.grid == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  }
   if (spec.noise.snr_db) {
     char snr[64];
     std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *spec.noise.snr_db,
@@ -55,6 +62,7 @@ std::string description(const DatasetSpec& spec) {
   } else {
     text += "no noise";
   }
+  if (spec.faults.any()) text += "; faults " + to_json(spec.faults).dump();
   return text + "; seed " + std::to_string(spec.seed);
 }
 
@@ -167,8 +175,10 @@ void write_results(const Experiment& experiment, const Cache& cache,
   for (const auto& [label, sources] : results.training) {
     if (write_training_results(label, sources, folder / "training")) trained.push_back(label);
   }
+  const std::vector<ReportSection> ladders =
+      write_ladder_results(experiment, results.ladders, folder);
   const Report report =
-      report_of(experiment, results.rows, text, trained, summary.at("provenance"), folder);
+      report_of(experiment, results.rows, text, trained, ladders, summary.at("provenance"), folder);
   write_file_atomically(folder / "report.html", report_html(report));
   write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
 }

@@ -8,6 +8,7 @@
 
 #include "bench/cache.h"
 #include "bench/experiment.h"
+#include "bench/ladder_results.h"
 #include "bench/result_row.h"
 #include "bench/training_results.h"
 #include "forward/arrays.h"
@@ -20,6 +21,7 @@ struct ExperimentResults {
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
+  std::vector<LadderOutcome> ladders;  ///< of each label, where the experiment has ladders
   int jobs = 1;
 };
 
@@ -28,8 +30,8 @@ struct ExperimentResults {
 std::vector<ResultRow> reference_rows(const Experiment& experiment, const Cache& cache);
 
 /// summary.json, table.md, table.csv, table.tex, the figure of reconstructions, the charts that the
-/// experiment asks for, those of the training, and report.html of all this; each file is written
-/// aside and renamed.
+/// experiment asks for, those of the training and of the ladders, and report.html of all this; each
+/// file is written aside and renamed.
 void write_results(const Experiment& experiment, const Cache& cache,
                    const ExperimentResults& results, const std::filesystem::path& folder);
 

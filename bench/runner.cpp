@@ -11,15 +11,15 @@
 #include <map>
 #include <thread>
 
+#include "bench/datasets.h"
+#include "bench/ladder_record.h"
 #include "bench/process.h"
 #include "bench/progress.h"
 #include "bench/progress_file.h"
 #include "bench/records.h"
 #include "bench/results.h"
 #include "bench/rows.h"
-#include "forward/dataset_file.h"
 #include "forward/errors.h"
-#include "forward/generate.h"
 
 namespace ertbench {
 namespace {
@@ -180,6 +180,7 @@ void forget(const Experiment& experiment, const Cache& cache, const RunOptions& 
             const std::vector<const SolverEntry*>& entries) {
   for (const SolverEntry* entry : entries) {
     fs::remove(record_file(options.out, *entry, {Stage::accuracy}));
+    fs::remove(record_file(options.out, *entry, {Stage::ladders}));
     for (int round = 0; round < experiment.timing.rounds; ++round) {
       fs::remove(record_file(options.out, *entry, {Stage::timing, round}));
     }
@@ -208,10 +209,29 @@ TrialOutcome outcome_of(const Experiment& experiment, const SolverEntry& entry,
   return outcome;
 }
 
-/// The first seed of each label that was scored: the others take as long.
-std::vector<const SolverEntry*> entries_to_time(const Experiment& experiment,
-                                                const std::vector<const SolverEntry*>& entries,
-                                                const RunOptions& options) {
+std::string text_of(const Failure& failure) { return failure.status + ": " + failure.message; }
+
+/// Of the first of a label's trials that was scored.
+LadderOutcome ladders_of(const Experiment& experiment, std::span<const TrialOutcome> trials,
+                         const RunOptions& options, const StageRunner& stages) {
+  const auto scored = std::find_if(trials.begin(), trials.end(),
+                                   [](const TrialOutcome& trial) { return !!trial.accuracy; });
+  if (scored == trials.end()) {
+    return {trials.front().entry, std::nullopt, text_of(trials.front().failure)};
+  }
+  LadderOutcome outcome{scored->entry, read_ladder_record(experiment, *scored->entry, options.out),
+                        ""};
+  if (outcome.record) return outcome;
+  const Failure* failure = stages.failure(*scored->entry, Stage::ladders);
+  outcome.failure = failure ? text_of(*failure) : "not run: left out by --only";
+  return outcome;
+}
+
+/// The first seed of each label that was scored, which is timed and takes the ladders: the others
+/// take as long, and show their spread in the table.
+std::vector<const SolverEntry*> first_seeds(const Experiment& experiment,
+                                            const std::vector<const SolverEntry*>& entries,
+                                            const RunOptions& options) {
   std::vector<const SolverEntry*> out;
   for (const SolverEntry* entry : entries) {
     if (!out.empty() && out.back()->label == entry->label) continue;
@@ -229,19 +249,6 @@ bool is_wanted(const SolverEntry& entry, const RunOptions& options) {
 
 }  // namespace
 
-void ensure_datasets(const Experiment& experiment, const Cache& cache) {
-  fs::create_directories(cache.folder() / "datasets");
-  for (const DatasetSpec* spec : experiment.datasets()) {
-    const fs::path file = cache.dataset(*spec);
-    if (fs::exists(file)) continue;
-    Progress progress("generating \"" + spec->name + "\" (" + std::to_string(spec->count) +
-                      " scenes, grid " + std::to_string(spec->grid) + ")");
-    generate_dataset(*spec, file, {cores(), [&](std::uint64_t done, std::uint64_t total) {
-                                     progress.update(done, total);
-                                   }});
-  }
-}
-
 int run_experiment(const Experiment& experiment, const Cache& cache, const RunOptions& options) {
   std::vector<const SolverEntry*> entries;
   for (const SolverEntry& entry : experiment.solvers) {
@@ -254,7 +261,10 @@ int run_experiment(const Experiment& experiment, const Cache& cache, const RunOp
   StageRunner stages(experiment, cache, options);
   stages.run(Stage::accuracy, entries, options.jobs);
   if (experiment.timing.enabled) {
-    stages.run(Stage::timing, entries_to_time(experiment, entries, options), 1);
+    stages.run(Stage::timing, first_seeds(experiment, entries, options), 1);
+  }
+  if (experiment.ladders) {
+    stages.run(Stage::ladders, first_seeds(experiment, entries, options), options.jobs);
   }
 
   ExperimentResults results;
@@ -272,6 +282,8 @@ int run_experiment(const Experiment& experiment, const Cache& cache, const RunOp
            cache.work_folder(experiment, entry) / "training.csv",
            accuracy->sets.front().row.parameters_json});
     }
+    if (experiment.ladders)
+      results.ladders.push_back(ladders_of(experiment, outcomes, options, stages));
     const std::vector<ResultRow> rows = rows_of(experiment, outcomes);
     results.rows.insert(results.rows.end(), rows.begin(), rows.end());
   }

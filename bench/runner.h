@@ -16,9 +16,6 @@ struct RunOptions {
   bool fresh = false;             ///< forget the records and the fitted solvers of this experiment
 };
 
-/// Writes the datasets that are missing from the cache, showing progress.
-void ensure_datasets(const Experiment& experiment, const Cache& cache);
-
 /// Runs an experiment: datasets, then each trial in a process of its own, then summary.json, tables
 /// and figure in the result folder. What earlier runs finished is not done again. Returns the
 /// number of trials that failed; their rows stay in all results with what happened.

@@ -23,7 +23,11 @@ inline const std::string contact_vertices = "/contact_vertices";
 /// [1]: rows that are whole, from the first.
 inline const std::string scenes_written = "/scenes_written";
 
+/// [N, 2]: points of the border integral equation, estimated error in V; with "grid": "auto" alone.
+inline const std::string model_effort = "/model_effort";
+
 inline constexpr Eigen::Index contact_columns = 7;
+inline constexpr Eigen::Index effort_columns = 2;
 
 /// One scene as rows of /contacts and /contact_vertices, flattened.
 void pack(const Scene& scene, Eigen::Ref<Eigen::RowVectorXd> contact_row,

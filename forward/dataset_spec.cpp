@@ -10,7 +10,7 @@ namespace ertbench {
 
 Scene DatasetSpec::scene(std::uint64_t index) const {
   if (const auto* list = std::get_if<std::vector<Scene>>(&scenes)) return (*list)[index];
-  RandomStream random(seed, key_of(name), index, Purpose::scene);
+  RandomStream random(seed, key_of(draws.empty() ? name : draws), index, Purpose::scene);
   return std::get<SceneDistribution>(scenes).draw(random);
 }
 
@@ -19,7 +19,7 @@ RandomStream DatasetSpec::noise_stream(std::uint64_t index) const {
 }
 
 RandomStream DatasetSpec::stream(std::uint64_t index, Purpose purpose) const {
-  return RandomStream(seed, key_of(name), index, purpose);
+  return RandomStream(seed, key_of(draws.empty() ? name : draws), index, purpose);
 }
 
 std::size_t DatasetSpec::most_contacts() const {
@@ -49,6 +49,7 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
   DatasetSpec spec;
   spec.sensor = sensor;
   spec.name = name;
+  if (object.has("draws_of")) spec.draws = object.text("draws_of");
   spec.seed = static_cast<std::uint64_t>(object.integer_or("seed", 1, 0, 2147483647));
   const nlohmann::json& scenes = object.raw("scenes");
   if (scenes.is_array()) {
@@ -67,14 +68,24 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
     spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
   }
 
-  spec.grid = object.integer_or("grid", sensor.image_grid, 1, 1536);
+  const bool grid_auto = object.has("grid") && object.raw("grid").is_string();
+  if (grid_auto) {
+    object.choice("grid", {"auto"});
+    spec.grid = DatasetSpec::grid_auto;
+    spec.model_error = object.number_or("model_error", spec.model_error, {0, 10, true});
+  } else {
+    if (object.has("model_error")) {
+      object.fail("model_error", R"(needs "grid": "auto"; a grid's error is what it is)");
+    }
+    spec.grid = object.integer_or("grid", sensor.image_grid, 1, 1536);
+  }
   int refined = sensor.image_grid;
   while (refined < spec.grid) refined *= 2;
-  if (refined != spec.grid) {
+  if (!grid_auto && refined != spec.grid) {
     object.fail("grid", "must be the image grid times a power of two (" +
                             std::to_string(sensor.image_grid) + ", " +
                             std::to_string(2 * sensor.image_grid) + ", " +
-                            std::to_string(4 * sensor.image_grid) + ", ...), got " +
+                            std::to_string(4 * sensor.image_grid) + ", ...) or \"auto\", got " +
                             std::to_string(spec.grid));
   }
   spec.rasterisation = object.choice_or("rasterisation", "area", {"area", "centre"}) == "area"
@@ -91,7 +102,6 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
     object.choice("snr_basis", {"absolute", "difference"});
   }
   if (object.has("faults")) {
-    const bool grid_auto = object.has("grid") && object.raw("grid") == "auto";
     spec.faults = faults_from_json(object.object("faults"), sensor, grid_auto);
   }
   object.finish();
@@ -109,6 +119,11 @@ nlohmann::json to_json(const DatasetSpec& spec) {
                          {"snr_db", nullptr},
                          {"snr_basis", name_of(spec.noise.basis)}};
   if (spec.noise.snr_db) json["snr_db"] = *spec.noise.snr_db;
+  if (spec.grid == DatasetSpec::grid_auto) {
+    json["grid"] = "auto";
+    json["model_error"] = spec.model_error;
+  }
+  if (!spec.draws.empty()) json["draws_of"] = spec.draws;
   if (spec.faults.any()) json["faults"] = to_json(spec.faults);
   if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
     json["scenes"] = to_json(*d);

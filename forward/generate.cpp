@@ -18,8 +18,8 @@
 #include "forward/dataset_file.h"
 #include "forward/dataset_layout.h"
 #include "forward/errors.h"
-#include "forward/forward_model.h"
 #include "forward/hdf5_file.h"
+#include "forward/scene_model.h"
 
 namespace ertbench {
 namespace {
@@ -33,15 +33,21 @@ std::uint64_t contact_width(const DatasetSpec& spec) {
   return std::max<std::size_t>(1, spec.most_contacts());
 }
 
+/// Of /model_effort, which only "grid": "auto" has.
+std::uint64_t effort_columns(const DatasetSpec& spec) {
+  return spec.grid == DatasetSpec::grid_auto ? layout::effort_columns : 0;
+}
+
 std::uint64_t bytes_of(const DatasetSpec& spec) {
   const auto channels = static_cast<std::uint64_t>(spec.sensor.channels());
   const auto pixels = static_cast<std::uint64_t>(spec.sensor.pixels());
   return 8 * spec.count *
-         (2 * channels + pixels + contact_width(spec) * (7 + 2 * spec.most_vertices()));
+         (2 * channels + pixels + contact_width(spec) * (7 + 2 * spec.most_vertices()) +
+          effort_columns(spec));
 }
 
 /// Creates the unfinished file with all its storage reserved.
-void create_part(const DatasetSpec& spec, const ForwardModel& model, const fs::path& part) {
+void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::path& part) {
   std::error_code error;
   const fs::path folder = part.has_parent_path() ? part.parent_path() : fs::path(".");
   const fs::space_info space = fs::space(folder, error);
@@ -75,9 +81,15 @@ void create_part(const DatasetSpec& spec, const ForwardModel& model, const fs::p
     describe(layout::contact_vertices, "domain units",
              "[scene, contact, vertex, (x, y)] of polygons; NaN where absent");
   }
+  if (effort_columns(spec) > 0) {
+    file.create_dataset(layout::model_effort, {spec.count, layout::effort_columns});
+    describe(layout::model_effort, "1, V",
+             "points of the scene's border integral equation; estimated 2-norm of the error of its "
+             "clean voltages");
+  }
   file.write_vector(layout::reference_voltages,
                     recorded_reference(spec.faults, model.reference_voltages()));
-  describe(layout::reference_voltages, "V", "the untouched sheet on the same grid, without noise");
+  describe(layout::reference_voltages, "V", "the untouched sheet by the same model, without noise");
   file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
   file.write_number("/", "schema_version", layout::schema_version);
   file.write_text("/", "recipe", to_json(spec).dump());
@@ -152,54 +164,38 @@ DatasetBlock allocate(const DatasetSpec& spec, std::uint64_t count) {
   block.voltages.resize(rows, spec.sensor.channels());
   block.clean_voltages.resize(rows, spec.sensor.channels());
   block.conductivity.resize(rows, spec.sensor.pixels());
+  block.effort.resize(rows, static_cast<Eigen::Index>(effort_columns(spec)));
   block.contacts.resize(rows, contacts * layout::contact_columns);
   block.vertices.resize(rows, contacts * 2 * static_cast<Eigen::Index>(spec.most_vertices()));
   return block;
 }
 
 /// Fills rows [begin, end) of the block that starts at scene `first`.
-void fill_rows(const DatasetSpec& spec, const ForwardModel& model, std::uint64_t first,
+void fill_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                Eigen::Index begin, Eigen::Index end, DatasetBlock& block) {
-  // A few scenes at a time: their fine images are the largest arrays here.
-  const Eigen::Index batch = spec.grid <= 48 ? 64 : 16;
-  Images sheets(batch, spec.grid * spec.grid);
-  Eigen::VectorXd ratio(spec.grid * spec.grid);
+  std::vector<Scene> scenes;
   Eigen::VectorXd image(spec.sensor.pixels());
-  for (Eigen::Index start = begin; start < end; start += batch) {
-    const Eigen::Index count = std::min(batch, end - start);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Scene scene = spec.scene(first + static_cast<std::uint64_t>(start + i));
-      layout::pack(scene, block.contacts.row(start + i), block.vertices.row(start + i));
-      rasterise(scene, spec.grid, spec.rasterisation, ratio);
-      sheets.row(i) = spec.sensor.background * ratio;
-      if (spec.faults.background_gradient > 0) {
-        RandomStream random =
-            spec.stream(first + static_cast<std::uint64_t>(start + i), Purpose::gradient);
-        sheets.row(i).array() *=
-            gradient_factors(spec.faults, spec.grid, random).transpose().array();
-      }
-      if (spec.grid == spec.sensor.image_grid) {
-        image = ratio;
-      } else {
-        rasterise(scene, spec.sensor.image_grid, spec.rasterisation, image);
-      }
-      block.conductivity.row(start + i) = spec.sensor.background * image;
-    }
-    block.clean_voltages.middleRows(start, count) =
-        model.solve(sheets.topRows(count)) / (1 + spec.faults.background_change);
-    for (Eigen::Index i = start; i < start + count; ++i) {
-      const std::uint64_t index = first + static_cast<std::uint64_t>(i);
-      RandomStream noise = spec.noise_stream(index);
-      RandomStream fault = spec.stream(index, Purpose::fault);
-      Eigen::VectorXd frame = block.clean_voltages.row(i);
-      add_noise(spec.noise, model.reference_voltages(), noise, frame);
-      apply_faults(spec.faults, spec.sensor, model.reference_voltages(), fault, frame);
-      block.voltages.row(i) = frame;
-    }
+  for (Eigen::Index i = begin; i < end; ++i) {
+    scenes.push_back(spec.scene(first + static_cast<std::uint64_t>(i)));
+    layout::pack(scenes.back(), block.contacts.row(i), block.vertices.row(i));
+    rasterise(scenes.back(), spec.sensor.image_grid, spec.rasterisation, image);
+    block.conductivity.row(i) = spec.sensor.background * image;
+  }
+  const Eigen::Index count = end - begin;
+  model.solve(spec, scenes, first + static_cast<std::uint64_t>(begin),
+              block.clean_voltages.middleRows(begin, count), block.effort.middleRows(begin, count));
+  for (Eigen::Index i = begin; i < end; ++i) {
+    const std::uint64_t index = first + static_cast<std::uint64_t>(i);
+    RandomStream noise = spec.noise_stream(index);
+    RandomStream fault = spec.stream(index, Purpose::fault);
+    Eigen::VectorXd frame = block.clean_voltages.row(i);
+    add_noise(spec.noise, model.reference_voltages(), noise, frame);
+    apply_faults(spec.faults, spec.sensor, model.reference_voltages(), fault, frame);
+    block.voltages.row(i) = frame;
   }
 }
 
-DatasetBlock generate_rows(const DatasetSpec& spec, const ForwardModel& model, std::uint64_t first,
+DatasetBlock generate_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                            std::uint64_t count, int threads) {
   DatasetBlock block = allocate(spec, count);
   const auto rows = static_cast<Eigen::Index>(count);
@@ -216,14 +212,14 @@ DatasetBlock generate_rows(const DatasetSpec& spec, const ForwardModel& model, s
 
 }  // namespace
 
-DatasetBlock generate_block(const DatasetSpec& spec, const ForwardModel& model, std::uint64_t first,
+DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                             std::uint64_t count) {
   return generate_rows(spec, model, first, count, 1);
 }
 
 void generate_dataset(const DatasetSpec& spec, const fs::path& file,
                       const GenerateOptions& options) {
-  const ForwardModel model(spec.sensor, spec.grid);
+  const SceneModel model(spec.sensor, spec.grid);
   const int threads = std::max(1, options.threads);
   fs::path part = file;
   part += ".part";
@@ -254,6 +250,7 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
       out.write_rows(layout::clean_voltages, first, block.clean_voltages);
       out.write_rows(layout::conductivity, first, block.conductivity);
       out.write_rows(layout::contacts, first, block.contacts);
+      if (block.effort.cols() > 0) out.write_rows(layout::model_effort, first, block.effort);
       if (block.vertices.cols() > 0) {
         out.write_rows(layout::contact_vertices, first, block.vertices);
       }

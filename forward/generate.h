@@ -32,12 +32,14 @@ struct DatasetBlock {
   Frames voltages;        ///< [count, channels] V, with noise and faults
   Frames clean_voltages;  ///< [count, channels] V, with faults of the sheet alone
   Images conductivity;    ///< [count, image pixels] S/m, the truth
+  RowMajorMatrix effort;  ///< [count, 2] of SceneModel::solve; no columns for a grid
   RowMajorMatrix contacts;
   RowMajorMatrix vertices;
 };
 
-class ForwardModel;
-DatasetBlock generate_block(const DatasetSpec& spec, const ForwardModel& model, std::uint64_t first,
+class SceneModel;
+/// `model` has the spec's sensor and grid.
+DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                             std::uint64_t count);
 
 }  // namespace ertbench

@@ -23,6 +23,11 @@ struct Noise {
 void add_noise(const Noise& noise, const Eigen::Ref<const Eigen::VectorXd>& reference,
                RandomStream& random, Eigen::Ref<Eigen::VectorXd> frame);
 
+/// The 2-norm of the noise on a frame of these clean voltages, V. A set without noise has none to
+/// compare with: there the noise of 80 dB (absolute) stands in.
+double noise_norm(const Noise& noise, const Eigen::Ref<const Eigen::VectorXd>& reference,
+                  const Eigen::Ref<const Eigen::VectorXd>& frame);
+
 const char* name_of(SnrBasis basis);
 
 }  // namespace ertbench

@@ -47,10 +47,15 @@ std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
 }
 
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor) {
+  return electrode_positions(sensor, Eigen::VectorXd::Zero(sensor.electrode_count));
+}
+
+Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement) {
   Eigen::Matrix2Xd positions(2, sensor.electrode_count);
   for (int e = 0; e < sensor.electrode_count; ++e) {
-    const double along = sensor.electrode_offset + 8.0 * e / sensor.electrode_count;
-    const int side = static_cast<int>(std::floor(along / 2)) % 4;
+    const double along =
+        sensor.electrode_offset + 8.0 * e / sensor.electrode_count + displacement[e];
+    const int side = (static_cast<int>(std::floor(along / 2)) % 4 + 4) % 4;
     const double t = along - 2 * std::floor(along / 2) - 1;
     switch (side) {
       case 0:

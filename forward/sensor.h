@@ -42,8 +42,10 @@ std::vector<Channel> channels_of(const Sensor& sensor);
 /// such pairs the two channel indices.
 std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor);
 
-/// Electrode positions [2, L] in domain units.
+/// Electrode positions [2, L] in domain units; with `displacement` [L] each moved so far along the
+/// border, clockwise.
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor);
+Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement);
 
 /// The grid node `column + (grid + 1) * row` under each electrode; `grid` counts pixels along one
 /// side. Throws InputError where an electrode falls between nodes.

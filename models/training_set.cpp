@@ -43,7 +43,7 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
                        ": its scenes are listed, so that \"new_scenes\" cannot draw others; leave "
                        "it out or give the training set a distribution");
     }
-    model_ = std::make_unique<ForwardModel>(spec_.sensor, spec_.grid);
+    model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.grid);
   }
   for (std::uint64_t first = 0; first < size(); first += block) {
     const std::uint64_t count = std::min(block, size() - first);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "forward/dataset_spec.h"
-#include "forward/forward_model.h"
+#include "forward/scene_model.h"
 #include "forward/symmetry.h"
 #include "models/standardisation.h"
 #include "models/training_settings.h"
@@ -50,7 +50,7 @@ class TrainingSet {
   bool new_scenes_;
   TrainingFaults faults_;
   std::vector<Symmetry> symmetries_;  ///< the identity alone where they are off
-  std::unique_ptr<ForwardModel> model_;
+  std::unique_ptr<SceneModel> model_;
   Eigen::VectorXd reference_;
   FloatRows clean_;   ///< [scenes, channels] V
   FloatRows truths_;  ///< [scenes, pixels] y

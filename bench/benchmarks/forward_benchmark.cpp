@@ -15,6 +15,7 @@
 #include "forward/random.h"
 #include "forward/rasterise.h"
 #include "forward/scene_distribution.h"
+#include "forward/scene_model.h"
 
 namespace ertbench {
 namespace {
@@ -130,7 +131,7 @@ void generate_rows(benchmark::State& state) {
   spec.grid = static_cast<int>(state.range(0));
   spec.noise = {50, SnrBasis::absolute};
   spec.scenes = training();
-  const ForwardModel model(spec.sensor, spec.grid);
+  const SceneModel model(spec.sensor, spec.grid);
   for (auto _ : state) benchmark::DoNotOptimize(generate_block(spec, model, 0, spec.count));
   state.SetItemsProcessed(state.iterations() * 1024);
 }

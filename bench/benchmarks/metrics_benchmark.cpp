@@ -12,9 +12,9 @@
 #include "bench/benchmarks/benchmark_program.h"
 #include "bench/bootstrap.h"
 #include "bench/metrics.h"
-#include "forward/forward_model.h"
 #include "forward/generate.h"
 #include "forward/json_reader.h"
+#include "forward/scene_model.h"
 #include "solvers/registry.h"
 
 namespace ertbench {
@@ -34,7 +34,7 @@ const TestSet& test_set() {
     spec.count = 1000;
     spec.noise = {50, SnrBasis::absolute};
     spec.scenes = SceneDistribution{};
-    const ForwardModel model(spec.sensor, spec.grid);
+    const SceneModel model(spec.sensor, spec.grid);
     DatasetBlock block = generate_block(spec, model, 0, spec.count);
     block.voltages.rowwise() -= model.reference_voltages().transpose();
 

@@ -20,9 +20,9 @@
 #include "bench/temporary_folder.h"
 #include "forward/dataset_file.h"
 #include "forward/dataset_spec.h"
-#include "forward/forward_model.h"
 #include "forward/generate.h"
 #include "forward/json_reader.h"
+#include "forward/scene_model.h"
 #include "solvers/interior_point.h"
 #include "solvers/registry.h"
 
@@ -43,7 +43,7 @@ const Frames& frames() {
         {"snr_basis", "absolute"},
         {"scenes",
          {{"contacts", 1}, {"shapes", {"disc"}}, {"radius", 0.2}, {"conductivity_ratio", 0.6}}}};
-    const ForwardModel model(Sensor{}, 24);
+    const SceneModel model(Sensor{}, 24);
     const DatasetSpec dataset =
         dataset_spec_from_json(JsonObject(spec, "benchmark", ""), Sensor{}, "benchmark");
     Frames voltages = generate_block(dataset, model, 0, most_frames).voltages;

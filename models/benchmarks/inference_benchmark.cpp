@@ -19,8 +19,8 @@
 #include "bench/benchmarks/machine_limits.h"
 #include "bench/temporary_folder.h"
 #include "forward/dataset_file.h"
-#include "forward/forward_model.h"
 #include "forward/generate.h"
+#include "forward/scene_model.h"
 #include "models/benchmarks/arithmetic.h"
 #include "models/benchmarks/network_kinds.h"
 #include "models/benchmarks/torch_limits.h"
@@ -50,7 +50,7 @@ DatasetSpec discs(const std::string& name, std::uint64_t count) {
 const Frames& frames() {
   static const Frames changes = [] {
     const DatasetSpec spec = discs("test", most_frames);
-    const ForwardModel model(spec.sensor, spec.grid);
+    const SceneModel model(spec.sensor, spec.grid);
     Frames voltages = generate_block(spec, model, 0, spec.count).voltages;
     voltages.rowwise() -= model.reference_voltages().transpose();
     return voltages;

@@ -206,7 +206,7 @@ TEST_F(ReportPage, OfAnExperimentKeepsEveryRowWithItsNumbers) {
                                      {"seeds", {{"test", 3}, {"edge", 4}}},
                                      {"datasets", {{"test", {{"snr_db", 50}}}}}};
   const std::string html =
-      report_html(report_of(experiment, rows, text, {}, provenance, results()));
+      report_html(report_of(experiment, rows, text, {}, {}, provenance, results()));
   EXPECT_EQ(markup_error(html), "");
   expect_self_contained(html);
   EXPECT_EQ(count(html, "<tr><th scope=\"row\">"), rows.size() + 4) << "and the provenance";

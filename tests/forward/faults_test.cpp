@@ -13,6 +13,7 @@
 #include "forward/forward_model.h"
 #include "forward/generate.h"
 #include "forward/json_reader.h"
+#include "forward/scene_model.h"
 
 namespace ertbench {
 namespace {
@@ -32,7 +33,7 @@ DatasetSpec spec_of(json faults, json snr_db = nullptr) {
 }
 
 DatasetBlock block_of(const DatasetSpec& spec) {
-  return generate_block(spec, ForwardModel(spec.sensor, spec.grid), 0, spec.count);
+  return generate_block(spec, SceneModel(spec.sensor, spec.grid), 0, spec.count);
 }
 
 std::string refusal(const json& faults) {

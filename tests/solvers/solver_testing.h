@@ -12,10 +12,10 @@
 #include "forward/arrays.h"
 #include "forward/dataset_file.h"
 #include "forward/dataset_spec.h"
-#include "forward/forward_model.h"
 #include "forward/generate.h"
 #include "forward/hdf5_file.h"
 #include "forward/json_reader.h"
+#include "forward/scene_model.h"
 #include "solvers/registry.h"
 
 namespace ertbench::testing {
@@ -73,7 +73,7 @@ inline DatasetSpec random_contacts(std::uint64_t count, const Sensor& sensor = {
 }
 
 inline Frames random_changes(std::uint64_t count, const Sensor& sensor = {}) {
-  const ForwardModel model(sensor, sensor.image_grid);
+  const SceneModel model(sensor, sensor.image_grid);
   Frames changes = generate_block(random_contacts(count, sensor), model, 0, count).voltages;
   changes.rowwise() -= model.reference_voltages().transpose();
   return changes;

@@ -1,0 +1,287 @@
+#include "forward/border_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "forward/contact_arcs.h"
+#include "forward/errors.h"
+#include "forward/forward_model.h"
+#include "forward/hdf5_file.h"
+#include "forward/rasterise.h"
+#include "forward/scene_distribution.h"
+#include "reference_data.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::VectorXd;
+using std::numbers::pi;
+
+Contact disc(double x, double y, double radius, double ratio) {
+  Contact contact;
+  contact.centre = {x, y};
+  contact.half_size.setConstant(radius);
+  contact.conductivity_ratio = ratio;
+  return contact;
+}
+
+Contact ellipse(double x, double y, double a, double b, double angle, double ratio) {
+  Contact contact = disc(x, y, a, ratio);
+  contact.shape = Shape::ellipse;
+  contact.half_size = {a, b};
+  contact.angle = angle;
+  return contact;
+}
+
+Contact rectangle(double x, double y, double a, double b, double angle, double ratio) {
+  Contact contact = ellipse(x, y, a, b, angle, ratio);
+  contact.shape = Shape::rectangle;
+  return contact;
+}
+
+Contact polygon(std::vector<Eigen::Vector2d> vertices, double ratio) {
+  Contact contact;
+  contact.shape = Shape::polygon;
+  contact.vertices = std::move(vertices);
+  contact.conductivity_ratio = ratio;
+  return contact;
+}
+
+double noise_50_db(const BorderModel& model) {
+  return model.reference_voltages().norm() * std::pow(10, -2.5);
+}
+
+VectorXd change_on_grid(const ForwardModel& model, const Scene& scene) {
+  VectorXd ratio(model.grid() * model.grid());
+  rasterise(scene, model.grid(), Rasterisation::area, ratio);
+  Images sheet(1, ratio.size());
+  sheet.row(0) = model.sensor().background * ratio.transpose();
+  return model.solve(sheet).row(0).transpose() - model.reference_voltages();
+}
+
+/// Scenes with everything that smooth, separate contacts do not have.
+std::vector<std::pair<const char*, Scene>> hard_scenes() {
+  return {{"rectangle", {{rectangle(0.2, -0.1, 0.3, 0.15, 0.4, 0.3)}}},
+          {"cut by the border", {{disc(0.9, 0.3, 0.3, 0.4)}}},
+          {"cut by a corner", {{ellipse(-0.95, 0.9, 0.4, 0.2, 0.3, 0.3)}}},
+          {"on an electrode", {{disc(1, 0.25, 0.3, 0.2)}}},
+          {"overlapping", {{disc(0, 0, 0.3, 0.5), ellipse(0.3, 0.1, 0.35, 0.2, 1, 0.2)}}},
+          {"corner in a disc", {{disc(0, 0, 0.3, 0.7), rectangle(0.3, 0.3, 0.2, 0.2, 0, 0.3)}}},
+          {"side by side",
+           {{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0.1, 0.2, 0.2, 0, 0.2)}}},
+          {"concave polygon", {{polygon({{-0.4, -0.3}, {0.3, -0.2}, {0, 0}, {-0.1, 0.5}}, 0.3)}}},
+          {"rise in conductivity", {{rectangle(0.4, 0.4, 0.2, 0.1, 0.7, 3)}}},
+          {"flush with the border", {{rectangle(0.8, 0, 0.2, 0.4, 0, 0.4)}}}};
+}
+
+TEST(BorderModel, EqualsTheReferenceTo1e9) {
+  const Hdf5File file = testing::border_integral();
+  const BorderModel model{Sensor{}};
+  const VectorXd reference = file.read_vector("/reference_voltages");
+  EXPECT_LT((model.reference_voltages() - reference).norm(), 1e-13 * reference.norm());
+  const RowMajorMatrix contacts = file.read_rows("/contacts", 0, 9, true);
+  const RowMajorMatrix changes = file.read_rows("/voltage_change", 0, 9);
+  for (Eigen::Index s = 0; s < 9; ++s) {
+    Scene scene;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::RowVectorXd c = contacts.row(s).segment(6 * k, 6);
+      if (std::isfinite(c[0]))
+        scene.contacts.push_back(ellipse(c[0], c[1], c[2], c[3], c[4], c[5]));
+    }
+    const double size = changes.row(s).norm();
+    EXPECT_LT((model.solve_at(scene, 6).change - changes.row(s).transpose()).norm(), 1e-9 * size);
+    const BorderModel::Solution solution = model.solve(scene, 1e-10 * size);
+    EXPECT_LT((solution.change - changes.row(s).transpose()).norm(), 1e-9 * size) << "scene " << s;
+  }
+}
+
+TEST(BorderModel, GridsConvergeToItWhateverTheScene) {
+  // First order in h at least; 192 to 384 halves what is left, within the scatter of cut pixels.
+  const BorderModel model{Sensor{}};
+  const double noise = noise_50_db(model);
+  const ForwardModel coarse(Sensor{}, 96);
+  const ForwardModel fine(Sensor{}, 384);
+  for (const auto& [name, scene] : hard_scenes()) {
+    const VectorXd exact = model.solve(scene, 1e-3 * noise, 3000).change;
+    const double at_96 = (change_on_grid(coarse, scene) - exact).norm();
+    const double at_384 = (change_on_grid(fine, scene) - exact).norm();
+    EXPECT_LT(at_384, 0.6 * at_96) << name;
+    EXPECT_LT(at_384, 0.05 * exact.norm()) << name;
+  }
+}
+
+TEST(BorderModel, CoverAllOfTheSheetScalesTheVoltages) {
+  const BorderModel model{Sensor{}};
+  const Scene scene{{rectangle(0, 0, 1.5, 1.5, 0.1, 0.25)}};
+  const BorderModel::Solution solution = model.solve(scene, 1e-12);
+  EXPECT_EQ(solution.points, 0);
+  EXPECT_LT((solution.change - 3 * model.reference_voltages()).norm(),
+            1e-12 * model.reference_voltages().norm());
+  EXPECT_EQ(model.solve({}, 1e-12).change.norm(), 0);
+}
+
+TEST(BorderModel, TurningTheSceneTurnsTheElectrodes) {
+  // A quarter turn moves every electrode to the place of the fourth before it.
+  const BorderModel model{Sensor{}};
+  const Scene scene{{rectangle(0.5, 0.2, 0.3, 0.15, 0.4, 0.3), disc(-0.9, -0.2, 0.25, 0.5)}};
+  const Scene turned{
+      {rectangle(-0.2, 0.5, 0.3, 0.15, 0.4 + pi / 2, 0.3), disc(0.2, -0.9, 0.25, 0.5)}};
+  const VectorXd a = model.solve(scene, 1e-8).change;
+  const VectorXd b = model.solve(turned, 1e-8).change;
+  const std::vector<Channel> channels = channels_of(model.sensor());
+  double worst = 0;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    for (std::size_t other = 0; other < channels.size(); ++other) {
+      if (channels[other].drive != (channels[c].drive + 12) % 16 ||
+          channels[other].measurement != (channels[c].measurement + 12) % 16) {
+        continue;
+      }
+      worst = std::max(
+          worst, std::abs(a[static_cast<Eigen::Index>(c)] - b[static_cast<Eigen::Index>(other)]));
+    }
+  }
+  EXPECT_LT(worst, 1e-7);
+}
+
+TEST(BorderModel, ReciprocityHoldsInTheLimit) {
+  const BorderModel model{Sensor{}};
+  for (const auto& [name, scene] : hard_scenes()) {
+    double before = model.solve_at(scene, 1).error;
+    const double after = model.solve_at(scene, 4).error;
+    EXPECT_LT(after, before / 8) << name;  // third order would be 64
+  }
+}
+
+/// Share of scenes whose true error is above the tolerance, against a resolved solution.
+double broken_promises(const SceneDistribution& distribution, int count, std::uint64_t seed) {
+  const BorderModel model{Sensor{}};
+  const double tolerance = 0.25 * noise_50_db(model);
+  int broken = 0;
+  for (int i = 0; i < count; ++i) {
+    RandomStream random(seed, key_of("promises"), static_cast<std::uint64_t>(i), Purpose::scene);
+    const Scene scene = distribution.draw(random);
+    const BorderModel::Solution solution = model.solve(scene, tolerance);
+    const BorderModel::Solution exact = model.solve(scene, tolerance / 1000, 2000);
+    if ((solution.change - exact.change).norm() > tolerance) ++broken;
+  }
+  return static_cast<double>(broken) / count;
+}
+
+TEST(BorderModel, KeepsItsPromiseOnTwoPercentAtMost) {
+  EXPECT_LE(broken_promises({}, 60, 21), 0.02);
+  SceneDistribution sticking_out;
+  sticking_out.inside = false;
+  EXPECT_LE(broken_promises(sticking_out, 60, 22), 0.02);
+}
+
+TEST(BorderModel, IsNotFooledByWhatSymmetryHides) {
+  // Reciprocity alone would pass these: their coarse voltages are wrong and yet symmetric.
+  const BorderModel model{Sensor{}};
+  const double tolerance = 0.25 * noise_50_db(model);
+  const std::vector<Scene> scenes = {{{rectangle(0, 0, 0.9, 0.1, 0, 0.1)}},
+                                     {{rectangle(0, 0, 0.9, 0.02, pi / 4, 0.1)}},
+                                     {{ellipse(0, 0, 0.9, 0.04, 0, 0.1)}},
+                                     {{disc(0.3005, 0, 0.3, 0.1), disc(-0.3005, 0, 0.3, 0.1)}},
+                                     {{disc(0.6, 0.6, 0.399, 0.1)}},
+                                     {{disc(1, 0.3, 0.05, 0.1)}},
+                                     {{disc(0, 0.999, 0.25 + 1e-4, 0.1)}},
+                                     {{rectangle(0, 0, 0.999, 0.999, 0, 0.1)}}};
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    const BorderModel::Solution solution = model.solve(scenes[s], tolerance);
+    const BorderModel::Solution exact = model.solve(scenes[s], tolerance / 300, 3000);
+    EXPECT_LE((solution.change - exact.change).norm(), std::max(tolerance, solution.error))
+        << "scene " << s;
+  }
+}
+
+TEST(BorderModel, DisplacedElectrodesAreThoseOfAnotherSensor) {
+  Sensor turned;
+  turned.electrode_offset = 0.3125;  // on the nodes of the 192-grid
+  const BorderModel moved(Sensor{}, VectorXd::Constant(16, 0.0625));
+  const Scene scene{{disc(0.3, 0.2, 0.3, 0.4)}};
+  EXPECT_LT((moved.reference_voltages() - BorderModel(turned).reference_voltages()).norm(), 1e-12);
+  const ForwardModel grid(turned, 192);
+  EXPECT_LT((moved.reference_voltages() - grid.reference_voltages()).norm(),
+            1e-3 * grid.reference_voltages().norm());
+  const VectorXd change = moved.solve(scene, 1e-6).change;
+  EXPECT_LT((change - change_on_grid(grid, scene)).norm(), 0.01 * change.norm());
+}
+
+TEST(BorderModel, DerivativesEqualDifferences) {
+  const BorderModel model{Sensor{}};
+  const std::vector<std::pair<const char*, Scene>> scenes = {
+      {"two ellipses",
+       {{ellipse(0.3, 0.2, 0.3, 0.2, 0.5, 0.3), ellipse(-0.4, -0.3, 0.2, 0.15, 1, 2)}}},
+      {"nested", {{ellipse(0, 0, 0.4, 0.3, 0.5, 0.6), disc(0.05, 0, 0.15, 0.3)}}},
+      {"disc", {{disc(-0.5, 0.4, 0.25, 0.6)}}},
+      {"close to the border", {{disc(0.73, 0.1, 0.25, 0.2)}}}};
+  for (const auto& [name, scene] : scenes) {
+    const RowMajorMatrix exact = model.derivatives(scene, 6);
+    for (std::size_t k = 0; k < scene.contacts.size(); ++k) {
+      for (int parameter = 0; parameter < 5; ++parameter) {
+        const auto moved = [&](double h) {
+          Scene out = scene;
+          Contact& c = out.contacts[k];
+          c.centre += Eigen::Vector2d(parameter == 0 ? h : 0, parameter == 1 ? h : 0);
+          c.half_size *= parameter == 2 ? 1 + h : 1;
+          c.angle += parameter == 3 ? h : 0;
+          c.conductivity_ratio += parameter == 4 ? h : 0;
+          return model.solve_at(out, 6).change;
+        };
+        constexpr double h = 1e-4;
+        const VectorXd difference = (moved(h) - moved(-h)) / (2 * h);
+        const auto column = exact.col(5 * static_cast<Eigen::Index>(k) + parameter);
+        const double scale = std::max(difference.norm(), 0.01 * exact.norm());
+        EXPECT_LT((column - difference).norm(), 1e-5 * scale)  // the differences are good to h^2
+            << name << ", contact " << k << ", parameter " << parameter;
+      }
+    }
+  }
+}
+
+TEST(BorderModel, DerivativesAreForSmoothWholeContacts) {
+  const BorderModel model{Sensor{}};
+  EXPECT_THROW(model.derivatives({{disc(0.9, 0, 0.2, 0.5)}}, 1), InputError);
+  EXPECT_THROW(model.derivatives({{disc(0, 0, 0.2, 0.5), rectangle(0.5, 0, 0.1, 0.1, 0, 0.5)}}, 1),
+               InputError);
+  EXPECT_EQ(model.derivatives({}, 1).cols(), 0);
+}
+
+TEST(ContactArcs, LeaveOutWhatDoesNotShow) {
+  // A disc within a stronger one shows nothing; within a weaker one it shows whole.
+  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.1, 0.5)}}).size(), 1u);
+  const auto nested = contact_arcs({{disc(0, 0, 0.3, 0.5), disc(0, 0, 0.1, 0.2)}});
+  ASSERT_EQ(nested.size(), 2u);
+  EXPECT_EQ(nested[1].left, 0.2);
+  EXPECT_EQ(nested[1].right, 0.5);
+  // The same contact twice is there once; so is a side that two rectangles share.
+  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.3, 0.2)}}).size(), 1u);
+  EXPECT_EQ(
+      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.5)}})
+          .size(),
+      6u);
+  EXPECT_EQ(
+      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.3)}})
+          .size(),
+      7u);
+  // A side on the sheet's border is insulated already.
+  EXPECT_EQ(contact_arcs({{rectangle(0.8, 0, 0.2, 0.2, 0, 0.5)}}).size(), 3u);
+  EXPECT_TRUE(contact_arcs({{disc(3, 0, 0.5, 0.5)}}).empty());
+}
+
+TEST(SheetMap, TakesTheSquareToTheDisc) {
+  const SheetMap map;
+  EXPECT_NEAR(std::abs(map({1, 1}).w - 1.0), 0, 1e-14);
+  EXPECT_NEAR(std::abs(map({-1, 1}).w - std::complex<double>(0, 1)), 0, 1e-14);
+  for (int i = 0; i <= 20; ++i) EXPECT_NEAR(std::abs(map({1, -1 + 0.1 * i}).w), 1, 1e-14);
+  const std::complex<double> z(0.4, -0.7);
+  const double h = 1e-6;
+  const auto value = map(z);
+  EXPECT_NEAR(std::abs((map(z + h).w - map(z - h).w) / (2 * h) - value.first), 0, 1e-9);
+  EXPECT_NEAR(std::abs((map(z + h).first - map(z - h).first) / (2 * h) - value.second), 0, 1e-8);
+}
+
+}  // namespace
+}  // namespace ertbench
