@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "forward/forward_model.h"
 #include "solvers/frame_limits.h"
 #include "tests/solvers/fault_frames.h"
 
@@ -31,7 +32,7 @@ class Check : public ::testing::Test {
   static Frames of_scene(const nlohmann::json& scene, double background_change = 0) {
     const nlohmann::json spec = {
         {"count", 100}, {"seed", 5}, {"snr_db", 50}, {"snr_basis", "absolute"}, {"scenes", scene}};
-    const ForwardModel model(Sensor{}, 24);
+    const SceneModel model(Sensor{}, 24);
     const DatasetSpec dataset = dataset_spec_from_json(JsonObject(spec, "test", ""), {}, "test");
     const Frames voltages =
         generate_block(dataset, model, 0, 100).voltages / (1 + background_change);
