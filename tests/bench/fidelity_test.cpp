@@ -18,7 +18,9 @@ Experiment experiment() {
   mixed.count = 40;
   mixed.grid = DatasetSpec::grid_auto;
   mixed.noise.snr_db = 50;
-  mixed.scenes = SceneDistribution{.blank_fraction = 0.1};
+  SceneDistribution scenes;
+  scenes.blank_fraction = 0.1;
+  mixed.scenes = scenes;
   out.tests.push_back(mixed);
   return out;
 }

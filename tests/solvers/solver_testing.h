@@ -15,6 +15,7 @@
 #include "forward/generate.h"
 #include "forward/hdf5_file.h"
 #include "forward/json_reader.h"
+#include "forward/forward_model.h"
 #include "forward/scene_model.h"
 #include "solvers/registry.h"
 
