@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Raised whenever the same images would be judged otherwise, or the layout changes.
-constexpr int ladder_schema = 1;
+/// Raised whenever the same frames would be reported or judged otherwise, or the layout changes.
+constexpr int ladder_schema = 2;
 
 json number_json(const std::optional<double>& value) {
   if (!value || !std::isfinite(*value)) return nullptr;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/atomic_file.h"
+#include "bench/detection.h"
 #include "bench/ladder_chart.h"
 #include "bench/ladder_figures.h"
 
@@ -18,6 +19,11 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   write_file_atomically(folder / "breakdown.csv", breakdown_csv(breakdowns));
   write_file_atomically(folder / "breakdown.md", breakdown_markdown(title, ladders, breakdowns));
   write_file_atomically(folder / "levels.csv", levels_csv(outcomes));
+  const std::vector<AxisDetection> detections = detections_of(outcomes);
+  const std::string detection_title = experiment.title + ": does it say so?";
+  write_file_atomically(folder / "detection.csv", detection_csv(detections));
+  write_file_atomically(folder / "detection.md",
+                        detection_markdown(detection_title, ladders, detections));
 
   ReportSection table;
   table.title = "Where it breaks";
@@ -32,6 +38,15 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   table.tables = {breakdown_table(breakdowns)};
   table.notes = breakdown_notes(ladders);
 
+  ReportSection detection;
+  detection.title = "Does it say so?";
+  detection.text =
+      "Of the frames that fail, how many the solver itself reports as suspect, not converged or "
+      "undefined; and of those that do not fail, how many it reports so all the same. The same "
+      "numbers are in detection.csv.";
+  detection.tables = detection_tables(ladders, detections);
+  detection.notes = detection_notes();
+
   ReportSection charts;
   charts.title = "Failures and errors over the level";
   for (const LadderAxis& axis : ladders.axes) {
@@ -44,7 +59,7 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
     charts.figures.push_back({axis.title, folder / (name + ".svg"),
                               "failing frames and relative error, mildest level on the left"});
   }
-  std::vector<ReportSection> sections = {table};
+  std::vector<ReportSection> sections = {table, detection};
   if (!charts.figures.empty()) sections.push_back(charts);
 
   if (draw_gallery(ladders, outcomes, experiment.sensor, folder / "worst_frames")) {

@@ -9,8 +9,9 @@
 
 namespace ertbench {
 
-/// Writes breakdown.csv, breakdown.md, levels.csv, a chart of each axis, `ladder_`axis.svg and
-/// .png, the map breakdown.svg and .png and the gallery worst_frames.svg and .png into `folder`.
+/// Writes breakdown.csv, breakdown.md, levels.csv, detection.csv, detection.md, a chart of each
+/// axis, `ladder_`axis.svg and .png, the map breakdown.svg and .png and the gallery
+/// worst_frames.svg and .png into `folder`.
 /// Returns their sections of the report; none where the experiment has no ladders.
 std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
                                                 const std::vector<LadderOutcome>& outcomes,

@@ -9,24 +9,13 @@
 #include <sstream>
 
 #include "bench/axis_ticks.h"
+#include "bench/csv_field.h"
 #include "bench/text.h"
 
 namespace ertbench {
 namespace {
 
 std::string percent(double share) { return fixed(100 * share, 1) + " %"; }
-
-/// A field of a CSV file.
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + "\"";
-}
-
-std::string number_or_empty(const std::optional<double>& value) {
-  return value ? number_text(*value) : "";
-}
 
 Between between_of(const LadderAxis& axis) {
   if (axis.integer) return Between::nothing;
@@ -177,44 +166,10 @@ std::string breakdown_csv(const std::vector<AxisBreakdown>& breakdowns) {
       const bool falls = line.side.empty() ? last < first : line.side == "below";
       if (falls) std::swap(low, high);
     }
-    out << quoted(line.solver) << ',' << line.axis->name << ',' << line.side << ','
-        << number_or_empty(level) << ',' << number_or_empty(low) << ',' << number_or_empty(high)
-        << ',' << quoted(line.axis->unit) << ',' << quoted(line.state) << ',' << line.frames << ','
-        << number_or_empty(line.share_at_default) << ',' << quoted(line.categories) << '\n';
-  }
-  return out.str();
-}
-
-std::string levels_csv(const std::vector<LadderOutcome>& outcomes) {
-  std::ostringstream out;
-  out << "solver,axis,level,frames,failed,undefined,worse_than_nothing,misplaced,ghost,error_q05,"
-         "error_q50,error_q95,message\n";
-  const auto write = [&](const std::string& solver, const std::string& axis,
-                         const std::string& name, const LadderLevel& level) {
-    out << quoted(solver) << ',' << axis << ',' << quoted(name) << ',' << level.frames.size() << ','
-        << number_text(level.share());
-    for (const FailureKind kind : kFailureKinds) {
-      out << ',';
-      if (level.frames.empty()) continue;
-      out << number_text(level.count(kind) / static_cast<double>(level.frames.size()));
-    }
-    const auto errors = quantiles(level, &JudgedFrame::error);
-    for (const double FrameQuantiles::*part :
-         {&FrameQuantiles::low, &FrameQuantiles::median, &FrameQuantiles::high}) {
-      out << ',' << (errors ? number_text((*errors).*part) : "");
-    }
-    out << ',' << quoted(level.message) << '\n';
-  };
-  for (const LadderOutcome& outcome : outcomes) {
-    if (!outcome.record) continue;
-    write(outcome.entry->label, "default", "", outcome.record->base);
-    for (const LadderClimb& climb : outcome.record->axes) {
-      for (const LadderLevel& level : climb.levels) {
-        const bool number = nlohmann::json::parse(level.level).is_number();
-        write(outcome.entry->label, climb.axis, number ? level.level : level_text(level.level),
-              level);
-      }
-    }
+    out << csv_field(line.solver) << ',' << line.axis->name << ',' << line.side << ','
+        << csv_number(level) << ',' << csv_number(low) << ',' << csv_number(high) << ','
+        << csv_field(line.axis->unit) << ',' << csv_field(line.state) << ',' << line.frames << ','
+        << csv_number(line.share_at_default) << ',' << csv_field(line.categories) << '\n';
   }
   return out.str();
 }

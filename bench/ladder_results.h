@@ -40,8 +40,9 @@ std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
 /// "solver,axis,side,level,ci_low,ci_high,unit,state,frames,share_at_default,categories": ends of
 /// an interval that leave the ladder are empty.
 std::string breakdown_csv(const std::vector<AxisBreakdown>& breakdowns);
-/// "solver,axis,level,frames,failed,undefined,worse_than_nothing,misplaced,ghost,error_q05,
-/// error_q50,error_q95,message", the five as shares of the frames; axis "default" is the test set.
+/// "solver,axis,level,frames,failed,undefined,worse_than_nothing,misplaced,ghost,suspect,detected,
+/// false_alarms,error_q05,error_q50,error_q95,message": the six from "failed" as shares of the
+/// frames, the two behind them as DetectionCounts has them; axis "default" is the test set.
 std::string levels_csv(const std::vector<LadderOutcome>& outcomes);
 
 /// A row for each axis (and side), a column for each solver.

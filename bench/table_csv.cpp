@@ -2,24 +2,13 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <string_view>
 
+#include "bench/csv_field.h"
 #include "bench/table.h"
 #include "bench/table_cells.h"
 
 namespace ertbench {
 namespace {
-
-/// A field as RFC 4180 has it: quoted where it holds a comma, a quote or a line end.
-std::string quoted(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  return out + "\"";
-}
 
 /// The shortest text that reads back as the same number.
 std::string number(const std::optional<double>& value) {
@@ -85,10 +74,10 @@ std::string metric_fields(const ResultRow& row, Metric metric, const PublishedTa
 std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& published) {
   std::string out = head();
   for (const ResultRow& row : rows) {
-    out += quoted(row.dataset) + "," + quoted(row.label) + "," + quoted(row.type) + "," +
-           quoted(row.status) + "," + quoted(row.message) + "," + std::to_string(row.frames) + "," +
-           std::to_string(row.undefined_frames) + "," + std::to_string(row.frames_not_converged) +
-           "," + std::to_string(row.suspect_frames);
+    out += csv_field(row.dataset) + "," + csv_field(row.label) + "," + csv_field(row.type) + "," +
+           csv_field(row.status) + "," + csv_field(row.message) + "," + std::to_string(row.frames) +
+           "," + std::to_string(row.undefined_frames) + "," +
+           std::to_string(row.frames_not_converged) + "," + std::to_string(row.suspect_frames);
     for (const Metric metric : kMetrics) out += metric_fields(row, metric, published);
     const auto latency = [&](double LatencySummary::*part) {
       return number(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);
@@ -97,7 +86,7 @@ std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& pub
            latency(&LatencySummary::max) + "," + number(row.frames_per_s) + "," +
            (row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "") + "," +
            number(row.fit_s) + "," + number(row.peak_rss_mb) + "," + seeds_of(row) + "," +
-           quoted(row.sweep_json) + "," + quoted(row.parameters_json) + "\n";
+           csv_field(row.sweep_json) + "," + csv_field(row.parameters_json) + "\n";
   }
   return out;
 }

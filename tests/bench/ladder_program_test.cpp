@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -68,6 +69,14 @@ std::map<std::string, std::string> line_of(const fs::path& file, const std::stri
   return {};
 }
 
+std::map<std::string, std::string> axis_line(const fs::path& file, const std::string& solver,
+                                             const std::string& axis) {
+  for (const auto& line : csv_lines(file)) {
+    if (line.at("solver") == solver && line.at("axis") == axis) return line;
+  }
+  return {};
+}
+
 /// The share of frames that fail by the rule, from the raw numbers and not from "failed".
 double share_of(const json& level) {
   const std::size_t frames = level.at("failed").size();
@@ -81,14 +90,29 @@ double share_of(const json& level) {
   return failed / static_cast<double>(frames);
 }
 
+/// "failing,detected,good,false_alarms" over the levels of an axis, from the raw numbers.
+std::string detection_of(const json& levels) {
+  std::array<int, 4> counts{};
+  for (const json& level : levels) {
+    for (std::size_t f = 0; f < level.at("failed").size(); ++f) {
+      const std::size_t kind = level.at("failed").at(f) == 0 ? 2 : 0;
+      ++counts[kind];
+      counts[kind + 1] += level.at("status").at(f) != 0;
+    }
+  }
+  return std::to_string(counts[0]) + "," + std::to_string(counts[1]) + "," +
+         std::to_string(counts[2]) + "," + std::to_string(counts[3]);
+}
+
 TEST(LadderProgram, TablesFollowFromTheRecords) {
   const TemporaryFolder folder("ladders");
   write_text(folder / "x.json", experiment_with_ladders().dump());
   const Outcome outcome = run_program(folder.path(), "run x.json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   const fs::path results = folder / "results" / "x";
-  for (const char* file : {"breakdown.md", "breakdown.svg", "breakdown.png", "levels.csv",
-                           "ladder_snr.svg", "ladder_shape.png", "ladder_rank.svg"}) {
+  for (const char* file :
+       {"breakdown.md", "breakdown.svg", "breakdown.png", "levels.csv", "detection.md",
+        "ladder_snr.svg", "ladder_shape.png", "ladder_rank.svg"}) {
     EXPECT_TRUE(fs::exists(results / file)) << file;
   }
   EXPECT_NE(read_text(results / "report.html").find("Where it breaks"), std::string::npos);
@@ -112,6 +136,13 @@ TEST(LadderProgram, TablesFollowFromTheRecords) {
     EXPECT_LE(std::stod(line.at("ci_low")), level);
     EXPECT_GE(std::stod(line.at("ci_high")), level);
     EXPECT_NEAR(std::stod(line.at("share_at_default")), share_of(record.at("base")), 1e-5);
+
+    const auto noticed = axis_line(results / "detection.csv", solver, "snr");
+    EXPECT_EQ(noticed.at("failing") + "," + noticed.at("detected") + "," + noticed.at("good") +
+                  "," + noticed.at("false_alarms"),
+              detection_of(levels));
+    EXPECT_LE(std::stod(noticed.at("detection_low")), std::stod(noticed.at("detection_rate")));
+    EXPECT_FALSE(axis_line(results / "detection.csv", solver, "default").empty());
   }
   // One value of the parameter works; a rank of 208 is refused, which is its level's failure.
   const json record = json::parse(read_text(results / "records" / "tsvd.ladders.json"));

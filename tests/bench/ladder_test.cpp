@@ -172,7 +172,7 @@ TEST(Ladder, TablesSayWhatIsKnown) {
   EXPECT_NE(csv.find("one-step-gn,snr,,50,"), std::string::npos) << csv;
   EXPECT_NE(csv.find("tsvd,shape,,,,,,\"crashed: Aborted, core, dumped\",0,,\n"), std::string::npos)
       << csv;
-  EXPECT_NE(levels_csv({good, bad}).find("one-step-gn,snr,40,100,0.1,0.1,0,0,0,,,,\n"),
+  EXPECT_NE(levels_csv({good, bad}).find("one-step-gn,snr,40,100,0.1,0.1,0,0,0,0,0,0,,,,\n"),
             std::string::npos)
       << levels_csv({good, bad});
 }

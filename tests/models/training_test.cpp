@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "forward/errors.h"
+#include "forward/forward_model.h"
 #include "models/adversarial_objective.h"
 #include "models/dd_ert_generator.h"
 #include "models/sensitivity.h"

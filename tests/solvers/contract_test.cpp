@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "forward/errors.h"
+#include "forward/forward_model.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {

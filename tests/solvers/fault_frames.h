@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "forward/forward_model.h"
 #include "forward/generate.h"
 #include "solvers/channel_mask.h"
 #include "tests/solvers/solver_testing.h"

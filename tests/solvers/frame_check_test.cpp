@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "forward/forward_model.h"
 #include "solvers/frame_limits.h"
 #include "tests/solvers/fault_frames.h"
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "forward/forward_model.h"
 #include "solvers/dense_svd.h"
 #include "tests/solvers/fault_frames.h"
 #include "tests/solvers/total_variation_reference.h"

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "forward/forward_model.h"
 #include "forward/random.h"
 #include "solvers/pixel_edges.h"
 #include "tests/solvers/solver_testing.h"

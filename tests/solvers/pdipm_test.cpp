@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "forward/errors.h"
+#include "forward/forward_model.h"
 #include "solvers/solver_file.h"
 #include "tests/solvers/solver_testing.h"
 #include "tests/solvers/total_variation_reference.h"

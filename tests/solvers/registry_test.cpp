@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "forward/errors.h"
+#include "forward/forward_model.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

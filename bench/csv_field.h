@@ -1,0 +1,14 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace ertbench {
+
+/// A field as RFC 4180 has it: quoted where it holds a comma, a quote or a line end.
+std::string csv_field(std::string_view text);
+/// With six digits; empty where there is none.
+std::string csv_number(const std::optional<double>& value);
+
+}  // namespace ertbench
