@@ -421,7 +421,8 @@ TEST(Program, DamagedFramesNeverCrash) {
 
 TEST(Program, HelpShowsAnExampleOfEachCommand) {
   const TemporaryFolder folder("help");
-  for (const std::string command : {"run", "generate", "reconstruct", "list"}) {
+  for (const std::string command :
+       {"run", "check", "generate", "reconstruct", "list", "timing", "fidelity"}) {
     const Outcome outcome = run_program(folder.path(), command + " --help");
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_NE(outcome.output.find("ertbench " + command), std::string::npos) << outcome.output;
