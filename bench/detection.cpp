@@ -129,21 +129,25 @@ std::vector<TextTable> detection_tables(const Ladders& ladders,
 std::vector<std::string> detection_notes() {
   return {
       "A solver doubts a frame when it reports it as suspect, not converged or undefined. All "
-      "levels of an axis are counted together, those of the bisection too; levels.csv has each "
-      "by itself. In brackets Wilson's 95 % interval, which takes frames as independent: the "
-      "same scenes come back at every level, so that the true interval of an axis is wider.",
+      "levels "
+      "of an axis are counted together, those of the bisection too; levels.csv has each by itself. "
+      "In brackets Wilson's 95 % interval, which takes frames as independent: the same scenes come "
+      "back at every level, so that the true interval of an axis is wider.",
       "What the check cannot see: it knows the voltages and not the truth. A failure on a frame "
-      "that is like those of the training (the validation set) passes unseen, as when voltages "
-      "that are in order give a wrong image because the contact is small, weak or near "
-      "another, or because the method or its parameter is at fault. A frame that is not doubted "
-      "is therefore an ordinary frame, and not by that a right image.",
-      "False alarms on an axis are not all mistakes: a frame with more noise or another fault "
-      "than in training is doubted rightly even where its image still passes the rule. The rate "
-      "on ordinary frames is the one of the test set itself.",
-      "On the axes of a parameter all frames are those of the test set; what is detected there "
-      "is an iteration that did not converge or an image that is undefined.",
-      "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged "
-      "without them and is not doubted for them."};
+      "that "
+      "is like those of the training (the validation set) passes unseen, as when voltages that are "
+      "in order give a wrong image because the contact is small, weak or near another, or because "
+      "the method or its parameter is at fault. A frame that is not doubted is an ordinary frame; "
+      "its image may be wrong all the same.",
+      "The check looks for frames unlike those that the solver was fitted for, not for images that "
+      "fail: doubt begins a little beyond the training's noise, or with the first fault, long "
+      "before "
+      "most solvers fail. So the false alarms on axes of noise and faults are many; the rate on "
+      "ordinary frames is the one of the test set itself.",
+      "On the axes of a parameter all frames are those of the test set; what is detected there is "
+      "mostly an iteration that did not converge or an image that is undefined.",
+      "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged without "
+      "them and is not doubted for them: where that image fails all the same, it passes unseen."};
 }
 
 std::string detection_markdown(const std::string& title, const Ladders& ladders,

@@ -1,6 +1,5 @@
 #include "bench/wilson_interval.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -16,7 +15,9 @@ ShareInterval wilson_interval(int count, int total) {
   const double middle = share + z * z / (2 * n);
   const double reach = z * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
   const double stretch = 1 + z * z / n;
-  return {std::max(0.0, (middle - reach) / stretch), std::min(1.0, (middle + reach) / stretch)};
+  // An end that is the share itself, 0 or 1, would be beyond it by rounding.
+  return {count == 0 ? 0 : (middle - reach) / stretch,
+          count == total ? 1 : (middle + reach) / stretch};
 }
 
 }  // namespace ertbench

@@ -31,6 +31,13 @@ TEST(WilsonInterval, OfTheOthersIsItsMirrorImage) {
   }
 }
 
+TEST(WilsonInterval, EndsAtNoneAndAllExactly) {
+  for (int total = 1; total <= 1000; ++total) {
+    EXPECT_EQ(wilson_interval(0, total).low, 0) << total;
+    EXPECT_EQ(wilson_interval(total, total).high, 1) << total;
+  }
+}
+
 TEST(WilsonInterval, RefusesWhatIsNoShare) {
   EXPECT_THROW(wilson_interval(0, 0), std::invalid_argument);
   EXPECT_THROW(wilson_interval(-1, 5), std::invalid_argument);
