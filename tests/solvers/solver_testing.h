@@ -12,10 +12,10 @@
 #include "forward/arrays.h"
 #include "forward/dataset_file.h"
 #include "forward/dataset_spec.h"
+#include "forward/forward_model.h"
 #include "forward/generate.h"
 #include "forward/hdf5_file.h"
 #include "forward/json_reader.h"
-#include "forward/forward_model.h"
 #include "forward/scene_model.h"
 #include "solvers/registry.h"
 
