@@ -15,7 +15,7 @@ Experiment experiment() {
   out.title = "Fidelity";
   DatasetSpec mixed;
   mixed.name = "mixed";
-  mixed.count = 40;
+  mixed.count = 24;
   mixed.grid = DatasetSpec::grid_auto;
   mixed.noise.snr_db = 50;
   SceneDistribution scenes;
@@ -26,7 +26,7 @@ Experiment experiment() {
 }
 
 TEST(Fidelity, AutoKeepsItsPromiseAndGridsConverge) {
-  const std::vector<FidelityRow> rows = measure_fidelity(experiment(), 40);
+  const std::vector<FidelityRow> rows = measure_fidelity(experiment(), 24);
   ASSERT_EQ(rows.size(), 15u);  // smooth, other and all, each by five models
   int scenes = 0;
   for (std::size_t group = 0; group < rows.size(); group += 5) {
@@ -43,7 +43,7 @@ TEST(Fidelity, AutoKeepsItsPromiseAndGridsConverge) {
   }
   EXPECT_EQ(rows[10].scenes, "all");
   EXPECT_EQ(rows[10].count, scenes);
-  EXPECT_LT(scenes, 40);  // the blank ones are left out
+  EXPECT_LT(scenes, 24);  // the blank ones are left out
 }
 
 }  // namespace
