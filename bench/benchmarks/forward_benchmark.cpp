@@ -7,7 +7,10 @@
 
 #include <benchmark/benchmark.h>
 
+#include <cmath>
+
 #include "bench/benchmarks/benchmark_program.h"
+#include "forward/border_model.h"
 #include "forward/condensation.h"
 #include "forward/contact_update.h"
 #include "forward/forward_model.h"
@@ -25,7 +28,7 @@ SceneDistribution training() { return {}; }
 SceneDistribution table_c1() {
   SceneDistribution d;
   d.contacts = {1, 1};
-  d.shapes = {Shape::disc};
+  d.shapes = {DrawnShape::disc};
   d.radius = {0.2, 0.2};
   d.conductivity_ratio = {0.6, 0.6};
   return d;
@@ -59,6 +62,19 @@ void solve(benchmark::State& state, const SceneDistribution& distribution, Forwa
   for (auto _ : state) benchmark::DoNotOptimize(model.solve(images, method));
   state.SetItemsProcessed(state.iterations() * count);
 }
+/// The border integral equation, to a quarter of the noise of 50 dB.
+void borders(benchmark::State& state, const SceneDistribution& distribution) {
+  const BorderModel model{Sensor{}};
+  const double tolerance = 0.25 * std::pow(10, -2.5) * model.reference_voltages().norm();
+  const std::vector<Scene> scenes = draw(distribution, 512);
+  for (auto _ : state) {
+    for (const Scene& scene : scenes) benchmark::DoNotOptimize(model.solve(scene, tolerance));
+  }
+  state.SetItemsProcessed(state.iterations() * 512);
+}
+BENCHMARK_CAPTURE(borders, training, training())->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(borders, table_c1, table_c1())->Unit(benchmark::kMillisecond);
+
 #define ERTBENCH_SOLVE(name, distribution, method)                      \
   BENCHMARK_CAPTURE(solve, name, distribution(), ForwardMethod::method) \
       ->Arg(24)                                                         \
@@ -139,6 +155,7 @@ BENCHMARK(generate_rows)
     ->Arg(24)
     ->Arg(48)
     ->Arg(96)
+    ->Arg(DatasetSpec::grid_auto)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
