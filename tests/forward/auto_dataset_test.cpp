@@ -14,21 +14,19 @@
 namespace ertbench {
 namespace {
 
-using nlohmann::json;
-
-json mixed(int count) {
+nlohmann::json auto_set(int count) {
   return {{"count", count},          {"seed", 3},
           {"grid", "auto"},          {"snr_db", 50},
           {"snr_basis", "absolute"}, {"scenes", {{"blank_fraction", 0.2}}}};
 }
 
-DatasetSpec spec_of(const json& object, const std::string& name = "test") {
+DatasetSpec auto_spec(const nlohmann::json& object, const std::string& name = "test") {
   return dataset_spec_from_json(JsonObject(object, "test", ""), Sensor{}, name);
 }
 
-std::string refusal(json object) {
+std::string auto_refusal(nlohmann::json object) {
   try {
-    spec_of(object);
+    auto_spec(object);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -36,7 +34,7 @@ std::string refusal(json object) {
 }
 
 TEST(AutoDataset, VoltagesAreThoseOfTheContinuousSheet) {
-  const DatasetSpec spec = spec_of(mixed(20));
+  const DatasetSpec spec = auto_spec(auto_set(20));
   const SceneModel model(spec.sensor, spec.grid);
   const DatasetBlock block = generate_block(spec, model, 0, spec.count);
   const BorderModel borders(spec.sensor);
@@ -57,33 +55,33 @@ TEST(AutoDataset, FileHoldsTheEffortAndItsRecipeReadsBack) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / "ertbench_auto_dataset_test.h5";
   std::filesystem::remove(file);
-  const DatasetSpec spec = spec_of(mixed(12));
+  const DatasetSpec spec = auto_spec(auto_set(12));
   generate_dataset(spec, file, {2, {}});
   const RowMajorMatrix effort = Hdf5File::open(file).read_rows("/model_effort", 0, 12);
   EXPECT_GT(effort.col(0).maxCoeff(), 0);
-  json recipe = json::parse(DatasetFile(file).recipe());
+  nlohmann::json recipe = nlohmann::json::parse(DatasetFile(file).recipe());
   EXPECT_EQ(recipe.at("grid"), "auto");
   for (const char* key : {"format_version", "sensor", "name"}) recipe.erase(key);
-  EXPECT_EQ(to_json(spec_of(recipe)), to_json(spec));
+  EXPECT_EQ(to_json(auto_spec(recipe)), to_json(spec));
   std::filesystem::remove(file);
 }
 
 TEST(AutoDataset, FinerBoundTakesMorePoints) {
-  json object = mixed(20);
-  const DatasetSpec coarse = spec_of(object);
+  nlohmann::json object = auto_set(20);
+  const DatasetSpec coarse = auto_spec(object);
   object["model_error"] = 0.01;
-  const DatasetSpec fine = spec_of(object);
+  const DatasetSpec fine = auto_spec(object);
   const SceneModel model(coarse.sensor, coarse.grid);
   EXPECT_GT(generate_block(fine, model, 0, 20).effort.col(0).sum(),
             generate_block(coarse, model, 0, 20).effort.col(0).sum());
 }
 
 TEST(AutoDataset, DrawsOfAnotherSetAreItsScenesAndNoise) {
-  json object = mixed(5);
-  const DatasetSpec original = spec_of(object);
+  nlohmann::json object = auto_set(5);
+  const DatasetSpec original = auto_spec(object);
   object["draws_of"] = "test";
   object["grid"] = 48;
-  const DatasetSpec other = spec_of(object, "test_48");
+  const DatasetSpec other = auto_spec(object, "test_48");
   for (std::uint64_t i = 0; i < 5; ++i) {
     EXPECT_EQ(to_json(other.scene(i)), to_json(original.scene(i)));
     EXPECT_EQ(other.noise_stream(i).bits(), original.noise_stream(i).bits());
@@ -91,15 +89,15 @@ TEST(AutoDataset, DrawsOfAnotherSetAreItsScenesAndNoise) {
 }
 
 TEST(AutoDataset, MistakesAreRefusedWithTheirPlace) {
-  json object = mixed(5);
+  nlohmann::json object = auto_set(5);
   object["grid"] = "fine";
-  EXPECT_NE(refusal(object).find("/grid"), std::string::npos);
+  EXPECT_NE(auto_refusal(object).find("/grid"), std::string::npos);
   object["grid"] = 48;
   object["model_error"] = 0.1;
-  EXPECT_NE(refusal(object).find("/model_error"), std::string::npos);
+  EXPECT_NE(auto_refusal(object).find("/model_error"), std::string::npos);
   object["grid"] = "auto";
   object["model_error"] = 0;
-  EXPECT_NE(refusal(object).find("/model_error"), std::string::npos);
+  EXPECT_NE(auto_refusal(object).find("/model_error"), std::string::npos);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ Contact rectangle(double x, double y, double a, double b, double angle, double r
   return contact;
 }
 
-Contact polygon(std::vector<Eigen::Vector2d> vertices, double ratio) {
+Contact polygon_of(std::vector<Eigen::Vector2d> vertices, double ratio) {
   Contact contact;
   contact.shape = Shape::polygon;
   contact.vertices = std::move(vertices);
@@ -69,17 +69,18 @@ VectorXd change_on_grid(const ForwardModel& model, const Scene& scene) {
 
 /// Scenes with everything that smooth, separate contacts do not have.
 std::vector<std::pair<const char*, Scene>> hard_scenes() {
-  return {{"rectangle", {{rectangle(0.2, -0.1, 0.3, 0.15, 0.4, 0.3)}}},
-          {"cut by the border", {{disc(0.9, 0.3, 0.3, 0.4)}}},
-          {"cut by a corner", {{ellipse(-0.95, 0.9, 0.4, 0.2, 0.3, 0.3)}}},
-          {"on an electrode", {{disc(1, 0.25, 0.3, 0.2)}}},
-          {"overlapping", {{disc(0, 0, 0.3, 0.5), ellipse(0.3, 0.1, 0.35, 0.2, 1, 0.2)}}},
-          {"corner in a disc", {{disc(0, 0, 0.3, 0.7), rectangle(0.3, 0.3, 0.2, 0.2, 0, 0.3)}}},
-          {"side by side",
-           {{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0.1, 0.2, 0.2, 0, 0.2)}}},
-          {"concave polygon", {{polygon({{-0.4, -0.3}, {0.3, -0.2}, {0, 0}, {-0.1, 0.5}}, 0.3)}}},
-          {"rise in conductivity", {{rectangle(0.4, 0.4, 0.2, 0.1, 0.7, 3)}}},
-          {"flush with the border", {{rectangle(0.8, 0, 0.2, 0.4, 0, 0.4)}}}};
+  return {
+      {"rectangle", {{rectangle(0.2, -0.1, 0.3, 0.15, 0.4, 0.3)}}},
+      {"cut by the border", {{disc(0.9, 0.3, 0.3, 0.4)}}},
+      {"cut by a corner", {{ellipse(-0.95, 0.9, 0.4, 0.2, 0.3, 0.3)}}},
+      {"on an electrode", {{disc(1, 0.25, 0.3, 0.2)}}},
+      {"overlapping", {{disc(0, 0, 0.3, 0.5), ellipse(0.3, 0.1, 0.35, 0.2, 1, 0.2)}}},
+      {"corner in a disc", {{disc(0, 0, 0.3, 0.7), rectangle(0.3, 0.3, 0.2, 0.2, 0, 0.3)}}},
+      {"side by side",
+       {{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0.1, 0.2, 0.2, 0, 0.2)}}},
+      {"concave polygon", {{polygon_of({{-0.4, -0.3}, {0.3, -0.2}, {0, 0}, {-0.1, 0.5}}, 0.3)}}},
+      {"rise in conductivity", {{rectangle(0.4, 0.4, 0.2, 0.1, 0.7, 3)}}},
+      {"flush with the border", {{rectangle(0.8, 0, 0.2, 0.4, 0, 0.4)}}}};
 }
 
 TEST(BorderModel, EqualsTheReferenceTo1e9) {

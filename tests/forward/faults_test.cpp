@@ -19,16 +19,15 @@ namespace ertbench {
 namespace {
 
 using Eigen::VectorXd;
-using nlohmann::json;
 
-DatasetSpec spec_of(json faults, json snr_db = nullptr) {
-  json object = {{"count", 12},
-                 {"seed", 5},
-                 {"grid", 48},
-                 {"snr_db", snr_db},
-                 {"snr_basis", "absolute"},
-                 {"faults", std::move(faults)},
-                 {"scenes", json::object()}};
+DatasetSpec spec_of(nlohmann::json faults, nlohmann::json snr_db = nullptr) {
+  nlohmann::json object = {{"count", 12},
+                           {"seed", 5},
+                           {"grid", 48},
+                           {"snr_db", snr_db},
+                           {"snr_basis", "absolute"},
+                           {"faults", std::move(faults)},
+                           {"scenes", nlohmann::json::object()}};
   return dataset_spec_from_json(JsonObject(object, "test", ""), Sensor{}, "test");
 }
 
@@ -36,7 +35,7 @@ DatasetBlock block_of(const DatasetSpec& spec) {
   return generate_block(spec, SceneModel(spec.sensor, spec.grid), 0, spec.count);
 }
 
-std::string refusal(const json& faults) {
+std::string faults_refusal(const nlohmann::json& faults) {
   try {
     spec_of(faults);
   } catch (const InputError& e) {
@@ -55,14 +54,15 @@ std::set<int> zeros(const Eigen::RowVectorXd& frame) {
 }
 
 TEST(Faults, OffLeaveTheRecipeAlone) {
-  const json recipe = to_json(spec_of(json::object()));
+  const nlohmann::json recipe = to_json(spec_of(nlohmann::json::object()));
   EXPECT_FALSE(recipe.contains("faults"));
   EXPECT_EQ(to_json(spec_of({{"dead_electrodes", 0}, {"dead_reading", "floating"}})), recipe);
-  EXPECT_EQ(to_json(spec_of({{"gain_error", 0.1}})).at("faults"), json({{"gain_error", 0.1}}));
+  EXPECT_EQ(to_json(spec_of({{"gain_error", 0.1}})).at("faults"),
+            nlohmann::json({{"gain_error", 0.1}}));
 }
 
 TEST(Faults, DeadElectrodesOfLessAreAmongThoseOfMore) {
-  const Frames whole = block_of(spec_of(json::object())).voltages;
+  const Frames whole = block_of(spec_of(nlohmann::json::object())).voltages;
   std::vector<std::set<int>> before(12);
   for (int dead = 1; dead <= 4; ++dead) {
     const Frames frames = block_of(spec_of({{"dead_electrodes", dead}})).voltages;
@@ -86,7 +86,7 @@ TEST(Faults, DeadElectrodesOfLessAreAmongThoseOfMore) {
 }
 
 TEST(Faults, FloatingChannelsShowNoiseOfTheFramesStrength) {
-  const Frames whole = block_of(spec_of(json::object())).voltages;
+  const Frames whole = block_of(spec_of(nlohmann::json::object())).voltages;
   const Frames frames =
       block_of(spec_of({{"dead_electrodes", 2}, {"dead_reading", "floating"}})).voltages;
   double ratio = 0;
@@ -104,7 +104,7 @@ TEST(Faults, FloatingChannelsShowNoiseOfTheFramesStrength) {
 }
 
 TEST(Faults, GainsAndOffsetsBelongToMeasuringPairsAndScale) {
-  const Frames whole = block_of(spec_of(json::object())).voltages;
+  const Frames whole = block_of(spec_of(nlohmann::json::object())).voltages;
   const Frames gain = block_of(spec_of({{"gain_error", 0.1}})).voltages;
   const Frames twice = block_of(spec_of({{"gain_error", 0.2}})).voltages;
   const Frames offset = block_of(spec_of({{"offset", 0.01}})).voltages;
@@ -129,7 +129,7 @@ TEST(Faults, GainsAndOffsetsBelongToMeasuringPairsAndScale) {
 }
 
 TEST(Faults, ConverterRoundsFrameAndReference) {
-  const Frames whole = block_of(spec_of(json::object())).voltages;
+  const Frames whole = block_of(spec_of(nlohmann::json::object())).voltages;
   const Frames rounded = block_of(spec_of({{"adc_bits", 8}})).voltages;
   const VectorXd reference = ForwardModel(Sensor{}, 48).reference_voltages();
   const double step = 2 * 1.25 * reference.cwiseAbs().maxCoeff() / 256;
@@ -142,7 +142,7 @@ TEST(Faults, ConverterRoundsFrameAndReference) {
 }
 
 TEST(Faults, BackgroundDividesVoltagesAndKeepsTheTruth) {
-  const DatasetBlock even = block_of(spec_of(json::object()));
+  const DatasetBlock even = block_of(spec_of(nlohmann::json::object()));
   const DatasetBlock changed = block_of(spec_of({{"background_change", 0.2}}));
   EXPECT_LT((changed.clean_voltages * 1.2 - even.clean_voltages).norm(),
             1e-12 * even.clean_voltages.norm());
@@ -166,17 +166,19 @@ TEST(Faults, BackgroundDividesVoltagesAndKeepsTheTruth) {
 
 TEST(Faults, AreSmoothWhereNoiseIsDrawnBefore) {
   // The same noise at every level: the frames of a small gain differ little from those of none.
-  const Frames none = block_of(spec_of(json::object(), 40)).voltages;
+  const Frames none = block_of(spec_of(nlohmann::json::object(), 40)).voltages;
   const Frames little = block_of(spec_of({{"gain_error", 1e-9}}, 40)).voltages;
   EXPECT_LT((little - none).norm(), 1e-8 * none.norm());
 }
 
 TEST(Faults, SayWhatIsWrong) {
-  EXPECT_NE(refusal({{"dead_electrodes", 12}}).find("/faults/dead_electrodes"), std::string::npos);
-  EXPECT_NE(refusal({{"adc_bits", 1}}).find("must be 0 for no converter"), std::string::npos);
-  EXPECT_NE(refusal({{"electrode_displacement", 0.01}}).find("needs \"grid\": \"auto\""),
+  EXPECT_NE(faults_refusal({{"dead_electrodes", 12}}).find("/faults/dead_electrodes"),
             std::string::npos);
-  EXPECT_NE(refusal({{"gain", 0.01}}).find("gain_error"), std::string::npos);
+  EXPECT_NE(faults_refusal({{"adc_bits", 1}}).find("must be 0 for no converter"),
+            std::string::npos);
+  EXPECT_NE(faults_refusal({{"electrode_displacement", 0.01}}).find("needs \"grid\": \"auto\""),
+            std::string::npos);
+  EXPECT_NE(faults_refusal({{"gain", 0.01}}).find("gain_error"), std::string::npos);
   const Faults displaced = {.electrode_displacement = 0.05};
   RandomStream random(1, 2, 3, Purpose::displacement);
   const VectorXd shift = displacements(displaced, Sensor{}, random);
