@@ -27,14 +27,14 @@ bool is_number_column(const TextTable& table, std::size_t column) {
   return column > 0 && 2 * static_cast<std::size_t>(numbers) > table.rows.size();
 }
 
-/// A line of numbers that breaks before "(" and "over" and after "to" and commas only.
+/// A line of numbers that breaks before "(" and "over" and after "to" and "%," only.
 std::string kept_together(const std::string& line) {
   std::string out;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const std::string_view before = std::string_view(line).substr(0, i);
     const std::string_view after = std::string_view(line).substr(i);
     const bool breaks = after.starts_with(" (") || after.starts_with(" over") ||
-                        before.ends_with(" to") || before.ends_with(",");
+                        before.ends_with(" to") || before.ends_with("%,");
     out += line[i] == ' ' && !breaks ? "\u00a0" : std::string(1, line[i]);
   }
   return out;
