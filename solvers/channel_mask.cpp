@@ -3,7 +3,7 @@
 #include <bit>
 #include <nlohmann/json.hpp>
 
-#include "forward/errors.h"
+#include "core/errors.h"
 
 namespace ertbench {
 

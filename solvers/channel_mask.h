@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "forward/json_reader.h"
-#include "forward/sensor.h"
+#include "core/json_reader.h"
+#include "forward/sheet/sensor.h"
 
 namespace ertbench {
 

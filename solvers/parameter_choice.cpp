@@ -9,9 +9,9 @@
 #include <numbers>
 #include <thread>
 
-#include "forward/dataset_file.h"
-#include "forward/errors.h"
-#include "forward/json_reader.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "forward/data/dataset_file.h"
 
 namespace ertbench {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "forward/arrays.h"
+#include "core/arrays.h"
 #include "solvers/solver.h"
 
 namespace ertbench {

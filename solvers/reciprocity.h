@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "forward/arrays.h"
-#include "forward/sensor.h"
+#include "core/arrays.h"
+#include "forward/sheet/sensor.h"
 
 namespace ertbench {
 

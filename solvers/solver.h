@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
-#include "forward/arrays.h"
-#include "forward/sensor.h"
+#include "core/arrays.h"
+#include "forward/sheet/sensor.h"
 
 namespace ertbench {
 

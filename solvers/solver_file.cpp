@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "forward/errors.h"
-#include "forward/json_reader.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
 
 namespace ertbench {
 namespace {
@@ -52,16 +52,6 @@ OpenedSolverFile open_solver_file(const std::filesystem::path& file, const std::
   }
   std::string parameters = in.read_text("/", "parameters");
   return {std::move(in), std::move(parameters)};
-}
-
-FrameCheck load_frame_check(const Hdf5File& file, const Sensor& sensor, ElectrodeSet masked) {
-  if (!file.has("/frame_check")) return FrameCheck(sensor, masked);
-  try {
-    return FrameCheck(sensor, masked, file.read_vector("/frame_check"));
-  } catch (const std::invalid_argument& error) {
-    throw InputError(file.path().string() + ": /frame_check: " + error.what() +
-                     "; fit the solver anew");
-  }
 }
 
 nlohmann::json parse_parameters(const OpenedSolverFile& opened) {

@@ -4,9 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "forward/hdf5_file.h"
-#include "forward/sensor.h"
-#include "solvers/frame_check.h"
+#include "core/hdf5_file.h"
+#include "forward/sheet/sensor.h"
 
 namespace ertbench {
 
@@ -26,10 +25,6 @@ struct OpenedSolverFile {
 /// or one of another type, version or sensor.
 OpenedSolverFile open_solver_file(const std::filesystem::path& file, const std::string& type,
                                   const Sensor& sensor);
-
-/// The dataset `/frame_check`; in a file without one, from before there was one, the check of
-/// electrodes that read zero alone. Throws InputError where it is damaged.
-FrameCheck load_frame_check(const Hdf5File& file, const Sensor& sensor, ElectrodeSet masked);
 
 /// The parameters as JSON. Throws InputError where the text is not a JSON object.
 nlohmann::json parse_parameters(const OpenedSolverFile& opened);

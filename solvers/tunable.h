@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "forward/json_reader.h"
+#include "core/json_reader.h"
 
 namespace ertbench {
 

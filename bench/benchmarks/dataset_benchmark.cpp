@@ -14,9 +14,9 @@
 
 #include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/machine_limits.h"
-#include "bench/temporary_folder.h"
-#include "forward/dataset_file.h"
-#include "forward/generate.h"
+#include "core/temporary_folder.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
 
 namespace ertbench {
 namespace {

@@ -10,15 +10,15 @@
 #include <cmath>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "forward/border_model.h"
-#include "forward/condensation.h"
-#include "forward/contact_update.h"
-#include "forward/forward_model.h"
-#include "forward/generate.h"
-#include "forward/random.h"
-#include "forward/rasterise.h"
-#include "forward/scene_distribution.h"
-#include "forward/scene_model.h"
+#include "core/random.h"
+#include "forward/border/border_model.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_distribution.h"
+#include "forward/data/scene_model.h"
+#include "forward/fem/condensation.h"
+#include "forward/fem/contact_update.h"
+#include "forward/fem/forward_model.h"
+#include "forward/sheet/rasterise.h"
 
 namespace ertbench {
 namespace {

@@ -10,12 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/bootstrap.h"
-#include "bench/metrics.h"
-#include "forward/generate.h"
-#include "forward/json_reader.h"
-#include "forward/scene_model.h"
-#include "solvers/registry.h"
+#include "bench/score/bootstrap.h"
+#include "bench/score/metrics.h"
+#include "core/json_reader.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
+#include "solvers/registry/registry.h"
 
 namespace ertbench {
 namespace {

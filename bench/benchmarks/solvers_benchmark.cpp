@@ -17,14 +17,14 @@
 
 #include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/machine_limits.h"
-#include "bench/temporary_folder.h"
-#include "forward/dataset_file.h"
-#include "forward/dataset_spec.h"
-#include "forward/generate.h"
-#include "forward/json_reader.h"
-#include "forward/scene_model.h"
-#include "solvers/interior_point.h"
-#include "solvers/registry.h"
+#include "core/json_reader.h"
+#include "core/temporary_folder.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/dataset_spec.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
+#include "solvers/registry/registry.h"
+#include "solvers/total_variation/interior_point.h"
 
 namespace ertbench {
 namespace {

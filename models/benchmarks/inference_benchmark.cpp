@@ -17,15 +17,15 @@
 
 #include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/machine_limits.h"
-#include "bench/temporary_folder.h"
-#include "forward/dataset_file.h"
-#include "forward/generate.h"
-#include "forward/scene_model.h"
+#include "core/temporary_folder.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
 #include "models/benchmarks/arithmetic.h"
 #include "models/benchmarks/network_kinds.h"
 #include "models/benchmarks/torch_limits.h"
-#include "models/frozen_graph.h"
-#include "models/torch_runtime.h"
+#include "models/networks/frozen_graph.h"
+#include "models/networks/torch_runtime.h"
 
 namespace ertbench {
 namespace {

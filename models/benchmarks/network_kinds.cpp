@@ -1,11 +1,11 @@
 #include "models/benchmarks/network_kinds.h"
 
-#include "models/adversarial_objective.h"
-#include "models/dcnn.h"
-#include "models/dd_ert_generator.h"
-#include "models/eit_nn.h"
-#include "models/fcnn.h"
-#include "models/solvers.h"
+#include "models/networks/dcnn.h"
+#include "models/networks/dd_ert_generator.h"
+#include "models/networks/eit_nn.h"
+#include "models/networks/fcnn.h"
+#include "models/solvers/solvers.h"
+#include "models/training/adversarial_objective.h"
 
 namespace ertbench {
 namespace {

@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-#include "models/learned_solver.h"
-#include "models/network.h"
-#include "models/objective.h"
+#include "models/networks/network.h"
+#include "models/solvers/learned_solver.h"
+#include "models/training/objective.h"
 
 namespace ertbench {
 

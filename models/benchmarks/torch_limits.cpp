@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/benchmarks/machine_limits.h"
-#include "models/torch_runtime.h"
+#include "models/networks/torch_runtime.h"
 
 namespace ertbench {
 

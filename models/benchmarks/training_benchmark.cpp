@@ -15,8 +15,8 @@
 #include "models/benchmarks/arithmetic.h"
 #include "models/benchmarks/network_kinds.h"
 #include "models/benchmarks/torch_limits.h"
-#include "models/reduced_precision.h"
-#include "models/torch_runtime.h"
+#include "models/networks/reduced_precision.h"
+#include "models/networks/torch_runtime.h"
 
 namespace ertbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "bench/bootstrap.h"
+#include "bench/score/bootstrap.h"
 
 #include <gtest/gtest.h>
 

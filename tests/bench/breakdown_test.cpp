@@ -1,4 +1,4 @@
-#include "bench/breakdown.h"
+#include "bench/score/breakdown.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "forward/random.h"
+#include "core/random.h"
 
 namespace ertbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "bench/charts.h"
+#include "bench/plot/charts.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "bench/palette.h"
-#include "bench/training_curves.h"
-#include "bench/training_results.h"
-#include "forward/errors.h"
+#include "bench/analysis/training_curves.h"
+#include "bench/plot/palette.h"
+#include "bench/report/training_results.h"
+#include "core/errors.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

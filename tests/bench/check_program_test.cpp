@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "forward/hdf5_file.h"
+#include "core/hdf5_file.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {

@@ -1,6 +1,6 @@
 // Comparison with a baseline: what each class of tolerances lets pass, and every verdict.
 
-#include "bench/check.h"
+#include "bench/check/check.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "bench/check_table.h"
-#include "bench/student_t.h"
-#include "bench/tolerance.h"
-#include "forward/errors.h"
+#include "bench/check/check_table.h"
+#include "bench/check/tolerance.h"
+#include "core/errors.h"
+#include "core/student_t.h"
 #include "tests/bench/program.h"
 
 namespace ertbench {

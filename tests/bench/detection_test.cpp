@@ -1,4 +1,4 @@
-#include "bench/detection.h"
+#include "bench/analysis/detection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "bench/experiment.h"
+#include "bench/experiment/experiment.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
-#include "bench/cache.h"
-#include "bench/records.h"
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "forward/json_reader.h"
-#include "solvers/registry.h"
+#include "bench/record/cache.h"
+#include "bench/record/records.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "forward/fem/forward_model.h"
+#include "solvers/registry/registry.h"
 #include "tests/bench/program.h"
 
 namespace ertbench {

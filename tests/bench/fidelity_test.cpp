@@ -1,10 +1,10 @@
-#include "bench/fidelity.h"
+#include "bench/run/fidelity.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "bench/experiment.h"
+#include "bench/experiment/experiment.h"
 
 namespace ertbench {
 namespace {

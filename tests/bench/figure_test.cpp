@@ -11,10 +11,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "bench/colour_scale.h"
-#include "bench/gnuplot.h"
-#include "bench/reconstruction_figure.h"
-#include "forward/errors.h"
+#include "bench/plot/colour_scale.h"
+#include "bench/plot/gnuplot.h"
+#include "bench/plot/reconstruction_figure.h"
+#include "core/errors.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

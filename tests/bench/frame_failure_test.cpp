@@ -1,4 +1,4 @@
-#include "bench/frame_failure.h"
+#include "bench/score/frame_failure.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "forward/rasterise.h"
+#include "forward/sheet/rasterise.h"
 
 namespace ertbench {
 namespace {

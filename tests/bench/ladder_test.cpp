@@ -3,10 +3,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/ladder_results.h"
-#include "bench/ladder_run.h"
-#include "forward/errors.h"
-#include "solvers/registry.h"
+#include "bench/analysis/ladder_results.h"
+#include "bench/run/ladder_run.h"
+#include "core/errors.h"
+#include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {

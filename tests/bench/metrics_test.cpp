@@ -1,4 +1,4 @@
-#include "bench/metrics.h"
+#include "bench/score/metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "forward/rasterise.h"
+#include "forward/sheet/rasterise.h"
 
 namespace ertbench {
 namespace {

@@ -10,8 +10,8 @@
 #include <random>
 #include <thread>
 
-#include "forward/dataset_file.h"
-#include "forward/hdf5_file.h"
+#include "core/hdf5_file.h"
+#include "forward/data/dataset_file.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {

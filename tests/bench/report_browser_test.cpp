@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/html.h"
+#include "core/html.h"
 #include "tests/bench/browser.h"
 #include "tests/bench/markup.h"
 #include "tests/bench/small_experiment.h"

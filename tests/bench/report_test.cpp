@@ -1,4 +1,4 @@
-#include "bench/report.h"
+#include "bench/report/report.h"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <set>
 #include <stdexcept>
 
-#include "bench/experiment_report.h"
-#include "bench/heat_map.h"
-#include "bench/html.h"
-#include "bench/inline_svg.h"
-#include "bench/svg_tooltips.h"
-#include "forward/errors.h"
+#include "bench/plot/heat_map.h"
+#include "bench/plot/svg_tooltips.h"
+#include "bench/report/experiment_report.h"
+#include "bench/report/inline_svg.h"
+#include "core/errors.h"
+#include "core/html.h"
 #include "tests/bench/figure_testing.h"
 #include "tests/bench/markup.h"
 

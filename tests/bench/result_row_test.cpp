@@ -1,12 +1,12 @@
-#include "bench/result_row.h"
+#include "bench/record/result_row.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "forward/errors.h"
-#include "forward/json_reader.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
 
 namespace ertbench {
 namespace {

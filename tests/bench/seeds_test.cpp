@@ -1,12 +1,12 @@
-#include "bench/seeds.h"
+#include "bench/run/seeds.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/bootstrap.h"
-#include "bench/rows.h"
+#include "bench/run/rows.h"
+#include "bench/score/bootstrap.h"
 
 namespace ertbench {
 namespace {

@@ -1,14 +1,14 @@
-#include "bench/speed_accuracy.h"
+#include "bench/analysis/speed_accuracy.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bench/label_layout.h"
-#include "bench/speed_chart.h"
-#include "bench/speed_panel.h"
-#include "bench/speed_tables.h"
+#include "bench/analysis/speed_tables.h"
+#include "bench/plot/label_layout.h"
+#include "bench/plot/speed_chart.h"
+#include "bench/plot/speed_panel.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

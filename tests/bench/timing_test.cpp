@@ -1,13 +1,13 @@
 // The timing command, with shell scripts in place of the benchmark programs.
 
-#include "bench/timing.h"
+#include "bench/timing/timing.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "bench/benchmark_output.h"
-#include "forward/errors.h"
+#include "bench/timing/benchmark_output.h"
+#include "core/errors.h"
 #include "tests/bench/program.h"
 
 namespace ertbench {

@@ -3,13 +3,13 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "forward/border_model.h"
-#include "forward/dataset_file.h"
-#include "forward/errors.h"
-#include "forward/generate.h"
-#include "forward/hdf5_file.h"
-#include "forward/json_reader.h"
-#include "forward/scene_model.h"
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "core/json_reader.h"
+#include "forward/border/border_model.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
 
 namespace ertbench {
 namespace {

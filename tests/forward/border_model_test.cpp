@@ -1,16 +1,16 @@
-#include "forward/border_model.h"
+#include "forward/border/border_model.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "forward/contact_arcs.h"
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "forward/hdf5_file.h"
-#include "forward/rasterise.h"
-#include "forward/scene_distribution.h"
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "forward/border/contact_arcs.h"
+#include "forward/data/scene_distribution.h"
+#include "forward/fem/forward_model.h"
+#include "forward/sheet/rasterise.h"
 #include "reference_data.h"
 
 namespace ertbench {

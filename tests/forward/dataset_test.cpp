@@ -6,13 +6,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "forward/dataset_file.h"
-#include "forward/dataset_layout.h"
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "forward/generate.h"
-#include "forward/hdf5_file.h"
-#include "forward/json_reader.h"
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "core/json_reader.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/dataset_layout.h"
+#include "forward/data/generate.h"
+#include "forward/fem/forward_model.h"
 
 namespace ertbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "forward/faults.h"
+#include "forward/data/faults.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "forward/dataset_spec.h"
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "forward/generate.h"
-#include "forward/json_reader.h"
-#include "forward/scene_model.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "forward/data/dataset_spec.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
+#include "forward/fem/forward_model.h"
 
 namespace ertbench {
 namespace {

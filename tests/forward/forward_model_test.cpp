@@ -1,13 +1,13 @@
-#include "forward/forward_model.h"
+#include "forward/fem/forward_model.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
-#include "forward/random.h"
-#include "forward/rasterise.h"
-#include "forward/symmetry.h"
+#include "core/random.h"
+#include "forward/sheet/rasterise.h"
+#include "forward/sheet/symmetry.h"
 #include "tests/forward/reference_data.h"
 
 namespace ertbench {

@@ -1,10 +1,10 @@
-#include "forward/noise.h"
+#include "forward/data/noise.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "forward/forward_model.h"
+#include "forward/fem/forward_model.h"
 
 namespace ertbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "forward/rasterise.h"
+#include "forward/sheet/rasterise.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "forward/errors.h"
-#include "forward/json_reader.h"
-#include "forward/random.h"
-#include "forward/scene_distribution.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/random.h"
+#include "forward/data/scene_distribution.h"
 
 namespace ertbench {
 namespace {

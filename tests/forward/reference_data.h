@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "forward/hdf5_file.h"
+#include "core/hdf5_file.h"
 
 namespace ertbench::testing {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <thread>
 
-#include "forward/errors.h"
+#include "core/errors.h"
 #include "tests/models/models_testing.h"
 #include "tests/solvers/fault_frames.h"
 

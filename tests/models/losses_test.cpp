@@ -1,11 +1,11 @@
 // The losses of DD-ERT against their formulas.
 
-#include "models/losses.h"
+#include "models/training/losses.h"
 
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
-#include "models/adversarial_objective.h"
+#include "models/training/adversarial_objective.h"
 
 namespace ertbench {
 namespace {

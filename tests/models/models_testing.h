@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "forward/dataset_file.h"
-#include "forward/generate.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench::testing {

@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
-#include "models/dcnn.h"
-#include "models/dd_ert_generator.h"
-#include "models/eit_nn.h"
-#include "models/fcnn.h"
-#include "models/frozen_graph.h"
-#include "models/patch_discriminator.h"
-#include "models/spatial_attention.h"
+#include "models/networks/dcnn.h"
+#include "models/networks/dd_ert_generator.h"
+#include "models/networks/eit_nn.h"
+#include "models/networks/fcnn.h"
+#include "models/networks/frozen_graph.h"
+#include "models/networks/patch_discriminator.h"
+#include "models/networks/spatial_attention.h"
 
 namespace ertbench {
 namespace {

@@ -6,13 +6,13 @@
 
 #include <fstream>
 
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "models/adversarial_objective.h"
-#include "models/dd_ert_generator.h"
-#include "models/sensitivity.h"
-#include "models/torch_runtime.h"
-#include "models/trainer.h"
+#include "core/errors.h"
+#include "forward/fem/forward_model.h"
+#include "models/networks/dd_ert_generator.h"
+#include "models/networks/torch_runtime.h"
+#include "models/solvers/sensitivity.h"
+#include "models/training/adversarial_objective.h"
+#include "models/training/trainer.h"
 #include "tests/models/models_testing.h"
 
 namespace ertbench {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <thread>
 
-#include "forward/errors.h"
-#include "forward/forward_model.h"
+#include "core/errors.h"
+#include "forward/fem/forward_model.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {

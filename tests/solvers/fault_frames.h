@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "forward/forward_model.h"
-#include "forward/generate.h"
+#include "forward/data/generate.h"
+#include "forward/fem/forward_model.h"
 #include "solvers/channel_mask.h"
 #include "tests/solvers/solver_testing.h"
 

@@ -1,11 +1,11 @@
-#include "solvers/frame_check.h"
+#include "solvers/check/frame_check.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "forward/forward_model.h"
-#include "solvers/frame_limits.h"
+#include "forward/fem/forward_model.h"
+#include "solvers/check/frame_limits.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {

@@ -1,4 +1,4 @@
-#include "solvers/linear_inference.h"
+#include "solvers/linear/linear_inference.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "solvers/masked_inverse.h"
+#include "solvers/linear/masked_inverse.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "forward/forward_model.h"
+#include "forward/fem/forward_model.h"
 #include "solvers/dense_svd.h"
 #include "tests/solvers/fault_frames.h"
 #include "tests/solvers/total_variation_reference.h"

@@ -1,13 +1,13 @@
-#include "solvers/newton_system.h"
+#include "solvers/total_variation/newton_system.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "forward/forward_model.h"
-#include "forward/random.h"
-#include "solvers/pixel_edges.h"
+#include "core/random.h"
+#include "forward/fem/forward_model.h"
+#include "solvers/total_variation/pixel_edges.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

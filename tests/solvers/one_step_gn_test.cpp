@@ -1,10 +1,10 @@
-#include "solvers/one_step_gn.h"
+#include "solvers/linear/one_step_gn.h"
 
 #include <gtest/gtest.h>
 
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "solvers/prior.h"
+#include "core/errors.h"
+#include "forward/fem/forward_model.h"
+#include "solvers/linear/prior.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "forward/errors.h"
+#include "core/errors.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

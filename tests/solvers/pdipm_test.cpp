@@ -1,9 +1,9 @@
-#include "solvers/pdipm.h"
+#include "solvers/total_variation/pdipm.h"
 
 #include <gtest/gtest.h>
 
-#include "forward/errors.h"
-#include "forward/forward_model.h"
+#include "core/errors.h"
+#include "forward/fem/forward_model.h"
 #include "solvers/solver_file.h"
 #include "tests/solvers/solver_testing.h"
 #include "tests/solvers/total_variation_reference.h"

@@ -1,12 +1,12 @@
-#include "solvers/registry.h"
+#include "solvers/registry/registry.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <fstream>
 
-#include "forward/errors.h"
-#include "forward/forward_model.h"
+#include "core/errors.h"
+#include "forward/fem/forward_model.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

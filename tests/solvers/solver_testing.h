@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "forward/arrays.h"
-#include "forward/dataset_file.h"
-#include "forward/dataset_spec.h"
-#include "forward/forward_model.h"
-#include "forward/generate.h"
-#include "forward/hdf5_file.h"
-#include "forward/json_reader.h"
-#include "forward/scene_model.h"
-#include "solvers/registry.h"
+#include "core/arrays.h"
+#include "core/hdf5_file.h"
+#include "core/json_reader.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/dataset_spec.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
+#include "forward/fem/forward_model.h"
+#include "solvers/registry/registry.h"
 
 namespace ertbench::testing {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "forward/forward_model.h"
-#include "forward/sensor.h"
+#include "forward/fem/forward_model.h"
+#include "forward/sheet/sensor.h"
 #include "solvers/channel_mask.h"
-#include "solvers/pixel_edges.h"
+#include "solvers/total_variation/pixel_edges.h"
 
 namespace ertbench::testing {
 

@@ -1,14 +1,14 @@
-#include "solvers/tsvd.h"
+#include "solvers/linear/tsvd.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
 
-#include "forward/errors.h"
-#include "forward/forward_model.h"
-#include "forward/random.h"
+#include "core/errors.h"
+#include "core/random.h"
+#include "forward/fem/forward_model.h"
 #include "solvers/dense_svd.h"
-#include "solvers/singular_triplets.h"
+#include "solvers/linear/singular_triplets.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "forward/json_reader.h"
-#include "solvers/registry.h"
+#include "core/json_reader.h"
+#include "solvers/registry/registry.h"
 
 namespace {
 

@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "forward/forward_model.h"
-#include "forward/json_reader.h"
-#include "solvers/registry.h"
+#include "core/json_reader.h"
+#include "forward/fem/forward_model.h"
+#include "solvers/registry/registry.h"
 
 namespace {
 

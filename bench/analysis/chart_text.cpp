@@ -1,0 +1,74 @@
+#include "bench/analysis/chart_text.h"
+
+#include "core/text.h"
+
+namespace ertbench {
+
+std::string axis_title(Metric metric) {
+  switch (metric) {
+    case Metric::RES:
+      return "RES (%)";
+    case Metric::RES_error:
+      return "|RES − truth| (%)";
+    case Metric::PE:
+      return "PE (sheet 2 × 2)";
+    case Metric::PE25:
+      return "PE25 (sheet 2 × 2)";
+    case Metric::relative_error:
+      return "relative error of δσ";
+    default:
+      return name_of(metric);
+  }
+}
+
+std::string time_text(double microseconds) {
+  if (microseconds < 999.5) return three_digits(microseconds) + " µs";
+  if (microseconds < 999.5e3) return three_digits(microseconds / 1e3) + " ms";
+  if (microseconds < 60e6) return three_digits(microseconds / 1e6) + " s";
+  return three_digits(microseconds / 60e6) + " min";
+}
+
+std::string rate_text(double per_second) {
+  if (per_second < 999.5) return three_digits(per_second);
+  if (per_second < 999.5e3) return three_digits(per_second / 1e3) + " k";
+  return three_digits(per_second / 1e6) + " M";
+}
+
+std::string time_tics() {
+  return "'0.1 µs' 0.1, '1 µs' 1, '10 µs' 10, '100 µs' 100, '1 ms' 1e3, '10 ms' 1e4, "
+         "'100 ms' 1e5, '1 s' 1e6, '10 s' 1e7, '100 s' 1e8";
+}
+
+std::string rate_tics() {
+  return "'0.1' 0.1, '1' 1, '10' 10, '100' 100, '1 k' 1e3, '10 k' 1e4, '100 k' 1e5, '1 M' 1e6, "
+         "'10 M' 1e7";
+}
+
+std::string description(const SpeedPoint& point, const SpeedAccuracy& chart) {
+  std::string text = point.label;
+  const auto add = [&](const std::string& line) { text += "\n" + line; };
+  if (point.error) {
+    std::string line = "median " + axis_title(chart.metric) + ": " + three_digits(*point.error);
+    if (point.error_ci95) {
+      line += " (95 %: " + three_digits(point.error_ci95->low) + " to " +
+              three_digits(point.error_ci95->high) + ")";
+    }
+    add(line);
+  }
+  if (point.latency) {
+    add("one frame: p50 " + time_text(point.latency->p50) + ", p99 " +
+        time_text(point.latency->p99));
+  }
+  if (point.frames_per_s) {
+    add(rate_text(*point.frames_per_s) + " frames/s, " + std::to_string(chart.batch) +
+        " at a time");
+  }
+  if (point.fit_s) add("fit: " + time_text(1e6 * *point.fit_s));
+  if (point.validation_error) add("validation error: " + three_digits(*point.validation_error));
+  if (point.frontier) add("on the frontier");
+  if (point.right_size) add("the smallest of its family that is good enough");
+  if (!point.remark.empty()) add(point.remark);
+  return text;
+}
+
+}  // namespace ertbench

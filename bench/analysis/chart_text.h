@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bench/analysis/speed_accuracy.h"
+#include "bench/score/metrics.h"
+
+/// Texts on charts: titles of axes, times and rates as people say them.
+namespace ertbench {
+
+/// The metric with its unit: "relative error of δσ", "RES (%)".
+std::string axis_title(Metric metric);
+
+/// "3.90 µs", "2.07 ms", "1.50 s", "4.9 min".
+std::string time_text(double microseconds);
+/// "637 k", "2.10 k", "42".
+std::string rate_text(double per_second);
+
+/// Ticks of a logarithmic axis as gnuplot takes them, one each decade.
+std::string time_tics();  ///< of an axis in µs
+std::string rate_tics();
+
+/// All that is known of one configuration, in lines.
+std::string description(const SpeedPoint& point, const SpeedAccuracy& chart);
+
+}  // namespace ertbench

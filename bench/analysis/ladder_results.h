@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/record/ladder_record.h"
+#include "bench/table/text_table.h"
+
+namespace ertbench {
+
+/// Where one solver breaks down on one axis: a line of breakdown.csv. A parameter with an order has
+/// two, below and above the values that work.
+struct AxisBreakdown {
+  std::string solver;
+  const LadderAxis* axis = nullptr;
+  std::string side;   ///< "below", "above", or empty
+  std::string state;  ///< "breaks", "fails at its mildest level", "never within the ladder",
+                      ///< "fails at every level", "categories", or what went wrong
+  std::optional<Breakdown> breakdown;  ///< of the first three
+  std::string categories;              ///< "disc 0.0 %, ring 12.5 %": shares of failing frames
+  int frames = 0;                      ///< at each level
+  std::optional<double> share_at_default;
+
+  /// A cell of a table: "27.3 (31.2 … 25.0)".
+  std::string text() const;
+};
+
+/// Solver by solver, axis by axis.
+std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
+                                         const std::vector<LadderOutcome>& outcomes);
+
+/// "solver,axis,side,level,ci_low,ci_high,unit,state,frames,share_at_default,categories": ends of
+/// an interval that leave the ladder are empty.
+std::string breakdown_csv(const std::vector<AxisBreakdown>& breakdowns);
+/// "solver,axis,level,frames,failed,undefined,worse_than_nothing,misplaced,ghost,suspect,detected,
+/// false_alarms,error_q05,error_q50,error_q95,message": the six from "failed" as shares of the
+/// frames, the two behind them as DetectionCounts has them; axis "default" is the test set.
+std::string levels_csv(const std::vector<LadderOutcome>& outcomes);
+
+/// A row for each axis (and side), a column for each solver.
+TextTable breakdown_table(const std::vector<AxisBreakdown>& breakdowns);
+/// What a reader of the table must know.
+std::vector<std::string> breakdown_notes(const Ladders& ladders);
+std::string breakdown_markdown(const std::string& title, const Ladders& ladders,
+                               const std::vector<AxisBreakdown>& breakdowns);
+
+/// "27.3", "8", "0.0450", "2.6e-08": three digits that count, none behind a whole number.
+std::string level_digits(double level);
+
+/// 5, 50 and 95 % quantiles over the frames that have a value.
+struct FrameQuantiles {
+  double low = 0;
+  double median = 0;
+  double high = 0;
+};
+std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
+                                        std::optional<double> JudgedFrame::*value);
+
+}  // namespace ertbench

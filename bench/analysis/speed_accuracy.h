@@ -1,0 +1,91 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/experiment/chart_spec.h"
+#include "bench/record/result_row.h"
+
+namespace ertbench {
+
+/// Whether a configuration may be recommended.
+enum class Standing {
+  ok,
+  not_converged,  ///< more than 1 % of its frames did not converge, or have no usable image
+  failed,         ///< the trial crashed, ran out of time, diverged, or was not run
+};
+
+/// One configuration on the chart of speed and accuracy.
+struct SpeedPoint {
+  std::string label;
+  std::string type;
+  std::string family;
+  Standing standing = Standing::ok;
+  std::string remark;                      ///< why it is not ok
+  std::optional<LatencySummary> latency;   ///< µs
+  std::optional<double> error;             ///< median over the frames
+  std::optional<Interval> error_ci95;      ///< of the median
+  std::optional<double> validation_error;  ///< mean over the validation set
+  std::optional<double> frames_per_s;      ///< with a batch
+  std::optional<double> fit_s;
+  std::optional<double> peak_rss_mb;
+  bool frontier = false;        ///< none as fast has an error as small, within a thousandth
+  bool batch_frontier = false;  ///< the same with frames per second in batches
+  bool right_size = false;      ///< the smallest of its family that is good enough
+
+  bool measured() const { return latency && error; }
+};
+
+/// The smallest setting of a family that is good enough, by the validation set alone.
+struct RightSize {
+  std::string family;
+  std::size_t best = 0;    ///< index of the point with the least validation error
+  std::size_t chosen = 0;  ///< of the first in the file's order that is within the margin of it
+};
+
+/// The fastest configuration whose error is at most (1 + margin) times the least.
+struct WithinMargin {
+  double margin = 0;
+  std::optional<std::size_t> point;
+};
+
+/// The configuration with the least error of those whose p99 keeps within the budget; of several
+/// within a thousandth of it the fastest.
+struct WithinBudget {
+  double us = 0;
+  std::optional<std::size_t> point;
+};
+
+/// Frames after which the longer fit of a configuration has been made good by its faster frames.
+struct BreakEven {
+  std::string reference;                      ///< label of what it is compared with
+  std::vector<std::optional<double>> frames;  ///< [points]; none: never, or not measured
+};
+
+/// Everything that the chart of speed and accuracy and its tables show.
+struct SpeedAccuracy {
+  Metric metric = Metric::relative_error;
+  std::string dataset;
+  std::vector<SpeedPoint> points;      ///< in the order of the experiment file
+  std::optional<double> nothing;       ///< the median error of the image without contact
+  std::vector<RightSize> right_sizes;  ///< of families with two settings or more
+  std::optional<RightSizing> right_sizing;
+  std::vector<WithinMargin> margins;  ///< 1, 5 and 20 %
+  std::vector<WithinBudget> budgets;
+  std::vector<BreakEven> break_even;
+  int batch = 0;  ///< frames in a call for frames_per_s
+};
+
+/// Of the spec's rows. A configuration that failed or did not converge has its point, and is
+/// neither on the frontier nor chosen by anything.
+SpeedAccuracy speed_accuracy_of(const ChartSpec& spec, std::span<const ResultRow> rows);
+
+/// What summary.json keeps of it: `{"dataset", "metric", "frontier": [labels], "within_margin":
+/// [{"margin", "label"}], "within_budget": [{"budget_us", "label"}], "right_sizes": [{"family",
+/// "best", "chosen"}], "break_even_frames": {reference: {label: frames or null}}}`.
+nlohmann::json to_json(const SpeedAccuracy& chart);
+
+}  // namespace ertbench

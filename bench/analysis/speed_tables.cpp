@@ -1,0 +1,171 @@
+#include "bench/analysis/speed_tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/analysis/chart_text.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+const std::string dash = "—";
+
+std::string error_text(const SpeedPoint& point) {
+  if (!point.error) return dash;
+  std::string text = three_digits(*point.error);
+  if (point.error_ci95) {
+    text += " [" + three_digits(point.error_ci95->low) + ", " +
+            three_digits(point.error_ci95->high) + "]";
+  }
+  return text;
+}
+
+std::string p50_text(const SpeedPoint& point) {
+  return point.latency ? time_text(point.latency->p50) : dash;
+}
+
+std::string p99_text(const SpeedPoint& point) {
+  return point.latency ? time_text(point.latency->p99) : dash;
+}
+
+/// The least and the largest of the rounds' medians.
+std::string rounds_text(const SpeedPoint& point) {
+  if (!point.latency || point.latency->p50_of_rounds.empty()) return dash;
+  const auto& rounds = point.latency->p50_of_rounds;
+  const auto [least, most] = std::minmax_element(rounds.begin(), rounds.end());
+  return time_text(*least) + " to " + time_text(*most);
+}
+
+std::string seconds_text(const std::optional<double>& seconds) {
+  return seconds ? time_text(1e6 * *seconds) : dash;
+}
+
+std::string marks_of(const SpeedPoint& point) {
+  std::string text = point.remark;
+  const auto add = [&](bool set, const char* mark) {
+    if (set) text += (text.empty() ? "" : ", ") + std::string(mark);
+  };
+  add(point.frontier, "frontier");
+  add(point.batch_frontier, "frontier in batches");
+  add(point.right_size, "right size");
+  return text;
+}
+
+std::vector<std::string> choice_row(const std::string& wish, const SpeedAccuracy& chart,
+                                    const std::optional<std::size_t>& choice) {
+  if (!choice) return {wish, "none", dash, dash, dash};
+  const SpeedPoint& point = chart.points[*choice];
+  return {wish, point.label, error_text(point), p50_text(point), p99_text(point)};
+}
+
+TextTable choices(const SpeedAccuracy& chart) {
+  TextTable table{"What to take",
+                  {"asked for", "configuration", "median " + axis_title(chart.metric) + " [95 %]",
+                   "p50", "p99"},
+                  {}};
+  for (const WithinMargin& within : chart.margins) {
+    table.rows.push_back(
+        choice_row("the fastest within " + fixed(100 * within.margin, 0) + " % of the least error",
+                   chart, within.point));
+  }
+  for (const WithinBudget& budget : chart.budgets) {
+    table.rows.push_back(
+        choice_row("the least error with p99 within " + time_text(budget.us), chart, budget.point));
+  }
+  return table;
+}
+
+TextTable right_sizes(const SpeedAccuracy& chart) {
+  const std::string error = "mean " + axis_title(chart.right_sizing->metric) + ", validation";
+  TextTable table{"Right sizes: the smallest within " + fixed(100 * chart.right_sizing->margin, 0) +
+                      " % of the family's least validation error",
+                  {"family", "best", error, "p50", "right size", error, "p50"},
+                  {}};
+  for (const RightSize& size : chart.right_sizes) {
+    const SpeedPoint& best = chart.points[size.best];
+    const SpeedPoint& chosen = chart.points[size.chosen];
+    table.rows.push_back({size.family, best.label, three_digits(*best.validation_error),
+                          p50_text(best), chosen.label, three_digits(*chosen.validation_error),
+                          p50_text(chosen)});
+  }
+  return table;
+}
+
+std::string frames_text(const SpeedAccuracy& chart, const BreakEven& one, std::size_t point) {
+  if (chart.points[point].label == one.reference) return dash;
+  if (!chart.points[point].latency) return dash;
+  if (!one.frames[point]) return "never";
+  return *one.frames[point] == 0 ? "at once" : rate_text(*one.frames[point]);
+}
+
+TextTable configurations(const SpeedAccuracy& chart) {
+  TextTable table{"All configurations, from the fastest",
+                  {"configuration", "p50", "p50 of the rounds", "p99", "frames/s",
+                   "median " + axis_title(chart.metric) + " [95 %]", "validation", "fit", "memory"},
+                  {}};
+  for (const BreakEven& one : chart.break_even) {
+    table.header.push_back("frames until it pays against " + one.reference);
+  }
+  table.header.push_back("remarks");
+  std::vector<std::size_t> order(chart.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const auto key = [&](std::size_t i) {
+      return chart.points[i].latency ? chart.points[i].latency->p50 : INFINITY;
+    };
+    return key(a) < key(b);
+  });
+  for (const std::size_t i : order) {
+    const SpeedPoint& point = chart.points[i];
+    std::vector<std::string> row = {
+        point.label,
+        p50_text(point),
+        rounds_text(point),
+        p99_text(point),
+        point.frames_per_s ? rate_text(*point.frames_per_s) : dash,
+        error_text(point),
+        point.validation_error ? three_digits(*point.validation_error) : dash,
+        seconds_text(point.fit_s),
+        point.peak_rss_mb ? fixed(*point.peak_rss_mb, 0) + " MB" : dash};
+    for (const BreakEven& one : chart.break_even) row.push_back(frames_text(chart, one, i));
+    row.push_back(marks_of(point));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<TextTable> speed_tables(const SpeedAccuracy& chart) {
+  std::vector<TextTable> tables = {choices(chart)};
+  if (!chart.right_sizes.empty()) tables.push_back(right_sizes(chart));
+  tables.push_back(configurations(chart));
+  return tables;
+}
+
+std::string speed_notes(const SpeedAccuracy& chart) {
+  std::string text =
+      "Time from raw voltages to the finished image of one frame, one thread; frames per second " +
+      std::to_string(chart.batch) +
+      " frames at a time, one thread. The frames are timed in rounds, all configurations in turn "
+      "and "
+      "never two at once. The error is the median over the frames of the test set \"" +
+      chart.dataset +
+      "\" with its 95 % interval. A configuration that failed, or left more than 1 % of the frames "
+      "without a converged image, is shown and takes no part in the frontier or in any choice.";
+  if (!chart.break_even.empty()) {
+    text +=
+        " A longer fit pays after as many frames as its faster frames need to make good the time; "
+        "\"never\" where its frames are slower.";
+  }
+  return text;
+}
+
+std::string speed_markdown(const SpeedAccuracy& chart, const std::string& title) {
+  std::string out = "# " + title + "\n\n" + speed_notes(chart) + "\n";
+  for (const TextTable& table : speed_tables(chart)) out += "\n" + markdown_of(table);
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,139 @@
+#include "bench/check/baseline.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "bench/record/provenance.h"
+#include "core/text.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+json datasets_of(const Experiment& experiment) {
+  json out = json::object();
+  for (const DatasetSpec* spec : experiment.datasets()) out[spec->name] = to_json(*spec);
+  return out;
+}
+
+/// What the row of this label is made from; the seed is not part of it, as any will do.
+json entry_of(const Experiment& experiment, const std::string& label) {
+  for (const SolverEntry& entry : experiment.solvers) {
+    if (entry.label != label) continue;
+    json out = json::parse(entry.json);
+    for (const char* key : {"label", "seed", "seeds"}) out.erase(key);
+    return out;
+  }
+  return json::object();
+}
+
+BaselineRow untrained(const Experiment& experiment, const ResultRow& row) {
+  BaselineRow out;
+  out.label = row.label;
+  out.dataset = row.dataset;
+  out.entry_json = entry_of(experiment, row.label).dump();
+  out.tolerance = tolerance_of(row, false);
+  out.status = row.status;
+  out.frames = row.frames;
+  out.undefined_frames = row.undefined_frames;
+  out.frames_not_converged = row.frames_not_converged;
+  for (const Metric metric : kMetrics) {
+    if (row.metrics[metric].mean) out.metrics[metric] = {*row.metrics[metric].mean};
+  }
+  out.times = relative_times(row);
+  return out;
+}
+
+void add_spread(const ResultRow& row, std::span<const ResultRow> spread, BaselineRow& out) {
+  const auto found = std::find_if(spread.begin(), spread.end(),
+                                  [&](const ResultRow& r) { return out.is(r) && r.seeds; });
+  if (found == spread.end() || found->seeds->values.size() < least_seeds) {
+    throw std::invalid_argument("row " + row.label + ": its training seeds are too few");
+  }
+  out.tolerance = tolerance_of(row, true);
+  out.seeds = found->seeds->values;
+  for (const Metric metric : kMetrics) {
+    out.metrics[metric].clear();
+    const auto& means = found->seeds->means[metric];
+    const bool all = std::all_of(means.begin(), means.end(), [](const auto& m) { return bool(m); });
+    if (!all) continue;
+    for (const auto& mean : means) out.metrics[metric].push_back(*mean);
+  }
+}
+
+std::string shown(const json& value, const json::json_pointer& place) {
+  return value.contains(place) ? one_line(value.at(place).dump(), 60) : "absent";
+}
+
+/// The first difference, in the words of changed_experiment.
+std::string first_difference(const json& before, const json& now, const std::string& place) {
+  const json patch = json::diff(before, now);
+  if (patch.empty()) return "";
+  const std::string path = patch.front().at("path");
+  const json::json_pointer pointer(path);
+  return place + path + " was " + shown(before, pointer) + " and is " + shown(now, pointer);
+}
+
+}  // namespace
+
+std::optional<RelativeTimes> relative_times(const ResultRow& row) {
+  if (!row.latency_us || !row.frames_per_s || !row.calibration_us) return std::nullopt;
+  if (!(*row.calibration_us > 0) || !(*row.frames_per_s > 0)) return std::nullopt;
+  const std::vector<double>& rounds = row.latency_us->p50_of_rounds;
+  const double fastest =
+      rounds.empty() ? row.latency_us->p50 : *std::min_element(rounds.begin(), rounds.end());
+  return RelativeTimes{fastest / *row.calibration_us,
+                       1e6 / *row.frames_per_s / *row.calibration_us};
+}
+
+const BaselineRow* Baseline::find(const ResultRow& row) const {
+  const auto found =
+      std::find_if(rows.begin(), rows.end(), [&](const BaselineRow& one) { return one.is(row); });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::set<std::string> trained_labels(const Experiment& experiment, SolverRegistry& registry) {
+  std::set<std::string> labels;
+  for (const SolverEntry& entry : experiment.solvers) {
+    const SolverInfo* info = registry.find(entry.type);
+    if (!info) continue;
+    const bool has_seed = std::any_of(info->parameters.begin(), info->parameters.end(),
+                                      [](const ParameterInfo& p) { return p.name == "seed"; });
+    if (has_seed) labels.insert(entry.label);
+  }
+  return labels;
+}
+
+Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
+                       const std::set<std::string>& trained, std::span<const ResultRow> spread) {
+  Baseline baseline;
+  baseline.experiment = experiment.name;
+  json machine = machine_provenance();
+  machine.erase("host");  // of no use in a file for all
+  baseline.provenance_json = machine.dump();
+  baseline.cpu = machine.at("cpu");
+  baseline.datasets_json = datasets_of(experiment).dump();
+  for (const ResultRow& row : rows) {
+    baseline.rows.push_back(untrained(experiment, row));
+    if (trained.count(row.label)) add_spread(row, spread, baseline.rows.back());
+  }
+  return baseline;
+}
+
+std::string changed_experiment(const Baseline& baseline, const Experiment& experiment) {
+  const json datasets = json::parse(baseline.datasets_json);
+  std::string change = first_difference(datasets, datasets_of(experiment), "/datasets");
+  if (!change.empty()) return change;
+  for (const BaselineRow& row : baseline.rows) {
+    const json now = entry_of(experiment, row.label);
+    if (now.empty()) continue;  // removed: its row will be missing
+    change = first_difference(json::parse(row.entry_json), now, "the entry of " + row.label + ", ");
+    if (!change.empty()) return change;
+  }
+  return "";
+}
+
+}  // namespace ertbench

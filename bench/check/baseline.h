@@ -1,0 +1,87 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/check/tolerance.h"
+#include "bench/experiment/experiment.h"
+#include "bench/record/result_row.h"
+
+namespace ertbench {
+
+class SolverRegistry;
+
+/// Times that outlast the machine they were measured on, roughly: as multiples of calibration_us()
+/// in the same process.
+struct RelativeTimes {
+  double latency = 0;      ///< of one frame, p50 of the fastest timing round
+  double batch_frame = 0;  ///< of one frame of a batch
+
+  bool operator==(const RelativeTimes&) const = default;
+};
+
+/// Nothing where the row was not timed.
+std::optional<RelativeTimes> relative_times(const ResultRow& row);
+
+/// A row as it is to come out again.
+struct BaselineRow {
+  std::string label;
+  std::string dataset;
+  /// JSON text of the entry it was made from, without "label", "seed" and "seeds"; "{}" for truth
+  /// and no-contact.
+  std::string entry_json = "{}";
+  Tolerance tolerance;
+  std::string status = "ok";
+  int frames = 0;
+  int undefined_frames = 0;
+  int frames_not_converged = 0;
+  std::vector<int> seeds;  ///< that a trained solver was trained with; else empty
+  /// Means over the frames: one value, or one for each seed; none where one is undefined.
+  PerMetric<std::vector<double>> metrics;
+  std::optional<RelativeTimes> times;
+
+  bool is(const ResultRow& row) const { return label == row.label && dataset == row.dataset; }
+};
+
+/// What `ertbench check` compares with: results/baselines/`experiment`.json.
+struct Baseline {
+  std::string experiment;
+  std::string provenance_json = "{}";  ///< of the machine, its "cpu" among it
+  std::string cpu;                     ///< the same
+  std::string datasets_json = "{}";    ///< by name, the canonical JSON of each
+  std::vector<BaselineRow> rows;
+
+  const BaselineRow* find(const ResultRow& row) const;
+};
+
+/// Labels of the rows whose solvers are trained: they declare a parameter "seed".
+std::set<std::string> trained_labels(const Experiment& experiment, SolverRegistry& registry);
+
+/// Fewer say nothing about the spread of a trained solver.
+inline constexpr int least_seeds = 3;
+
+/// A baseline of these results. `spread`: rows of the labels in `trained` over at least
+/// `least_seeds` seeds; the other numbers are those in `rows`. Throws std::invalid_argument where a
+/// trained row has no spread.
+Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
+                       const std::set<std::string>& trained, std::span<const ResultRow> spread);
+
+/// Where what determines the results is not what it was, "/datasets/test/count was 200 and is 100":
+/// the datasets, or the entry of a solver that stands in both. Empty where nothing changed.
+std::string changed_experiment(const Baseline& baseline, const Experiment& experiment);
+
+/// `{"schema": 1, "experiment", "provenance": {"commit", "cpu", ...}, "datasets": {"test": {...},
+/// ...}, "rows": [{"label", "dataset", "entry": {...}, "tolerance": {"class", "relative"},
+/// "status", "frames", "undefined_frames", "frames_not_converged", "metrics": {"AR": number, or one
+/// for each seed, or null, ...}, "seeds": [...], "times": {"latency", "batch_frame"} or null}]}`,
+/// indented.
+std::string to_json_text(const Baseline& baseline);
+
+/// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type.
+Baseline read_baseline(const std::filesystem::path& file);
+
+}  // namespace ertbench

@@ -1,0 +1,106 @@
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "bench/check/baseline.h"
+#include "core/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr int schema = 1;
+constexpr int most = std::numeric_limits<int>::max();
+
+json to_json(const BaselineRow& row) {
+  json metrics = json::object();
+  for (const Metric metric : kMetrics) {
+    const std::vector<double>& values = row.metrics[metric];
+    json& out = metrics[name_of(metric)];
+    if (!values.empty()) out = row.seeds.empty() ? json(values.front()) : json(values);
+  }
+  json out = {
+      {"label", row.label},
+      {"dataset", row.dataset},
+      {"entry", json::parse(row.entry_json)},
+      {"tolerance", {{"class", name_of(row.tolerance.type)}, {"relative", row.tolerance.relative}}},
+      {"status", row.status},
+      {"frames", row.frames},
+      {"undefined_frames", row.undefined_frames},
+      {"frames_not_converged", row.frames_not_converged},
+      {"metrics", std::move(metrics)},
+      {"times", nullptr}};
+  if (!row.seeds.empty()) out["seeds"] = row.seeds;
+  if (row.times) {
+    out["times"] = {{"latency", row.times->latency}, {"batch_frame", row.times->batch_frame}};
+  }
+  return out;
+}
+
+std::vector<double> values_from(JsonObject& metrics, const char* name, std::size_t seeds) {
+  const json& value = metrics.raw(name);
+  if (value.is_null()) return {};
+  return seeds == 0 ? std::vector{metrics.number(name)} : metrics.numbers(name, seeds);
+}
+
+BaselineRow row_from(JsonObject object) {
+  BaselineRow row;
+  row.label = object.text("label");
+  row.dataset = object.text("dataset");
+  row.entry_json = object.object("entry").value().dump();
+  JsonObject tolerance = object.object("tolerance");
+  row.tolerance.type =
+      tolerance_class_from_name(tolerance.choice("class", tolerance_class_names()));
+  row.tolerance.relative = tolerance.number("relative", {0, 1});
+  tolerance.finish();
+  row.status = object.text("status");
+  row.frames = object.integer("frames", 0, most);
+  row.undefined_frames = object.integer("undefined_frames", 0, most);
+  row.frames_not_converged = object.integer("frames_not_converged", 0, most);
+  if (object.has("seeds")) row.seeds = object.integers("seeds", least_seeds, 1000, {0, most});
+  JsonObject metrics = object.object("metrics");
+  for (const Metric metric : kMetrics) {
+    row.metrics[metric] = values_from(metrics, name_of(metric), row.seeds.size());
+  }
+  metrics.finish();
+  if (!object.raw("times").is_null()) {
+    JsonObject times = object.object("times");
+    row.times = RelativeTimes{times.number("latency", Range::positive()),
+                              times.number("batch_frame", Range::positive())};
+    times.finish();
+  }
+  object.finish();
+  return row;
+}
+
+}  // namespace
+
+std::string to_json_text(const Baseline& baseline) {
+  json out = {{"schema", schema},
+              {"experiment", baseline.experiment},
+              {"provenance", json::parse(baseline.provenance_json)},
+              {"datasets", json::parse(baseline.datasets_json)},
+              {"rows", json::array()}};
+  for (const BaselineRow& row : baseline.rows) out["rows"].push_back(to_json(row));
+  return out.dump(2) + "\n";
+}
+
+Baseline read_baseline(const std::filesystem::path& file) {
+  const json value = read_json_file(file);
+  JsonObject root(value, file.string(), "");
+  if (const int found = root.integer("schema", 0, most); found != schema) {
+    root.fail("schema", "is " + std::to_string(found) + ", this program reads " +
+                            std::to_string(schema) + "; make the baseline anew with --update");
+  }
+  Baseline baseline;
+  baseline.experiment = root.text("experiment");
+  JsonObject provenance = root.object("provenance");
+  baseline.cpu = provenance.text("cpu");
+  baseline.provenance_json = provenance.value().dump();
+  baseline.datasets_json = root.object("datasets").value().dump();
+  for (const JsonObject& row : root.objects("rows")) baseline.rows.push_back(row_from(row));
+  root.finish();
+  return baseline;
+}
+
+}  // namespace ertbench

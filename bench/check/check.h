@@ -1,0 +1,53 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/check/baseline.h"
+#include "bench/record/result_row.h"
+
+namespace ertbench {
+
+enum class Verdict {
+  ok,              ///< within what is allowed
+  added,           ///< not in the baseline
+  better,          ///< beyond what is allowed, in the right direction
+  slower_warning,  ///< slower than allowed, on another cpu than the baseline's
+  slower,          ///< the same on the same cpu
+  missing,         ///< in the baseline, not in the results
+  worse,
+};
+
+/// "ok", "new", "better", "slower (warning)", "slower", "missing", "worse".
+const char* name_of(Verdict verdict);
+/// Whether it makes the check fail: slower, missing or worse.
+bool is_regression(Verdict verdict);
+
+/// One quantity of one row.
+struct CheckLine {
+  std::string row;  ///< its label, with the test set where there are several
+  std::string quantity;
+  std::string before;   ///< as the baseline has it
+  std::string now;      ///< as it came out
+  std::string allowed;  ///< how far they may be apart, or what it may be at most
+  Verdict verdict = Verdict::ok;
+};
+
+/// Where the rows come from.
+struct CheckContext {
+  std::string cpu;      ///< on which they were timed
+  int image_grid = 24;  ///< of the sensor's images
+};
+
+/// Every quantity of every row against the baseline, row by row in the order of `rows`; then what
+/// is missing. Of a change beyond what is allowed, better is what brings a metric nearer to its
+/// ideal: 0 for errors, 1 for AR, the RES of the truth for RES. Any other is worse, also one to the
+/// other side of the ideal at the same distance, and any of the truth. Counts and statuses are
+/// exact. Of a row that failed only the status is compared.
+std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultRow> rows,
+                               const CheckContext& context);
+
+bool has_regression(std::span<const CheckLine> lines);
+
+}  // namespace ertbench

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "bench/experiment/experiment.h"
+
+namespace ertbench {
+
+class SolverRegistry;
+
+struct CheckOptions {
+  std::filesystem::path out;       ///< result folder; empty: results/NAME/check, or see `reuse`
+  std::filesystem::path baseline;  ///< empty: results/baselines/NAME.json of the project
+  int jobs = 1;                    ///< as of a run
+  bool all = false;                ///< show every quantity, not just what changed
+  bool update = false;             ///< write the baseline anew
+  /// With `update`: training seeds behind the interval of a learned row. None: those of the
+  /// experiment where it lists at least `enough_seeds`, else `usual_seeds`.
+  std::optional<int> seeds;
+  /// Take whatever `run` left in the cache and in its result folder (results/NAME), quicker, and
+  /// blind to changes of the program since. Else everything is made by this very program.
+  bool reuse = false;
+  /// Only warn about times, as on another cpu: for machines that share their cores.
+  bool warn_times = false;
+};
+
+/// The interval of a trained row reaches 36 standard deviations to each side for three seeds, 9.4
+/// for five, 5.7 for eight, 5.0 for ten; each seed costs a training of every network.
+inline constexpr int enough_seeds = 5;
+inline constexpr int usual_seeds = 8;
+
+/// Runs the experiment and compares its rows with the baseline, and today's images of the stored
+/// networks with their stored images; prints the comparison and writes it to check.md in the result
+/// folder. With `update` the baseline is written anew, whole or not at all, and what changed is
+/// printed; stored networks stay as they are. Returns whether nothing regressed, or with `update`
+/// whether the baseline was written and the stored networks are as they were.
+///
+/// Throws InputError, before anything is run, where there is no baseline, or where it cannot be
+/// used: malformed, or made of other datasets or solvers.
+bool check_experiment(const Experiment& experiment, SolverRegistry& registry,
+                      const CheckOptions& options);
+
+}  // namespace ertbench

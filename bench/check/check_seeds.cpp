@@ -1,0 +1,86 @@
+#include "bench/check/check_seeds.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiment/experiment.h"
+#include "bench/report/results.h"
+#include "core/atomic_file.h"
+#include "core/json_reader.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// The entry with `count` seeds or more: its own, then the smallest that are left.
+json with_seeds(json entry, int count) {
+  json seeds = entry.contains("seeds") ? entry.at("seeds") : json::array();
+  if (entry.contains("seed")) seeds.push_back(entry.at("seed"));
+  for (int seed = 1; seeds.size() < static_cast<std::size_t>(count); ++seed) {
+    if (std::find(seeds.begin(), seeds.end(), seed) == seeds.end()) seeds.push_back(seed);
+  }
+  entry.erase("seed");
+  entry["seeds"] = std::move(seeds);
+  return entry;
+}
+
+/// Whether the entry, which may be a sweep, makes a row of one of the labels.
+bool makes_row(const Experiment& experiment, std::size_t entry,
+               const std::set<std::string>& labels) {
+  const std::string path = "/solvers/" + std::to_string(entry);
+  return std::any_of(
+      experiment.solvers.begin(), experiment.solvers.end(),
+      [&](const SolverEntry& one) { return one.path == path && labels.count(one.label) > 0; });
+}
+
+json experiment_over_seeds(const Experiment& experiment, const std::set<std::string>& labels,
+                           int count) {
+  const json original = read_json_file(experiment.file);
+  json out = {{"datasets", original.at("datasets")},
+              {"solvers", json::array()},
+              {"timing", {{"enabled", false}}},
+              {"time_limit_s", experiment.time_limit_s},
+              {"figure", {{"scenes", json::array()}}}};
+  if (original.contains("sensor")) out["sensor"] = original.at("sensor");
+  for (const fs::path& plugin : experiment.plugins) {
+    out["plugins"].push_back(fs::absolute(plugin).string());
+  }
+  const json& entries = original.at("solvers");
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (makes_row(experiment, i, labels)) out["solvers"].push_back(with_seeds(entries[i], count));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experiment,
+                                                      const std::set<std::string>& labels,
+                                                      int count, const Cache& cache,
+                                                      const RunOptions& options) {
+  RunOptions seeds = options;
+  seeds.out = options.out / "seeds";
+  fs::create_directories(seeds.out);
+  const fs::path file = seeds.out / (experiment.name + ".json");
+  write_file_atomically(file, experiment_over_seeds(experiment, labels, count).dump(2) + "\n");
+  SolverRegistry registry;  // into which no plugin has been loaded yet
+  const Experiment copy = read_experiment(file, registry);
+  const ExperimentResults results = run_experiment(copy, cache, seeds);
+  report_results(copy, cache, results, seeds.out);
+  if (results.failures > 0) return std::nullopt;
+  return read_summary_rows(seeds.out);
+}
+
+std::vector<ResultRow> read_summary_rows(const fs::path& folder) {
+  const fs::path file = folder / "summary.json";
+  const json summary = read_json_file(file);
+  JsonObject root(summary, file.string(), "");
+  std::vector<ResultRow> rows;
+  for (const JsonObject& row : root.objects("rows")) rows.push_back(result_row_from_json(row));
+  return rows;
+}
+
+}  // namespace ertbench

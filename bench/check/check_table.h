@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "bench/check/check.h"
+
+namespace ertbench {
+
+/// Columns row, quantity, old, new, allowed, verdict, for the terminal: what is not "ok" (or every
+/// line, with `all`), and after each row's lines one for the whole row with its worst verdict.
+std::string check_table(std::span<const CheckLine> lines, bool all);
+
+/// All lines as a Markdown table.
+std::string check_markdown(std::span<const CheckLine> lines);
+
+/// How many rows came out how: "7 rows ok, 1 better, 1 worse".
+std::string check_summary(std::span<const CheckLine> lines);
+
+}  // namespace ertbench

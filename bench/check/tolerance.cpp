@@ -1,0 +1,118 @@
+#include "bench/check/tolerance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+#include "core/student_t.h"
+
+namespace ertbench {
+namespace {
+
+constexpr double rounding = 1e-10;
+constexpr double linear_images = 1e-8;
+constexpr double confidence = 0.999;
+
+constexpr ToleranceClass classes[] = {ToleranceClass::exact, ToleranceClass::linear,
+                                      ToleranceClass::interior_point, ToleranceClass::seeds};
+
+/// A gap leaves the image within about sqrt(gap) of the optimum, as the objective grows with the
+/// square of the distance; within a third of that where it was measured (Pdipm). The means over the
+/// frames of the quick experiment differ by up to 2e-4 between gaps of 1e-4 and 1e-8, and by 4e-13
+/// between builds with and without FMA and AVX: a tenth of sqrt(gap), 1e-3 for the default, has
+/// room for test sets of few frames.
+double of_duality_gap(const ResultRow& row) {
+  const auto parameters = nlohmann::json::parse(row.parameters_json);
+  const double gap = parameters.value("tolerance", 1e-4);
+  return 0.1 * std::sqrt(gap);
+}
+
+/// The size of a metric that is of no particular size.
+double unit_of(Metric metric) {
+  return metric == Metric::RES || metric == Metric::RES_error ? 100 : 1;
+}
+
+/// What one pixel that changes sides of a threshold is worth in the mean over the frames.
+double one_pixel(const BaselineMean& before) {
+  const double frames = std::max(1, before.frames);
+  const double grid = before.image_grid;
+  switch (before.metric) {
+    case Metric::RES:
+    case Metric::RES_error:
+      return 100 / (grid * frames);
+    case Metric::PE25: {
+      const double share = 1 - before.resolution.value_or(100) / 100;  // (C2)
+      const double bright_pixels = 1 + grid * grid * share * share;
+      const double diagonal = 2 * std::numbers::sqrt2;
+      return diagonal / (2 * bright_pixels * frames);
+    }
+    default:
+      return 0;
+  }
+}
+
+double deviation_of(std::span<const double> values) {
+  const double mean = centre_of(values);
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / static_cast<double>(values.size() - 1));
+}
+
+}  // namespace
+
+const char* name_of(ToleranceClass type) {
+  switch (type) {
+    case ToleranceClass::exact:
+      return "exact";
+    case ToleranceClass::linear:
+      return "linear";
+    case ToleranceClass::interior_point:
+      return "interior point";
+    case ToleranceClass::seeds:
+      return "seeds";
+  }
+  return "";
+}
+
+std::vector<std::string> tolerance_class_names() {
+  std::vector<std::string> names;
+  for (const ToleranceClass type : classes) names.emplace_back(name_of(type));
+  return names;
+}
+
+ToleranceClass tolerance_class_from_name(const std::string& name) {
+  for (const ToleranceClass type : classes) {
+    if (name == name_of(type)) return type;
+  }
+  throw std::invalid_argument("no class of tolerances is called \"" + name + "\"");
+}
+
+Tolerance tolerance_of(const ResultRow& row, bool trained) {
+  if (trained) return {ToleranceClass::seeds, stored_image_tolerance};
+  if (row.type == "truth" || row.type == "no-contact") return {ToleranceClass::exact, rounding};
+  if (row.type == "pdipm") return {ToleranceClass::interior_point, of_duality_gap(row)};
+  return {ToleranceClass::linear, linear_images};
+}
+
+double centre_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now) {
+  const double centre = std::abs(centre_of(before.values));
+  if (tolerance.type == ToleranceClass::seeds && before.values.size() > 1) {
+    const auto n = static_cast<int>(before.values.size());
+    const double deviation = std::max(deviation_of(before.values), tolerance.relative * centre);
+    const double t = student_t_quantile(0.5 + confidence / 2, n - 1);
+    return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n);
+  }
+  const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);
+  return std::max(tolerance.relative * centre,
+                  std::min(tolerance.relative, linear_images) * unit_of(before.metric)) +
+         pixel;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/record/result_row.h"
+#include "bench/score/metrics.h"
+
+namespace ertbench {
+
+/// Why a number may come out differently on another machine, or from another build.
+enum class ToleranceClass {
+  /// The truth and the image of nothing, which no solver has touched: the rounding of the metrics.
+  exact,
+  /// An image that is a fixed matrix times the frame, or any other solver without a training seed:
+  /// FMA and other kernels change the last bits of voltages and matrix, and the means by 1e-15 to
+  /// 1e-13. A parameter "auto" keeps its value to 1e-14: the errors that its choice compares are
+  /// further apart.
+  linear,
+  /// Stops where a duality gap falls below a tolerance; last bits decide on which side of it an
+  /// iterate lies, so that a frame may end with the iterate before or after.
+  interior_point,
+  /// Trained: last bits grow into another network, as another seed would give.
+  seeds,
+};
+
+/// "exact", "linear", "interior point", "seeds".
+const char* name_of(ToleranceClass type);
+std::vector<std::string> tolerance_class_names();
+/// The inverse. Throws std::invalid_argument for another name.
+ToleranceClass tolerance_class_from_name(const std::string& name);
+
+struct Tolerance {
+  ToleranceClass type = ToleranceClass::exact;
+  /// Of a mean over frames, relative; for seeds the least standard deviation that is believed.
+  double relative = 0;
+
+  bool operator==(const Tolerance&) const = default;
+};
+
+/// What the row's numbers are held to; `trained`: it depends on a training seed.
+Tolerance tolerance_of(const ResultRow& row, bool trained);
+
+/// The mean over frames of one metric, as the baseline has it.
+struct BaselineMean {
+  Metric metric = Metric::AR;
+  std::span<const double> values;         ///< one, or one for each seed
+  int frames = 1;                         ///< of the test set
+  int image_grid = 24;                    ///< images have image_grid x image_grid pixels
+  std::optional<double> resolution = {};  ///< the row's mean RES, %
+};
+
+/// The mean of `values`: what a new value is compared with.
+double centre_of(std::span<const double> values);
+
+/// How far today's value, the mean over `seeds_now` trainings, may lie from the centre of `before`.
+///
+/// - seeds: the prediction interval t s sqrt(1/seeds_now + 1/n) for new seeds from n old ones, s
+///   their standard deviation, t Student's quantile with n - 1 degrees of freedom at 99.9 %. Four
+///   networks with seven metrics are 28 such intervals; at 99 % a sound machine would be refused in
+///   every seventh check (14 % with worse on one side), at 99.9 % in one of seventy.
+/// - all others: `relative` of the value, or `relative` (at most 1e-8) of the metric's own unit
+///   where that is more: a centroid 1e-8 from the truth is as exact as one 1 from it.
+/// - RES, RES_error and PE25 have a threshold, of which one pixel of one frame may change sides
+///   (none of the truth): 100 / (image_grid frames) for RES and RES_error, the most that a pixel is
+///   worth in (C2), where it is the second one; diagonal / (2 pixels frames) for PE25: the pixel
+///   weighs a quarter of the largest, the bright ones (as many as the mean RES says) at least half
+///   of it each, and it is at most the sheet's diagonal from them.
+double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now = 1);
+
+/// How much more of calibration_us() in the same process one frame may take before it counts as
+/// slower, and how much less before it counts as better. Of the timing rounds the fastest counts:
+/// on two busy cores their medians are up to 2.3 times that of the fastest, while the fastest ones
+/// of two runs differ by up to 1.3. Twice is what the loss of vector instructions, of a precomputed
+/// factor or of a warm buffer costs at least.
+inline constexpr double allowed_slow_down = 2;
+/// The same for a frame of a batch, of which the median of the rounds is all there is: on busy
+/// cores up to 1.8 times that of idle ones.
+inline constexpr double allowed_batch_slow_down = 3;
+
+/// Relative change of one stored frame's image (2-norm), in float32. The kernels for other
+/// processors (OpenBLAS for Haswell and Prescott, libtorch and oneDNN without AVX) change the
+/// stored images by up to 9e-7; a hundred times that is still far less than any change of a
+/// network.
+inline constexpr double stored_image_tolerance = 1e-4;
+
+}  // namespace ertbench

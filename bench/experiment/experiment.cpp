@@ -1,0 +1,188 @@
+#include "bench/experiment/experiment.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiment/experiment_charts.h"
+#include "bench/experiment/experiment_solvers.h"
+#include "bench/experiment/names.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int least_timed_frames = 662;  // fewer leave the 99th percentile without an interval
+
+void read_datasets(JsonObject object, Experiment& experiment) {
+  for (const std::string& name : object.keys()) {
+    if (!is_name(name)) {
+      object.fail(name, "a dataset's name must be made of letters, digits, \"_\" and \"-\"");
+    }
+    DatasetSpec spec = dataset_spec_from_json(object.object(name), experiment.sensor, name);
+    if (name == "train") {
+      experiment.training = std::move(spec);
+    } else if (name == "validation") {
+      experiment.validation = std::move(spec);
+    } else {
+      experiment.tests.push_back(std::move(spec));
+    }
+  }
+  if (experiment.tests.empty()) {
+    object.fail("",
+                "needs a test set: a dataset by another name than \"train\" and \"validation\"");
+  }
+}
+
+/// Loads the user's own solver libraries, named relative to the experiment file.
+void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& registry) {
+  if (!root.has("plugins")) return;
+  const nlohmann::json& names = root.raw("plugins");
+  if (!names.is_array()) root.fail("plugins", "must be a list of shared libraries");
+  for (const nlohmann::json& name : names) {
+    if (!name.is_string()) root.fail("plugins", "must name shared libraries, got " + name.dump());
+    std::filesystem::path library = name.get<std::string>();
+    if (library.is_relative()) library = experiment.file.parent_path() / library;
+    try {
+      registry.load_plugin(library);
+    } catch (const InputError& e) {
+      root.fail("plugins", e.what());
+    }
+    experiment.plugins.push_back(std::move(library));
+  }
+}
+
+void read_timing(JsonObject& root, Experiment& experiment) {
+  if (!root.has("timing")) return;
+  JsonObject object = root.object("timing");
+  TimingSettings& timing = experiment.timing;
+  timing.enabled = object.boolean_or("enabled", timing.enabled);
+  timing.frames = object.integer_or("frames", timing.frames, least_timed_frames, 1000000);
+  timing.warm_up = object.integer_or("warm_up", timing.warm_up, 1, 100000);
+  timing.batch = object.integer_or("batch", timing.batch, 1, 65536);
+  timing.rounds = object.integer_or("rounds", timing.rounds, 1, 100);
+  object.finish();
+}
+
+void read_right_sizing(JsonObject& root, Experiment& experiment) {
+  if (!root.has("right_sizing")) return;
+  JsonObject object = root.object("right_sizing");
+  RightSizing& sizing = experiment.right_sizing.emplace();
+  sizing.margin = object.number_or("margin", sizing.margin, {0, 10});
+  std::vector<std::string> names;
+  for (const Metric metric : kErrorMetrics) names.emplace_back(name_of(metric));
+  sizing.metric = metric_from_name(object.choice_or("metric", name_of(sizing.metric), names));
+  object.finish();
+  if (!experiment.validation) {
+    root.fail("right_sizing", "chooses on the validation set; add /datasets/validation");
+  }
+}
+
+void read_figure(JsonObject& root, Experiment& experiment) {
+  const int count =
+      static_cast<int>(std::min<std::uint64_t>(experiment.tests[0].count, 1000000000));
+  if (!root.has("figure")) {
+    for (int s = 0; s < std::min(5, count); ++s) experiment.figure_scenes.push_back(s);
+    return;
+  }
+  JsonObject object = root.object("figure");
+  const nlohmann::json& scenes = object.raw("scenes");
+  if (!scenes.is_array() || scenes.size() > 12) {
+    object.fail("scenes", "must be a list of at most 12 scene numbers");
+  }
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    if (!scenes[s].is_number_integer() || scenes[s] < 0 || scenes[s] >= count) {
+      object.fail("scenes", "must be scene numbers from 0 to " + std::to_string(count - 1) +
+                                " of \"" + experiment.tests[0].name + "\", got " +
+                                scenes[s].dump());
+    }
+    experiment.figure_scenes.push_back(scenes[s].get<int>());
+  }
+  object.finish();
+}
+
+void read_published(JsonObject& root, Experiment& experiment) {
+  if (!root.has("published")) return;
+  JsonObject object = root.object("published");
+  experiment.published.source = object.text("source");
+  if (object.has("datasets")) {
+    const nlohmann::json& names = object.raw("datasets");
+    if (!names.is_array()) object.fail("datasets", "must be a list of test sets");
+    for (const auto& name : names) {
+      const bool test =
+          name.is_string() && std::any_of(experiment.tests.begin(), experiment.tests.end(),
+                                          [&](const DatasetSpec& d) { return d.name == name; });
+      if (!test)
+        object.fail("datasets", "must name test sets of this experiment, got " + name.dump());
+      experiment.published.datasets.push_back(name);
+    }
+  }
+  JsonObject rows = object.object("rows");
+  for (const std::string& label : rows.keys()) {
+    PublishedRow row{label, {}};
+    JsonObject values = rows.object(label);
+    for (const Metric metric : kMetrics) {
+      if (values.has(name_of(metric))) row.values[metric] = values.number(name_of(metric));
+    }
+    values.finish();
+    experiment.published.rows.push_back(row);
+  }
+  rows.finish();
+  object.finish();
+}
+
+}  // namespace
+
+const DatasetSpec* Experiment::find_dataset(const std::string& dataset) const {
+  for (const DatasetSpec* spec : datasets()) {
+    if (spec->name == dataset) return spec;
+  }
+  return nullptr;
+}
+
+std::vector<const DatasetSpec*> Experiment::datasets() const {
+  std::vector<const DatasetSpec*> out;
+  if (training) out.push_back(&*training);
+  if (validation) out.push_back(&*validation);
+  for (const DatasetSpec& test : tests) out.push_back(&test);
+  return out;
+}
+
+std::vector<std::span<const SolverEntry>> Experiment::rows() const {
+  std::vector<std::span<const SolverEntry>> out;
+  for (auto first = solvers.begin(); first != solvers.end();) {
+    const auto last = std::find_if(first, solvers.end(),
+                                   [&](const SolverEntry& e) { return e.label != first->label; });
+    out.emplace_back(first, last);
+    first = last;
+  }
+  return out;
+}
+
+Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
+                           SolverCheck check) {
+  const nlohmann::json json = read_json_file(file);
+  JsonObject root(json, file.string(), "");
+  Experiment experiment;
+  experiment.file = file;
+  experiment.name = file.stem().string();
+  root.has("$schema");  // for editors
+  experiment.title = root.text_or("title", experiment.name);
+  experiment.question = root.text_or("question", experiment.title);
+  if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
+  read_datasets(root.object("datasets"), experiment);
+  read_plugins(root, experiment, registry);
+  experiment.solvers = read_solvers(root, experiment, registry, check);
+  read_timing(root, experiment);
+  read_right_sizing(root, experiment);
+  experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
+  read_figure(root, experiment);
+  read_published(root, experiment);
+  experiment.charts = read_charts(root, experiment);
+  experiment.ladders = read_ladders(root, experiment, registry, check);
+  root.finish();
+  return experiment;
+}
+
+}  // namespace ertbench

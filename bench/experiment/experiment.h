@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/experiment/chart_spec.h"
+#include "bench/experiment/ladder_spec.h"
+#include "bench/experiment/published_table.h"
+#include "bench/experiment/right_sizing.h"
+#include "bench/experiment/solver_entry.h"
+#include "forward/data/dataset_spec.h"
+
+namespace ertbench {
+
+class SolverRegistry;
+
+/// How latency and throughput are measured.
+struct TimingSettings {
+  bool enabled = true;
+  int frames = 1000;  ///< timed one by one; at least 662, so that the 99th percentile has meaning
+  int warm_up = 20;   ///< frames before the clock counts, in each round
+  int batch = 256;    ///< frames in a call when throughput is measured
+  int rounds = 5;     ///< the frames' shares, those of all solvers in turn
+};
+
+/// An experiment file: what is generated, what is fitted, what is measured.
+struct Experiment {
+  std::string name;  ///< the file's name without its ending; the result folder's name
+  std::filesystem::path file;
+  std::string title;
+  std::string question;  ///< what the experiment is for, in a sentence or two
+  Sensor sensor;
+  std::optional<DatasetSpec> training;         ///< "train"
+  std::optional<DatasetSpec> validation;       ///< "validation"
+  std::vector<DatasetSpec> tests;              ///< every other name, at least one
+  std::vector<SolverEntry> solvers;            ///< every seed and every point of a sweep on its own
+  std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
+  TimingSettings timing;
+  double time_limit_s = 3600;      ///< for one trial
+  std::vector<int> figure_scenes;  ///< of the first test set
+  PublishedTable published;
+  std::vector<ChartSpec> charts;
+  std::optional<RightSizing> right_sizing;
+  std::optional<Ladders> ladders;
+
+  const DatasetSpec* find_dataset(const std::string& dataset) const;
+  std::vector<const DatasetSpec*> datasets() const;  ///< all of them
+  /// The solvers label by label: one each, or all its seeds.
+  std::vector<std::span<const SolverEntry>> rows() const;
+};
+
+/// Whether solvers are made to have their parameters checked, which may load a plugin.
+enum class SolverCheck { all, none };
+
+/// Reads and checks an experiment file whole: unknown keys, types, ranges, solvers' parameters.
+/// Throws InputError naming file, JSON path and remedy. Solvers of a plugin that is absent are left
+/// to their trials, so that the other rows come out.
+Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
+                           SolverCheck check = SolverCheck::all);
+
+}  // namespace ertbench

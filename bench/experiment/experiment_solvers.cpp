@@ -1,0 +1,192 @@
+#include "bench/experiment/experiment_solvers.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/names.h"
+#include "bench/experiment/sweep.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_seeds = 100;
+
+/// Where a value of a solver's own JSON stands in the experiment file.
+struct Moved {
+  std::string from;  ///< "/solvers/0/alpha"
+  std::string to;    ///< "/solvers/0/sweep/alpha/1"
+};
+
+bool mentions_auto(const json& value) {
+  if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
+  return value.is_structured() && std::any_of(value.begin(), value.end(), mentions_auto);
+}
+
+std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string& type,
+                                           const SolverInfo* info) {
+  if (!entry.has("seeds")) return {std::nullopt};
+  const json& values = entry.raw("seeds");
+  if (!values.is_array() || values.empty() || values.size() > most_seeds) {
+    entry.fail("seeds", "must be a list of 1 to " + std::to_string(most_seeds) + " whole numbers");
+  }
+  if (entry.value().contains("seed")) {
+    entry.fail("seeds", "stands beside \"seed\"; remove one of the two");
+  }
+  if (info && std::none_of(info->parameters.begin(), info->parameters.end(),
+                           [](const ParameterInfo& p) { return p.name == "seed"; })) {
+    entry.fail("seeds", type + " has no training seed; remove it");
+  }
+  std::vector<std::optional<int>> seeds;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string key = std::to_string(i);
+    const json holder = {{key, values[i]}};
+    JsonObject place(holder, entry.source(), entry.path_of("seeds"));
+    const int seed = place.integer(key, 0, std::numeric_limits<int>::max());
+    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) {
+      place.fail(key, std::to_string(seed) + " stands twice; remove one");
+    }
+    seeds.emplace_back(seed);
+  }
+  return seeds;
+}
+
+/// Makes the solver to have its parameters checked; what is wrong is said of the place in the file.
+void check_solver(const SolverEntry& entry, const std::vector<Moved>& moved,
+                  const Experiment& experiment, SolverRegistry& registry) {
+  const json spec = json::parse(entry.json);
+  const std::string source = experiment.file.string();
+  JsonObject object(spec, source, entry.path);
+  try {
+    const std::unique_ptr<Solver> solver = registry.make(object);
+    solver->check(experiment.sensor);
+    if (solver->needs_training() && !(experiment.training && experiment.validation)) {
+      object.fail("type", entry.type + " is trained; add /datasets/train and /datasets/validation");
+    }
+    if (!experiment.validation && mentions_auto(solver->parameters())) {
+      object.fail("",
+                  "a parameter is \"auto\", which is chosen on the validation set; add "
+                  "/datasets/validation or give a number");
+    }
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    for (const Moved& one : moved) {
+      const std::string start = source + ": " + one.from + ":";
+      if (message.starts_with(start)) {
+        throw InputError(source + ": " + one.to + ":" + message.substr(start.size()));
+      }
+    }
+    throw;
+  }
+}
+
+/// One entry of the file, and all that it stands for.
+class EntryReader {
+ public:
+  EntryReader(JsonObject object, const Experiment& experiment, SolverRegistry& registry,
+              SolverCheck check)
+      : object_(std::move(object)), experiment_(experiment), registry_(registry), check_(check) {}
+
+  std::vector<SolverEntry> read() {
+    type_ = object_.text("type");
+    const std::string label = object_.text_or("label", type_);
+    const std::string family = object_.text_or("family", label);
+    if (object_.has("family") && !is_label(family)) {
+      object_.fail("family",
+                   "must be made of the same characters as a label, got \"" + family + "\"");
+    }
+    const std::vector<std::string> types = registry_.types();
+    const bool known = std::find(types.begin(), types.end(), type_) != types.end();
+    const bool check = check_ == SolverCheck::all;
+    const SolverInfo* info = check ? registry_.find(type_) : nullptr;
+    const std::vector<std::optional<int>> seeds = read_seeds(object_, type_, info);
+    std::vector<SolverEntry> entries;
+    for (const SweepPoint& point : read_sweep(object_, info)) {
+      for (std::size_t s = 0; s < seeds.size(); ++s) {
+        SolverEntry entry = make(point, seeds[s]);
+        entry.family = family;
+        entry.label = label + point.label;
+        // Unknown types are refused here; a plugin that is absent is its trial's failure.
+        if (check && (!known || info)) check_solver(entry, moved(point, s), experiment_, registry_);
+        entries.push_back(std::move(entry));
+      }
+    }
+    return entries;
+  }
+
+ private:
+  SolverEntry make(const SweepPoint& point, std::optional<int> seed) const {
+    SolverEntry entry;
+    entry.type = type_;
+    entry.path = object_.path_of("");
+    entry.seed = seed;
+    entry.sweep_json = point.values;
+    json spec = object_.value();
+    spec.erase("seeds");
+    spec.erase("sweep");
+    spec.erase("family");
+    if (!point.values.empty()) spec.update(json::parse(point.values));
+    if (seed) spec["seed"] = *seed;
+    entry.json = spec.dump();
+    return entry;
+  }
+
+  std::vector<Moved> moved(const SweepPoint& point, std::size_t seed) const {
+    std::vector<Moved> out = {
+        {object_.path_of("seed"), object_.path_of("seeds") + "/" + std::to_string(seed)}};
+    if (point.values.empty()) return out;
+    std::size_t i = 0;
+    const json values = json::parse(point.values);
+    for (const auto& [name, unused] : values.items()) {
+      const JsonObject sweep(values, "", object_.path_of("sweep"));
+      out.push_back(
+          {object_.path_of(name), sweep.path_of(name) + "/" + std::to_string(point.indices[i++])});
+    }
+    return out;
+  }
+
+  JsonObject object_;
+  const Experiment& experiment_;
+  SolverRegistry& registry_;
+  SolverCheck check_;
+  std::string type_;
+};
+
+}  // namespace
+
+std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
+                                      SolverRegistry& registry, SolverCheck check) {
+  std::vector<SolverEntry> all;
+  std::set<std::string> taken = {"truth", "no-contact"};  // labels, and names of files
+  for (const JsonObject& object : root.objects("solvers")) {
+    std::vector<SolverEntry> entries = EntryReader(object, experiment, registry, check).read();
+    const SolverEntry* previous = nullptr;
+    for (const SolverEntry& entry : entries) {
+      if (!is_label(entry.label)) {
+        object.fail("label",
+                    "must be made of letters, digits, spaces and any of . _ + = , - "
+                    "(at most 60, with the values of a sweep), got \"" +
+                        entry.label + "\"");
+      }
+      const bool next_seed = entry.seed && previous && previous->label == entry.label;
+      bool free = next_seed || taken.insert(entry.label).second;
+      if (entry.seed) free = taken.insert(entry.stem()).second && free;
+      if (!free) {
+        object.fail("label", "\"" + entry.label + "\" is taken; give every solver its own label");
+      }
+      previous = &entry;
+    }
+    std::move(entries.begin(), entries.end(), std::back_inserter(all));
+  }
+  if (all.empty()) root.fail("solvers", "must hold at least one solver");
+  return all;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,243 @@
+#include "bench/experiment/ladder_spec.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/names.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_levels = 100;
+const std::string training_prefix = "train:";
+
+bool is_of_training(const std::string& pointer) { return pointer.starts_with(training_prefix); }
+
+/// Puts the values of `set` and the level into a copy of the JSON text: those of the training set,
+/// or the others.
+json varied(const std::string& text, const LadderAxis& axis, const std::string& level,
+            bool training) {
+  json out = json::parse(text);
+  const auto put = [&](const std::string& pointer, const std::string& value) {
+    if (is_of_training(pointer) != training) return;
+    const std::string own = training ? pointer.substr(training_prefix.size()) : pointer;
+    try {
+      out[json::json_pointer(own)] = json::parse(value);
+    } catch (const json::exception&) {
+      throw InputError("\"" + pointer + "\" leads nowhere; a pointer is like \"/scenes/radius\"");
+    }
+  };
+  for (const auto& [pointer, value] : axis.set) put(pointer, value);
+  for (const std::string& pointer : axis.vary) put(pointer, level);
+  return out;
+}
+
+FailureRule read_failure(JsonObject& ladders) {
+  FailureRule rule;
+  if (!ladders.has("failure")) return rule;
+  JsonObject object = ladders.object("failure");
+  rule.relative_error = object.number_or("relative_error", rule.relative_error, Range::positive());
+  rule.distance = object.number_or("distance", rule.distance, {0, 3});
+  rule.contact_threshold =
+      object.number_or("contact_threshold", rule.contact_threshold, Range::positive());
+  rule.share = object.number_or("share", rule.share, {0, 0.99});
+  object.finish();
+  return rule;
+}
+
+/// Strings out of one string or a list of them.
+std::vector<std::string> read_strings(JsonObject& object, const char* key) {
+  const json& value = object.raw(key);
+  if (value.is_string()) return {value.get<std::string>()};
+  const bool strings =
+      value.is_array() && !value.empty() &&
+      std::all_of(value.begin(), value.end(), [](const json& one) { return one.is_string(); });
+  if (!strings) object.fail(key, "must be a string or a list of strings, got " + value.dump());
+  return value.get<std::vector<std::string>>();
+}
+
+void read_levels(JsonObject& object, LadderAxis& axis) {
+  const json& levels = object.raw("levels");
+  const std::size_t least = axis.categories ? 1 : 2;
+  if (!levels.is_array() || levels.size() < least || levels.size() > most_levels) {
+    object.fail("levels", "must be a list of " + std::to_string(least) + " to " +
+                              std::to_string(most_levels) + " levels");
+  }
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    axis.levels.push_back(levels[i].dump());
+    if (axis.categories) continue;
+    const std::string level = "level " + std::to_string(i);
+    if (!levels[i].is_number()) {
+      object.fail(
+          "levels",
+          level + R"( must be a number; levels without an order have "scale": "categories")");
+    }
+    const double value = levels[i];
+    if (axis.logarithmic && value <= 0) {
+      object.fail("levels", level + R"( must be > 0 on a "log" scale)");
+    }
+    if (axis.integer && value != static_cast<double>(static_cast<long long>(value))) {
+      object.fail("levels", level + " must be a whole number");
+    }
+    if (i == 0) continue;
+    const double step = value - levels[i - 1].get<double>();
+    const bool rises = levels[1] > levels[0];
+    if (rises ? step <= 0 : step >= 0) {
+      object.fail("levels", "must rise, or fall, throughout, from the mildest to the severest");
+    }
+  }
+}
+
+/// The solvers whose parameter it is, and whether the parameter exists.
+void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverRegistry& registry,
+                       SolverCheck check, LadderAxis& axis) {
+  if (!object.has("solver")) {
+    for (const std::string& pointer : axis.vary) {
+      if (is_of_training(pointer)) {
+        object.fail("vary", R"(changes the training set; name the "solver" that is trained on it)");
+      }
+    }
+    return;
+  }
+  axis.solvers = read_strings(object, "solver");
+  for (const std::string& label : axis.solvers) {
+    const auto entry = std::find_if(experiment.solvers.begin(), experiment.solvers.end(),
+                                    [&](const SolverEntry& e) { return e.label == label; });
+    if (entry == experiment.solvers.end()) {
+      object.fail("solver", "no solver is labelled \"" + label + "\"");
+    }
+    const SolverInfo* info = check == SolverCheck::all ? registry.find(entry->type) : nullptr;
+    for (const std::string& pointer : axis.vary) {
+      if (is_of_training(pointer)) {
+        if (!experiment.training) object.fail("vary", "there is no /datasets/train");
+        continue;
+      }
+      const std::string key =
+          pointer.substr(0, pointer.find('/', 1)).substr(pointer.empty() ? 0 : 1);
+      const bool known =
+          !info || std::any_of(info->parameters.begin(), info->parameters.end(),
+                               [&](const ParameterInfo& p) { return p.name == key; });
+      if (!known) object.fail("vary", "\"" + key + "\" is no parameter of " + entry->type);
+    }
+  }
+}
+
+LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegistry& registry,
+                     SolverCheck check) {
+  LadderAxis axis;
+  axis.json = object.value().dump();
+  axis.name = object.text("name");
+  if (!is_name(axis.name)) {
+    object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60), got \"" +
+                            axis.name + "\"");
+  }
+  axis.title = object.text_or("title", axis.name);
+  axis.unit = object.text_or("unit", "");
+  axis.vary = read_strings(object, "vary");
+  if (object.has("set")) {
+    JsonObject set = object.object("set");
+    for (const std::string& pointer : set.keys()) {
+      axis.set.emplace_back(pointer, set.raw(pointer).dump());
+    }
+  }
+  const std::string scale = object.choice_or("scale", "linear", {"linear", "log", "categories"});
+  axis.categories = scale == "categories";
+  axis.logarithmic = scale == "log";
+  axis.integer = object.boolean_or("integer", false);
+  read_levels(object, axis);
+  read_axis_solvers(object, experiment, registry, check, axis);
+  object.finish();
+  return axis;
+}
+
+}  // namespace
+
+bool LadderAxis::concerns(const SolverEntry& entry) const {
+  return solvers.empty() || std::find(solvers.begin(), solvers.end(), entry.label) != solvers.end();
+}
+
+std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experiment,
+                                    SolverRegistry& registry, SolverCheck check) {
+  if (!root.has("ladders")) return std::nullopt;
+  JsonObject object = root.object("ladders");
+  Ladders ladders;
+  std::vector<std::string> tests;
+  for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
+  ladders.dataset = object.choice_or("dataset", tests.front(), tests);
+  const json& datasets = root.value().at("datasets");
+  ladders.dataset_json = datasets.at(ladders.dataset).dump();
+  if (experiment.training) ladders.training_json = datasets.at("train").dump();
+  ladders.failure = read_failure(object);
+  std::set<std::string> names;
+  Experiment with_base = experiment;
+  with_base.ladders = ladders;
+  for (const JsonObject& one : object.objects("axes")) {
+    LadderAxis axis = read_axis(one, experiment, registry, check);
+    if (!names.insert(axis.name).second) {
+      one.fail("name", "\"" + axis.name + "\" is taken; give every axis its own name");
+    }
+    for (std::size_t i = 0; i < axis.levels.size(); ++i) {
+      try {
+        if (axis.of_parameter()) {
+          training_at(with_base, axis, axis.levels[i]);
+        } else {
+          dataset_at(with_base, axis, axis.levels[i]);
+        }
+      } catch (const InputError& error) {
+        one.fail("levels", "level " + std::to_string(i) + ", " + axis.levels[i] +
+                               ", makes what cannot be used: " + error.what());
+      }
+    }
+    ladders.axes.push_back(std::move(axis));
+  }
+  if (ladders.axes.empty()) object.fail("axes", "must hold at least one axis");
+  object.finish();
+  return ladders;
+}
+
+DatasetSpec dataset_at(const Experiment& experiment, const LadderAxis& axis,
+                       const std::string& level) {
+  const Ladders& ladders = *experiment.ladders;
+  const json object = varied(ladders.dataset_json, axis, level, false);
+  return dataset_spec_from_json(JsonObject(object, "", "/datasets/" + ladders.dataset),
+                                experiment.sensor, ladders.dataset);
+}
+
+SolverEntry entry_at(const SolverEntry& entry, const LadderAxis& axis, const std::string& level) {
+  SolverEntry out = entry;
+  out.json = varied(entry.json, axis, level, false).dump();
+  return out;
+}
+
+std::optional<DatasetSpec> training_at(const Experiment& experiment, const LadderAxis& axis,
+                                       const std::string& level) {
+  const std::string& text = experiment.ladders->training_json;
+  if (text.empty()) return std::nullopt;
+  const json object = varied(text, axis, level, true);
+  return dataset_spec_from_json(JsonObject(object, "", "/datasets/train"), experiment.sensor,
+                                "train");
+}
+
+std::string level_text(const std::string& level) {
+  const json value = json::parse(level);
+  if (value.is_number()) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.5g", value.get<double>());
+    return text;
+  }
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return level;
+  std::string out;
+  for (const json& one : value) out += (out.empty() ? "" : ", ") + level_text(one.dump());
+  return out;
+}
+
+}  // namespace ertbench

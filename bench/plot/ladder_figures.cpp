@@ -1,0 +1,197 @@
+#include "bench/plot/ladder_figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/plot/image_panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+/// "misplaced by 0.83", "error 1.42".
+std::string failure_text(const WorstFrame& worst) {
+  const JudgedFrame& frame = worst.judged;
+  switch (worst.kind) {
+    case FailureKind::undefined:
+      return "undefined";
+    case FailureKind::worse_than_nothing:
+      return "error " + (frame.error ? three_digits(*frame.error) : "—");
+    case FailureKind::misplaced:
+      return "misplaced by " + three_digits(frame.distance.value_or(0));
+    case FailureKind::ghost:
+      return "ghost of " + three_digits(frame.peak.value_or(0));
+  }
+  return "";
+}
+
+double severity(const GalleryFrame& one) {
+  const JudgedFrame& frame = one.frame->judged;
+  switch (one.frame->kind) {
+    case FailureKind::worse_than_nothing:
+      return frame.error.value_or(0);
+    case FailureKind::misplaced:
+      return frame.distance.value_or(0);
+    default:
+      return frame.peak.value_or(0);
+  }
+}
+
+/// What the colours of truth and image end at: the image's largest change, but at least the truth's
+/// and at most three times that, unless the sheet is blank; S/m.
+double largest(const Sensor& sensor, const WorstFrame& worst) {
+  const auto finite = worst.change.array().isFinite();
+  const double image = finite.select(worst.change.array(), 0.0).abs().maxCoeff();
+  const double truth = (worst.conductivity.array() - sensor.background).abs().maxCoeff();
+  const double rounding = 1e-4 * sensor.background;  // of what a record holds
+  return truth > rounding ? std::clamp(image, truth, 3 * truth) : std::max(image, rounding);
+}
+
+std::string cell_text(const Breakdown& found) {
+  const std::string level = level_digits(found.level);
+  if (found.state == BreakState::at_mildest) return "at " + level;
+  return found.state == BreakState::never ? "ok " + level : level;
+}
+
+// Places and sizes in px.
+constexpr int side = 92;
+constexpr int gap = 4;           ///< between truth and image
+constexpr int pair_width = 214;  ///< with the space to the next
+constexpr int row_height = 146;  ///< title, images, two lines
+constexpr int left_edge = 16;
+constexpr int top_edge = 12;
+constexpr std::size_t most_pairs = 4;
+constexpr int bar_width = 80;
+
+}  // namespace
+
+std::optional<HeatMap> ladder_map_of(const std::string& title,
+                                     const std::vector<AxisBreakdown>& breakdowns) {
+  std::vector<std::string> solvers;
+  std::vector<const LadderAxis*> axes;
+  for (const AxisBreakdown& line : breakdowns) {
+    if (line.axis->categories || line.axis->of_parameter()) continue;
+    if (std::find(solvers.begin(), solvers.end(), line.solver) == solvers.end()) {
+      solvers.push_back(line.solver);
+    }
+    if (std::find(axes.begin(), axes.end(), line.axis) == axes.end()) axes.push_back(line.axis);
+  }
+  if (axes.empty()) return std::nullopt;
+  std::reverse(axes.begin(), axes.end());  // the first on top
+  HeatMap map;
+  map.title = title;
+  map.x_name = "solver";
+  map.y_name = "axis";
+  map.x_values = solvers;
+  for (const LadderAxis* axis : axes) {
+    map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
+  }
+  HeatMapPanel panel;
+  panel.title = "level at which it breaks down";
+  panel.quantity = panel.title;
+  map.published_note =
+      "colour: 0 breaks down at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
+  panel.decimals = 2;
+  panel.range = {0, 1};
+  const std::size_t cells = solvers.size() * axes.size();
+  panel.values.resize(cells);
+  panel.colours.resize(cells);
+  panel.texts.resize(cells);
+  map.statuses.resize(cells);
+  for (const AxisBreakdown& line : breakdowns) {
+    const auto y = std::find(axes.begin(), axes.end(), line.axis) - axes.begin();
+    if (y == std::ssize(axes)) continue;
+    const auto x = std::find(solvers.begin(), solvers.end(), line.solver) - solvers.begin();
+    const auto cell = static_cast<std::size_t>(y * std::ssize(solvers) + x);
+    if (!line.breakdown) {
+      map.statuses[cell] = line.state.substr(0, line.state.find(':'));
+      continue;
+    }
+    panel.values[cell] = line.breakdown->level;
+    panel.colours[cell] = line.breakdown->place;
+    panel.texts[cell] = cell_text(*line.breakdown);
+  }
+  map.panels = {panel};
+  return map;
+}
+
+std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record) {
+  std::vector<GalleryFrame> rest;
+  for (const LadderAxis& axis : ladders.axes) {
+    const LadderClimb* climb = record.find(axis.name);
+    if (!axis.of_parameter() && climb && climb->worst) rest.push_back({&*climb->worst, &axis});
+  }
+  std::stable_sort(rest.begin(), rest.end(), [](const GalleryFrame& a, const GalleryFrame& b) {
+    return severity(a) > severity(b);
+  });
+  std::vector<GalleryFrame> out;
+  const auto take = [&](auto one) {
+    if (one == rest.end() || out.size() == most_pairs) return;
+    out.push_back(*one);
+    rest.erase(one);
+  };
+  for (const FailureKind kind : kFailureKinds) {
+    take(std::find_if(rest.begin(), rest.end(),
+                      [&](const GalleryFrame& one) { return one.frame->kind == kind; }));
+  }
+  while (!rest.empty() && out.size() < most_pairs) take(rest.begin());
+  return out;
+}
+
+bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
+                  const Sensor& sensor, const std::filesystem::path& stem) {
+  struct Row {
+    std::string label;
+    std::vector<GalleryFrame> frames;
+  };
+  std::vector<Row> rows;
+  for (const LadderOutcome& outcome : outcomes) {
+    if (!outcome.record) continue;
+    Row row{outcome.entry->label, gallery_of(ladders, *outcome.record)};
+    if (!row.frames.empty()) rows.push_back(std::move(row));
+  }
+  if (rows.empty()) return false;
+
+  const auto row_count = static_cast<int>(rows.size());
+  std::size_t widest = 2;  // so that the titles have room
+  for (const Row& row : rows) widest = std::max(widest, row.frames.size());
+  const int bar_left = left_edge + pair_width * static_cast<int>(widest);
+  const ColourScale scale{-1, 1, 0.5, true, true};
+  Canvas canvas(bar_left + bar_width, top_edge + row_count * row_height + 4);
+  canvas.out() << "set multiplot\n";
+  ImagePanels panels(canvas, sensor, scale);
+  for (int r = 0; r < row_count; ++r) {
+    const Row& row = rows[static_cast<std::size_t>(r)];
+    const double top = top_edge + r * row_height;
+    canvas.label(row.label + ": truth and image", left_edge, top, 11, "left");
+    for (std::size_t p = 0; p < row.frames.size(); ++p) {
+      const GalleryFrame& one = row.frames[p];
+      const double left = left_edge + pair_width * static_cast<double>(p);
+      const nlohmann::json value = nlohmann::json::parse(one.frame->level);
+      const std::string level =
+          (value.is_number() ? level_digits(value) : level_text(one.frame->level)) +
+          (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+      const std::string where = one.axis->title + ": " + level;
+      canvas.label(one_line(failure_text(*one.frame) + " at " + level, 40), left,
+                   top + 14 + side + 8, 9, "left");
+      canvas.label(one_line(one.axis->title, 38), left, top + 14 + side + 21, 9, "left");
+      canvas.tooltip(left, top + 12, 2 * side + gap, side,
+                     row.label + ", frame " + std::to_string(one.frame->frame) + "\n" + where +
+                         "\n" + failure_text(*one.frame));
+      const double unit = largest(sensor, *one.frame);
+      const bool finite = one.frame->change.array().isFinite().any();
+      panels.image(left, top + 12, side,
+                   (one.frame->conductivity.array() - sensor.background) / unit, "");
+      panels.image(left + side + gap, top + 12, side, one.frame->change / unit,
+                   finite ? "" : "undefined");
+    }
+  }
+  panels.colour_bar(bar_left - 4, top_edge + 12, row_count > 1 ? 2 * row_height - 46 : side,
+                    row_count > 1 ? "change over the pair's largest" : "change");
+  canvas.out() << "unset multiplot\n";
+  canvas.draw(panels.files(), stem);
+  return true;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,70 @@
+#include "bench/plot/palette.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace ertbench {
+namespace {
+
+constexpr Colour from(int rgb) {
+  return {(rgb >> 16 & 0xff) / 255.0, (rgb >> 8 & 0xff) / 255.0, (rgb & 0xff) / 255.0};
+}
+
+constexpr std::array kViridis = {from(0x440154), from(0x482878), from(0x3e4a89), from(0x31688e),
+                                 from(0x26828e), from(0x1f9e89), from(0x35b779), from(0x6ece58),
+                                 from(0xb5de2b), from(0xfde725)};
+
+constexpr std::array kHues = {from(0x0072b2), from(0xd55e00), from(0x009e73), from(0xcc79a7),
+                              from(0xe69f00), from(0x56b4e9), from(0x000000)};
+
+Colour mixed(const Colour& a, const Colour& b, double share) {
+  const auto part = [share](double x, double y) { return x + share * (y - x); };
+  return {part(a.red, b.red), part(a.green, b.green), part(a.blue, b.blue)};
+}
+
+/// The share of light that a part stands for (sRGB).
+double linear(double part) {
+  return part <= 0.04045 ? part / 12.92 : std::pow((part + 0.055) / 1.055, 2.4);
+}
+
+}  // namespace
+
+std::string Colour::hex() const {
+  char text[16];
+  std::snprintf(text, sizeof text, "#%06x", static_cast<unsigned>(number()));
+  return text;
+}
+
+int Colour::number() const {
+  const auto byte = [](double part) {
+    return static_cast<int>(std::lround(255 * std::clamp(part, 0.0, 1.0)));
+  };
+  return byte(red) * 0x10000 + byte(green) * 0x100 + byte(blue);
+}
+
+double Colour::lightness() const {
+  const double light = 0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue);
+  return light > 0.008856 ? 1.16 * std::cbrt(light) - 0.16 : 9.033 * light;
+}
+
+Colour Colour::towards_white(double fraction) const { return mixed(*this, {1, 1, 1}, fraction); }
+
+Colour viridis(double fraction) {
+  const double place = std::clamp(fraction, 0.0, 1.0) * (kViridis.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(place), kViridis.size() - 2);
+  return mixed(kViridis[below], kViridis[below + 1], place - static_cast<double>(below));
+}
+
+std::string palette_command() {
+  std::string out = "set palette defined (";
+  for (std::size_t i = 0; i < kViridis.size(); ++i) {
+    out += (i > 0 ? ", " : "") + std::to_string(i) + " '" + kViridis[i].hex() + "'";
+  }
+  return out + ")\n";
+}
+
+Colour hue(std::size_t index) { return kHues[index % kHues.size()]; }
+
+}  // namespace ertbench

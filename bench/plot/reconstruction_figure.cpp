@@ -1,0 +1,166 @@
+#include "bench/plot/reconstruction_figure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "bench/plot/canvas.h"
+#include "bench/plot/colour_scale.h"
+#include "bench/plot/image_panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+/// Places and sizes in px from the top left corner; panels are squares.
+struct Layout {
+  int scenes;
+  int columns;
+  int panel;
+  std::vector<std::vector<std::string>> titles;
+
+  static constexpr int kLeft = 27;
+  static constexpr int kRight = 86;
+  static constexpr int kGap = 9;
+  static constexpr int kCaption = 22;  ///< below each panel, with the gap to the next
+  static constexpr int kLine = 13;     ///< of a title
+  static constexpr int kBorder = 7;
+
+  int title_height() const {
+    std::size_t lines = 1;
+    for (const auto& title : titles) lines = std::max(lines, title.size());
+    return static_cast<int>(lines) * kLine;
+  }
+  int width() const { return kLeft + columns * panel + (columns - 1) * kGap + kRight; }
+  int height() const { return 2 * kBorder + title_height() + scenes * (panel + kCaption); }
+  int bar_height() const { return std::min(scenes, 3) * (panel + kCaption) - kCaption; }
+  int left_of(int column) const { return kLeft + column * (panel + kGap); }
+  int top_of(int scene) const { return kBorder + title_height() + 4 + scene * (panel + kCaption); }
+};
+
+Layout layout_for(const ReconstructionFigure& figure) {
+  constexpr int widest = 950;  // px of all panels and gaps
+  constexpr int max_lines = 3;
+  Layout layout{};
+  layout.scenes = static_cast<int>(figure.conductivity.rows());
+  layout.columns = static_cast<int>(figure.columns.size()) + 1;
+  layout.panel = std::clamp(widest / layout.columns - Layout::kGap, 92, 145);
+  const auto characters = static_cast<std::size_t>(layout.panel / 6.3);
+  layout.titles = {{"truth"}};
+  for (const FigureColumn& column : figure.columns) {
+    std::vector<std::string> lines = wrapped(column.label, characters);
+    if (lines.size() > max_lines) {
+      lines.resize(max_lines);
+      lines.back() = one_line(lines.back(), characters - 1);
+      if (!lines.back().ends_with("…")) lines.back() += "…";
+    }
+    layout.titles.push_back(std::move(lines));
+  }
+  return layout;
+}
+
+void check(const ReconstructionFigure& figure) {
+  const auto scenes = figure.conductivity.rows();
+  const auto refuse = [](const std::string& what) {
+    throw std::invalid_argument("figure of reconstructions: " + what);
+  };
+  if (scenes < 1) refuse("no scene");
+  if (figure.conductivity.cols() != figure.sensor.pixels()) refuse("images of another size");
+  if (figure.row_labels.size() != static_cast<std::size_t>(scenes))
+    refuse("a label for each scene");
+  for (const FigureColumn& column : figure.columns) {
+    const bool fits =
+        column.changes.rows() == scenes && column.changes.cols() == figure.sensor.pixels();
+    if (column.failure.empty() && !fits) refuse(column.label + ": images of another size");
+    const bool has_errors = column.errors.size() == static_cast<std::size_t>(scenes);
+    if (!column.errors.empty() && !has_errors) refuse(column.label + ": an error for each scene");
+  }
+}
+
+struct Panel {
+  int scene;
+  int column;
+  std::string inside;  ///< written in its middle
+  std::string below;
+  std::string name;  ///< label and scene
+};
+
+/// A panel: its words, then the image [pixels] with the electrodes on it.
+void plot_panel(Canvas& canvas, ImagePanels& panels, const Layout& layout, const Panel& panel,
+                const Eigen::Ref<const Eigen::RowVectorXd>& image) {
+  const int left = layout.left_of(panel.column);
+  const int top = layout.top_of(panel.scene);
+  if (!panel.below.empty()) {
+    canvas.label(panel.below, left + layout.panel / 2.0, top + layout.panel + 8, 9, "center");
+  }
+  const std::string& result = panel.inside.empty() ? panel.below : panel.inside;
+  canvas.tooltip(left, top, layout.panel, layout.panel,
+                 panel.name + (result.empty() ? "" : "\n" + result));
+  panels.image(left, top, layout.panel, image, panel.inside);
+}
+
+void print_titles(Canvas& canvas, const Layout& layout,
+                  const std::vector<std::string>& row_labels) {
+  for (int column = 0; column < layout.columns; ++column) {
+    const auto& lines = layout.titles[static_cast<std::size_t>(column)];
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const double y =
+          layout.top_of(0) - 4 - Layout::kLine * (static_cast<double>(lines.size() - i) - 0.5);
+      canvas.label(lines[i], layout.left_of(column) + layout.panel / 2.0, y, 11, "center");
+    }
+  }
+  const auto characters = static_cast<std::size_t>(layout.panel / 5.8);
+  for (int scene = 0; scene < layout.scenes; ++scene) {
+    canvas.label(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
+                 layout.top_of(scene) + layout.panel / 2.0, 10, "center rotate by 90");
+  }
+}
+
+std::string caption(const ReconstructionFigure& figure, const FigureColumn& column, int scene) {
+  if (column.errors.empty()) return "";
+  const auto& error = column.errors[static_cast<std::size_t>(scene)];
+  return figure.error_name + " " + (error ? three_digits(*error) : "—");
+}
+
+}  // namespace
+
+void draw_reconstruction_figure(const ReconstructionFigure& figure,
+                                const std::filesystem::path& stem) {
+  check(figure);
+  const double background = figure.sensor.background;
+  const Images truth = figure.conductivity.array() / background - 1;
+  std::vector<Images> columns;
+  for (const FigureColumn& column : figure.columns) {
+    columns.emplace_back(column.failure.empty() ? Images(column.changes / background) : Images());
+  }
+  const Layout layout = layout_for(figure);
+  const ColourScale scale =
+      colour_scale(truth, columns, std::clamp(layout.bar_height() / 18, 4, 9));
+
+  Canvas canvas(layout.width(), layout.height());
+  canvas.out() << "set multiplot\n";
+  ImagePanels panels(canvas, figure.sensor, scale);
+  print_titles(canvas, layout, figure.row_labels);
+  for (int scene = 0; scene < layout.scenes; ++scene) {
+    const std::string& scene_name = figure.row_labels[static_cast<std::size_t>(scene)];
+    plot_panel(canvas, panels, layout, {scene, 0, "", "", "truth, " + scene_name},
+               truth.row(scene));
+    for (int c = 1; c < layout.columns; ++c) {
+      const FigureColumn& column = figure.columns[static_cast<std::size_t>(c - 1)];
+      Panel panel{scene, c, column.failure, "", column.label + ", " + scene_name};
+      Eigen::RowVectorXd image;
+      if (column.failure.empty()) {
+        image = columns[static_cast<std::size_t>(c - 1)].row(scene);
+        if (!image.array().isFinite().any()) panel.inside = "undefined";
+        panel.below = caption(figure, column, scene);
+      }
+      plot_panel(canvas, panels, layout, panel, image);
+    }
+  }
+  panels.colour_bar(layout.left_of(layout.columns) + 4, layout.top_of(0), layout.bar_height(),
+                    layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
+  canvas.out() << "unset multiplot\n";
+  canvas.draw(panels.files(), stem);
+}
+
+}  // namespace ertbench

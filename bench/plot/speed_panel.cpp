@@ -1,0 +1,179 @@
+#include "bench/plot/speed_panel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "bench/analysis/chart_text.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+constexpr double mark_radius = 5;  ///< px
+constexpr double ring_radius = 9;
+
+LogAxis log_axis(const std::vector<double>& values) {
+  if (values.empty()) return {};
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return {*least / 1.6, *most * 1.6};
+}
+
+std::vector<std::size_t> by_error(const SpeedAccuracy& chart) {
+  std::vector<std::size_t> order(chart.points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return chart.points[a].error.value_or(INFINITY) < chart.points[b].error.value_or(INFINITY);
+  });
+  return order;
+}
+
+}  // namespace
+
+double LogAxis::place(double value, const Box& panel) const {
+  const double share = std::log(value / low) / std::log(high / low);
+  return panel.left + share * (panel.right - panel.left);
+}
+
+ErrorAxis ErrorAxis::of(const SpeedAccuracy& chart) {
+  double least = INFINITY;
+  double most = 0;
+  std::vector<double> errors;
+  for (const SpeedPoint& point : chart.points) {
+    if (!point.error) continue;
+    errors.push_back(*point.error);
+    least = std::min(least, point.error_ci95 ? point.error_ci95->low : *point.error);
+    most = std::max(most, point.error_ci95 ? point.error_ci95->high : *point.error);
+  }
+  if (most == 0) return {};
+  ErrorAxis axis{0.85 * least, most + 0.08 * (most - 0.85 * least)};
+  const auto middle = errors.begin() + std::ssize(errors) / 2;
+  std::nth_element(errors.begin(), middle, errors.end());
+  const double limit = 1.12 * chart.nothing.value_or(3 * *middle);
+  if (axis.high > 0.85 * limit) axis.high = limit;
+  if (axis.low < 0.4 * axis.high) axis.low = 0;
+  return axis;
+}
+
+double ErrorAxis::place(double value, const Box& panel) const {
+  return panel.top + (panel.bottom - panel.top) * (high - std::min(value, high)) / (high - low);
+}
+
+SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box) {
+  SpeedPanel panel{box,
+                   {},
+                   ErrorAxis::of(chart),
+                   "latency of one frame, one thread: lower left is better",
+                   "time of one frame, p50 with a whisker to p99",
+                   time_tics(),
+                   {},
+                   &SpeedPoint::frontier,
+                   false};
+  std::vector<double> ends;
+  for (const SpeedPoint& point : chart.points) {
+    panel.x.push_back(point.latency ? std::optional(point.latency->p50) : std::nullopt);
+    if (point.measured()) ends.insert(ends.end(), {point.latency->p50, point.latency->p99});
+  }
+  panel.axis = log_axis(ends);
+  return panel;
+}
+
+SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box) {
+  SpeedPanel panel{box,
+                   {},
+                   ErrorAxis::of(chart),
+                   "throughput, one thread: lower right is better",
+                   "frames per second, " + std::to_string(chart.batch) + " at a time",
+                   rate_tics(),
+                   {},
+                   &SpeedPoint::batch_frontier,
+                   true};
+  std::vector<double> ends;
+  for (const SpeedPoint& point : chart.points) {
+    panel.x.push_back(point.frames_per_s);
+    if (point.frames_per_s && point.error) ends.push_back(*point.frames_per_s);
+  }
+  panel.axis = log_axis(ends);
+  return panel;
+}
+
+std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
+                                                 const SpeedPanel& panel) {
+  std::vector<std::pair<double, double>> corners;
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    const SpeedPoint& point = chart.points[i];
+    if (point.*panel.frontier) corners.emplace_back(*panel.x[i], *point.error);
+  }
+  std::sort(corners.begin(), corners.end());
+  if (panel.batches) std::reverse(corners.begin(), corners.end());
+  std::vector<std::pair<double, double>> steps;
+  double level = panel.errors.high;
+  for (const auto& [x, error] : corners) {
+    steps.emplace_back(x, level);
+    steps.emplace_back(x, error);
+    level = error;
+  }
+  if (!steps.empty()) steps.emplace_back(panel.batches ? panel.axis.low : panel.axis.high, level);
+  return steps;
+}
+
+std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+  std::vector<Box> out;
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    if (!panel.shows(chart, i)) continue;
+    const SpeedPoint& point = chart.points[i];
+    const double x = panel.x_of(i);
+    const double y = panel.y_of(*point.error);
+    const double r = point.right_size ? ring_radius : mark_radius;
+    out.push_back({x - r, y - r, x + r, y + r});
+    if (!panel.batches) {
+      out.push_back({x, y - 2, panel.axis.place(point.latency->p99, panel.box) + 2, y + 2});
+    }
+    if (point.error_ci95) {
+      out.push_back(
+          {x - 2, panel.y_of(point.error_ci95->high), x + 2, panel.y_of(point.error_ci95->low)});
+    }
+  }
+  const auto steps = staircase(chart, panel);
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const double x1 = panel.axis.place(steps[i - 1].first, panel.box);
+    const double x2 = panel.axis.place(steps[i].first, panel.box);
+    const double y1 = panel.y_of(steps[i - 1].second);
+    const double y2 = panel.y_of(steps[i].second);
+    out.push_back(
+        {std::min(x1, x2) - 1, std::min(y1, y2) - 1, std::max(x1, x2) + 1, std::max(y1, y2) + 1});
+  }
+  return out;
+}
+
+std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+  std::vector<PointLabel> labels;
+  std::vector<std::string> named;
+  const auto add = [&](std::size_t i, const std::string& text) {
+    labels.push_back({text, panel.x_of(i), panel.y_of(*chart.points[i].error)});
+    named.push_back(chart.points[i].family);
+  };
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    const SpeedPoint& point = chart.points[i];
+    const bool marked = point.*panel.frontier || (!panel.batches && point.right_size);
+    if (panel.shows(chart, i) && marked) add(i, point.label);
+  }
+  for (const std::size_t i : by_error(chart)) {
+    const std::string& family = chart.points[i].family;
+    if (panel.shows(chart, i) && std::find(named.begin(), named.end(), family) == named.end()) {
+      add(i, family);
+    }
+  }
+  for (std::size_t i = 0; i < chart.points.size() && !panel.batches; ++i) {
+    const SpeedPoint& point = chart.points[i];
+    if (!panel.shows(chart, i)) continue;
+    if (!panel.errors.holds(*point.error)) {
+      add(i, point.label + ": " + three_digits(*point.error));
+    } else if (point.standing == Standing::failed) {
+      add(i, point.label + ": " + point.remark);
+    }
+  }
+  return labels;
+}
+
+}  // namespace ertbench

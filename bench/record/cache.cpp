@@ -1,0 +1,64 @@
+#include "bench/record/cache.h"
+
+#include <xxhash.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "bench/record/version.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+
+std::string hash_of(const std::string& text) {
+  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
+  char digits[33];
+  std::snprintf(digits, sizeof digits, "%016llx%016llx",
+                static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return digits;
+}
+
+Cache Cache::standard() {
+  const char* folder = std::getenv("ERTBENCH_CACHE");
+  return Cache(folder && *folder ? std::filesystem::path(folder) : project_folder() / "cache");
+}
+
+Cache::Cache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
+  return folder_ / "datasets" / (spec.name + "-" + hash_of(to_json(spec).dump()) + ".h5");
+}
+
+std::string Cache::fitted_solver_key(const Experiment& experiment, const SolverEntry& entry) {
+  nlohmann::json solver = nlohmann::json::parse(entry.json);
+  solver.erase("label");
+  for (auto item = solver.begin(); item != solver.end();) {
+    item = item.key().starts_with("inference_") ? solver.erase(item) : std::next(item);
+  }
+  nlohmann::json key = {{"format_version", solver_file_version},
+                        {"solver", solver},
+                        {"sensor", to_json(experiment.sensor)}};
+  for (const std::filesystem::path& plugin : experiment.plugins) {
+    std::ifstream in(plugin, std::ios::binary);
+    key["plugins"].push_back(hash_of({std::istreambuf_iterator<char>(in), {}}));
+  }
+  if (experiment.training) key["training"] = to_json(*experiment.training);
+  if (experiment.validation) key["validation"] = to_json(*experiment.validation);
+  return key.dump();
+}
+
+std::filesystem::path Cache::fitted_solver(const Experiment& experiment,
+                                           const SolverEntry& entry) const {
+  return folder_ / "solvers" /
+         (entry.type + "-" + hash_of(fitted_solver_key(experiment, entry)) + ".fitted");
+}
+
+std::filesystem::path Cache::work_folder(const Experiment& experiment,
+                                         const SolverEntry& entry) const {
+  return fitted_solver(experiment, entry).replace_extension(".work");
+}
+
+}  // namespace ertbench

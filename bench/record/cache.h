@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "bench/experiment/experiment.h"
+
+namespace ertbench {
+
+/// 128 bits of `text`, 32 hexadecimal digits (XXH3).
+std::string hash_of(const std::string& text);
+
+/// Where datasets and fitted solvers are kept, under a hash of everything that determines them: the
+/// canonical JSON with every default filled in, seeds and format versions. Two experiments that
+/// name the same training set share it, and whatever was fitted to it; so do solvers that differ
+/// only in how they are applied (parameters that begin with "inference_").
+class Cache {
+ public:
+  /// $ERTBENCH_CACHE, else the folder `cache` beside the experiments.
+  static Cache standard();
+  explicit Cache(std::filesystem::path folder);
+
+  std::filesystem::path dataset(const DatasetSpec& spec) const;
+
+  /// The file of a fitted solver; what it was fitted with stands beside it under `.json`.
+  std::filesystem::path fitted_solver(const Experiment& experiment, const SolverEntry& entry) const;
+  /// Where the solver may leave checkpoints and logs while it is fitted.
+  std::filesystem::path work_folder(const Experiment& experiment, const SolverEntry& entry) const;
+  /// What the name of that file is a hash of.
+  static std::string fitted_solver_key(const Experiment& experiment, const SolverEntry& entry);
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,188 @@
+#include "bench/record/ladder_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "bench/record/cache.h"
+#include "bench/record/records.h"
+#include "core/atomic_file.h"
+#include "core/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+/// Raised whenever the same frames would be reported or judged otherwise, or the layout changes.
+constexpr int ladder_schema = 2;
+
+json number_json(const std::optional<double>& value) {
+  if (!value || !std::isfinite(*value)) return nullptr;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.5g", *value);
+  return std::strtod(text, nullptr);
+}
+
+std::optional<double> number_from(const json& value) {
+  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+}
+
+json image_json(const Eigen::RowVectorXd& image) {
+  json out = json::array();
+  for (const double pixel : image) out.push_back(number_json(pixel));
+  return out;
+}
+
+Eigen::RowVectorXd image_from(const json& values) {
+  Eigen::RowVectorXd image(static_cast<Eigen::Index>(values.size()));
+  for (Eigen::Index p = 0; p < image.size(); ++p) {
+    image[p] = number_from(values.at(static_cast<std::size_t>(p))).value_or(std::nan(""));
+  }
+  return image;
+}
+
+json level_json(const LadderLevel& level) {
+  json out = {{"level", json::parse(level.level)}};
+  if (!level.message.empty()) out["message"] = level.message;
+  for (const char* key : {"error", "distance", "peak", "status", "failed"}) {
+    out[key] = json::array();
+  }
+  for (const JudgedFrame& frame : level.frames) {
+    out["error"].push_back(number_json(frame.error));
+    out["distance"].push_back(number_json(frame.distance));
+    out["peak"].push_back(number_json(frame.peak));
+    out["status"].push_back(static_cast<int>(frame.status));
+    out["failed"].push_back(frame.failed);
+  }
+  return out;
+}
+
+LadderLevel level_from(const json& object) {
+  LadderLevel level;
+  level.level = object.at("level").dump();
+  level.message = object.value("message", "");
+  for (std::size_t i = 0; i < object.at("failed").size(); ++i) {
+    JudgedFrame frame;
+    frame.error = number_from(object.at("error").at(i));
+    frame.distance = number_from(object.at("distance").at(i));
+    frame.peak = number_from(object.at("peak").at(i));
+    frame.status = static_cast<FrameStatus>(object.at("status").at(i).get<int>());
+    frame.failed = object.at("failed").at(i).get<int>();
+    level.frames.push_back(frame);
+  }
+  return level;
+}
+
+json worst_json(const WorstFrame& worst) {
+  return {{"level", json::parse(worst.level)},
+          {"frame", worst.frame},
+          {"kind", static_cast<int>(worst.kind)},
+          {"error", number_json(worst.judged.error)},
+          {"distance", number_json(worst.judged.distance)},
+          {"peak", number_json(worst.judged.peak)},
+          {"failed", worst.judged.failed},
+          {"conductivity", image_json(worst.conductivity)},
+          {"change", image_json(worst.change)}};
+}
+
+WorstFrame worst_from(const json& object) {
+  WorstFrame worst;
+  worst.level = object.at("level").dump();
+  worst.frame = object.at("frame").get<int>();
+  worst.kind = static_cast<FailureKind>(object.at("kind").get<int>());
+  worst.judged.error = number_from(object.at("error"));
+  worst.judged.distance = number_from(object.at("distance"));
+  worst.judged.peak = number_from(object.at("peak"));
+  worst.judged.failed = object.at("failed").get<int>();
+  worst.conductivity = image_from(object.at("conductivity"));
+  worst.change = image_from(object.at("change"));
+  return worst;
+}
+
+}  // namespace
+
+double LadderLevel::number() const { return json::parse(level).get<double>(); }
+
+double LadderLevel::share() const {
+  if (frames.empty()) return 1;
+  const auto failed = std::count_if(frames.begin(), frames.end(),
+                                    [](const JudgedFrame& frame) { return frame.failed != 0; });
+  return static_cast<double>(failed) / static_cast<double>(frames.size());
+}
+
+int LadderLevel::count(FailureKind kind) const {
+  return static_cast<int>(std::count_if(frames.begin(), frames.end(),
+                                        [&](const JudgedFrame& frame) { return frame.has(kind); }));
+}
+
+LadderStep LadderLevel::step(std::size_t count) const {
+  LadderStep out{number(), std::vector<std::uint8_t>(count, 1)};
+  for (std::size_t f = 0; f < std::min(count, frames.size()); ++f) {
+    out.failed[f] = frames[f].failed != 0;
+  }
+  return out;
+}
+
+const LadderClimb* LadderRecord::find(const std::string& axis) const {
+  const auto found = std::find_if(axes.begin(), axes.end(),
+                                  [&](const LadderClimb& climb) { return climb.axis == axis; });
+  return found == axes.end() ? nullptr : &*found;
+}
+
+std::string ladder_key(const Experiment& experiment, const SolverEntry& entry) {
+  const Ladders& ladders = *experiment.ladders;
+  const FailureRule& rule = ladders.failure;
+  json key = {
+      {"schema", ladder_schema},
+      {"label", entry.label},
+      {"entry", entry.json},
+      {"solver", Cache::fitted_solver_key(experiment, entry)},
+      {"dataset", to_json(*experiment.find_dataset(ladders.dataset))},
+      {"failure", {rule.relative_error, rule.distance, rule.contact_threshold, rule.share}}};
+  for (const LadderAxis& axis : ladders.axes) {
+    if (axis.concerns(entry)) key["axes"].push_back(json::parse(axis.json));
+  }
+  return hash_of(key.dump());
+}
+
+void write_ladder_record(const Experiment& experiment, const SolverEntry& entry,
+                         const LadderRecord& record, const std::filesystem::path& folder) {
+  json out = {{"schema", ladder_schema},
+              {"key", ladder_key(experiment, entry)},
+              {"base", level_json(record.base)},
+              {"axes", json::array()}};
+  for (const LadderClimb& climb : record.axes) {
+    json axis = {{"axis", climb.axis}, {"levels", json::array()}};
+    for (const LadderLevel& level : climb.levels) axis["levels"].push_back(level_json(level));
+    if (climb.worst) axis["worst"] = worst_json(*climb.worst);
+    out["axes"].push_back(std::move(axis));
+  }
+  write_file_atomically(record_file(folder, entry, {Stage::ladders}), out.dump());
+}
+
+std::optional<LadderRecord> read_ladder_record(const Experiment& experiment,
+                                               const SolverEntry& entry,
+                                               const std::filesystem::path& folder) {
+  const std::filesystem::path file = record_file(folder, entry, {Stage::ladders});
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  try {
+    const json object = read_json_file(file);
+    if (object.at("key") != ladder_key(experiment, entry)) return std::nullopt;
+    LadderRecord record;
+    record.base = level_from(object.at("base"));
+    for (const json& axis : object.at("axes")) {
+      LadderClimb& climb = record.axes.emplace_back();
+      climb.axis = axis.at("axis").get<std::string>();
+      for (const json& level : axis.at("levels")) climb.levels.push_back(level_from(level));
+      if (axis.contains("worst")) climb.worst = worst_from(axis.at("worst"));
+    }
+    return record;
+  } catch (const std::exception&) {  // not a record of ours: made again
+    return std::nullopt;
+  }
+}
+
+}  // namespace ertbench

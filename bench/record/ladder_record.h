@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/experiment/experiment.h"
+#include "bench/score/breakdown.h"
+#include "bench/score/frame_failure.h"
+
+namespace ertbench {
+
+/// What a solver did at one level.
+struct LadderLevel {
+  std::string level;                ///< JSON text
+  std::vector<JudgedFrame> frames;  ///< none where the solver could not be made at this level
+  std::string message;              ///< why not
+
+  double number() const;  ///< the level's value; of a ladder with an order
+  double share() const;   ///< of failing frames; 1 where there are none
+  int count(FailureKind kind) const;
+  /// The level for breakdown.h: `frames` of them.
+  LadderStep step(std::size_t frames) const;
+};
+
+/// A frame to look at: of those that fail most often at the level where the solver breaks down, the
+/// one that fails worst.
+struct WorstFrame {
+  std::string level;  ///< JSON text
+  int frame = 0;
+  FailureKind kind = FailureKind::undefined;
+  JudgedFrame judged;
+  Eigen::RowVectorXd conductivity;  ///< [pixels] S/m, the truth
+  Eigen::RowVectorXd change;        ///< [pixels] S/m, the image; NaN where it was not finite
+};
+
+/// How one axis went.
+struct LadderClimb {
+  std::string axis;
+  std::vector<LadderLevel> levels;  ///< from the mildest, those of the bisection among them
+  std::optional<WorstFrame> worst;
+};
+
+/// `{"schema", "key", "base": {level}, "axes": [{"axis", "levels": [{"level", "error", "distance",
+/// "peak", "status", "failed": [frames], "message"}], "worst": {...}}]}`, numbers with five digits.
+/// "status" is the solver's FrameStatus: 0 ok, 1 not converged, 2 undefined, 3 suspect; "failed"
+/// the sum of 1 undefined, 2 worse than nothing, 4 misplaced, 8 contact where there is none.
+struct LadderRecord {
+  LadderLevel base;  ///< of the test set itself
+  std::vector<LadderClimb> axes;
+
+  const LadderClimb* find(const std::string& axis) const;
+};
+
+/// What became of one solver's ladders.
+struct LadderOutcome {
+  const SolverEntry* entry = nullptr;
+  std::optional<LadderRecord> record;
+  std::string failure;  ///< where there is none: "crashed: Aborted; see ..."
+};
+
+/// What determines it.
+std::string ladder_key(const Experiment& experiment, const SolverEntry& entry);
+
+void write_ladder_record(const Experiment& experiment, const SolverEntry& entry,
+                         const LadderRecord& record, const std::filesystem::path& folder);
+/// Nothing where there is no record with the right key, or none that can be read.
+std::optional<LadderRecord> read_ladder_record(const Experiment& experiment,
+                                               const SolverEntry& entry,
+                                               const std::filesystem::path& folder);
+
+}  // namespace ertbench

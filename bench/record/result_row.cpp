@@ -1,0 +1,222 @@
+#include "bench/record/result_row.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "core/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+json or_null(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
+}
+
+json or_null(const std::optional<Interval>& interval) {
+  return interval ? json{interval->low, interval->high} : json(nullptr);
+}
+
+json to_json(const MetricSummary& summary) {
+  return {{"mean", or_null(summary.mean)},
+          {"ci95", or_null(summary.ci95)},
+          {"median", or_null(summary.median)},
+          {"median_ci95", or_null(summary.median_ci95)},
+          {"count", summary.count},
+          {"undefined", summary.undefined}};
+}
+
+json to_json(const PerMetric<MetricSummary>& metrics) {
+  json out = json::object();
+  for (const Metric metric : kMetrics) out[name_of(metric)] = to_json(metrics[metric]);
+  return out;
+}
+
+json to_json(const LatencySummary& latency) {
+  return {{"p50", latency.p50},
+          {"p99", latency.p99},
+          {"max", latency.max},
+          {"p50_of_rounds", latency.p50_of_rounds}};
+}
+
+json or_null(const std::vector<std::optional<double>>& values) {
+  json out = json::array();
+  for (const auto& value : values) out.push_back(or_null(value));
+  return out;
+}
+
+/// Throws std::invalid_argument where `text` is not JSON.
+json parsed(const std::string& text, const ResultRow& row, const char* what) {
+  json value = json::parse(text, nullptr, false);
+  if (value.is_discarded()) {
+    throw std::invalid_argument("row " + row.label + ": " + what + " are not JSON: " + text);
+  }
+  return value;
+}
+
+json to_json(const SeedSpread& seeds, const ResultRow& row) {
+  json out = {{"values", seeds.values},
+              {"fit_s", or_null(seeds.fit_s)},
+              {"parameters", parsed(seeds.parameters_json, row, "the seeds' parameters")}};
+  for (const Metric metric : kMetrics) {
+    out["means"][name_of(metric)] = or_null(seeds.means[metric]);
+    out["deviation"][name_of(metric)] = or_null(seeds.deviation[metric]);
+  }
+  return out;
+}
+
+bool is_null(JsonObject& object, const char* key) { return object.raw(key).is_null(); }
+
+int count(JsonObject& object, const char* key) {
+  return object.integer(key, 0, std::numeric_limits<int>::max());
+}
+
+/// A string that may be empty.
+std::string any_text(JsonObject& object, const char* key) {
+  const json& value = object.raw(key);
+  if (!value.is_string()) object.fail(key, "must be a string");
+  return value.get<std::string>();
+}
+
+std::optional<double> number_or_null(JsonObject& object, const char* key) {
+  if (is_null(object, key)) return std::nullopt;
+  return object.number(key);
+}
+
+std::optional<Interval> interval_or_null(JsonObject& object, const char* key) {
+  if (is_null(object, key)) return std::nullopt;
+  const auto ends = object.numbers(key, 2);
+  return Interval{ends[0], ends[1]};
+}
+
+MetricSummary metric_summary_from_json(JsonObject object) {
+  MetricSummary summary;
+  summary.mean = number_or_null(object, "mean");
+  summary.ci95 = interval_or_null(object, "ci95");
+  summary.median = number_or_null(object, "median");
+  summary.median_ci95 = interval_or_null(object, "median_ci95");
+  summary.count = count(object, "count");
+  summary.undefined = count(object, "undefined");
+  object.finish();
+  return summary;
+}
+
+PerMetric<MetricSummary> metrics_from_json(JsonObject object) {
+  PerMetric<MetricSummary> metrics;
+  for (const Metric metric : kMetrics) {
+    metrics[metric] = metric_summary_from_json(object.object(name_of(metric)));
+  }
+  object.finish();
+  return metrics;
+}
+
+std::vector<std::optional<double>> numbers_or_null(JsonObject& object, const char* key,
+                                                   std::size_t size) {
+  const json& values = object.raw(key);
+  if (!values.is_array() || values.size() != size) {
+    object.fail(key, "must be a list of " + std::to_string(size) + " numbers, one for each seed");
+  }
+  std::vector<std::optional<double>> out;
+  for (const json& value : values) {
+    if (!value.is_null() && !value.is_number()) object.fail(key, "must hold numbers or null");
+    out.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+  }
+  return out;
+}
+
+SeedSpread seeds_from_json(JsonObject object) {
+  SeedSpread seeds;
+  const json& values = object.raw("values");
+  const bool whole =
+      values.is_array() && std::all_of(values.begin(), values.end(),
+                                       [](const json& v) { return v.is_number_integer(); });
+  if (!whole) object.fail("values", "must be a list of whole numbers");
+  seeds.values = values.get<std::vector<int>>();
+  JsonObject means = object.object("means");
+  JsonObject deviation = object.object("deviation");
+  for (const Metric metric : kMetrics) {
+    seeds.means[metric] = numbers_or_null(means, name_of(metric), seeds.values.size());
+    seeds.deviation[metric] = number_or_null(deviation, name_of(metric));
+  }
+  means.finish();
+  deviation.finish();
+  seeds.fit_s = numbers_or_null(object, "fit_s", seeds.values.size());
+  seeds.parameters_json = object.raw("parameters").dump();
+  object.finish();
+  return seeds;
+}
+
+LatencySummary latency_from_json(JsonObject object) {
+  LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"), {}};
+  const json& rounds = object.raw("p50_of_rounds");
+  const bool numbers =
+      rounds.is_array() &&
+      std::all_of(rounds.begin(), rounds.end(), [](const json& v) { return v.is_number(); });
+  if (!numbers) object.fail("p50_of_rounds", "must be a list of numbers");
+  latency.p50_of_rounds = rounds.get<std::vector<double>>();
+  object.finish();
+  return latency;
+}
+
+}  // namespace
+
+json to_json(const ResultRow& row) {
+  json parameters = parsed(row.parameters_json, row, "parameters");
+  json out = {{"label", row.label},
+              {"type", row.type},
+              {"family", row.family},
+              {"dataset", row.dataset},
+              {"status", row.status},
+              {"message", row.message},
+              {"parameters", std::move(parameters)},
+              {"frames", row.frames},
+              {"undefined_frames", row.undefined_frames},
+              {"frames_not_converged", row.frames_not_converged},
+              {"suspect_frames", row.suspect_frames},
+              {"metrics", to_json(row.metrics)},
+              {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
+              {"calibration_us", or_null(row.calibration_us)},
+              {"frames_per_s", or_null(row.frames_per_s)},
+              {"throughput_batch", row.throughput_batch},
+              {"fit_s", or_null(row.fit_s)},
+              {"peak_rss_mb", or_null(row.peak_rss_mb)}};
+  if (row.validation) out["validation"] = to_json(*row.validation);
+  if (row.seeds) out["seeds"] = to_json(*row.seeds, row);
+  if (!row.sweep_json.empty()) out["sweep"] = parsed(row.sweep_json, row, "the sweep's values");
+  return out;
+}
+
+ResultRow result_row_from_json(JsonObject object) {
+  ResultRow row;
+  row.label = object.text("label");
+  row.type = object.text("type");
+  row.family = any_text(object, "family");
+  row.dataset = object.text("dataset");
+  row.status = object.text("status");
+  row.message = any_text(object, "message");
+  row.parameters_json = object.raw("parameters").dump();
+  row.frames = count(object, "frames");
+  row.undefined_frames = count(object, "undefined_frames");
+  row.frames_not_converged = count(object, "frames_not_converged");
+  row.suspect_frames = count(object, "suspect_frames");
+  row.metrics = metrics_from_json(object.object("metrics"));
+  if (object.has("validation")) row.validation = metrics_from_json(object.object("validation"));
+  if (!is_null(object, "latency_us")) {
+    row.latency_us = latency_from_json(object.object("latency_us"));
+  }
+  row.calibration_us = number_or_null(object, "calibration_us");
+  row.frames_per_s = number_or_null(object, "frames_per_s");
+  row.throughput_batch = count(object, "throughput_batch");
+  row.fit_s = number_or_null(object, "fit_s");
+  row.peak_rss_mb = number_or_null(object, "peak_rss_mb");
+  if (object.has("seeds")) row.seeds = seeds_from_json(object.object("seeds"));
+  if (object.has("sweep")) row.sweep_json = object.object("sweep").value().dump();
+  object.finish();
+  return row;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/score/bootstrap.h"
+#include "bench/score/metrics.h"
+
+namespace ertbench {
+
+class JsonObject;
+
+/// Time from raw voltages to the finished image of one frame, batch 1, one thread; µs.
+struct LatencySummary {
+  double p50 = 0;
+  double p99 = 0;
+  double max = 0;
+  /// The medians of the rounds in which the frames were timed, other solvers' rounds between them.
+  std::vector<double> p50_of_rounds = {};
+
+  bool operator==(const LatencySummary&) const = default;
+};
+
+/// What the training runs of one solver gave, each with a seed of its own.
+struct SeedSpread {
+  std::vector<int> values;                              ///< the seeds whose numbers are in the row
+  PerMetric<std::vector<std::optional<double>>> means;  ///< [seeds]
+  /// Sample standard deviation of the means; without a value where fewer than two have one.
+  PerMetric<std::optional<double>> deviation;
+  std::vector<std::optional<double>> fit_s;  ///< [seeds]
+  /// What is not the same for all seeds, JSON text: a list with an object for each.
+  std::string parameters_json = "[]";
+};
+
+/// What one solver did on one test set: an entry of summary.json's "rows". What was not measured,
+/// or came out not finite, has no value and is null in the JSON.
+struct ResultRow {
+  std::string label;
+  std::string type;                    ///< the solver's, or "no-contact", "truth"
+  std::string dataset;                 ///< name of the test set
+  std::string status = "ok";           ///< or "failed", "timed out", "crashed", ...
+  std::string message;                 ///< why it is not ok; may have several lines
+  std::string parameters_json = "{}";  ///< the parameters in use (first seed's), JSON text
+  int frames = 0;
+  int undefined_frames = 0;      ///< frames without a usable image
+  int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
+  int suspect_frames = 0;  ///< frames that the solver would not trust; in all averages like others
+  PerMetric<MetricSummary> metrics;
+  /// The same on the validation set, where the experiment chooses sizes by it.
+  std::optional<PerMetric<MetricSummary>> validation;
+  std::optional<LatencySummary> latency_us;
+  /// What calibration_us() took in the same process, a unit that latencies on different machines
+  /// can be compared in; µs.
+  std::optional<double> calibration_us;
+  std::optional<double> frames_per_s;  ///< throughput, with a batch
+  int throughput_batch = 0;            ///< frames in that batch; 0 where it was not measured
+  std::optional<double> fit_s;
+  std::optional<double> peak_rss_mb;
+  std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
+  std::string family;               ///< rows that differ by one setting share it; else the label
+  std::string sweep_json;           ///< the values of a sweep, JSON text; empty without one
+
+  bool ok() const { return status == "ok"; }
+};
+
+/// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
+/// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
+/// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
+/// "max", "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
+/// "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
+/// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
+/// {"alpha", ...}` where there are any. Throws std::invalid_argument where a JSON text is not JSON.
+nlohmann::json to_json(const ResultRow& row);
+
+/// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type.
+ResultRow result_row_from_json(JsonObject object);
+
+}  // namespace ertbench

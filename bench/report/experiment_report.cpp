@@ -1,0 +1,194 @@
+#include "bench/report/experiment_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "bench/analysis/chart_text.h"
+#include "bench/analysis/speed_tables.h"
+#include "bench/report/table_cells.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+/// A cell in lines.
+std::string text_of(const Cell& cell) {
+  std::string out;
+  for (const std::string& line : cell) out += (out.empty() ? "" : "\n") + line;
+  return out;
+}
+
+ReportSection results_section(const CellTable& cells) {
+  ReportSection section;
+  section.title = "Results: " + cells.dataset;
+  section.text = cells.description;
+  TextTable table{"Test set " + cells.dataset, cells.head, {}};
+  for (const auto& row : cells.rows) {
+    std::vector<std::string>& texts = table.rows.emplace_back();
+    for (const Cell& cell : row) texts.push_back(text_of(cell));
+  }
+  section.tables = {table};
+  section.notes = cells.notes;
+  return section;
+}
+
+ReportSection reading_section(const std::vector<ResultRow>& rows, const TableText& text) {
+  ReportSection section;
+  section.title = "How to read the tables";
+  section.text =
+      "Beside this page: the same tables as table.md, table.csv (all digits) and table.tex; "
+      "summary.json with the parameters in use and the medians; a record of every frame.";
+  section.notes = legend(rows, text);
+  return section;
+}
+
+std::string caption_of(const ChartSpec& chart) {
+  std::string what;
+  switch (chart.type) {
+    case ChartSpec::Type::bars:
+      what = "means with their 95 % intervals";
+      break;
+    case ChartSpec::Type::heat_map:
+      what = "means over the swept parameters";
+      break;
+    case ChartSpec::Type::speed_accuracy:
+      what = "medians of the " + axis_title(chart.metrics.front()) + " over the time of a frame";
+      break;
+  }
+  return what + ", test set " + chart.dataset;
+}
+
+/// Charts without tables share a section; one of speed and accuracy has its own.
+std::vector<ReportSection> chart_sections(const Experiment& experiment,
+                                          const std::vector<ResultRow>& rows,
+                                          const std::filesystem::path& folder) {
+  ReportSection charts;
+  charts.title = "Charts";
+  std::vector<ReportSection> sections;
+  for (const ChartSpec& spec : experiment.charts) {
+    const ReportFigure figure{spec.name, folder / (spec.name + ".svg"), caption_of(spec)};
+    if (spec.type != ChartSpec::Type::speed_accuracy) {
+      charts.figures.push_back(figure);
+      continue;
+    }
+    const SpeedAccuracy speed = speed_accuracy_of(spec, rows);
+    ReportSection section;
+    section.title = "Speed and accuracy: " + spec.dataset;
+    section.text = speed_notes(speed);
+    section.tables = speed_tables(speed);
+    section.figures = {figure};
+    sections.push_back(section);
+  }
+  if (!charts.figures.empty()) sections.insert(sections.begin(), charts);
+  return sections;
+}
+
+ReportSection reconstructions_section(const Experiment& experiment,
+                                      const std::filesystem::path& folder) {
+  ReportSection section;
+  section.title = "Reconstructions";
+  section.figures = {{"True images and reconstructions", folder / "reconstructions.svg",
+                      "scenes of the test set " + experiment.tests.front().name +
+                          ", below each image its relative error of δσ"}};
+  return section;
+}
+
+ReportSection training_section(const std::vector<std::string>& trained,
+                               const std::filesystem::path& folder) {
+  ReportSection section;
+  section.title = "Training curves";
+  section.text = "All values of each epoch are in training/, a CSV file for each training run.";
+  section.collapsed = true;
+  for (const std::string& label : trained) {
+    section.figures.push_back({label, folder / "training" / (label + ".svg"),
+                               "losses and validation error; dots mark the epochs that were kept"});
+  }
+  return section;
+}
+
+std::string value_text(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_object()) return value.dump();
+  std::string out;
+  for (const auto& [key, part] : value.items()) {
+    out += (out.empty() ? "" : ", ") + key + " " + value_text(part);
+  }
+  return out;
+}
+
+/// "1, 2, 3" of each label that was trained more than once.
+std::string training_seeds(const std::vector<ResultRow>& rows, const std::string& dataset) {
+  std::string out;
+  for (const ResultRow& row : rows) {
+    if (!row.seeds || row.dataset != dataset) continue;
+    std::string seeds;
+    for (const int seed : row.seeds->values) {
+      seeds += (seeds.empty() ? "" : ", ") + std::to_string(seed);
+    }
+    out += (out.empty() ? "" : "; ") + row.label + ": " + seeds;
+  }
+  return out;
+}
+
+/// JSON with a line for each setting of each dataset.
+std::string recipes_text(const json& datasets) {
+  std::string out;
+  for (const auto& [name, recipe] : datasets.items()) {
+    out += (out.empty() ? "{\n" : ",\n") + json(name).dump() + ": {";
+    const char* separator = "\n  ";
+    for (const auto& [key, value] : recipe.items()) {
+      out += separator + json(key).dump() + ": " + value.dump();
+      separator = ",\n  ";
+    }
+    out += "\n}";
+  }
+  return out + "\n}";
+}
+
+std::vector<ReportSection> provenance_sections(const Experiment& experiment,
+                                               const std::vector<ResultRow>& rows,
+                                               const json& provenance) {
+  ReportSection origin;
+  origin.title = "Provenance";
+  TextTable table{"What the numbers were made with", {"what", "value"}, {}};
+  for (const auto& [key, value] : provenance.items()) {
+    if (key == "datasets") continue;
+    table.rows.push_back({key == "seeds" ? "seeds of datasets" : key, value_text(value)});
+    const std::string trained = training_seeds(rows, experiment.tests.front().name);
+    if (key == "seeds" && !trained.empty()) table.rows.push_back({"seeds of training", trained});
+  }
+  origin.tables = {table};
+  ReportSection recipes;
+  recipes.title = "Recipes of the datasets";
+  recipes.code = recipes_text(provenance.at("datasets"));
+  recipes.collapsed = true;
+  return {origin, recipes};
+}
+
+}  // namespace
+
+Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                 const TableText& text, const std::vector<std::string>& trained,
+                 const std::vector<ReportSection>& ladders, const json& provenance,
+                 const std::filesystem::path& folder) {
+  Report report;
+  report.title = experiment.title;
+  if (experiment.question != experiment.title) report.question = experiment.question;
+  const auto append = [&](const std::vector<ReportSection>& sections) {
+    report.sections.insert(report.sections.end(), sections.begin(), sections.end());
+  };
+  for (const CellTable& table : cell_tables(rows, text)) append({results_section(table)});
+  append({reading_section(rows, text)});
+  append(ladders);
+  append(chart_sections(experiment, rows, folder));
+  if (!experiment.figure_scenes.empty()) append({reconstructions_section(experiment, folder)});
+  if (!trained.empty()) append({training_section(trained, folder)});
+  append(provenance_sections(experiment, rows, provenance));
+  ReportSection again;
+  again.title = "To make it again";
+  again.code = text.command;
+  append({again});
+  return report;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,76 @@
+#include "bench/report/ladder_report.h"
+
+#include <algorithm>
+
+#include "bench/analysis/detection.h"
+#include "bench/plot/ladder_chart.h"
+#include "bench/plot/ladder_figures.h"
+#include "core/atomic_file.h"
+
+namespace ertbench {
+
+std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
+                                                const std::vector<LadderOutcome>& outcomes,
+                                                const std::filesystem::path& folder) {
+  if (!experiment.ladders) return {};
+  const Ladders& ladders = *experiment.ladders;
+  const std::vector<AxisBreakdown> breakdowns = breakdowns_of(ladders, outcomes);
+  const std::string title = experiment.title + ": where it breaks";
+  write_file_atomically(folder / "breakdown.csv", breakdown_csv(breakdowns));
+  write_file_atomically(folder / "breakdown.md", breakdown_markdown(title, ladders, breakdowns));
+  write_file_atomically(folder / "levels.csv", levels_csv(outcomes));
+  const std::vector<AxisDetection> detections = detections_of(outcomes);
+  const std::string detection_title = experiment.title + ": does it say so?";
+  write_file_atomically(folder / "detection.csv", detection_csv(detections));
+  write_file_atomically(folder / "detection.md",
+                        detection_markdown(detection_title, ladders, detections));
+
+  ReportSection table;
+  table.title = "Where it breaks";
+  table.text = "All levels are variants of the test set " + ladders.dataset +
+               ", one condition made worse at a time; every solver sees the same frames. The same "
+               "numbers are in breakdown.csv, every level in levels.csv.";
+  if (const auto map = ladder_map_of(title, breakdowns)) {
+    draw_heat_map(*map, folder / "breakdown");
+    table.figures.push_back({"Where each solver breaks down", folder / "breakdown.svg",
+                             "dark: early on the ladder; light: late or never"});
+  }
+  table.tables = {breakdown_table(breakdowns)};
+  table.notes = breakdown_notes(ladders);
+
+  ReportSection detection;
+  detection.title = "Does it say so?";
+  detection.text =
+      "Of the frames that fail, how many the solver itself reports as suspect, not converged or "
+      "undefined; and of those that do not fail, how many it reports so all the same. The same "
+      "numbers are in detection.csv.";
+  detection.tables = detection_tables(ladders, detections);
+  detection.notes = detection_notes();
+
+  ReportSection charts;
+  charts.title = "Failures and errors over the level";
+  for (const LadderAxis& axis : ladders.axes) {
+    const bool climbed = std::any_of(outcomes.begin(), outcomes.end(), [&](const auto& outcome) {
+      return outcome.record && outcome.record->find(axis.name);
+    });
+    if (!climbed) continue;
+    const std::string name = "ladder_" + axis.name;
+    draw_ladder_chart(ladders, axis, outcomes, folder / name);
+    charts.figures.push_back({axis.title, folder / (name + ".svg"),
+                              "failing frames and relative error, mildest level on the left"});
+  }
+  std::vector<ReportSection> sections = {table, detection};
+  if (!charts.figures.empty()) sections.push_back(charts);
+
+  if (draw_gallery(ladders, outcomes, experiment.sensor, folder / "worst_frames")) {
+    ReportSection gallery;
+    gallery.title = "Worst frames";
+    gallery.figures = {{"What failure looks like", folder / "worst_frames.svg",
+                        "of each kind of failure the worst frame at the level where the solver "
+                        "breaks down"}};
+    sections.push_back(gallery);
+  }
+  return sections;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/table/text_table.h"
+
+namespace ertbench {
+
+/// A chart that has been drawn.
+struct ReportFigure {
+  std::string title;
+  std::filesystem::path svg;  ///< its file, which is copied into the page
+  std::string caption;        ///< behind the title; may be empty
+};
+
+/// A heading and what stands below it, in this order; all but the title may be empty. All texts are
+/// plain and escaped when they are printed.
+struct ReportSection {
+  std::string title;
+  std::string text;  ///< paragraphs, an empty line between them
+  std::vector<ReportFigure> figures;
+  /// In a cell "\n" begins a new line, in smaller type. The first cell of a row names it; more
+  /// lines there say what went wrong with it. Columns of numbers are found by their cells.
+  std::vector<TextTable> tables;
+  std::vector<std::string> notes;  ///< a list
+  std::string code;                ///< shown as it is: a command, a file
+  bool collapsed = false;          ///< opened by a click, and for printing
+};
+
+/// The page that a reader of an experiment's results opens.
+struct Report {
+  std::string title;
+  std::string question;  ///< may be empty
+  std::vector<ReportSection> sections;
+};
+
+/// One HTML file that needs nothing beside it: charts inlined, no script but the one that opens
+/// collapsed sections for printing, no reference to another file. Wide tables and charts scroll in
+/// boxes of their own. Throws InputError where an SVG cannot be read, std::invalid_argument where
+/// it is none or a table's rows are not as long as its header.
+std::string report_html(const Report& report);
+
+}  // namespace ertbench

@@ -1,0 +1,221 @@
+#include "bench/report/results.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "bench/analysis/speed_accuracy.h"
+#include "bench/plot/charts.h"
+#include "bench/plot/reconstruction_figure.h"
+#include "bench/record/provenance.h"
+#include "bench/report/experiment_report.h"
+#include "bench/report/ladder_report.h"
+#include "bench/report/table.h"
+#include "bench/report/training_results.h"
+#include "bench/score/bootstrap.h"
+#include "core/atomic_file.h"
+#include "core/text.h"
+#include "forward/data/dataset_file.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string interval_text(const std::pair<double, double>& interval) {
+  char text[64];
+  if (interval.first == interval.second) {
+    std::snprintf(text, sizeof text, "%g", interval.first);
+  } else {
+    std::snprintf(text, sizeof text, "%g to %g", interval.first, interval.second);
+  }
+  return text;
+}
+
+/// A dataset in a sentence, for the tables' legends.
+std::string description(const DatasetSpec& spec) {
+  std::string text = std::to_string(spec.count) + " scenes, ";
+  if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
+    std::string shapes;
+    for (const DrawnShape shape : d->shapes) {
+      shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
+    }
+    text += interval_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
+            interval_text(d->radius) + " (sheet [-1, 1] x [-1, 1]), conductivity " +
+            interval_text(d->conductivity_ratio) + " of the background, placed " +
+            (d->inside ? "inside the sheet" : "with their centres inside the sheet");
+  } else {
+    text += "listed in the experiment";
+  }
+  if (spec.grid == DatasetSpec::grid_auto) {
+    char fraction[64];
+    std::snprintf(fraction, sizeof fraction, "%g", spec.model_error);
+    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
+  } else {
+    text += "; voltages from a " + std::to_string(spec.grid) + " x " + std::to_string(spec.grid) +
+            " grid" + (spec.grid == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  }
+  if (spec.noise.snr_db) {
+    char snr[64];
+    std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *spec.noise.snr_db,
+                  name_of(spec.noise.basis));
+    text += snr;
+  } else {
+    text += "no noise";
+  }
+  if (spec.faults.any()) text += "; faults " + to_json(spec.faults).dump();
+  return text + "; seed " + std::to_string(spec.seed);
+}
+
+/// Truth of the figure's scenes and the column of every solver.
+void draw_figure(const Experiment& experiment, const Cache& cache, const ExperimentResults& results,
+                 const fs::path& folder) {
+  if (experiment.figure_scenes.empty()) return;
+  const DatasetSpec& test = experiment.tests.front();
+  const DatasetFile set(cache.dataset(test));
+  const auto count = static_cast<Eigen::Index>(experiment.figure_scenes.size());
+  ReconstructionFigure figure;
+  figure.sensor = experiment.sensor;
+  figure.conductivity.resize(count, experiment.sensor.pixels());
+  std::vector<Scene> scenes;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const int scene = experiment.figure_scenes[static_cast<std::size_t>(i)];
+    const auto index = static_cast<std::uint64_t>(scene);
+    figure.conductivity.row(i) = set.conductivity(index, 1);
+    scenes.push_back(set.scenes(index, 1).front());
+    figure.row_labels.push_back("scene " + std::to_string(scene));
+  }
+  for (const auto& trials : experiment.rows()) {
+    FigureColumn column;
+    column.label = trials.front().label;
+    const auto images = results.images.find(column.label);
+    if (images != results.images.end()) {
+      column.changes = images->second;
+      for (Eigen::Index i = 0; i < count; ++i) {
+        column.errors.push_back(
+            frame_metrics(experiment.sensor, figure.conductivity.row(i), column.changes.row(i),
+                          scenes[static_cast<std::size_t>(i)])[Metric::relative_error]);
+      }
+    } else {
+      const auto row = std::find_if(results.rows.begin(), results.rows.end(),
+                                    [&](const ResultRow& r) { return r.label == column.label; });
+      column.failure = row == results.rows.end() ? "not run" : row->status;
+    }
+    figure.columns.push_back(std::move(column));
+  }
+  draw_reconstruction_figure(figure, folder / "reconstructions");
+}
+
+std::string cell(const std::optional<double>& value, const char* format) {
+  if (!value) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, format, *value);
+  return text;
+}
+
+}  // namespace
+
+void write_results(const Experiment& experiment, const Cache& cache,
+                   const ExperimentResults& results, const fs::path& folder) {
+  TableText text;
+  text.title = experiment.title;
+  text.published = experiment.published;
+  text.command = "./ertbench run " + experiment.file.string();
+  for (const DatasetSpec& test : experiment.tests) {
+    text.dataset_descriptions[test.name] = description(test);
+  }
+  nlohmann::json summary = {{"schema", 1},
+                            {"experiment", experiment.name},
+                            {"title", experiment.title},
+                            {"question", experiment.question},
+                            {"command", text.command},
+                            {"provenance", provenance(experiment, results.jobs)},
+                            {"rows", nlohmann::json::array()}};
+  for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
+  write_file_atomically(folder / "table.md", markdown_table(results.rows, text));
+  write_file_atomically(folder / "table.csv", csv_table(results.rows, experiment.published));
+  write_file_atomically(folder / "table.tex", latex_table(results.rows, text));
+  draw_figure(experiment, cache, results, folder);
+  for (const ChartSpec& chart : experiment.charts) {
+    draw(chart, results.rows, experiment.title, folder);
+    if (chart.type != ChartSpec::Type::speed_accuracy) continue;
+    summary["speed_accuracy"][chart.name] = to_json(speed_accuracy_of(chart, results.rows));
+  }
+  std::vector<std::string> trained;
+  for (const auto& [label, sources] : results.training) {
+    if (write_training_results(label, sources, folder / "training")) trained.push_back(label);
+  }
+  const std::vector<ReportSection> ladders =
+      write_ladder_results(experiment, results.ladders, folder);
+  const Report report =
+      report_of(experiment, results.rows, text, trained, ladders, summary.at("provenance"), folder);
+  write_file_atomically(folder / "report.html", report_html(report));
+  write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+}
+
+std::string console_table(const std::vector<ResultRow>& rows) {
+  std::string out;
+  std::string dataset;
+  std::size_t width = 10;
+  for (const ResultRow& row : rows) width = std::max(width, row.label.size());
+  const auto pad = [](std::string text, std::size_t size) {
+    text.resize(std::max(size, text.size()), ' ');
+    return text;
+  };
+  for (const ResultRow& row : rows) {
+    if (row.dataset != dataset) {
+      dataset = row.dataset;
+      out += "\n" + pad(dataset, width) +
+             "      AR     RES      PE     RIE  rel.err  p50 us   p99 us   frames/s  status\n";
+    }
+    const auto mean = [&](Metric metric) { return row.metrics[metric].mean; };
+    const auto latency = [&](double LatencySummary::*part) {
+      return row.latency_us ? std::optional<double>((*row.latency_us).*part) : std::nullopt;
+    };
+    const std::string numbers[] = {cell(mean(Metric::AR), "%.3f"),
+                                   cell(mean(Metric::RES), "%.2f"),
+                                   cell(mean(Metric::PE), "%.4f"),
+                                   cell(mean(Metric::RIE), "%.4f"),
+                                   cell(mean(Metric::relative_error), "%.4f"),
+                                   cell(latency(&LatencySummary::p50), "%.1f"),
+                                   cell(latency(&LatencySummary::p99), "%.1f"),
+                                   cell(row.frames_per_s, "%.0f")};
+    constexpr std::size_t widths[] = {8, 8, 8, 8, 9, 8, 9, 11};
+    out += pad(row.label, width);
+    for (std::size_t i = 0; i < std::size(numbers); ++i) {
+      out += std::string(widths[i] - std::min(widths[i], numbers[i].size()), ' ') + numbers[i];
+    }
+    out += "  " + row.status;
+    if (row.undefined_frames > 0) out += ", " + std::to_string(row.undefined_frames) + " undefined";
+    if (row.frames_not_converged > 0) {
+      out += ", " + std::to_string(row.frames_not_converged) + " not converged";
+    }
+    if (row.suspect_frames > 0) out += ", " + std::to_string(row.suspect_frames) + " suspect";
+    out += "\n";
+    if (row.seeds && row.seeds->values.size() > 1) {
+      const auto spread = [&](Metric metric, const char* format) {
+        const std::string number = cell(row.seeds->deviation[metric], format);
+        return number == "-" ? number : "±" + number;
+      };
+      const std::string deviations[] = {spread(Metric::AR, "%.3f"), spread(Metric::RES, "%.2f"),
+                                        spread(Metric::PE, "%.4f"), spread(Metric::RIE, "%.4f"),
+                                        spread(Metric::relative_error, "%.4f")};
+      out += std::string(width, ' ');
+      for (std::size_t i = 0; i < std::size(deviations); ++i) {
+        const std::size_t used = character_count(deviations[i]);
+        out += std::string(widths[i] - std::min(widths[i], used), ' ') + deviations[i];
+      }
+      out += "  over " + std::to_string(row.seeds->values.size()) + " seeds\n";
+    }
+    if (!row.message.empty()) out += "    " + row.message + "\n";
+  }
+  return out;
+}
+
+void report_results(const Experiment& experiment, const Cache& cache,
+                    const ExperimentResults& results, const fs::path& folder) {
+  write_results(experiment, cache, results, folder);
+  std::printf("%s\nResults in %s\n", console_table(results.rows).c_str(), folder.c_str());
+}
+
+}  // namespace ertbench

@@ -1,0 +1,51 @@
+#include "bench/report/training_results.h"
+
+#include <spdlog/spdlog.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "bench/plot/training_chart.h"
+#include "core/atomic_file.h"
+#include "core/errors.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<double> best_epoch(const std::string& parameters_json) {
+  const auto parameters = nlohmann::json::parse(parameters_json, nullptr, false);
+  if (!parameters.is_object() || !parameters.contains("training")) return std::nullopt;
+  const nlohmann::json& training = parameters.at("training");
+  if (!training.is_object() || !training.contains("best_epoch")) return std::nullopt;
+  const nlohmann::json& epoch = training.at("best_epoch");
+  return epoch.is_number() ? std::optional(epoch.get<double>()) : std::nullopt;
+}
+
+}  // namespace
+
+bool write_training_results(const std::string& label, const std::vector<TrainingSource>& sources,
+                            const fs::path& folder) {
+  TrainingChart chart;
+  chart.title = label;
+  for (const TrainingSource& source : sources) {
+    if (!fs::exists(source.log)) continue;
+    fs::create_directories(folder);
+    std::ifstream in(source.log, std::ios::binary);
+    write_file_atomically(folder / (source.stem + ".csv"),
+                          std::string(std::istreambuf_iterator<char>(in), {}));
+    try {
+      chart.runs.push_back(
+          {source.title, read_training_curves(source.log), best_epoch(source.parameters_json)});
+    } catch (const InputError& error) {
+      spdlog::warn("{}: {}", source.stem, error.what());
+    }
+  }
+  if (chart.runs.empty()) return false;
+  draw_training_chart(chart, folder / label);
+  return true;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,235 @@
+#include "bench/run/ladder_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "bench/record/progress_file.h"
+#include "bench/record/records.h"
+#include "bench/run/fitted_solver.h"
+#include "core/errors.h"
+#include "forward/data/generate.h"
+#include "forward/data/scene_model.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int halvings = 6;
+
+/// A test set, or a part of one, in memory.
+struct TestBlock {
+  Frames changes;       ///< [frames, channels] V, from the recorded reference
+  Images conductivity;  ///< [frames, pixels] S/m, the truth
+  std::vector<Scene> scenes;
+};
+
+/// Makes test sets; the forward models are kept.
+class TestBlocks {
+ public:
+  TestBlock make(const DatasetSpec& spec, std::uint64_t first, std::uint64_t count) {
+    const auto model = models_.try_emplace(spec.grid, spec.sensor, spec.grid).first;
+    const DatasetBlock block = generate_block(spec, model->second, first, count);
+    const Eigen::VectorXd reference =
+        recorded_reference(spec.faults, model->second.reference_voltages());
+    TestBlock out{block.voltages.rowwise() - reference.transpose(), block.conductivity, {}};
+    for (std::uint64_t i = first; i < first + count; ++i) out.scenes.push_back(spec.scene(i));
+    return out;
+  }
+
+ private:
+  std::map<int, SceneModel> models_;  ///< by grid
+};
+
+/// Images of the block; those that are not usable are NaN.
+Images images_of(const Solver& solver, const Sensor& sensor, const TestBlock& block,
+                 std::vector<FrameReport>& reports) {
+  Images images(block.changes.rows(), sensor.pixels());
+  reports.assign(static_cast<std::size_t>(images.rows()), {});
+  solver.reconstruct(block.changes, images, reports);
+  return images;
+}
+
+double severity(const JudgedFrame& frame, FailureKind kind) {
+  switch (kind) {
+    case FailureKind::worse_than_nothing:
+      return frame.error.value_or(0);
+    case FailureKind::misplaced:
+      return frame.distance.value_or(0);
+    case FailureKind::ghost:
+      return frame.peak.value_or(0);
+    case FailureKind::undefined:
+      break;
+  }
+  return 0;
+}
+
+/// The level to show: where the limit is first exceeded, else the one with the most failures.
+const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<LadderLevel>& levels,
+                                 double limit) {
+  const LadderLevel* worst = nullptr;
+  for (const LadderLevel& level : levels) {
+    if (level.frames.empty()) continue;
+    if (!axis.categories && level.share() > limit) return &level;
+    if (level.share() > (worst ? worst->share() : 0)) worst = &level;
+  }
+  return worst;
+}
+
+class Climber {
+ public:
+  Climber(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
+          SolverRegistry& registry, int threads, const std::filesystem::path& folder)
+      : experiment_(experiment),
+        entry_(entry),
+        cache_(cache),
+        registry_(registry),
+        threads_(threads),
+        progress_path_(record_file(folder, entry, {Stage::ladders}, ".progress")),
+        base_(*experiment.find_dataset(experiment.ladders->dataset)),
+        base_block_(blocks_.make(base_, 0, base_.count)),
+        fitted_(fitted_solver(experiment, entry, cache, registry, threads, progress_path_)),
+        progress_(progress_path_) {
+    for (const LadderAxis& axis : experiment.ladders->axes) {
+      if (axis.concerns(entry)) total_ += axis.levels.size();
+    }
+  }
+
+  LadderRecord run() {
+    LadderRecord record;
+    record.base = judged(*fitted_.solver, base_block_, "null");
+    for (const LadderAxis& axis : experiment_.ladders->axes) {
+      if (axis.concerns(entry_)) record.axes.push_back(climb(axis));
+    }
+    return record;
+  }
+
+ private:
+  LadderClimb climb(const LadderAxis& axis) {
+    const double limit = experiment_.ladders->failure.share;
+    std::uint64_t own = 0;
+    LadderClimb out{axis.name, {}, std::nullopt};
+    out.levels = climb_ladder(axis, limit, [&](const std::string& level) {
+      progress_.update(done_ + std::min<std::uint64_t>(own++, axis.levels.size()), total_,
+                       axis.name + " " + level_text(level));
+      return evaluate(axis, level);
+    });
+    done_ += axis.levels.size();
+    if (const LadderLevel* level = telling_level(axis, out.levels, limit)) {
+      out.worst = worst_of(axis, *level);
+    }
+    return out;
+  }
+
+  LadderLevel evaluate(const LadderAxis& axis, const std::string& level) {
+    if (!axis.of_parameter()) {
+      const DatasetSpec spec = dataset_at(experiment_, axis, level);
+      return judged(*fitted_.solver, blocks_.make(spec, 0, spec.count), level);
+    }
+    try {
+      return judged(*refitted(axis, level), base_block_, level);
+    } catch (const std::exception& error) {
+      return {level, {}, error.what()};
+    }
+  }
+
+  LadderLevel judged(const Solver& solver, const TestBlock& block, const std::string& level) const {
+    std::vector<FrameReport> reports;
+    const Images images = images_of(solver, experiment_.sensor, block, reports);
+    LadderLevel out{level, {}, ""};
+    for (Eigen::Index i = 0; i < images.rows(); ++i) {
+      const auto f = static_cast<std::size_t>(i);
+      out.frames.push_back(judge(experiment_.sensor, experiment_.ladders->failure, block.scenes[f],
+                                 block.conductivity.row(i), images.row(i), reports[f].status));
+    }
+    return out;
+  }
+
+  /// The solver with the level's parameter, or trained on the level's training set.
+  std::unique_ptr<Solver> refitted(const LadderAxis& axis, const std::string& level) {
+    Experiment experiment = experiment_;
+    experiment.training = training_at(experiment_, axis, level);
+    if (experiment.training) {
+      generate_dataset(*experiment.training, cache_.dataset(*experiment.training), {threads_, {}});
+    }
+    return fitted_solver(experiment, entry_at(entry_, axis, level), cache_, registry_, threads_,
+                         progress_path_)
+        .solver;
+  }
+
+  WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
+    WorstFrame worst;
+    worst.level = level.level;
+    // Most frames that fail are worse than nothing too: what else they are tells more.
+    worst.kind = FailureKind::worse_than_nothing;
+    for (const FailureKind kind : kFailureKinds) {
+      if (2 * level.count(kind) > level.count(worst.kind)) worst.kind = kind;
+    }
+    double most = -1;
+    for (std::size_t f = 0; f < level.frames.size(); ++f) {
+      const JudgedFrame& frame = level.frames[f];
+      if (!frame.has(worst.kind) || severity(frame, worst.kind) <= most) continue;
+      most = severity(frame, worst.kind);
+      worst.frame = static_cast<int>(f);
+      worst.judged = frame;
+    }
+    const auto index = static_cast<std::uint64_t>(worst.frame);
+    const DatasetSpec spec =
+        axis.of_parameter() ? base_ : dataset_at(experiment_, axis, level.level);
+    const TestBlock block = blocks_.make(spec, index, 1);
+    const std::unique_ptr<Solver> other =
+        axis.of_parameter() ? refitted(axis, level.level) : nullptr;
+    std::vector<FrameReport> reports;
+    worst.change =
+        images_of(other ? *other : *fitted_.solver, experiment_.sensor, block, reports).row(0);
+    worst.conductivity = block.conductivity.row(0);
+    return worst;
+  }
+
+  const Experiment& experiment_;
+  const SolverEntry& entry_;
+  const Cache& cache_;
+  SolverRegistry& registry_;
+  int threads_;
+  std::filesystem::path progress_path_;
+  const DatasetSpec& base_;
+  TestBlocks blocks_;
+  TestBlock base_block_;
+  FittedSolver fitted_;
+  ProgressFile progress_;
+  std::uint64_t done_ = 0;  ///< levels of the file
+  std::uint64_t total_ = 0;
+};
+
+}  // namespace
+
+std::vector<LadderLevel> climb_ladder(
+    const LadderAxis& axis, double limit,
+    const std::function<LadderLevel(const std::string& level)>& evaluate) {
+  std::vector<LadderLevel> levels;
+  for (const std::string& level : axis.levels) levels.push_back(evaluate(level));
+  if (axis.categories || axis.of_parameter()) return levels;
+  const auto exceeds = [&](const LadderLevel& level) { return level.share() > limit; };
+  auto severe = std::find_if(levels.begin(), levels.end(), exceeds);
+  if (severe == levels.begin() || severe == levels.end()) return levels;
+  for (int i = 0; axis.integer || i < halvings; ++i) {
+    const double a = std::prev(severe)->number();
+    const double b = severe->number();
+    if (axis.integer && std::abs(b - a) <= 1) break;
+    const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
+    const nlohmann::json value =
+        axis.integer ? nlohmann::json(std::lround(std::floor(middle))) : nlohmann::json(middle);
+    severe = levels.insert(severe, evaluate(value.dump()));
+    if (!exceeds(*severe)) ++severe;
+  }
+  return levels;
+}
+
+void run_ladder_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
+                      SolverRegistry& registry, int threads, const std::filesystem::path& folder) {
+  const LadderRecord record = Climber(experiment, entry, cache, registry, threads, folder).run();
+  write_ladder_record(experiment, entry, record, folder);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,184 @@
+#include "bench/run/reconstruct.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "core/json_reader.h"
+#include "core/progress.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/dataset_layout.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+namespace layout = dataset_layout;
+
+constexpr std::uint64_t block_frames = 1024;
+
+/// A file of frames, checked.
+struct FramesFile {
+  explicit FramesFile(const fs::path& path) : file(Hdf5File::open(path)), sensor(sensor_of(file)) {
+    const auto channels = static_cast<std::uint64_t>(sensor.channels());
+    frames = file.require_shape(layout::voltages, {0, channels})[0];
+    file.require_shape(layout::reference_voltages, {channels});
+    reference = file.read_vector(layout::reference_voltages).transpose();
+    if (file.has(layout::scenes_written) &&
+        static_cast<std::uint64_t>(file.read_vector(layout::scenes_written)[0]) != frames) {
+      throw InputError(path.string() + ": is not finished; generate it again to go on");
+    }
+  }
+
+  Frames changes(std::uint64_t first, std::uint64_t count) const {
+    return file.read_rows(layout::voltages, first, count).rowwise() - reference;
+  }
+
+  Hdf5File file;
+  Sensor sensor;
+  std::uint64_t frames = 0;
+  Eigen::RowVectorXd reference;
+};
+
+void read_everything(const fs::path& path) {
+  const FramesFile input(path);
+  for (std::uint64_t first = 0; first < input.frames; first += block_frames) {
+    input.changes(first, std::min(block_frames, input.frames - first));
+  }
+}
+
+/// Reads the whole file in a child: the library does not survive every damaged file. What the child
+/// finds wrong in an orderly way, the parent finds again.
+void survive_reading(const fs::path& path) {
+  const pid_t child = ::fork();
+  if (child < 0) return;
+  if (child == 0) {
+    ::signal(SIGABRT, SIG_DFL);
+    ::alarm(600);  // for a library that never comes back
+    const int null = ::open("/dev/null", O_WRONLY);
+    ::dup2(null, STDERR_FILENO);
+    try {
+      read_everything(path);
+    } catch (const std::exception&) {
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw InputError(path.string() +
+                     ": is damaged: the HDF5 library cannot get through it; write it again");
+  }
+}
+
+std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const Sensor& sensor,
+                                    SolverRegistry& registry) {
+  nlohmann::json spec = read_json_file(spec_file);
+  std::optional<fs::path> checkpoint;
+  if (spec.is_object() && spec.contains("checkpoint")) {
+    checkpoint = JsonObject(spec, spec_file.string(), "").text("checkpoint");
+    if (checkpoint->is_relative()) checkpoint = spec_file.parent_path() / *checkpoint;
+    spec.erase("checkpoint");
+  }
+  std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, spec_file.string(), ""));
+  if (checkpoint) {
+    solver->load(*checkpoint, sensor);
+  } else {
+    FitInput fit;
+    fit.sensor = sensor;
+    try {
+      solver->fit(fit);
+    } catch (const InputError& e) {
+      throw InputError(spec_file.string() + ": " + e.what());
+    }
+  }
+  return solver;
+}
+
+void count_report(const FrameReport& report, ReconstructSummary& summary) {
+  summary.not_converged += report.status == FrameStatus::not_converged;
+  summary.undefined += report.status == FrameStatus::undefined;
+  summary.suspect += report.status == FrameStatus::suspect;
+  summary.dead_electrode += (report.reasons & dead_electrode) != 0;
+  summary.noise += (report.reasons & noise) != 0;
+  summary.out_of_range += (report.reasons & out_of_range) != 0;
+}
+
+}  // namespace
+
+ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
+                                    const fs::path& output, SolverRegistry& registry) {
+  std::error_code error;
+  if (fs::equivalent(input, output, error)) {
+    throw InputError(output.string() + ": is the input; name another output");
+  }
+  survive_reading(input);
+  const FramesFile frames(input);
+  const std::unique_ptr<Solver> solver = solver_from(spec_file, frames.sensor, registry);
+
+  fs::path aside = output;
+  aside += "." + std::to_string(::getpid()) + ".part";
+  ReconstructSummary summary;
+  summary.frames = frames.frames;
+  try {
+    Hdf5File out = Hdf5File::create(aside);
+    const auto grid = static_cast<std::uint64_t>(frames.sensor.image_grid);
+    out.create_dataset("/conductivity_change", {frames.frames, grid, grid});
+    out.write_text("/conductivity_change", "units", "S/m");
+    out.write_text("/conductivity_change", "description",
+                   "change from the background [frame, row, column]: row 0 at y = -1, column 0 at "
+                   "x = -1");
+    out.create_dataset("/status", {frames.frames}, Hdf5File::Number::uint8);
+    out.write_text(
+        "/status", "description",
+        "0 ok, 1 not converged, 2 undefined (image is NaN), 3 suspect (an image, but the "
+        "frame is not one to trust: /reason says why)");
+    out.create_dataset("/reason", {frames.frames}, Hdf5File::Number::uint8);
+    out.write_text("/reason", "description",
+                   "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
+                   "voltages out of the range that it was fitted for; 0 none");
+    out.write_text("/", "solver", solver->parameters().dump());
+    Progress progress("reconstructing");
+    for (std::uint64_t first = 0; first < frames.frames; first += block_frames) {
+      const std::uint64_t count = std::min(block_frames, frames.frames - first);
+      const Frames changes = frames.changes(first, count);
+      Images images(changes.rows(), frames.sensor.pixels());
+      std::vector<FrameReport> reports(count);
+      solver->reconstruct(changes, images, reports);
+      RowMajorMatrix status(changes.rows(), 1);
+      RowMajorMatrix reason(changes.rows(), 1);
+      for (Eigen::Index i = 0; i < changes.rows(); ++i) {
+        FrameReport& report = reports[static_cast<std::size_t>(i)];
+        if (!images.row(i).allFinite()) report.status = FrameStatus::undefined;
+        if (report.status == FrameStatus::undefined) images.row(i).setConstant(std::nan(""));
+        count_report(report, summary);
+        status(i, 0) = static_cast<double>(report.status);
+        reason(i, 0) = report.reasons;
+      }
+      out.write_rows("/conductivity_change", first, images);
+      out.write_rows("/status", first, status);
+      out.write_rows("/reason", first, reason);
+      progress.update(first + count, frames.frames);
+    }
+    out.flush();
+  } catch (...) {
+    fs::remove(aside, error);
+    throw;
+  }
+  fs::rename(aside, output, error);
+  if (error) {
+    fs::remove(aside);
+    throw InputError(output.string() + ": cannot be put in place: " + error.message());
+  }
+  return summary;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,134 @@
+#include "bench/run/rows.h"
+
+#include <algorithm>
+
+#include "bench/run/seeds.h"
+
+namespace ertbench {
+namespace {
+
+/// A trial that did not go as it should.
+struct Remark {
+  std::optional<int> seed;
+  Failure what;
+};
+
+std::string joined(const Failure& failure) {
+  return failure.message.empty() ? failure.status : failure.status + ": " + failure.message;
+}
+
+/// All remarks in one status and message: the first one's status; the seeds are named where not all
+/// of them share it.
+void apply(const std::vector<Remark>& remarks, std::size_t trials, ResultRow& row) {
+  if (remarks.empty()) return;
+  row.status = remarks.front().what.status;
+  row.message.clear();
+  const bool shared =
+      remarks.size() == trials && std::all_of(remarks.begin(), remarks.end(), [&](const Remark& r) {
+        return joined(r.what) == joined(remarks.front().what);
+      });
+  if (shared || !remarks.front().seed) {
+    row.message = remarks.front().what.message;
+    return;
+  }
+  for (const Remark& remark : remarks) {
+    const bool same_status = remark.what.status == row.status && !remark.what.message.empty();
+    row.message += (row.message.empty() ? "seed " : "; seed ") + std::to_string(*remark.seed) +
+                   ": " + (same_status ? remark.what.message : joined(remark.what));
+  }
+}
+
+ResultRow empty_row(const SolverEntry& entry, const DatasetSpec& test) {
+  ResultRow row;
+  row.label = entry.label;
+  row.type = entry.type;
+  row.dataset = test.name;
+  row.parameters_json = entry.json;
+  return row;
+}
+
+/// The numbers and the statuses of one test set.
+ResultRow scored_row(const DatasetSpec& test, std::size_t set,
+                     std::span<const TrialOutcome> trials) {
+  std::vector<SeedResult> results;
+  std::vector<Remark> missing;
+  std::vector<Remark> reported;
+  for (const TrialOutcome& trial : trials) {
+    if (!trial.accuracy) {
+      missing.push_back({trial.entry->seed, trial.failure});
+      continue;
+    }
+    const ScoredSet& scored = trial.accuracy->sets.at(set);
+    results.push_back({trial.entry->seed.value_or(0), &scored});
+    if (!scored.row.ok()) {
+      reported.push_back({trial.entry->seed, {scored.row.status, scored.row.message}});
+    }
+  }
+  const SolverEntry& entry = *trials.front().entry;
+  ResultRow row;
+  if (results.empty()) {
+    row = empty_row(entry, test);
+  } else {
+    row = entry.seed ? combine_seeds(results) : results.front().set->row;
+  }
+  row.family = entry.family;
+  row.sweep_json = entry.sweep_json;
+  std::vector<Remark> remarks = missing;
+  remarks.insert(remarks.end(), reported.begin(), reported.end());
+  row.status = "ok";
+  apply(remarks, trials.size(), row);
+  if (!missing.empty() && !results.empty()) {
+    row.message += "; the numbers are of the other " +
+                   (results.size() == 1 ? "seed" : std::to_string(results.size()) + " seeds");
+  }
+  return row;
+}
+
+/// The metrics on the validation set, of all seeds that were scored.
+std::optional<PerMetric<MetricSummary>> validation_of(std::span<const TrialOutcome> trials) {
+  std::vector<SeedResult> results;
+  for (const TrialOutcome& trial : trials) {
+    if (!trial.accuracy || !trial.accuracy->validation) continue;
+    results.push_back({trial.entry->seed.value_or(0), &*trial.accuracy->validation});
+  }
+  if (results.empty()) return std::nullopt;
+  return combine_seeds(results).metrics;
+}
+
+/// Puts the times of the one trial that was timed into the row.
+void add_times(std::span<const TrialOutcome> trials, ResultRow& row) {
+  for (const TrialOutcome& trial : trials) {
+    if (trial.timing && trial.timing->sets.count(row.dataset)) {
+      const MeasuredTimes& times = trial.timing->sets.at(row.dataset);
+      row.latency_us = times.latency_us;
+      row.frames_per_s = times.frames_per_s;
+      row.throughput_batch = times.batch;
+      row.calibration_us = trial.timing->calibration_us;
+      row.peak_rss_mb = trial.timing->peak_rss_mb;
+      return;
+    }
+    if (trial.timing_failure) {
+      const std::string seed =
+          trial.entry->seed ? "seed " + std::to_string(*trial.entry->seed) + ": " : "";
+      const std::string before = row.message.empty() ? "" : row.message + "; ";
+      row.message = before + seed + "timing: " + trial.timing_failure->message;
+      row.status = trial.timing_failure->status;
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<ResultRow> rows_of(const Experiment& experiment, std::span<const TrialOutcome> trials) {
+  std::vector<ResultRow> rows;
+  for (std::size_t set = 0; set < experiment.tests.size(); ++set) {
+    ResultRow row = scored_row(experiment.tests[set], set, trials);
+    row.validation = validation_of(trials);
+    if (experiment.timing.enabled) add_times(trials, row);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,321 @@
+#include "core/hdf5_file.h"
+
+#include <hdf5.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/errors.h"
+
+namespace ertbench {
+namespace {
+
+/// Closes an HDF5 identifier.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  operator hid_t() const { return id_; }  // NOLINT: meant to stand in for the identifier
+  bool valid() const { return id_ >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+/// Called before anything else of the library.
+void prepare_library() {
+  // Files close with their owners; the library's own clean-up at the program's end crashes on what
+  // a damaged file leaves behind.
+  static const herr_t once = H5dont_atexit();
+  static_cast<void>(once);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+/// The innermost message of the library's error stack.
+std::string library_message() {
+  std::string message;
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_UPWARD,
+      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
+        auto& text = *static_cast<std::string*>(out);
+        if (text.empty() && error->desc) text = error->desc;
+        return 0;
+      },
+      &message);
+  return message.empty() ? "" : " (HDF5: " + message + ")";
+}
+
+/// The library's own locking is off: it refuses readers on file systems without locks, and
+/// truncates before it asks for the lock. Writers exclude each other as generate.cpp does.
+Handle access_properties() {
+  const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_file_locking(properties, false, true);
+  return {properties, H5Pclose};
+}
+
+std::string dimensions(const std::vector<std::uint64_t>& shape, bool any = false) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    text += (i ? ", " : "") + (any && shape[i] == 0 ? "N" : std::to_string(shape[i]));
+  }
+  return text + "]";
+}
+
+std::uint64_t product(const std::vector<std::uint64_t>& shape, std::size_t first) {
+  return std::accumulate(shape.begin() + static_cast<std::ptrdiff_t>(first), shape.end(),
+                         std::uint64_t{1}, std::multiplies<>());
+}
+
+}  // namespace
+
+Hdf5File Hdf5File::open(const std::filesystem::path& file) {
+  prepare_library();
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) {
+    throw InputError(file.string() + ": does not exist; check the name");
+  }
+  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access_properties());
+  if (id < 0) {
+    throw InputError(file.string() +
+                     ": cannot be opened as HDF5; it is another format, damaged or cut short" +
+                     library_message());
+  }
+  return Hdf5File(file, id);
+}
+
+Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
+  prepare_library();
+  const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, access_properties());
+  if (id < 0) {
+    throw InputError(file.string() + ": cannot be opened for writing" + library_message());
+  }
+  return Hdf5File(file, id);
+}
+
+Hdf5File Hdf5File::create(const std::filesystem::path& file) {
+  prepare_library();
+  const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_properties());
+  if (id < 0) {
+    throw InputError(file.string() +
+                     ": cannot be created; check that the folder exists and is writable" +
+                     library_message());
+  }
+  return Hdf5File(file, id);
+}
+
+Hdf5File::Hdf5File(Hdf5File&& other) noexcept : path_(std::move(other.path_)), id_(other.id_) {
+  other.id_ = -1;
+}
+
+Hdf5File::~Hdf5File() {
+  if (id_ >= 0) H5Fclose(id_);
+}
+
+void Hdf5File::fail(const std::string& object, const std::string& message) const {
+  throw InputError(path_.string() + ": " + object + ": " + message);
+}
+
+bool Hdf5File::has(const std::string& object) const {
+  return object == "/" || H5Lexists(id_, object.c_str(), H5P_DEFAULT) > 0;
+}
+
+bool Hdf5File::has_attribute(const std::string& object, const std::string& name) const {
+  return H5Aexists_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
+  if (!has(dataset)) fail(dataset, "is missing");
+  const Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.valid()) fail(dataset, "is not a readable dataset" + library_message());
+  const Handle type(H5Dget_type(set), H5Tclose);
+  if (!type.valid() || (H5Tget_class(type) != H5T_FLOAT && H5Tget_class(type) != H5T_INTEGER)) {
+    fail(dataset, "must hold real numbers");
+  }
+  const Handle space(H5Dget_space(set), H5Sclose);
+  const int rank = H5Sget_simple_extent_ndims(space);
+  if (!space.valid() || rank < 0 || rank > 8) fail(dataset, "has no simple shape");
+  std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  return {extent.begin(), extent.end()};
+}
+
+std::vector<std::uint64_t> Hdf5File::require_shape(
+    const std::string& dataset, const std::vector<std::uint64_t>& expected) const {
+  const std::vector<std::uint64_t> found = shape(dataset);
+  bool same = found.size() == expected.size();
+  for (std::size_t i = 0; same && i < found.size(); ++i) {
+    same = expected[i] == 0 ? found[i] >= 1 : found[i] == expected[i];
+  }
+  if (!same) {
+    fail(dataset, "must have shape " + dimensions(expected, true) + ", has " + dimensions(found));
+  }
+  return found;
+}
+
+RowMajorMatrix Hdf5File::read_rows(const std::string& dataset, std::uint64_t first,
+                                   std::uint64_t count, bool allow_nan) const {
+  const std::vector<std::uint64_t> extent = shape(dataset);
+  if (extent.empty() || first + count > extent[0]) {
+    fail(dataset, "has " + std::to_string(extent.empty() ? 0 : extent[0]) + " rows, asked for " +
+                      std::to_string(first) + " to " + std::to_string(first + count));
+  }
+  const std::uint64_t width = product(extent, 1);
+  // A damaged header can claim any size; what is really stored bounds it.
+  const Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (count > 0 && width > (std::uint64_t{1} << 40) / (8 * count)) {
+    fail(dataset, "claims an impossible size " + dimensions(extent));
+  }
+  RowMajorMatrix values(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(width));
+  if (values.size() == 0) return values;
+  std::vector<hsize_t> start(extent.size(), 0);
+  std::vector<hsize_t> block(extent.begin(), extent.end());
+  start[0] = first;
+  block[0] = count;
+  const Handle space(H5Dget_space(set), H5Sclose);
+  const Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
+                      H5Sclose);
+  if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
+          0 ||
+      H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()) < 0) {
+    fail(dataset, "cannot be read; the file is damaged or cut short" + library_message());
+  }
+  if (!allow_nan && !values.allFinite()) {
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      if (std::isfinite(values.data()[i])) continue;
+      fail(dataset, "element " + std::to_string(static_cast<std::uint64_t>(i) % width) +
+                        " of row " + std::to_string(first + static_cast<std::uint64_t>(i) / width) +
+                        " is not a finite number; remove that row or mend its value");
+    }
+  }
+  return values;
+}
+
+Eigen::VectorXd Hdf5File::read_vector(const std::string& dataset) const {
+  const std::vector<std::uint64_t> extent = require_shape(dataset, {0});
+  return read_rows(dataset, 0, extent[0]).col(0);
+}
+
+std::string Hdf5File::read_text(const std::string& object, const std::string& attribute) const {
+  const Handle a(H5Aopen_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                 H5Aclose);
+  if (!a.valid()) fail(object, "attribute \"" + attribute + "\" is missing");
+  const Handle type(H5Aget_type(a), H5Tclose);
+  const std::string wrong = "attribute \"" + attribute + "\" must be a string";
+  if (!type.valid() || H5Tget_class(type) != H5T_STRING) fail(object, wrong);
+  const Handle space(H5Aget_space(a), H5Sclose);
+  if (H5Sget_simple_extent_npoints(space) != 1) fail(object, wrong);
+  std::string text;
+  if (H5Tis_variable_str(type) > 0) {
+    char* value = nullptr;
+    const Handle memory(H5Tget_native_type(type, H5T_DIR_ASCEND), H5Tclose);
+    if (H5Aread(a, memory, &value) < 0 || !value) fail(object, wrong + library_message());
+    text = value;
+    H5free_memory(value);
+  } else {
+    const std::size_t size = H5Tget_size(type);
+    if (size > (std::size_t{1} << 26)) fail(object, wrong);
+    text.resize(size);
+    if (H5Aread(a, type, text.data()) < 0) fail(object, wrong + library_message());
+    text.resize(text.find_last_not_of('\0') + 1);
+  }
+  return text;
+}
+
+double Hdf5File::read_number(const std::string& object, const std::string& attribute) const {
+  const Handle a(H5Aopen_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                 H5Aclose);
+  double value = 0;
+  if (!a.valid()) fail(object, "attribute \"" + attribute + "\" is missing");
+  const Handle space(H5Aget_space(a), H5Sclose);
+  if (H5Sget_simple_extent_npoints(space) != 1 || H5Aread(a, H5T_NATIVE_DOUBLE, &value) < 0) {
+    fail(object, "attribute \"" + attribute + "\" must be a number");
+  }
+  return value;
+}
+
+void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& extent,
+                              Number number) {
+  const std::vector<hsize_t> dims(extent.begin(), extent.end());
+  const Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
+                     H5Sclose);
+  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(properties, false);  // equal content makes equal files
+  H5Pset_layout(properties, H5D_CONTIGUOUS);
+  H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY);
+  H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER);
+  const Handle set(
+      H5Dcreate2(id_, dataset.c_str(), number == Number::real64 ? H5T_IEEE_F64LE : H5T_STD_U8LE,
+                 space, H5P_DEFAULT, properties, H5P_DEFAULT),
+      H5Dclose);
+  if (!set.valid()) fail(dataset, "cannot be created" + library_message());
+}
+
+void Hdf5File::write_rows(const std::string& dataset, std::uint64_t first,
+                          const RowMajorMatrix& rows) {
+  const std::vector<std::uint64_t> extent = shape(dataset);
+  std::vector<hsize_t> start(extent.size(), 0);
+  std::vector<hsize_t> block(extent.begin(), extent.end());
+  start[0] = first;
+  block[0] = static_cast<hsize_t>(rows.rows());
+  const Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  const Handle space(H5Dget_space(set), H5Sclose);
+  const Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
+                      H5Sclose);
+  if (static_cast<std::uint64_t>(rows.cols()) != product(extent, 1) ||
+      H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
+          0 ||
+      H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0) {
+    fail(dataset, "cannot be written; is the disk full?" + library_message());
+  }
+}
+
+void Hdf5File::write_vector(const std::string& dataset, const Eigen::VectorXd& values) {
+  create_dataset(dataset, {static_cast<std::uint64_t>(values.size())});
+  write_rows(dataset, 0, values);
+}
+
+void Hdf5File::write_matrix(const std::string& dataset, const RowMajorMatrix& values) {
+  create_dataset(dataset, {static_cast<std::uint64_t>(values.rows()),
+                           static_cast<std::uint64_t>(values.cols())});
+  write_rows(dataset, 0, values);
+}
+
+void Hdf5File::write_text(const std::string& object, const std::string& attribute,
+                          const std::string& text) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, std::max<std::size_t>(1, text.size()));
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), type, space, H5P_DEFAULT,
+                                   H5P_DEFAULT, H5P_DEFAULT),
+                 H5Aclose);
+  const std::string padded = text.empty() ? std::string(1, '\0') : text;
+  if (!a.valid() || H5Awrite(a, type, padded.data()) < 0) {
+    fail(object, "attribute \"" + attribute + "\" cannot be written" + library_message());
+  }
+}
+
+void Hdf5File::write_number(const std::string& object, const std::string& attribute, double value) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), H5T_IEEE_F64LE, space,
+                                   H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                 H5Aclose);
+  if (!a.valid() || H5Awrite(a, H5T_NATIVE_DOUBLE, &value) < 0) {
+    fail(object, "attribute \"" + attribute + "\" cannot be written" + library_message());
+  }
+}
+
+void Hdf5File::flush() {
+  if (H5Fflush(id_, H5F_SCOPE_GLOBAL) < 0) {
+    fail("/", "cannot be written; is the disk full?" + library_message());
+  }
+}
+
+}  // namespace ertbench

@@ -1,0 +1,331 @@
+#include "core/json_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <sstream>
+
+#include "core/errors.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+std::string shown(const json& value) {
+  std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+std::string number_text(double x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({substituted, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// Whether the unknown key is likely to be a slip for the known one.
+bool is_slip(const std::string& key, const std::string& known) {
+  const auto end = std::mismatch(key.begin(), key.end(), known.begin(), known.end()).first;
+  const auto common = static_cast<std::size_t>(end - key.begin());
+  return edit_distance(key, known) <= std::max<std::size_t>(2, key.size() / 3) ||
+         (common >= 4 && 2 * common >= key.size());
+}
+
+/// JSON path segment: "~" and "/" are escaped as in RFC 6901.
+std::string escaped(std::string_view key) {
+  std::string out;
+  for (const char c : key) {
+    if (c == '~') {
+      out += "~0";
+    } else if (c == '/') {
+      out += "~1";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+json read_json_file(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw InputError(file.string() + ": is a directory; name a JSON file");
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file.string() + ": cannot be opened; check the name");
+
+  std::vector<std::set<std::string>> keys;  // one set for each open object
+  std::optional<std::string> twice;
+  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) {
+      keys.emplace_back();
+    } else if (event == json::parse_event_t::object_end) {
+      keys.pop_back();
+    } else if (event == json::parse_event_t::key) {
+      const auto& key = parsed.get_ref<const std::string&>();
+      if (!keys.back().insert(key).second && !twice) twice = key;
+    }
+    return true;
+  };
+  json value;
+  try {
+    value = json::parse(in, watch);
+  } catch (const json::exception& e) {
+    std::string what = e.what();
+    const auto start = what.find("] ");
+    throw InputError(file.string() + ": not valid JSON: " +
+                     (start == std::string::npos ? what : what.substr(start + 2)));
+  }
+  if (twice) {
+    throw InputError(file.string() + ": the key \"" + *twice +
+                     "\" stands twice in one object; remove one");
+  }
+  return value;
+}
+
+std::string Range::text() const {
+  const bool below = std::isfinite(low);
+  const bool above = std::isfinite(high);
+  if (below && above) {
+    return (low_open ? "must be > " + number_text(low) + " and <= "
+                     : "must be from " + number_text(low) + " to ") +
+           number_text(high);
+  }
+  if (below) return (low_open ? "must be > " : "must be >= ") + number_text(low);
+  if (above) return "must be <= " + number_text(high);
+  return "must be a number";
+}
+
+JsonObject::JsonObject(const json& value, std::string source, std::string path)
+    : value_(&value), source_(std::move(source)), path_(std::move(path)) {
+  if (!value.is_object()) fail("", "must be an object, got " + shown(value));
+}
+
+std::string JsonObject::path_of(std::string_view key) const {
+  return key.empty() ? path_ : path_ + "/" + escaped(key);
+}
+
+void JsonObject::fail(std::string_view key, const std::string& message) const {
+  const std::string path = path_of(key);
+  throw InputError((source_.empty() ? "" : source_ + ": ") + (path.empty() ? "/" : path) + ": " +
+                   message);
+}
+
+bool JsonObject::has(std::string_view key) const {
+  note(key);
+  return value_->contains(key);
+}
+
+const json& JsonObject::at(std::string_view key) {
+  note(key);
+  const auto found = value_->find(key);
+  if (found == value_->end()) fail(key, "is missing");
+  return *found;
+}
+
+const json& JsonObject::raw(std::string_view key) { return at(key); }
+
+double JsonObject::number(std::string_view key, Range range) {
+  const json& v = at(key);
+  if (!v.is_number() || !range.contains(v.get<double>())) {
+    fail(key, range.text() + ", got " + shown(v));
+  }
+  return v.get<double>();
+}
+
+double JsonObject::number_or(std::string_view key, double fallback, Range range) {
+  return has(key) ? number(key, range) : fallback;
+}
+
+int JsonObject::integer(std::string_view key, int low, int high) {
+  const json& v = at(key);
+  const bool whole = v.is_number() && v.get<double>() == std::floor(v.get<double>());
+  if (!whole || v.get<double>() < low || v.get<double>() > high) {
+    fail(key, "must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
+                  ", got " + shown(v));
+  }
+  return static_cast<int>(v.get<double>());
+}
+
+int JsonObject::integer_or(std::string_view key, int fallback, int low, int high) {
+  return has(key) ? integer(key, low, high) : fallback;
+}
+
+bool JsonObject::boolean_or(std::string_view key, bool fallback) {
+  if (!has(key)) return fallback;
+  const json& v = at(key);
+  if (!v.is_boolean()) fail(key, "must be true or false, got " + shown(v));
+  return v.get<bool>();
+}
+
+std::string JsonObject::text(std::string_view key) {
+  const json& v = at(key);
+  if (!v.is_string() || v.get_ref<const std::string&>().empty()) {
+    fail(key, "must be a string that is not empty, got " + shown(v));
+  }
+  return v.get<std::string>();
+}
+
+std::string JsonObject::text_or(std::string_view key, std::string_view fallback) {
+  return has(key) ? text(key) : std::string(fallback);
+}
+
+std::string JsonObject::choice(std::string_view key, const std::vector<std::string>& choices) {
+  const json& v = at(key);
+  if (!v.is_string() ||
+      std::find(choices.begin(), choices.end(), v.get<std::string>()) == choices.end()) {
+    std::string list;
+    for (const auto& c : choices) list += (list.empty() ? "\"" : ", \"") + c + "\"";
+    fail(key, "must be one of " + list + ", got " + shown(v));
+  }
+  return v.get<std::string>();
+}
+
+std::string JsonObject::choice_or(std::string_view key, std::string_view fallback,
+                                  const std::vector<std::string>& choices) {
+  return has(key) ? choice(key, choices) : std::string(fallback);
+}
+
+std::pair<double, double> JsonObject::interval(std::string_view key, Range range) {
+  const json& v = at(key);
+  if (v.is_number()) {
+    const double x = number(key, range);
+    return {x, x};
+  }
+  const std::vector<double> ends = numbers(key, 2, range);
+  if (ends[0] > ends[1]) fail(key, "must be [low, high] with low <= high, got " + shown(v));
+  return {ends[0], ends[1]};
+}
+
+std::pair<int, int> JsonObject::integer_interval(std::string_view key, int low, int high) {
+  const json& v = at(key);
+  if (v.is_number()) {
+    const int x = integer(key, low, high);
+    return {x, x};
+  }
+  const auto [first, last] = interval(key, {double(low), double(high)});
+  if (first != std::floor(first) || last != std::floor(last)) {
+    fail(key, "must be whole numbers, got " + shown(v));
+  }
+  return {static_cast<int>(first), static_cast<int>(last)};
+}
+
+std::vector<double> JsonObject::numbers(std::string_view key, std::size_t size, Range range) {
+  const json& v = at(key);
+  if (!v.is_array() || v.size() != size ||
+      !std::all_of(v.begin(), v.end(), [](const json& x) { return x.is_number(); })) {
+    fail(key, "must be an array of " + std::to_string(size) + " numbers, got " + shown(v));
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    if (!range.contains(v[i].get<double>())) {
+      fail(std::string(key),
+           "element " + std::to_string(i) + " " + range.text() + ", got " + shown(v[i]));
+    }
+  }
+  return v.get<std::vector<double>>();
+}
+
+std::vector<std::string> JsonObject::choices(std::string_view key,
+                                             const std::vector<std::string>& choices) {
+  const json& v = at(key);
+  const std::string wanted = "must be a list of any of " + json(choices).dump();
+  if (!v.is_array() || v.empty()) fail(key, wanted + ", got " + shown(v));
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const json one = {{std::to_string(i), v[i]}};
+    out.push_back(JsonObject(one, source_, path_of(key)).choice(std::to_string(i), choices));
+  }
+  return out;
+}
+
+std::vector<std::array<double, 2>> JsonObject::points(std::string_view key, std::size_t least,
+                                                      std::size_t most, Range range) {
+  const json& v = at(key);
+  if (!v.is_array() || v.size() < least || v.size() > most) {
+    fail(key, "must be a list of " + std::to_string(least) + " to " + std::to_string(most) +
+                  " points [x, y]");
+  }
+  std::vector<std::array<double, 2>> out;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const json one = {{std::to_string(i), v[i]}};
+    const std::vector<double> xy =
+        JsonObject(one, source_, path_of(key)).numbers(std::to_string(i), 2, range);
+    out.push_back({xy[0], xy[1]});
+  }
+  return out;
+}
+
+std::vector<int> JsonObject::integers(std::string_view key, std::size_t least, std::size_t most,
+                                      std::pair<int, int> range) {
+  const json& v = at(key);
+  const auto fits = [&](const json& x) {
+    return x.is_number_integer() && x >= range.first && x <= range.second;
+  };
+  if (!v.is_array() || v.size() < least || v.size() > most ||
+      !std::all_of(v.begin(), v.end(), fits)) {
+    fail(key, "must be an array of " + std::to_string(least) +
+                  (most == least ? "" : " to " + std::to_string(most)) + " whole numbers from " +
+                  std::to_string(range.first) + " to " + std::to_string(range.second) + ", got " +
+                  shown(v));
+  }
+  return v.get<std::vector<int>>();
+}
+
+JsonObject JsonObject::object(std::string_view key) {
+  return JsonObject(at(key), source_, path_of(key));
+}
+
+std::vector<JsonObject> JsonObject::objects(std::string_view key) {
+  const json& v = at(key);
+  if (!v.is_array()) fail(key, "must be an array of objects, got " + shown(v));
+  std::vector<JsonObject> out;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    out.emplace_back(v[i], source_, path_of(key) + "/" + std::to_string(i));
+  }
+  return out;
+}
+
+std::vector<std::string> JsonObject::keys() const {
+  std::vector<std::string> out;
+  for (const auto& [key, unused] : value_->items()) out.push_back(key);
+  return out;
+}
+
+void JsonObject::finish() const {
+  for (const auto& key : keys()) {
+    if (known_.count(key)) continue;
+    std::string best;
+    std::string all;
+    for (const auto& candidate : known_) {
+      all += (all.empty() ? "" : ", ") + candidate;
+      if (best.empty() || edit_distance(key, candidate) < edit_distance(key, best)) {
+        best = candidate;
+      }
+    }
+    const bool near = !best.empty() && is_slip(key, best);
+    fail(key,
+         near ? "unknown key; did you mean \"" + best + "\"?" : "unknown key; known here: " + all);
+  }
+}
+
+}  // namespace ertbench

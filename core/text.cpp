@@ -1,0 +1,132 @@
+#include "core/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+namespace ertbench {
+namespace {
+
+bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+
+bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }
+
+/// Bytes that follow the first one of a character, -1 where it cannot be a first one.
+int following_bytes(unsigned char first) {
+  if (first < 0x80) return 0;
+  if (first < 0xc2) return -1;
+  if (first < 0xe0) return 1;
+  if (first < 0xf0) return 2;
+  return first < 0xf5 ? 3 : -1;
+}
+
+/// What must not be broken: up to and with the next hyphen, underscore or run of white space.
+std::vector<std::string_view> pieces_of(std::string_view text) {
+  std::vector<std::string_view> pieces;
+  std::size_t start = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool last = i + 1 == text.size();
+    const bool space_ends = is_space(text[i]) && !last && !is_space(text[i + 1]);
+    if (last || space_ends || text[i] == '-' || text[i] == '_') {
+      pieces.push_back(text.substr(start, i + 1 - start));
+      start = i + 1;
+    }
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::string fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "—";
+  const bool large = std::abs(value) >= 1e7;
+  std::array<char, 64> buffer{};
+  const auto end = std::to_chars(buffer.begin(), buffer.end(), std::abs(value),
+                                 large ? std::chars_format::scientific : std::chars_format::fixed,
+                                 large ? 2 : decimals);
+  const std::string digits(buffer.begin(), end.ptr);
+  const bool zero = digits.find_first_not_of("0.") == std::string::npos;
+  return value < 0 && !zero ? "−" + digits : digits;
+}
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+std::string three_digits(double value) {
+  if (value == 0 || !std::isfinite(value)) return fixed(value, 0);
+  const int exponent = static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return fixed(value, std::clamp(2 - exponent, 0, 5));
+}
+
+std::vector<char32_t> code_points(std::string_view text) {
+  constexpr char32_t replacement = 0xfffd;
+  std::vector<char32_t> out;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i++]);
+    const int following = following_bytes(first);
+    if (following <= 0) {
+      out.push_back(following == 0 ? char32_t{first} : replacement);
+      continue;
+    }
+    char32_t point = first & (0x3fU >> static_cast<unsigned>(following));
+    int read = 0;
+    for (; read < following && i < text.size() && !begins_character(text[i]); ++read, ++i) {
+      point = (point << 6U) | (static_cast<unsigned char>(text[i]) & 0x3fU);
+    }
+    out.push_back(read == following ? point : replacement);
+  }
+  return out;
+}
+
+std::size_t character_count(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins_character));
+}
+
+std::string one_line(std::string_view text, std::size_t length) {
+  std::string out;
+  std::size_t characters = 0;
+  for (const char c : text) {
+    if (is_space(c) && (out.empty() || out.back() == ' ')) continue;
+    if (begins_character(c) && characters++ == length) return out + "…";
+    out += is_space(c) ? ' ' : c;
+  }
+  if (!out.empty() && out.back() == ' ') out.pop_back();
+  return out;
+}
+
+std::vector<std::string> wrapped(std::string_view text, std::size_t width) {
+  const std::string line = one_line(text, text.size());
+  std::vector<std::string> lines(1);
+  for (const std::string_view piece : pieces_of(line)) {
+    const std::string_view word = piece.substr(0, piece.size() - (piece.back() == ' ' ? 1 : 0));
+    const std::size_t used = character_count(lines.back());
+    if (used > 0 && used + character_count(word) > width) lines.emplace_back();
+    for (const char c : piece) {
+      // A space at the end of a line may stick out; it is cut off below.
+      const bool full = character_count(lines.back()) >= width;
+      if (full && begins_character(c) && c != ' ') lines.emplace_back();
+      lines.back() += c;
+    }
+  }
+  for (std::string& l : lines) {
+    if (!l.empty() && l.back() == ' ') l.pop_back();
+  }
+  return lines;
+}
+
+std::vector<std::string> split(std::string_view text, std::string_view separator) {
+  std::vector<std::string> parts;
+  while (true) {
+    const std::size_t end = text.find(separator);
+    parts.emplace_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + separator.size());
+  }
+}
+
+}  // namespace ertbench

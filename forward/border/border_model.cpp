@@ -1,0 +1,119 @@
+#include "forward/border/border_model.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+#include "forward/border/border_layout.h"
+#include "forward/border/border_system.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Points from one resolution of the ladder to the next.
+constexpr double refinement = 1.5;
+/// Of what the last refinement changed, what is still missing at third order: 1 / (1.5^3 - 1).
+constexpr double remaining = 0.42;
+/// The error over the distance from reciprocity: 1 in the median, at most 2 in most scenes.
+constexpr double reciprocity_margin = 2;
+
+}  // namespace
+
+BorderModel::BorderModel(const Sensor& sensor)
+    : BorderModel(sensor, VectorXd::Zero(sensor.electrode_count)) {}
+
+BorderModel::BorderModel(const Sensor& sensor, const VectorXd& displacement)
+    : sensor_(sensor),
+      positions_(electrode_positions(sensor, displacement)),
+      electrodes_(2, sensor.electrode_count),
+      neumann_(MatrixXd::Zero(sensor.electrode_count, sensor.electrode_count)),
+      channels_(channels_of(sensor)),
+      pairs_(reciprocal_pairs(sensor)) {
+  for (Index e = 0; e < positions_.cols(); ++e) {
+    const std::complex<double> w = map_({positions_(0, e), positions_(1, e)}).w;
+    electrodes_.col(e) << w.real() / std::abs(w), w.imag() / std::abs(w);
+    for (Index f = 0; f < e; ++f) {
+      const double distance = (electrodes_.col(e) - electrodes_.col(f)).matrix().norm();
+      neumann_(e, f) = neumann_(f, e) = -std::log(distance) / std::numbers::pi;
+    }
+  }
+  reference_ = voltages(pair_differences(pair_differences(neumann_).transpose()));
+}
+
+VectorXd BorderModel::voltages(const MatrixXd& impedance) const {
+  VectorXd out(sensor_.channels());
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    out[static_cast<Index>(c)] = -sensor_.drive_current / sensor_.background *
+                                 impedance(channels_[c].measurement, channels_[c].drive);
+  }
+  return out;
+}
+
+VectorXd BorderModel::electrode_ratios(const Scene& scene) const {
+  VectorXd ratios(positions_.cols());
+  for (Index e = 0; e < positions_.cols(); ++e) {
+    // Just inside the sheet; where a border ends at the electrode, each side has its share.
+    const std::complex<double> at(positions_(0, e), positions_(1, e));
+    const std::complex<double> inside = (1 - 1e-9) * at;
+    const std::complex<double> along = std::complex<double>(0, 1e-9) * at;
+    ratios[e] = (ratio_at(scene, inside + along) + ratio_at(scene, inside - along)) / 2;
+  }
+  return ratios;
+}
+
+BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, const ArrayXd& source,
+                                                double resolution) const {
+  MatrixXd impedance = neumann_ * (source - 1).matrix().asDiagonal();
+  impedance = pair_differences(pair_differences(impedance.transpose()).transpose());
+  Solution solution;
+  if (!layout.arcs.empty()) {
+    const BorderSystem system = border_system(map_, layout, electrodes_, source, resolution);
+    impedance += pair_differences(system.potentials *
+                                  system.matrix.partialPivLu().solve(system.slopes.transpose()));
+    solution.points = static_cast<int>(system.points.size());
+  }
+  solution.change = voltages(impedance);
+  double asymmetry = 0;
+  for (const auto& [a, b] : pairs_) {
+    const double mean = (solution.change[a] + solution.change[b]) / 2;
+    asymmetry += std::pow(solution.change[a] - solution.change[b], 2);
+    solution.change[a] = solution.change[b] = mean;
+  }
+  if (solution.points > 0) solution.error = reciprocity_margin * std::sqrt(asymmetry);
+  return solution;
+}
+
+BorderModel::Solution BorderModel::solve_at(const Scene& scene, double resolution) const {
+  return solve_layout(border_layout(map_, electrodes_, scene),
+                      electrode_ratios(scene).array().inverse(), resolution);
+}
+
+BorderModel::Solution BorderModel::solve(const Scene& scene, double tolerance,
+                                         int most_points) const {
+  return solve(
+      scene, [&](const VectorXd&) { return tolerance; }, most_points);
+}
+
+BorderModel::Solution BorderModel::solve(const Scene& scene, const Tolerance& tolerance,
+                                         int most_points) const {
+  const BorderLayout layout = border_layout(map_, electrodes_, scene);
+  const ArrayXd source = electrode_ratios(scene).array().inverse();
+  double resolution = 1 / refinement;
+  Solution solution = solve_layout(layout, source, resolution);
+  while (solution.points > 0) {
+    resolution *= refinement;
+    Solution finer = solve_layout(layout, source, resolution);
+    finer.error = std::max(finer.error, remaining * (finer.change - solution.change).norm());
+    solution = std::move(finer);
+    if (solution.error <= tolerance(solution.change) || refinement * solution.points > most_points)
+      break;
+  }
+  return solution;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "core/arrays.h"
+#include "forward/sheet/scene.h"
+#include "forward/sheet/sensor.h"
+#include "forward/sheet/sheet_map.h"
+
+namespace ertbench {
+
+struct BorderLayout;
+
+/// The voltages of the continuous sheet, without a mesh: unknowns on the borders of the contacts
+/// alone. With N the Neumann function of the sheet and u0 the field of the electrodes,
+///
+///     u = u0 + sum over the borders of  int N(x, y) phi(y) ds,
+///
+/// and the continuity of the current across a border between conductivities l (on its left) and r,
+/// normal to the right, gives for the density phi
+///
+///     phi(x) / (2 mu) - sum int d_n(x) N(x, y) phi(y) ds = d_n u0(x),   mu = (r - l) / (r + l).
+///
+/// The change of the voltages comes out directly, without a difference of large numbers. All is
+/// computed on the unit disc (see SheetMap), where N takes two logarithms. Every scene will do:
+/// contacts with corners, contacts that overlap, that the sheet's border cuts, that cover
+/// electrodes.
+///
+/// All functions are const and thread-safe.
+class BorderModel {
+ public:
+  explicit BorderModel(const Sensor& sensor);
+  /// With every electrode moved along the border, clockwise: `displacement` [L], domain units.
+  BorderModel(const Sensor& sensor, const Eigen::VectorXd& displacement);
+
+  const Sensor& sensor() const { return sensor_; }
+  /// Voltages of the uniform sheet, [channels] V: a closed formula.
+  const Eigen::VectorXd& reference_voltages() const { return reference_; }
+
+  struct Solution {
+    Eigen::VectorXd change;  ///< [channels] V, from the reference voltages
+    int points = 0;          ///< unknowns; 0 where no border crosses the sheet, which is exact
+    double error = 0;        ///< estimated 2-norm of the error of `change`, V
+  };
+
+  /// The first of a ladder of resolutions, each with half as many points again, whose estimated
+  /// error is at most `tolerance` V. Where that takes more than `most_points` the last solution
+  /// comes back, its `error` above the tolerance.
+  ///
+  /// Two independent signs make the estimate, and the larger counts: how far the computed voltages
+  /// are from reciprocity, which only the exact ones obey, and what the last refinement changed.
+  Solution solve(const Scene& scene, double tolerance, int most_points = 1200) const;
+  /// With a tolerance that depends on the change [channels] V itself.
+  using Tolerance = std::function<double(const Eigen::VectorXd& change)>;
+  Solution solve(const Scene& scene, const Tolerance& tolerance, int most_points = 1200) const;
+
+  /// One system. At `resolution` 1 points are about as far apart as a border is from whatever is
+  /// next to it. The estimate is the one from reciprocity alone.
+  Solution solve_at(const Scene& scene, double resolution) const;
+
+  /// Exact derivatives of the voltages, from the potentials and currents on the borders and no
+  /// further system: [channels, 5 * contacts], for each contact by its centre's x and y (V per
+  /// domain unit), the growth of all its lengths about its centre (V per 1: a disc's by its
+  /// radius times the radius), its rotation (V per rad) and its conductivity ratio (V per 1).
+  /// Throws InputError for contacts with corners, cut by the sheet's border or by one another.
+  static constexpr int derivatives_per_contact = 5;
+  RowMajorMatrix derivatives(const Scene& scene, double resolution) const;
+
+ private:
+  Eigen::VectorXd electrode_ratios(const Scene& scene) const;
+  Solution solve_layout(const BorderLayout& layout, const Eigen::ArrayXd& source,
+                        double resolution) const;
+  /// `impedance` [L, L] by measuring and drive pair, conductivity 1, to [channels] V.
+  Eigen::VectorXd voltages(const Eigen::MatrixXd& impedance) const;
+
+  Sensor sensor_;
+  SheetMap map_;
+  Eigen::Matrix2Xd positions_;  ///< of the electrodes on the sheet
+  Eigen::Array2Xd electrodes_;  ///< on the unit circle
+  Eigen::MatrixXd neumann_;     ///< N between the electrodes; 0 on the diagonal, never measured
+  std::vector<Channel> channels_;
+  std::vector<std::array<int, 2>> pairs_;  ///< of channels that reciprocity makes equal
+  Eigen::VectorXd reference_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "forward/border/border_layout.h"
+
+namespace ertbench {
+
+/// The border integral equation (see BorderModel) at its quadrature points, for unit currents and a
+/// sheet of conductivity 1: matrix * density = slopes', and the densities' part of the impedances
+/// is the pair differences of potentials * density.
+struct BorderSystem {
+  BorderPoints points;
+  Eigen::ArrayXd left, right;  ///< [points] conductivity / background on either side
+  Eigen::MatrixXd matrix;      ///< [points, points]
+  Eigen::MatrixXd slopes;      ///< [L, points] of the drives' fields across the borders
+  Eigen::MatrixXd potentials;  ///< [L, points] at the electrodes, of the points' charges
+};
+
+/// `resolution` multiplies the layout's counts; `electrodes` [2, L] on the unit circle, `source`
+/// [L] the background over the conductivity that each touches.
+BorderSystem border_system(const SheetMap& map, const BorderLayout& layout,
+                           const Eigen::Array2Xd& electrodes, const Eigen::ArrayXd& source,
+                           double resolution);
+
+/// Row k: row k + 1 less row k, the first less the last at the end: drives and measuring pairs.
+Eigen::MatrixXd pair_differences(const Eigen::MatrixXd& rows);
+
+}  // namespace ertbench

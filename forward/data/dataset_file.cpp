@@ -1,0 +1,73 @@
+#include "forward/data/dataset_file.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "core/json_reader.h"
+#include "forward/data/dataset_layout.h"
+
+namespace ertbench {
+
+namespace layout = dataset_layout;
+
+DatasetFile::DatasetFile(const std::filesystem::path& file)
+    : path_(file),
+      file_(std::make_unique<Hdf5File>(Hdf5File::open(file))),
+      sensor_(sensor_of(*file_)),
+      recipe_(file_->has_attribute("/", "recipe") ? file_->read_text("/", "recipe") : "") {
+  const auto channels = static_cast<std::uint64_t>(sensor_.channels());
+  const auto grid = static_cast<std::uint64_t>(sensor_.image_grid);
+  size_ = file_->require_shape(layout::voltages, {0, channels})[0];
+  if (file_->has(layout::scenes_written) &&
+      static_cast<std::uint64_t>(file_->read_vector(layout::scenes_written)[0]) != size_) {
+    throw InputError(file.string() +
+                     ": is not finished; generate it again under the same name to go on");
+  }
+  file_->require_shape(layout::clean_voltages, {size_, channels});
+  file_->require_shape(layout::conductivity, {size_, grid, grid});
+  file_->require_shape(layout::contacts, {size_, 0, layout::contact_columns});
+  file_->require_shape(layout::reference_voltages, {channels});
+  reference_ = file_->read_vector(layout::reference_voltages);
+}
+
+DatasetFile::DatasetFile(DatasetFile&&) noexcept = default;
+DatasetFile::~DatasetFile() = default;
+
+Frames DatasetFile::voltages(std::uint64_t first, std::uint64_t count) const {
+  return file_->read_rows(layout::voltages, first, count);
+}
+
+Frames DatasetFile::clean_voltages(std::uint64_t first, std::uint64_t count) const {
+  return file_->read_rows(layout::clean_voltages, first, count);
+}
+
+Images DatasetFile::conductivity(std::uint64_t first, std::uint64_t count) const {
+  return file_->read_rows(layout::conductivity, first, count);
+}
+
+std::vector<Scene> DatasetFile::scenes(std::uint64_t first, std::uint64_t count) const {
+  const RowMajorMatrix contacts = file_->read_rows(layout::contacts, first, count, true);
+  RowMajorMatrix vertices(contacts.rows(), 0);
+  if (file_->has(layout::contact_vertices)) {
+    vertices = file_->read_rows(layout::contact_vertices, first, count, true);
+  }
+  std::vector<Scene> scenes;
+  for (Eigen::Index i = 0; i < contacts.rows(); ++i) {
+    scenes.push_back(layout::unpack(contacts.row(i), vertices.row(i)));
+  }
+  return scenes;
+}
+
+Sensor sensor_of(const Hdf5File& file) {
+  if (!file.has_attribute("/", "sensor")) return {};
+  const std::string text = file.read_text("/", "sensor");
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_discarded()) {
+    throw InputError(file.path().string() + ": /: attribute \"sensor\" is not valid JSON");
+  }
+  return sensor_from_json(
+      JsonObject(json, file.path().string() + ": attribute \"sensor\" of /", ""));
+}
+
+}  // namespace ertbench

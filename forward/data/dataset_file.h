@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "core/arrays.h"
+#include "forward/sheet/scene.h"
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+class Hdf5File;
+
+/// A complete dataset file, opened to read. All arrays are checked for their shapes when it is
+/// opened; each read checks its values. Errors are InputErrors naming file and HDF5 object.
+class DatasetFile {
+ public:
+  explicit DatasetFile(const std::filesystem::path& file);
+  DatasetFile(DatasetFile&&) noexcept;
+  ~DatasetFile();
+
+  const Sensor& sensor() const { return sensor_; }
+  std::uint64_t size() const { return size_; }  ///< scenes
+  const std::filesystem::path& path() const { return path_; }
+  /// The canonical JSON that determines the file (DatasetSpec, sensor, seeds, versions), as text.
+  const std::string& recipe() const { return recipe_; }
+
+  const Eigen::VectorXd& reference_voltages() const { return reference_; }  ///< [channels] V
+  Frames voltages(std::uint64_t first, std::uint64_t count) const;          ///< with noise, V
+  Frames clean_voltages(std::uint64_t first, std::uint64_t count) const;    ///< without, V
+  Images conductivity(std::uint64_t first, std::uint64_t count) const;      ///< truth, S/m
+  std::vector<Scene> scenes(std::uint64_t first, std::uint64_t count) const;
+
+ private:
+  std::filesystem::path path_;
+  std::unique_ptr<Hdf5File> file_;
+  Sensor sensor_;
+  std::uint64_t size_ = 0;
+  std::string recipe_;
+  Eigen::VectorXd reference_;
+};
+
+/// The sensor that a file's root attribute "sensor" describes in JSON, or the default sensor where
+/// there is none.
+Sensor sensor_of(const Hdf5File& file);
+
+}  // namespace ertbench

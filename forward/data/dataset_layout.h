@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/arrays.h"
+#include "forward/sheet/scene.h"
+
+/// Names and row layouts inside a dataset file, shared by what writes and what reads it.
+namespace ertbench::dataset_layout {
+
+inline constexpr int schema_version = 1;
+
+inline const std::string voltages = "/voltages";                      // [N, channels] V, noisy
+inline const std::string clean_voltages = "/clean_voltages";          // [N, channels] V
+inline const std::string reference_voltages = "/reference_voltages";  // [channels] V
+inline const std::string conductivity = "/conductivity";              // [N, grid, grid] S/m
+/// [N, contacts, 7]: kind, centre x, centre y, size a, size b, angle, conductivity ratio; NaN rows
+/// are absent, as are the sizes and the angle of a polygon, whose centre is that of its area.
+inline const std::string contacts = "/contacts";
+/// [N, contacts, vertices, 2], NaN where absent; only where the set may hold polygons.
+inline const std::string contact_vertices = "/contact_vertices";
+/// [1]: rows that are whole, from the first.
+inline const std::string scenes_written = "/scenes_written";
+
+/// [N, 2]: points of the border integral equation, estimated error in V; with "grid": "auto" alone.
+inline const std::string model_effort = "/model_effort";
+
+inline constexpr Eigen::Index contact_columns = 7;
+inline constexpr Eigen::Index effort_columns = 2;
+
+/// One scene as rows of /contacts and /contact_vertices, flattened.
+void pack(const Scene& scene, Eigen::Ref<Eigen::RowVectorXd> contact_row,
+          Eigen::Ref<Eigen::RowVectorXd> vertex_row);
+Scene unpack(const Eigen::Ref<const Eigen::RowVectorXd>& contact_row,
+             const Eigen::Ref<const Eigen::RowVectorXd>& vertex_row);
+
+}  // namespace ertbench::dataset_layout

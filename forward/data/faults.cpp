@@ -1,0 +1,158 @@
+#include "forward/data/faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include "core/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::VectorXd;
+
+double root_mean_square(const Eigen::Ref<const VectorXd>& voltages) {
+  return voltages.norm() / std::sqrt(static_cast<double>(voltages.size()));
+}
+
+/// The electronics of one frame, drawn whole, so that no fault shifts another's numbers.
+struct Draw {
+  std::vector<int> electrodes;  ///< in the order in which they die
+  VectorXd gain;                ///< [pairs] in [-1, 1]
+  VectorXd offset;              ///< [pairs] in [-1, 1]
+  VectorXd floating;            ///< [channels] standard normal
+
+  Draw(const Sensor& sensor, RandomStream& random)
+      : electrodes(static_cast<std::size_t>(sensor.electrode_count)),
+        gain(sensor.electrode_count),
+        offset(sensor.electrode_count),
+        floating(sensor.channels()) {
+    std::iota(electrodes.begin(), electrodes.end(), 0);
+    const int last = sensor.electrode_count - 1;
+    for (int i = 0; i < last; ++i) {
+      std::swap(electrodes[static_cast<std::size_t>(i)],
+                electrodes[static_cast<std::size_t>(random.integer(i, last))]);
+    }
+    for (double& value : gain) value = random.uniform(-1, 1);
+    for (double& value : offset) value = random.uniform(-1, 1);
+    for (double& value : floating) value = random.normal();
+  }
+};
+
+/// Rounds to the converter's steps; what exceeds its range stays at its end.
+void convert(int bits, const VectorXd& reference, Eigen::Ref<VectorXd> voltages) {
+  if (bits == 0) return;
+  const double full_scale = 1.25 * reference.cwiseAbs().maxCoeff();
+  const double step = 2 * full_scale / std::pow(2.0, bits);
+  for (double& voltage : voltages) {
+    voltage = std::clamp(step * std::round(voltage / step), -full_scale, full_scale);
+  }
+}
+
+}  // namespace
+
+void apply_faults(const Faults& faults, const Sensor& sensor,
+                  const Eigen::Ref<const VectorXd>& reference, RandomStream& random,
+                  Eigen::Ref<VectorXd> frame) {
+  if (!faults.of_electronics()) return;
+  const Draw draw(sensor, random);
+  const double offset = faults.offset * root_mean_square(reference);
+  const double floating = root_mean_square(frame);
+  std::vector<bool> dead(draw.electrodes.size(), false);
+  for (int n = 0; n < faults.dead_electrodes; ++n) {
+    dead[static_cast<std::size_t>(draw.electrodes[static_cast<std::size_t>(n)])] = true;
+  }
+  const auto is_dead = [&](int pair) {
+    return dead[static_cast<std::size_t>(pair)] ||
+           dead[static_cast<std::size_t>((pair + 1) % sensor.electrode_count)];
+  };
+  const std::vector<Channel> channels = channels_of(sensor);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto i = static_cast<Eigen::Index>(c);
+    const int pair = channels[c].measurement;
+    frame[i] = frame[i] * (1 + faults.gain_error * draw.gain[pair]) + offset * draw.offset[pair];
+    if (!is_dead(channels[c].drive) && !is_dead(pair)) continue;
+    frame[i] = faults.dead_reading == DeadReading::zero ? 0 : floating * draw.floating[i];
+  }
+  convert(faults.adc_bits, reference, frame);
+}
+
+VectorXd recorded_reference(const Faults& faults, const VectorXd& reference) {
+  VectorXd recorded = reference;
+  convert(faults.adc_bits, reference, recorded);
+  return recorded;
+}
+
+VectorXd displacements(const Faults& faults, const Sensor& sensor, RandomStream& random) {
+  VectorXd shift(sensor.electrode_count);
+  for (double& value : shift) value = faults.electrode_displacement * random.uniform(-1, 1);
+  return shift;
+}
+
+VectorXd gradient_factors(const Faults& faults, int grid, RandomStream& random) {
+  const double angle = random.uniform(0, 2 * std::numbers::pi);
+  const double slope = faults.background_gradient / std::numbers::sqrt2;
+  const VectorXd centres = VectorXd::LinSpaced(grid, -1 + 1.0 / grid, 1 - 1.0 / grid);
+  VectorXd factors(grid * grid);
+  for (int row = 0; row < grid; ++row) {
+    factors.segment(grid * row, grid) =
+        1 + slope * (std::cos(angle) * centres.array() + std::sin(angle) * centres[row]);
+  }
+  return factors;
+}
+
+Faults faults_from_json(JsonObject object, const Sensor& sensor, bool grid_auto) {
+  Faults faults;
+  // Five electrodes are the fewest that measure anything.
+  faults.dead_electrodes =
+      object.integer_or("dead_electrodes", 0, 0, std::max(0, sensor.electrode_count - 5));
+  faults.dead_reading = object.choice_or("dead_reading", "zero", {"zero", "floating"}) == "zero"
+                            ? DeadReading::zero
+                            : DeadReading::floating;
+  faults.gain_error = object.number_or("gain_error", 0, {0, 10});
+  faults.offset = object.number_or("offset", 0, {0, 10});
+  faults.adc_bits = object.integer_or("adc_bits", 0, 0, 24);
+  if (faults.adc_bits == 1) object.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
+  const double spacing = 8.0 / sensor.electrode_count;
+  faults.electrode_displacement = object.number_or("electrode_displacement", 0, {0, spacing / 3});
+  faults.displacement_reference =
+      object.choice_or("displacement_reference", "retaken", {"retaken", "stale"}) == "retaken"
+          ? DisplacementReference::retaken
+          : DisplacementReference::stale;
+  faults.background_change = object.number_or("background_change", 0, {-0.99, 0.99});
+  faults.background_gradient = object.number_or("background_gradient", 0, {0, 0.99});
+  object.finish();
+  if (faults.electrode_displacement > 0 && !grid_auto) {
+    object.fail("electrode_displacement",
+                R"(needs "grid": "auto"; on a grid electrodes sit on its nodes)");
+  }
+  if (faults.background_gradient > 0 && grid_auto) {
+    object.fail("background_gradient", R"(needs a "grid" that is a number, such as 96; "auto" )"
+                                       "knows even sheets alone");
+  }
+  return faults;
+}
+
+nlohmann::json to_json(const Faults& faults) {
+  nlohmann::json json = nlohmann::json::object();
+  if (faults.dead_electrodes > 0) {
+    json["dead_electrodes"] = faults.dead_electrodes;
+    json["dead_reading"] = faults.dead_reading == DeadReading::zero ? "zero" : "floating";
+  }
+  if (faults.gain_error > 0) json["gain_error"] = faults.gain_error;
+  if (faults.offset > 0) json["offset"] = faults.offset;
+  if (faults.adc_bits > 0) json["adc_bits"] = faults.adc_bits;
+  if (faults.electrode_displacement > 0) {
+    json["electrode_displacement"] = faults.electrode_displacement;
+    json["displacement_reference"] =
+        faults.displacement_reference == DisplacementReference::retaken ? "retaken" : "stale";
+  }
+  if (faults.background_change != 0) json["background_change"] = faults.background_change;
+  if (faults.background_gradient > 0) json["background_gradient"] = faults.background_gradient;
+  return json;
+}
+
+}  // namespace ertbench

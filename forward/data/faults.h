@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/arrays.h"
+#include "core/random.h"
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+class JsonObject;
+
+enum class DeadReading { zero, floating };
+enum class DisplacementReference { retaken, stale };
+
+/// What goes wrong between the sheet and the frame, all of it off by default. Every fault is random
+/// in its direction and set in its size: the same random stream gives the same electrodes,
+/// amplifiers and directions whatever the sizes, so that frames of two levels are paired.
+///
+/// Faults of the electronics change the measured frame alone; those of the sheet change its physics
+/// and hence the clean voltages too.
+struct Faults {
+  // Of the electronics.
+  /// Electrodes without contact; those of n - 1 are among those of n.
+  int dead_electrodes = 0;
+  /// What channels that drive or measure with a dead electrode show: 0 V, or white noise of the
+  /// frame's root mean square.
+  DeadReading dead_reading = DeadReading::zero;
+  /// Each measuring pair's amplifier has gain 1 + gain_error u, u uniform in [-1, 1].
+  double gain_error = 0;
+  /// Each measuring pair adds offset u times the reference's root mean square.
+  double offset = 0;
+  /// Resolution of the converter, which reads frame and reference; 0 for none, else 2 to 24.
+  int adc_bits = 0;
+
+  // Of the sheet.
+  /// Each electrode sits uniformly in [-d, d] along the border from its place, domain units.
+  double electrode_displacement = 0;
+  /// Whether the reference was measured on the displaced electrodes too.
+  DisplacementReference displacement_reference = DisplacementReference::retaken;
+  /// The conductivity of the whole sheet, contacts included, is 1 + b times what it was when the
+  /// reference was taken.
+  double background_change = 0;
+  /// The conductivity at (x, y) is 1 + g (x cos t + y sin t) / sqrt(2) times that of the even
+  /// sheet, t random. The true image stays that of the contacts alone.
+  double background_gradient = 0;
+
+  bool any() const { return of_electronics() || of_sheet(); }
+  bool of_electronics() const {
+    return dead_electrodes > 0 || gain_error > 0 || offset > 0 || adc_bits > 0;
+  }
+  bool of_sheet() const {
+    return electrode_displacement > 0 || background_change != 0 || background_gradient > 0;
+  }
+};
+
+/// Puts the faults of the electronics into one frame [channels] V in place: gain, offset, dead
+/// electrodes, converter, in this order; noise belongs before them. `reference` [channels] V is the
+/// nominal one, of the faultless electronics. Takes the same numbers from `random` whatever their
+/// sizes, none where all are off. For a frame of any origin: a training set may draw a fresh stream
+/// each epoch.
+void apply_faults(const Faults& faults, const Sensor& sensor,
+                  const Eigen::Ref<const Eigen::VectorXd>& reference, RandomStream& random,
+                  Eigen::Ref<Eigen::VectorXd> frame);
+
+/// The reference as it was recorded, [channels] V: through the converter where there is one. It was
+/// taken before all other faults came.
+Eigen::VectorXd recorded_reference(const Faults& faults, const Eigen::VectorXd& reference);
+
+/// How far each electrode sits from its place, [electrodes] domain units, clockwise along the
+/// border. `random` is of Purpose::displacement.
+Eigen::VectorXd displacements(const Faults& faults, const Sensor& sensor, RandomStream& random);
+
+/// Factors [grid^2] of the conductivity of a sheet's pixels, by the background's gradient.
+/// `random` is of Purpose::gradient.
+Eigen::VectorXd gradient_factors(const Faults& faults, int grid, RandomStream& random);
+
+/// Reads `{"dead_electrodes", "dead_reading", "gain_error", "offset", "adc_bits",
+/// "electrode_displacement", "displacement_reference", "background_change",
+/// "background_gradient"}`, every key optional. `grid_auto`: whether voltages come from the border
+/// integrals, which know electrodes at any place but no gradient; else from a grid.
+Faults faults_from_json(JsonObject object, const Sensor& sensor, bool grid_auto);
+/// The keys that differ from a faultless frame; an object without keys where none does.
+nlohmann::json to_json(const Faults& faults);
+
+}  // namespace ertbench

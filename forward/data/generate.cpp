@@ -1,0 +1,270 @@
+#include "forward/data/generate.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/dataset_layout.h"
+#include "forward/data/scene_model.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+namespace layout = dataset_layout;
+
+constexpr std::uint64_t rows_per_block = 1024;
+
+std::uint64_t contact_width(const DatasetSpec& spec) {
+  return std::max<std::size_t>(1, spec.most_contacts());
+}
+
+/// Of /model_effort, which only "grid": "auto" has.
+std::uint64_t effort_columns(const DatasetSpec& spec) {
+  return spec.grid == DatasetSpec::grid_auto ? layout::effort_columns : 0;
+}
+
+std::uint64_t bytes_of(const DatasetSpec& spec) {
+  const auto channels = static_cast<std::uint64_t>(spec.sensor.channels());
+  const auto pixels = static_cast<std::uint64_t>(spec.sensor.pixels());
+  return 8 * spec.count *
+         (2 * channels + pixels + contact_width(spec) * (7 + 2 * spec.most_vertices()) +
+          effort_columns(spec));
+}
+
+/// Creates the unfinished file with all its storage reserved.
+void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::path& part) {
+  std::error_code error;
+  const fs::path folder = part.has_parent_path() ? part.parent_path() : fs::path(".");
+  const fs::space_info space = fs::space(folder, error);
+  const std::uint64_t needed = bytes_of(spec) + (1u << 20);
+  if (!error && space.available < needed) {
+    throw InputError(part.string() + ": needs " + std::to_string(needed >> 20) +
+                     " MB of disk, only " + std::to_string(space.available >> 20) +
+                     " MB are free; lower the count or write elsewhere");
+  }
+  Hdf5File file = Hdf5File::create(part);
+  const auto channels = static_cast<std::uint64_t>(spec.sensor.channels());
+  const auto grid = static_cast<std::uint64_t>(spec.sensor.image_grid);
+  const auto describe = [&](const std::string& dataset, const char* unit, const char* meaning) {
+    file.write_text(dataset, "units", unit);
+    file.write_text(dataset, "description", meaning);
+  };
+  file.create_dataset(layout::voltages, {spec.count, channels});
+  describe(layout::voltages, "V", "measured frames, with noise");
+  file.create_dataset(layout::clean_voltages, {spec.count, channels});
+  describe(layout::clean_voltages, "V", "the same frames without noise");
+  file.create_dataset(layout::conductivity, {spec.count, grid, grid});
+  describe(layout::conductivity, "S/m",
+           "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1");
+  file.create_dataset(layout::contacts, {spec.count, contact_width(spec), layout::contact_columns});
+  describe(layout::contacts, "domain units (sheet [-1, 1] x [-1, 1]), rad, 1",
+           "columns: kind (0 disc, 1 ellipse, 2 rectangle, 3 polygon), centre x, centre y, size a, "
+           "size b, angle, conductivity ratio; NaN rows are absent");
+  if (spec.most_vertices() > 0) {
+    file.create_dataset(layout::contact_vertices,
+                        {spec.count, contact_width(spec), spec.most_vertices(), 2});
+    describe(layout::contact_vertices, "domain units",
+             "[scene, contact, vertex, (x, y)] of polygons; NaN where absent");
+  }
+  if (effort_columns(spec) > 0) {
+    file.create_dataset(layout::model_effort, {spec.count, layout::effort_columns});
+    describe(layout::model_effort, "1, V",
+             "points of the scene's border integral equation; estimated 2-norm of the error of its "
+             "clean voltages");
+  }
+  file.write_vector(layout::reference_voltages,
+                    recorded_reference(spec.faults, model.reference_voltages()));
+  describe(layout::reference_voltages, "V", "the untouched sheet by the same model, without noise");
+  file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
+  file.write_number("/", "schema_version", layout::schema_version);
+  file.write_text("/", "recipe", to_json(spec).dump());
+  file.write_text("/", "sensor", to_json(spec.sensor).dump());
+  file.write_number("/", "seed", static_cast<double>(spec.seed));
+  file.write_number("/", "snr_db", spec.noise.snr_db.value_or(INFINITY));
+  file.write_text("/", "snr_basis", name_of(spec.noise.basis));
+  file.write_text("/", "channel_order",
+                  "for drive k = 0 ... L-1 (-I at electrode k, +I at k+1): for pair j = 0 ... L-1 "
+                  "ascending, V_j - V_(j+1), pairs sharing an electrode with the drive skipped");
+  file.write_text("/", "electrode_order", "clockwise along the border from the top left corner");
+  file.flush();
+}
+
+/// Scenes that an earlier call left whole in `part`, or nothing where it cannot be continued.
+std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& part) {
+  if (!fs::exists(part)) return std::nullopt;
+  try {
+    const Hdf5File file = Hdf5File::open(part);
+    if (file.read_text("/", "recipe") != to_json(spec).dump()) return std::nullopt;
+    return static_cast<std::uint64_t>(file.read_vector(layout::scenes_written)[0]);
+  } catch (const InputError&) {
+    return std::nullopt;  // cut off before its storage was laid out, or another thing altogether
+  }
+}
+
+/// The only writer of a file that grows, until it is destroyed. Another process that writes the
+/// same file is waited for.
+class WriterLock {
+ public:
+  explicit WriterLock(const fs::path& part) {
+    for (;;) {
+      descriptor_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+      if (descriptor_ < 0) {
+        throw InputError(part.string() + ": cannot be created: " + std::strerror(errno) +
+                         "; check that the folder exists and is writable");
+      }
+      ::flock(descriptor_, LOCK_EX);
+      // Whoever held the lock may have finished and renamed what we opened.
+      struct stat opened {};
+      struct stat named {};
+      const bool same = ::fstat(descriptor_, &opened) == 0 && ::stat(part.c_str(), &named) == 0 &&
+                        opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+      if (same) return;
+      ::close(descriptor_);
+    }
+  }
+  WriterLock(const WriterLock&) = delete;
+  WriterLock& operator=(const WriterLock&) = delete;
+  ~WriterLock() { ::close(descriptor_); }
+
+  void sync() const { ::fsync(descriptor_); }
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// Whether `file` is a whole dataset of this spec.
+bool is_finished(const DatasetSpec& spec, const fs::path& file) {
+  if (!fs::exists(file)) return false;
+  try {
+    return DatasetFile(file).recipe() == to_json(spec).dump();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+DatasetBlock allocate(const DatasetSpec& spec, std::uint64_t count) {
+  const auto rows = static_cast<Eigen::Index>(count);
+  const auto contacts = static_cast<Eigen::Index>(contact_width(spec));
+  DatasetBlock block;
+  block.voltages.resize(rows, spec.sensor.channels());
+  block.clean_voltages.resize(rows, spec.sensor.channels());
+  block.conductivity.resize(rows, spec.sensor.pixels());
+  block.effort.resize(rows, static_cast<Eigen::Index>(effort_columns(spec)));
+  block.contacts.resize(rows, contacts * layout::contact_columns);
+  block.vertices.resize(rows, contacts * 2 * static_cast<Eigen::Index>(spec.most_vertices()));
+  return block;
+}
+
+/// Fills rows [begin, end) of the block that starts at scene `first`.
+void fill_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
+               Eigen::Index begin, Eigen::Index end, DatasetBlock& block) {
+  std::vector<Scene> scenes;
+  Eigen::VectorXd image(spec.sensor.pixels());
+  for (Eigen::Index i = begin; i < end; ++i) {
+    scenes.push_back(spec.scene(first + static_cast<std::uint64_t>(i)));
+    layout::pack(scenes.back(), block.contacts.row(i), block.vertices.row(i));
+    rasterise(scenes.back(), spec.sensor.image_grid, spec.rasterisation, image);
+    block.conductivity.row(i) = spec.sensor.background * image;
+  }
+  const Eigen::Index count = end - begin;
+  model.solve(spec, scenes, first + static_cast<std::uint64_t>(begin),
+              block.clean_voltages.middleRows(begin, count), block.effort.middleRows(begin, count));
+  for (Eigen::Index i = begin; i < end; ++i) {
+    const std::uint64_t index = first + static_cast<std::uint64_t>(i);
+    RandomStream noise = spec.noise_stream(index);
+    RandomStream fault = spec.stream(index, Purpose::fault);
+    Eigen::VectorXd frame = block.clean_voltages.row(i);
+    add_noise(spec.noise, model.reference_voltages(), noise, frame);
+    apply_faults(spec.faults, spec.sensor, model.reference_voltages(), fault, frame);
+    block.voltages.row(i) = frame;
+  }
+}
+
+DatasetBlock generate_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
+                           std::uint64_t count, int threads) {
+  DatasetBlock block = allocate(spec, count);
+  const auto rows = static_cast<Eigen::Index>(count);
+  std::vector<std::future<void>> workers;
+  for (int t = 0; t < threads; ++t) {
+    workers.push_back(std::async(std::launch::async, [&, t] {
+      fill_rows(spec, model, first, rows * t / threads, rows * (t + 1) / threads, block);
+    }));
+  }
+  for (auto& worker : workers) worker.wait();
+  for (auto& worker : workers) worker.get();
+  return block;
+}
+
+}  // namespace
+
+DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
+                            std::uint64_t count) {
+  return generate_rows(spec, model, first, count, 1);
+}
+
+void generate_dataset(const DatasetSpec& spec, const fs::path& file,
+                      const GenerateOptions& options) {
+  const SceneModel model(spec.sensor, spec.grid);
+  const int threads = std::max(1, options.threads);
+  fs::path part = file;
+  part += ".part";
+  const WriterLock lock(part);
+  if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
+    fs::remove(part);
+    return;
+  }
+  const std::optional<std::uint64_t> whole = resumable(spec, part);
+  if (!whole) create_part(spec, model, part);
+  std::uint64_t done = whole.value_or(0);
+  {
+    Hdf5File out = Hdf5File::open_writable(part);
+    const auto block_at = [&](std::uint64_t first) {
+      const std::uint64_t count = std::min(rows_per_block, spec.count - first);
+      return std::async(std::launch::async, [&, first, count] {
+        return generate_rows(spec, model, first, count, threads);
+      });
+    };
+    std::future<DatasetBlock> next;
+    if (done < spec.count) next = block_at(done);
+    while (done < spec.count) {
+      const DatasetBlock block = next.get();
+      const std::uint64_t first = done;
+      done += static_cast<std::uint64_t>(block.voltages.rows());
+      if (done < spec.count) next = block_at(done);  // computed while this one is written
+      out.write_rows(layout::voltages, first, block.voltages);
+      out.write_rows(layout::clean_voltages, first, block.clean_voltages);
+      out.write_rows(layout::conductivity, first, block.conductivity);
+      out.write_rows(layout::contacts, first, block.contacts);
+      if (block.effort.cols() > 0) out.write_rows(layout::model_effort, first, block.effort);
+      if (block.vertices.cols() > 0) {
+        out.write_rows(layout::contact_vertices, first, block.vertices);
+      }
+      out.flush();
+      out.write_rows(layout::scenes_written, 0,
+                     RowMajorMatrix::Constant(1, 1, static_cast<double>(done)));
+      out.flush();
+      if (options.progress) options.progress(done, spec.count);
+    }
+  }
+  lock.sync();
+  std::error_code error;
+  fs::rename(part, file, error);
+  if (error) throw InputError(file.string() + ": cannot be put in place: " + error.message());
+}
+
+}  // namespace ertbench

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "forward/data/dataset_spec.h"
+
+namespace ertbench {
+
+struct GenerateOptions {
+  int threads = 1;
+  /// Called from the calling thread with the number of scenes on disk, from time to time.
+  std::function<void(std::uint64_t done, std::uint64_t total)> progress;
+};
+
+/// Writes the dataset file of `spec`, a block of scenes at a time, so that memory does not grow
+/// with the count. The numbers depend on the spec alone, not on threads or blocks.
+///
+/// The file grows under the name `file`.part, in which storage is reserved first and only raw data
+/// and the count of whole rows are written later: it can be cut off at any moment, is refused by
+/// every reader until it is whole, and a second call with the same spec goes on where the first
+/// stopped. The finished file is renamed to `file`. Of several processes that write the same file
+/// one does and the others wait for it. A file that holds
+/// this very dataset is left as it is.
+/// Throws InputError where the folder cannot be written or the disk is too small.
+void generate_dataset(const DatasetSpec& spec, const std::filesystem::path& file,
+                      const GenerateOptions& options = {});
+
+/// The same scenes as arrays, rows [first, first + count): what a block of the file holds.
+struct DatasetBlock {
+  Frames voltages;        ///< [count, channels] V, with noise and faults
+  Frames clean_voltages;  ///< [count, channels] V, with faults of the sheet alone
+  Images conductivity;    ///< [count, image pixels] S/m, the truth
+  RowMajorMatrix effort;  ///< [count, 2] of SceneModel::solve; no columns for a grid
+  RowMajorMatrix contacts;
+  RowMajorMatrix vertices;
+};
+
+class SceneModel;
+/// `model` has the spec's sensor and grid.
+DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
+                            std::uint64_t count);
+
+}  // namespace ertbench

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "core/arrays.h"
+#include "forward/data/dataset_spec.h"
+
+namespace ertbench {
+
+/// What makes the clean voltages of a dataset's scenes: the finite-element model on a grid
+/// (ForwardModel), or with "grid": "auto" the border integral equation of the continuous sheet
+/// (BorderModel) with as many points as each scene needs.
+///
+/// All functions are const and thread-safe.
+class SceneModel {
+ public:
+  /// `grid`: pixels along one side, or DatasetSpec::grid_auto.
+  SceneModel(const Sensor& sensor, int grid);
+  ~SceneModel();
+  SceneModel(SceneModel&&) noexcept;
+
+  /// Voltages of the uniform sheet, [channels] V.
+  const Eigen::VectorXd& reference_voltages() const;
+
+  /// Voltages [scenes, channels] V of `scenes`, the dataset's from number `first` on, with its
+  /// faults of the sheet and without noise. `spec` has this model's sensor and grid.
+  ///
+  /// `effort` [scenes, 2], filled with "auto" alone: points of each scene's system, and the
+  /// estimated 2-norm of its voltages' error in V, which is at most `spec.model_error` of the
+  /// frame's noise except where the model's largest system did not suffice.
+  void solve(const DatasetSpec& spec, std::span<const Scene> scenes, std::uint64_t first,
+             Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,192 @@
+#include "forward/fem/forward_model.h"
+
+#include <Eigen/SparseCholesky>
+#include <cmath>
+
+#include "forward/fem/condensation.h"
+#include "forward/fem/contact_update.h"
+
+namespace ertbench {
+namespace {
+
+/// Beyond this many active nodes the condensation costs less.
+/// bench/benchmarks/forward_benchmark.cpp
+/// (`disc`) finds the two equal at 38, 95, 230 and 510 nodes on the grids 24, 48, 96 and 192.
+std::size_t most_active_nodes(int grid) {
+  return static_cast<std::size_t>(0.65 * std::pow(grid, 1.28));
+}
+
+}  // namespace
+
+struct ForwardModel::Parts {
+  Sensor sensor;
+  int grid;
+  std::vector<Channel> channels;
+  std::vector<int> electrodes;
+  ContactUpdate update;
+  Condensation condensation;
+  Eigen::VectorXd reference;
+
+  Parts(const Sensor& s, int n)
+      : sensor(s),
+        grid(n),
+        channels(channels_of(s)),
+        electrodes(electrode_nodes(s, n)),
+        update(n, electrodes),
+        condensation(n, electrodes) {
+    reference = voltages(drive_impedance_of_background());
+  }
+
+  /// Ohm's law at conductivity 1 to volts: V(d, m) = -I/c0 P_m^T K^+ P_d.
+  Eigen::VectorXd voltages(const Eigen::MatrixXd& drive_impedance) const {
+    Eigen::VectorXd out(sensor.channels());
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      out[static_cast<Eigen::Index>(c)] =
+          -sensor.drive_current / sensor.background *
+          drive_impedance(channels[c].measurement, channels[c].drive);
+    }
+    return out;
+  }
+
+  Eigen::MatrixXd drive_impedance_of_background() const {
+    const RowMajorMatrix& fields = update.background_fields();
+    Eigen::MatrixXd at_electrodes(electrodes.size(), electrodes.size());
+    for (std::size_t e = 0; e < electrodes.size(); ++e) {
+      at_electrodes.row(static_cast<Eigen::Index>(e)) = fields.row(electrodes[e]);
+    }
+    return pair_differences(at_electrodes);
+  }
+
+  /// Row k: electrode k + 1 less electrode k.
+  static Eigen::MatrixXd pair_differences(const Eigen::MatrixXd& at_electrodes) {
+    Eigen::MatrixXd out(at_electrodes.rows(), at_electrodes.cols());
+    const Eigen::Index count = at_electrodes.rows();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      out.row(k) = at_electrodes.row((k + 1) % count) - at_electrodes.row(k);
+    }
+    return out;
+  }
+
+  RowMajorMatrix fields_of(const Eigen::VectorXd& ratio) const;
+  RowMajorMatrix jacobian_from(const RowMajorMatrix& fields) const;
+};
+
+ForwardModel::ForwardModel(const Sensor& sensor, int grid)
+    : parts_(std::make_unique<Parts>(sensor, grid)) {}
+ForwardModel::~ForwardModel() = default;
+ForwardModel::ForwardModel(ForwardModel&&) noexcept = default;
+
+const Sensor& ForwardModel::sensor() const { return parts_->sensor; }
+int ForwardModel::grid() const { return parts_->grid; }
+const Eigen::VectorXd& ForwardModel::reference_voltages() const { return parts_->reference; }
+
+Frames ForwardModel::solve(const Eigen::Ref<const Images>& conductivity,
+                           ForwardMethod method) const {
+  const Parts& parts = *parts_;
+  constexpr int lanes = Condensation::lanes;
+  const Images ratio = conductivity / parts.sensor.background;
+  Frames voltages(conductivity.rows(), parts.sensor.channels());
+
+  std::vector<Eigen::Index> to_condense;
+  const std::size_t nodes = static_cast<std::size_t>((parts.grid + 1) * (parts.grid + 1));
+  for (Eigen::Index s = 0; s < ratio.rows(); ++s) {
+    bool condense = method == ForwardMethod::condensation;
+    if (!condense) {
+      const std::vector<int> active = parts.update.active_nodes(ratio.row(s).data());
+      const std::size_t limit =
+          method == ForwardMethod::automatic ? most_active_nodes(parts.grid) : nodes - 1;
+      condense = active.size() > limit;
+      if (!condense) {
+        const Eigen::MatrixXd change = parts.update.impedance_change(ratio.row(s).data(), active);
+        voltages.row(s) = parts.reference + parts.voltages(change);
+      }
+    }
+    if (condense) to_condense.push_back(s);
+  }
+
+  if (to_condense.empty()) return voltages;
+  Condensation::Workspace workspace(parts.condensation);
+  std::array<Eigen::MatrixXd, lanes> impedance;
+  for (std::size_t first = 0; first < to_condense.size(); first += lanes) {
+    std::array<const double*, lanes> sheets{};
+    const std::size_t count = std::min<std::size_t>(lanes, to_condense.size() - first);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      sheets[lane] = ratio.row(to_condense[first + lane]).data();
+    }
+    parts.condensation.solve(sheets, impedance, workspace);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const Eigen::MatrixXd drives =
+          Parts::pair_differences(Parts::pair_differences(impedance[lane]).transpose());
+      voltages.row(to_condense[first + lane]) = parts.voltages(drives);
+    }
+  }
+  return voltages;
+}
+
+/// Potentials [nodes, L] of the sheet of conductivity `ratio` under unit drive currents.
+RowMajorMatrix ForwardModel::Parts::fields_of(const Eigen::VectorXd& ratio) const {
+  const int side = grid + 1;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int row = 0; row < grid; ++row) {
+    for (int column = 0; column < grid; ++column) {
+      const double half = 0.5 * ratio[column + grid * row];
+      const int corner = column + side * row;
+      const std::array<int, 4> corners = {corner, corner + 1, corner + side + 1, corner + side};
+      for (std::size_t c = 0; c < 4; ++c) {
+        const int a = corners[c];
+        const int b = corners[(c + 1) % 4];
+        entries.emplace_back(a, a, 2 * half);
+        entries.emplace_back(std::max(a, b), std::min(a, b), -half);
+      }
+    }
+  }
+  const int grounded = electrodes.back();
+  entries.emplace_back(grounded, grounded, 1.0);  // fixes the constant; no current flows there
+  Eigen::SparseMatrix<double> stiffness(side * side, side * side);
+  stiffness.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(stiffness);
+
+  const auto count = static_cast<Eigen::Index>(electrodes.size());
+  Eigen::MatrixXd currents = Eigen::MatrixXd::Zero(side * side, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    currents(electrodes[static_cast<std::size_t>(k)], k) -= 1;
+    currents(electrodes[static_cast<std::size_t>((k + 1) % count)], k) += 1;
+  }
+  return factor.solve(currents);
+}
+
+/// dV(d, m)/dsigma_p = +I int_p grad u_d . grad u_m: half the sum over the pixel's four edges of
+/// the products of the differences along them.
+RowMajorMatrix ForwardModel::Parts::jacobian_from(const RowMajorMatrix& fields) const {
+  const int side = grid + 1;
+  const double scale = 0.5 * sensor.drive_current / (sensor.background * sensor.background);
+  RowMajorMatrix jacobian(sensor.channels(), grid * grid);
+  const auto count = static_cast<Eigen::Index>(electrodes.size());
+  RowMajorMatrix differences(4, count);
+  RowMajorMatrix products(count, count);
+  for (int row = 0; row < grid; ++row) {
+    for (int column = 0; column < grid; ++column) {
+      const int corner = column + side * row;
+      differences.row(0) = fields.row(corner + 1) - fields.row(corner);
+      differences.row(1) = fields.row(corner + side + 1) - fields.row(corner + side);
+      differences.row(2) = fields.row(corner + side) - fields.row(corner);
+      differences.row(3) = fields.row(corner + side + 1) - fields.row(corner + 1);
+      products.noalias() = scale * differences.transpose() * differences;
+      for (std::size_t c = 0; c < channels.size(); ++c) {
+        jacobian(static_cast<Eigen::Index>(c), column + grid * row) =
+            products(channels[c].measurement, channels[c].drive);
+      }
+    }
+  }
+  return jacobian;
+}
+
+RowMajorMatrix ForwardModel::jacobian() const {
+  return parts_->jacobian_from(parts_->update.background_fields());
+}
+
+RowMajorMatrix ForwardModel::jacobian(const Eigen::VectorXd& conductivity) const {
+  return parts_->jacobian_from(parts_->fields_of(conductivity / parts_->sensor.background));
+}
+
+}  // namespace ertbench

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "core/arrays.h"
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+/// How a scene's voltages are computed; `automatic` takes whichever costs less for that scene.
+/// Both are exact up to rounding.
+enum class ForwardMethod { automatic, condensation, contact_update };
+
+/// The finite-element model of the sheet: -div(sigma grad u) = 0 with point currents, linear
+/// right triangles, one conductivity a pixel. On such a mesh the stiffness matrix is that of a
+/// resistor grid. Equal to EIDORS's `d2s` to rounding.
+///
+/// Everything that the scene does not change is computed once, in the constructor; all functions
+/// are const and thread-safe.
+class ForwardModel {
+ public:
+  /// `grid`: pixels along one side, sensor.image_grid times a power of two.
+  /// Throws InputError where an electrode falls between nodes.
+  ForwardModel(const Sensor& sensor, int grid);
+  ~ForwardModel();
+  ForwardModel(ForwardModel&&) noexcept;
+
+  const Sensor& sensor() const;
+  int grid() const;
+
+  /// Voltages of the uniform sheet, [channels] V.
+  const Eigen::VectorXd& reference_voltages() const;
+
+  /// `conductivity` [scenes, grid^2] S/m, all > 0, to voltages [scenes, channels] V.
+  /// Each scene's result is the same whatever else is in the batch.
+  Frames solve(const Eigen::Ref<const Images>& conductivity,
+               ForwardMethod method = ForwardMethod::automatic) const;
+
+  /// dV/dsigma [channels, grid^2] in V per S/m, at the uniform background or at an image [grid^2].
+  RowMajorMatrix jacobian() const;
+  RowMajorMatrix jacobian(const Eigen::VectorXd& conductivity) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,35 @@
+#include "forward/fem/lattice_green.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace ertbench {
+
+LatticeGreen::LatticeGreen(int grid) {
+  const int period = 2 * grid;
+  // g(a, b) = 1/period * sum_p cos(2 pi p a / period) h_p(b), with h_p the periodic solution of
+  // (lambda_p - second difference) h = delta; lambda_p = 2 - 2 cos(2 pi p / period) = 2 cosh t - 2.
+  Eigen::MatrixXd cosines(period + 1, period);
+  Eigen::MatrixXd profiles(period, period + 1);
+  for (int p = 0; p < period; ++p) {
+    const double half_angle = std::numbers::pi * p / period;
+    for (int a = 0; a <= period; ++a) {
+      // The product p * a is reduced first so that the cosine's argument stays small.
+      cosines(a, p) = std::cos(2 * std::numbers::pi * ((p * a) % period) / period) / period;
+    }
+    const double t = 2 * std::asinh(std::sin(half_angle));
+    for (int b = 0; b <= period; ++b) {
+      if (p == 0) {  // zero mean takes the place of the missing decay
+        profiles(p, b) = b * (b - double(period)) / (2.0 * period) +
+                         (double(period) * period - 1) / (12.0 * period);
+      } else {
+        // cosh((period/2 - b) t) / (2 sinh t sinh(period/2 t)), written so as not to overflow
+        profiles(p, b) = (std::exp(-b * t) + std::exp(-(period - b) * t)) /
+                         (2 * std::sinh(t) * -std::expm1(-period * t));
+      }
+    }
+  }
+  table_.noalias() = cosines * profiles;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "forward/sheet/scene.h"
+
+namespace ertbench {
+
+/// How a pixel that a contact covers in part gets its conductivity.
+enum class Rasterisation {
+  area,    ///< by the covered fraction of its area
+  centre,  ///< by what covers its centre
+};
+
+/// Conductivity ratios sigma / background [grid^2] of a scene, 1 where nothing presses.
+///
+/// With `area` a pixel's ratio is the mean over its area. The covered fraction is exact for every
+/// shape; only in pixels where the borders of two or more contacts meet is it integrated over
+/// `overlap_lines` lines across the pixel, exactly along each line.
+void rasterise(const Scene& scene, int grid, Rasterisation rule, Eigen::Ref<Eigen::VectorXd> ratio);
+
+inline constexpr int overlap_lines = 64;
+
+const char* name_of(Rasterisation rule);
+
+}  // namespace ertbench

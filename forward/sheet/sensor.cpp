@@ -1,0 +1,123 @@
+#include "forward/sheet/sensor.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "core/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+bool shares_electrode(int drive, int measurement, int count) {
+  const int gap = (measurement - drive + count) % count;
+  return gap <= 1 || gap == count - 1;
+}
+
+}  // namespace
+
+std::vector<Channel> channels_of(const Sensor& sensor) {
+  std::vector<Channel> channels;
+  const int count = sensor.electrode_count;
+  for (int drive = 0; drive < count; ++drive) {
+    for (int measurement = 0; measurement < count; ++measurement) {
+      if (!shares_electrode(drive, measurement, count)) channels.push_back({drive, measurement});
+    }
+  }
+  return channels;
+}
+
+std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
+  const std::vector<Channel> channels = channels_of(sensor);
+  const int count = sensor.electrode_count;
+  std::vector<int> index(static_cast<std::size_t>(count * count), -1);
+  for (int c = 0; c < static_cast<int>(channels.size()); ++c) {
+    const Channel& channel = channels[static_cast<std::size_t>(c)];
+    index[static_cast<std::size_t>(channel.drive * count + channel.measurement)] = c;
+  }
+  std::vector<std::array<int, 2>> pairs;
+  for (int c = 0; c < static_cast<int>(channels.size()); ++c) {
+    const Channel& channel = channels[static_cast<std::size_t>(c)];
+    if (channel.drive < channel.measurement) {
+      pairs.push_back(
+          {c, index[static_cast<std::size_t>(channel.measurement * count + channel.drive)]});
+    }
+  }
+  return pairs;
+}
+
+Eigen::Matrix2Xd electrode_positions(const Sensor& sensor) {
+  return electrode_positions(sensor, Eigen::VectorXd::Zero(sensor.electrode_count));
+}
+
+Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement) {
+  Eigen::Matrix2Xd positions(2, sensor.electrode_count);
+  for (int e = 0; e < sensor.electrode_count; ++e) {
+    const double along =
+        sensor.electrode_offset + 8.0 * e / sensor.electrode_count + displacement[e];
+    const int side = (static_cast<int>(std::floor(along / 2)) % 4 + 4) % 4;
+    const double t = along - 2 * std::floor(along / 2) - 1;
+    switch (side) {
+      case 0:
+        positions.col(e) << t, 1;
+        break;
+      case 1:
+        positions.col(e) << 1, -t;
+        break;
+      case 2:
+        positions.col(e) << -t, -1;
+        break;
+      default:
+        positions.col(e) << -1, t;
+    }
+  }
+  return positions;
+}
+
+std::vector<int> electrode_nodes(const Sensor& sensor, int grid) {
+  const Eigen::Matrix2Xd positions = electrode_positions(sensor);
+  std::vector<int> nodes;
+  for (int e = 0; e < sensor.electrode_count; ++e) {
+    const Eigen::Vector2d at = (positions.col(e).array() + 1) * (grid / 2.0);
+    const Eigen::Vector2d nearest = at.array().round();
+    if ((at - nearest).cwiseAbs().maxCoeff() > 1e-9) {
+      throw InputError("sensor: electrode " + std::to_string(e) +
+                       " falls between the nodes of the " + std::to_string(grid) +
+                       "-grid; choose electrode_count and electrode_offset so that every electrode "
+                       "is a multiple of 2/grid from a corner");
+    }
+    nodes.push_back(static_cast<int>(nearest.x()) + (grid + 1) * static_cast<int>(nearest.y()));
+  }
+  return nodes;
+}
+
+Sensor sensor_from_json(JsonObject object) {
+  Sensor sensor;
+  sensor.image_grid = object.integer_or("image_grid", sensor.image_grid, 4, 96);
+  sensor.electrode_count = object.integer_or("electrode_count", sensor.electrode_count, 5, 64);
+  sensor.electrode_offset =
+      object.number_or("electrode_offset", 4.0 / sensor.electrode_count, {0, 8});
+  sensor.drive_current = object.number_or("drive_current", sensor.drive_current, Range::positive());
+  sensor.background = object.number_or("background", sensor.background, Range::positive());
+  object.finish();
+  if (sensor.electrode_offset >= 8.0 / sensor.electrode_count) {
+    object.fail("electrode_offset", "must be less than the distance between electrodes, " +
+                                        std::to_string(8.0 / sensor.electrode_count));
+  }
+  try {
+    electrode_nodes(sensor, sensor.image_grid);
+  } catch (const InputError& e) {
+    object.fail("", e.what());
+  }
+  return sensor;
+}
+
+nlohmann::json to_json(const Sensor& sensor) {
+  return {{"image_grid", sensor.image_grid},
+          {"electrode_count", sensor.electrode_count},
+          {"electrode_offset", sensor.electrode_offset},
+          {"drive_current", sensor.drive_current},
+          {"background", sensor.background}};
+}
+
+}  // namespace ertbench

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+/// A rotation or reflection of the sheet that maps electrodes onto electrodes. Turning the scene
+/// turns image and voltages alike: turned[i] = original[from[i]].
+struct Symmetry {
+  std::vector<int> pixels;    ///< [pixels], `from` of an image
+  std::vector<int> channels;  ///< [channels], `from` of a frame; no channel changes its sign
+};
+
+/// The symmetries of the sensor, the identity first: all eight of the square where the electrodes
+/// lie symmetric to its middle lines, the four rotations otherwise, fewer where their number is not
+/// a multiple of four.
+std::vector<Symmetry> symmetries(const Sensor& sensor);
+
+}  // namespace ertbench

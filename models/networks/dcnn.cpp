@@ -1,0 +1,84 @@
+#include "models/networks/dcnn.h"
+
+#include <torch/nn/functional/padding.h>
+#include <torch/nn/modules/batchnorm.h>
+#include <torch/nn/modules/conv.h>
+#include <torch/nn/modules/pooling.h>
+#include <torch/types.h>
+
+#include "core/errors.h"
+
+namespace ertbench {
+namespace nn = torch::nn;
+namespace {
+
+/// PReLU, a x where x < 0 with a learned a for each channel. Written with ReLU, for which libtorch
+/// has fast kernels: its own PReLU is ten times slower in training.
+class PReluImpl final : public torch::nn::Module {
+ public:
+  explicit PReluImpl(int channels)
+      : slope_(register_parameter("slope", torch::full({channels, 1, 1}, 0.25))) {}
+  torch::Tensor forward(const torch::Tensor& x) { return x.relu() - slope_ * (-x).relu(); }
+
+ private:
+  torch::Tensor slope_;
+};
+TORCH_MODULE(PRelu);
+
+void append_activation(nn::Sequential& layers, int width) {
+  layers->push_back(nn::BatchNorm2d(width));
+  layers->push_back(PRelu(width));
+}
+
+void append_convolution(nn::Sequential& layers, int inputs, int width) {
+  layers->push_back(nn::Conv2d(nn::Conv2dOptions(inputs, width, 3).padding(1).bias(false)));
+  append_activation(layers, width);
+}
+
+void append_enlargement(nn::Sequential& layers, int inputs, int width, int factor) {
+  layers->push_back(nn::ConvTranspose2d(
+      nn::ConvTranspose2dOptions(inputs, width, factor).stride(factor).bias(false)));
+  append_activation(layers, width);
+}
+
+}  // namespace
+
+void Dcnn::check(const Sensor& sensor) {
+  if (sensor.electrode_count % 4 != 0 || 2 * sensor.image_grid != 3 * sensor.electrode_count) {
+    throw InputError(
+        "dcnn needs a multiple of 4 electrodes and an image grid of 3/2 as many pixels (16 and "
+        "24), the sensor has " +
+        std::to_string(sensor.electrode_count) + " and " + std::to_string(sensor.image_grid));
+  }
+}
+
+Dcnn::Dcnn(const Sensor& sensor, const std::array<int, 3>& widths)
+    : electrodes_(sensor.electrode_count) {
+  const auto [w0, w1, w2] = widths;
+  append_convolution(layers_, 1, w0);
+  layers_->push_back(nn::MaxPool2d(2));
+  append_convolution(layers_, w0, w1);
+  layers_->push_back(nn::MaxPool2d(2));
+  append_convolution(layers_, w1, w2);
+  append_enlargement(layers_, w2, w1, 3);
+  append_enlargement(layers_, w1, w0, 2);
+  layers_->push_back(nn::Conv2d(nn::Conv2dOptions(w0, 1, 3).padding(1)));
+  register_module("layers", layers_);
+
+  std::vector<std::int64_t> source(static_cast<std::size_t>(electrodes_ * electrodes_),
+                                   sensor.channels());
+  std::int64_t index = 0;
+  for (const Channel& channel : channels_of(sensor)) {
+    source[static_cast<std::size_t>(channel.drive * electrodes_ + channel.measurement)] = index++;
+  }
+  source_ = torch::tensor(source);
+}
+
+torch::Tensor Dcnn::forward(const torch::Tensor& frames) {
+  const torch::Tensor with_none =
+      nn::functional::pad(frames, nn::functional::PadFuncOptions({0, 1}));
+  return layers_->forward(
+      with_none.index_select(1, source_).view({-1, 1, electrodes_, electrodes_}));
+}
+
+}  // namespace ertbench

@@ -1,0 +1,102 @@
+#include "models/networks/dd_ert_generator.h"
+
+#include <torch/nn/init.h>
+#include <torch/nn/modules/activation.h>
+#include <torch/nn/modules/batchnorm.h>
+#include <torch/types.h>
+
+#include "core/errors.h"
+
+namespace ertbench {
+namespace nn = torch::nn;
+namespace {
+
+/// Where the sigmoid starts: an almost untouched sheet. From the middle of its range, most pixels
+/// being background, it would be driven into saturation and stay there.
+constexpr double first_logit = -4;
+
+/// `first` is the block's first convolution; the others keep the size.
+nn::Sequential block(const nn::Conv2dOptions& first, int convolutions) {
+  nn::Sequential layers;
+  const auto width = first.out_channels();
+  for (int i = 0; i < convolutions; ++i) {
+    nn::Conv2dOptions options = i == 0 ? first : nn::Conv2dOptions(width, width, 3).padding(1);
+    layers->push_back(nn::Conv2d(options.bias(false)));
+    layers->push_back(nn::BatchNorm2d(width));
+    layers->push_back(nn::ReLU(nn::ReLUOptions(true)));
+  }
+  return layers;
+}
+
+nn::Conv2dOptions same(int inputs, int width) {
+  return nn::Conv2dOptions(inputs, width, 3).padding(1);
+}
+
+nn::Conv2dOptions halving(int inputs, int width) { return same(inputs, width).stride(2); }
+
+nn::ConvTranspose2dOptions doubling(int inputs, int width) {
+  return nn::ConvTranspose2dOptions(inputs, width, 2).stride(2);
+}
+
+}  // namespace
+
+void DdErtGenerator::check(const Sensor& sensor) {
+  if (sensor.image_grid % 4 != 0 || sensor.image_grid < 12) {
+    throw InputError("dd-ert needs an image grid of 12, 16, 20, 24, ... pixels, the sensor has " +
+                     std::to_string(sensor.image_grid));
+  }
+}
+
+DdErtGenerator::DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape)
+    : grid_(sensor.image_grid),
+      initial_imaging_(sensor.channels(), sensor.pixels()),
+      encode_full_(block(same(1, shape.width), shape.convolutions)),
+      encode_half_(block(halving(shape.width, 2 * shape.width), shape.convolutions)),
+      encode_quarter_(block(halving(2 * shape.width, 4 * shape.width), shape.convolutions)),
+      bottom_(block(nn::Conv2dOptions(4 * shape.width, 8 * shape.width, 3), shape.convolutions)),
+      rise_quarter_(nn::ConvTranspose2dOptions(8 * shape.width, 4 * shape.width, 3)),
+      rise_half_(doubling(4 * shape.width, 2 * shape.width)),
+      rise_full_(doubling(2 * shape.width, shape.width)),
+      decode_quarter_(block(same(8 * shape.width, 4 * shape.width), shape.convolutions)),
+      decode_half_(block(same(4 * shape.width, 2 * shape.width), shape.convolutions)),
+      decode_full_(block(same(2 * shape.width, shape.width), shape.convolutions)),
+      image_(nn::Conv2dOptions(shape.width, 1, 1)) {
+  register_module("initial_imaging", initial_imaging_);
+  register_module("encode_full", encode_full_);
+  register_module("encode_half", encode_half_);
+  register_module("encode_quarter", encode_quarter_);
+  register_module("bottom", bottom_);
+  register_module("rise_quarter", rise_quarter_);
+  register_module("rise_half", rise_half_);
+  register_module("rise_full", rise_full_);
+  register_module("decode_quarter", decode_quarter_);
+  register_module("decode_half", decode_half_);
+  register_module("decode_full", decode_full_);
+  register_module("image", image_);
+  if (shape.attention) {
+    attention_quarter_ = register_module("attention_quarter", SpatialAttention());
+    attention_bottom_ = register_module("attention_bottom", SpatialAttention());
+  }
+  nn::init::constant_(image_->bias, first_logit);
+}
+
+torch::Tensor DdErtGenerator::attend(SpatialAttention& attention, const torch::Tensor& features) {
+  return attention.is_empty() ? features : attention->forward(features);
+}
+
+torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
+  const torch::Tensor initial = initial_imaging_->forward(frames).view({-1, 1, grid_, grid_});
+  const torch::Tensor full = encode_full_->forward(initial);
+  const torch::Tensor half = encode_half_->forward(full);
+  const torch::Tensor quarter = attend(attention_quarter_, encode_quarter_->forward(half));
+  const torch::Tensor bottom = attend(attention_bottom_, bottom_->forward(quarter));
+  const torch::Tensor up_quarter =
+      decode_quarter_->forward(torch::cat({rise_quarter_->forward(bottom), quarter}, 1));
+  const torch::Tensor up_half =
+      decode_half_->forward(torch::cat({rise_half_->forward(up_quarter), half}, 1));
+  const torch::Tensor up_full =
+      decode_full_->forward(torch::cat({rise_full_->forward(up_half), full}, 1));
+  return image_->forward(up_full).to(torch::kFloat32).sigmoid();
+}
+
+}  // namespace ertbench

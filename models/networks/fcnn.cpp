@@ -1,0 +1,31 @@
+#include "models/networks/fcnn.h"
+
+#include <torch/nn/modules/activation.h>
+#include <torch/nn/modules/batchnorm.h>
+#include <torch/nn/modules/linear.h>
+
+namespace ertbench {
+
+namespace nn = torch::nn;
+
+int append_dense_layers(nn::Sequential& layers, int inputs, const std::vector<int>& widths) {
+  for (const int width : widths) {
+    layers->push_back(nn::Linear(nn::LinearOptions(inputs, width).bias(false)));
+    layers->push_back(nn::BatchNorm1d(width));
+    layers->push_back(nn::ReLU(nn::ReLUOptions(true)));
+    inputs = width;
+  }
+  return inputs;
+}
+
+Fcnn::Fcnn(const Sensor& sensor, const std::vector<int>& widths) : grid_(sensor.image_grid) {
+  const int last = append_dense_layers(layers_, sensor.channels(), widths);
+  layers_->push_back(nn::Linear(last, sensor.pixels()));
+  register_module("layers", layers_);
+}
+
+torch::Tensor Fcnn::forward(const torch::Tensor& frames) {
+  return layers_->forward(frames).view({-1, 1, grid_, grid_});
+}
+
+}  // namespace ertbench

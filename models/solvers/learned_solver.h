@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "models/networks/frozen_graph.h"
+#include "models/training/objective.h"
+#include "models/training/trainer.h"
+#include "solvers/check/frame_check.h"
+#include "solvers/solver.h"
+
+namespace ertbench {
+
+/// A solver that is a trained network. The derived classes say which network, what it is
+/// initialised with and what its training minimises; all else is here.
+///
+/// `fit` needs a training and a validation set. The fitted file is a torch archive: the network's
+/// weights, the standardisation, the check of frames, and under "ertbench" a JSON text with type,
+/// version, sensor, parameters and what the training reported.
+class LearnedSolver : public Solver {
+ public:
+  /// The settings and, once fitted, under "training" how that went.
+  nlohmann::json parameters() const final;
+  void check(const Sensor& sensor) const override = 0;
+  bool needs_training() const final { return true; }
+  void fit(const FitInput& input) final;
+  FitReport fit_report() const final;
+  void reconstruct(FramesView changes, ImagesView images,
+                   std::span<FrameReport> reports) const final;
+  void save(const std::filesystem::path& file) const final;
+  void load(const std::filesystem::path& file, const Sensor& sensor) final;
+
+ protected:
+  explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
+
+  /// Reads all settings but the inference's, the training's among them, and calls `finish`.
+  virtual void read(JsonObject object) = 0;
+  virtual nlohmann::json settings() const = 0;
+  virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
+  /// Reads "inference_check": whether FrameCheck judges the frames.
+  void read_check(JsonObject& object);
+  /// Reads "inference_precision", for networks of dense layers: libtorch has no transposed
+  /// convolution in bfloat16.
+  void read_inference(JsonObject& object);
+  /// Overwrites what the network's constructor drew at random.
+  virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
+  virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;
+
+  /// Frames that go through the network at a time: few enough that the maps of convolutions stay in
+  /// the cache.
+  virtual Eigen::Index block_frames() const { return 64; }
+
+  TrainingSettings training_;
+
+ private:
+  void freeze(const Sensor& sensor, std::shared_ptr<Network> network);
+
+  std::string type_;
+  bool bfloat16_inference_ = false;
+  bool check_frames_ = true;
+  FrameCheck frame_check_;
+  Sensor sensor_;
+  Standardisation standardisation_;
+  std::shared_ptr<Network> network_;  ///< null before fit or load
+  std::optional<FrozenGraph> graph_;
+  nlohmann::json result_;  ///< of the training, with what it ran on
+};
+
+}  // namespace ertbench

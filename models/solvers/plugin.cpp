@@ -1,0 +1,98 @@
+// The learned solvers as a plugin: libtorch comes into the program with them, and not before.
+
+#include "models/solvers/solvers.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+template <typename Learned>
+std::unique_ptr<Solver> make_solver(JsonObject object) {
+  return std::make_unique<Learned>(std::move(object));
+}
+
+/// `own` and the parameters that all trainings share.
+std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
+  const std::vector<ParameterInfo> shared = {
+      {"seed", "of first weights, order and noise, 0 ... 2147483647; default 1"},
+      {"epochs", "passes over the training set, at most; default 20"},
+      {"batch", "scenes a step, 2 ... 65536; default 32 (dd-ert: 16)"},
+      {"learning_rate", "of Adam, its largest, > 0; default 0.002 (dd-ert: 0.004)"},
+      {"schedule",
+       "\"one-cycle\" (up over a tenth of the steps, down along a cosine; the default) or "
+       "\"constant\""},
+      {"slow_rate",
+       "of the learning rate, for layers that begin as physics has them (the dense layer of "
+       "dd-ert), 0 ... 1; default 0.015"},
+      {"freeze_statistics",
+       "share of the steps after which batch normalisation uses its running statistics, 0 ... 1; "
+       "default 0.6 (dd-ert: 0.4)"},
+      {"precision",
+       "of convolutions and dense layers in training: \"float32\" (the default) or \"bfloat16\", "
+       "two to three times faster with AVX512-BF16"},
+      {"symmetries", "whether scenes are turned by the sensor's symmetries; default true"},
+      {"new_scenes", "whether every epoch draws scenes of its own; default false"},
+      {"patience", "epochs without a better validation error before the training ends; default 20"},
+      {"training_faults",
+       "faults of the electronics put into training frames, {\"dead_electrodes\": [0, 4], "
+       "\"dead_reading\": \"zero\" or \"floating\", \"gain_error\": [0, 0.1], \"offset\": [0, "
+       "0.01]}, "
+       "sizes uniform in these intervals; default none"},
+      {"fault_share", "of the training frames have them, above 0 ... 1; default 0.5"},
+      {"inference_check",
+       "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
+       "suspect; "
+       "default true"}};
+  own.insert(own.end(), shared.begin(), shared.end());
+  return own;
+}
+
+}  // namespace
+}  // namespace ertbench
+
+extern "C" int ertbench_solver_interface() { return ertbench::solver_interface_version; }
+
+extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
+  using namespace ertbench;
+  registry.add(FcnnSolver::type,
+               {"fully connected network, mean squared error",
+                with_training({{"widths", "of the hidden layers; default [2304, 576, 576]"},
+                               {"inference_precision",
+                                "of the frozen network that images frames, \"float32\" (the "
+                                "default) or \"bfloat16\": faster in batches"}}),
+                make_solver<FcnnSolver>});
+  registry.add(DcnnSolver::type,
+               {"convolutional network on the drive x measurement map, mean squared error",
+                with_training({{"widths", "channels of the three levels; default [64, 128, 256]"}}),
+                make_solver<DcnnSolver>});
+  registry.add(
+      EitNnSolver::type,
+      {"EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
+       with_training(
+           {{"dense_widths", "the last is the number of pixels; default [2304, 576, 576]"},
+            {"channels", "of the two convolutions; default [32, 64]"},
+            {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
+            {"sensitivity_lambda",
+             "regularisation of that blur, > 0 or \"auto\" (the default), V per S/m"}}),
+       make_solver<EitNnSolver>});
+  registry.add(
+      DdErtSolver::type,
+      {"DD-ERT (Zheng et al.): dense layer from the sensitivity, U-Net with spatial attention, "
+       "trained against a PatchGAN discriminator (B1-B7)",
+       with_training(
+           {{"width", "feature maps of the U-Net at full resolution; default 24"},
+            {"convolutions", "in each block; default 2"},
+            {"attention", "on the two coarsest maps (B2); default true"},
+            {"initialisation", "of the dense layer: \"physics\" (the default) or \"random\""},
+            {"train_dense", "whether that layer is trained; default true"},
+            {"content_loss", "\"l1\" (B3; the default) or \"mse\" (B6)"},
+            {"alpha", "weight of the adversarial term, 0: no discriminator; default 0.001"},
+            {"beta", "weight of the mask term (B5); default 0.1"},
+            {"adversarial_form",
+             "\"minimax\" (B4; the default), \"non-saturating\" or \"least-squares\""},
+            {"discriminator_rate",
+             "learning rate of the discriminator over that of the generator, > 0; default 0.1"},
+            {"mask_threshold", "y from which a pixel is in a contact; default 0.05"},
+            {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}}),
+       make_solver<DdErtSolver>});
+}

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/json_reader.h"
+#include "models/networks/dd_ert_generator.h"
+#include "models/solvers/learned_solver.h"
+#include "models/training/adversarial_objective.h"
+#include "solvers/tunable.h"
+
+/// The learned solvers: their settings, and how network and objective are made of them.
+namespace ertbench {
+
+class FcnnSolver final : public LearnedSolver {
+ public:
+  static constexpr const char* type = "fcnn";
+  explicit FcnnSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read_inference(object);
+    read(std::move(object));
+  }
+  void check(const Sensor&) const override {}
+
+ private:
+  /// Without maps what counts is how often the weights are read.
+  Eigen::Index block_frames() const override { return 256; }
+  void read(JsonObject object) override;
+  nlohmann::json settings() const override;
+  std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
+  std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
+
+  std::vector<int> widths_{2304, 576, 576};
+};
+
+class DcnnSolver final : public LearnedSolver {
+ public:
+  static constexpr const char* type = "dcnn";
+  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read(std::move(object));
+  }
+  void check(const Sensor& sensor) const override;
+
+ private:
+  void read(JsonObject object) override;
+  nlohmann::json settings() const override;
+  std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
+  std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
+
+  std::array<int, 3> widths_{64, 128, 256};
+};
+
+class EitNnSolver final : public LearnedSolver {
+ public:
+  static constexpr const char* type = "eit-nn";
+  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read(std::move(object));
+  }
+  void check(const Sensor& sensor) const override;
+
+ private:
+  void read(JsonObject object) override;
+  nlohmann::json settings() const override;
+  std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
+  std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
+
+  std::vector<int> dense_widths_{2304, 576, 576};
+  std::array<int, 2> channels_{32, 64};
+  bool blurred_target_ = true;  ///< "ssa-mse", else "mse"
+  Tunable lambda_;              ///< of the blur
+};
+
+class DdErtSolver final : public LearnedSolver {
+ public:
+  static constexpr const char* type = "dd-ert";
+  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) {
+    read_check(object);
+    read(std::move(object));
+  }
+  void check(const Sensor& sensor) const override;
+
+ private:
+  void read(JsonObject object) override;
+  nlohmann::json settings() const override;
+  std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
+  void initialise(Network& network, const FitInput& input,
+                  const Standardisation& standardisation) const override;
+  std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
+
+  GeneratorShape shape_;
+  bool physics_ = true;  ///< the dense layer begins as the regularised inverse
+  bool train_dense_ = true;
+  AdversarialSettings adversarial_;
+};
+
+}  // namespace ertbench

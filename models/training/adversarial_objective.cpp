@@ -1,0 +1,112 @@
+#include "models/training/adversarial_objective.h"
+
+#include <torch/nn/functional/loss.h>
+
+#include <algorithm>
+
+#include "models/networks/reduced_precision.h"
+
+namespace ertbench {
+namespace {
+
+/// Log-odds that differ by less over all patches of all images of an epoch say nothing.
+constexpr double least_spread = 1e-4;
+
+void set_trainable(PatchDiscriminator& discriminator, bool trainable) {
+  for (torch::Tensor& parameter : discriminator->parameters()) {
+    parameter.set_requires_grad(trainable);
+  }
+}
+
+}  // namespace
+
+AdversarialObjective::AdversarialObjective(const AdversarialSettings& settings)
+    : settings_(settings) {
+  if (settings_.alpha == 0) return;
+  discriminator_ = PatchDiscriminator(settings_.discriminator_widths);
+  optimiser_ = std::make_unique<torch::optim::Adam>(
+      discriminator_->parameters(), torch::optim::AdamOptions().betas({0.5, 0.999}));
+}
+
+std::vector<std::string> AdversarialObjective::terms() const {
+  return {"content", "adversarial", "mask", "discriminator"};
+}
+
+torch::Tensor AdversarialObjective::odds(const torch::Tensor& images) {
+  const ReducedPrecision precision(settings_.bfloat16);
+  return discriminator_->forward(images).to(torch::kFloat32);
+}
+
+double AdversarialObjective::train_discriminator(const torch::Tensor& images,
+                                                 const torch::Tensor& truths) {
+  set_trainable(discriminator_, true);
+  optimiser_->zero_grad();
+  const torch::Tensor of_truths = odds(truths);
+  const torch::Tensor of_images = odds(images.detach());
+  const torch::Tensor loss = discriminator_loss(settings_.form, of_truths, of_images);
+  loss.backward();
+  optimiser_->step();
+  const auto spread = [](const torch::Tensor& tensor) {
+    const torch::Tensor all = tensor.detach();
+    return (all.max() - all.min()).item<double>();
+  };
+  largest_spread_ = std::max({largest_spread_, spread(of_truths), spread(of_images)});
+  set_trainable(discriminator_, false);  // what follows is the generator's step
+  return loss.item<double>();
+}
+
+torch::Tensor AdversarialObjective::loss(const torch::Tensor& images, const torch::Tensor& truths,
+                                         std::vector<double>& terms) {
+  namespace F = torch::nn::functional;
+  torch::Tensor total =
+      settings_.squared_content ? F::mse_loss(images, truths) : F::l1_loss(images, truths);
+  terms = {total.item<double>(), 0, 0, 0};
+  if (settings_.alpha != 0) {
+    terms[3] = train_discriminator(images, truths);
+    const torch::Tensor adversarial = generator_loss(settings_.form, odds(images));
+    terms[1] = adversarial.item<double>();
+    total = total + settings_.alpha * adversarial;
+  }
+  if (settings_.beta != 0) {
+    const torch::Tensor mask = mask_loss(images, truths, settings_.mask_threshold);
+    terms[2] = mask.item<double>();
+    total = total + settings_.beta * mask;
+  }
+  return total;
+}
+
+void AdversarialObjective::set_learning_rate(double learning_rate) {
+  if (!optimiser_) return;
+  for (auto& group : optimiser_->param_groups()) {
+    group.options().set_lr(settings_.discriminator_rate * learning_rate);
+  }
+}
+
+std::optional<std::string> AdversarialObjective::collapse() {
+  if (!optimiser_) return std::nullopt;
+  const double spread = std::exchange(largest_spread_, 0.0);
+  if (spread >= least_spread) return std::nullopt;
+  return "discriminator collapsed";
+}
+
+void AdversarialObjective::save(torch::serialize::OutputArchive& archive) const {
+  if (!optimiser_) return;
+  torch::serialize::OutputArchive discriminator;
+  discriminator_->save(discriminator);
+  archive.write("discriminator", discriminator);
+  torch::serialize::OutputArchive optimiser;
+  optimiser_->save(optimiser);
+  archive.write("discriminator_optimiser", optimiser);
+}
+
+void AdversarialObjective::load(torch::serialize::InputArchive& archive) {
+  if (!optimiser_) return;
+  torch::serialize::InputArchive discriminator;
+  archive.read("discriminator", discriminator);
+  discriminator_->load(discriminator);
+  torch::serialize::InputArchive optimiser;
+  archive.read("discriminator_optimiser", optimiser);
+  optimiser_->load(optimiser);
+}
+
+}  // namespace ertbench

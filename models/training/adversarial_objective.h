@@ -1,0 +1,50 @@
+#pragma once
+
+#include <torch/optim/adam.h>
+
+#include <array>
+#include <memory>
+
+#include "models/networks/patch_discriminator.h"
+#include "models/training/losses.h"
+#include "models/training/objective.h"
+
+namespace ertbench {
+
+/// The terms of DD-ERT's loss (B7): content + alpha adversarial + beta mask.
+struct AdversarialSettings {
+  bool squared_content = false;  ///< mean squared in place of mean absolute error (B6, B3)
+  double alpha = 1e-3;           ///< 0: no discriminator
+  double beta = 0.1;
+  AdversarialForm form = AdversarialForm::minimax;
+  std::array<int, 2> discriminator_widths{64, 128};
+  double discriminator_rate = 0.1;  ///< its learning rate over the generator's
+  double mask_threshold = 0.05;     ///< y from which a pixel belongs to a contact
+  bool bfloat16 = false;            ///< the discriminator's precision (ReducedPrecision)
+};
+
+/// DD-ERT's loss, with its discriminator: for each batch the discriminator takes one step of its
+/// own, then judges the generator's images.
+class AdversarialObjective final : public Objective {
+ public:
+  explicit AdversarialObjective(const AdversarialSettings& settings);
+
+  std::vector<std::string> terms() const override;
+  torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
+                     std::vector<double>& terms) override;
+  void set_learning_rate(double learning_rate) override;
+  std::optional<std::string> collapse() override;
+  void save(torch::serialize::OutputArchive& archive) const override;
+  void load(torch::serialize::InputArchive& archive) override;
+
+ private:
+  torch::Tensor odds(const torch::Tensor& images);
+  double train_discriminator(const torch::Tensor& images, const torch::Tensor& truths);
+
+  AdversarialSettings settings_;
+  PatchDiscriminator discriminator_{nullptr};  ///< null where alpha is 0
+  std::unique_ptr<torch::optim::Adam> optimiser_;
+  double largest_spread_ = 0;  ///< of the log-odds over a batch, in this epoch
+};
+
+}  // namespace ertbench

@@ -1,0 +1,44 @@
+#include "models/training/standardisation.h"
+
+#include <algorithm>
+
+#include "forward/data/dataset_file.h"
+
+namespace ertbench {
+namespace {
+
+constexpr std::uint64_t frames_considered = 20000;
+constexpr std::uint64_t block = 1024;
+
+}  // namespace
+
+Standardisation Standardisation::of(const DatasetFile& training) {
+  const std::uint64_t count = std::min(training.size(), frames_considered);
+  const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(reference.size());
+  Eigen::RowVectorXd squares = sum;
+  for (std::uint64_t first = 0; first < count; first += block) {
+    const Frames drops =
+        -(training.voltages(first, std::min(block, count - first)).rowwise() - reference);
+    sum += drops.colwise().sum();
+    squares += drops.colwise().squaredNorm();
+  }
+  const Eigen::RowVectorXd mean = sum / static_cast<double>(count);
+  const Eigen::ArrayXXd variance =
+      (squares / static_cast<double>(count) - mean.cwiseAbs2()).array().max(0);
+  // A channel that never changes (blank scenes without noise) is left as it is.
+  const Eigen::ArrayXXd scale =
+      (variance > 1e-24 * reference.array().square()).select(variance.rsqrt(), 1.0);
+  return {mean.cast<float>(), scale.matrix().cast<float>()};
+}
+
+torch::Tensor Standardisation::apply(const FramesView& changes) const {
+  torch::Tensor out = torch::empty({changes.rows(), changes.cols()});
+  float* row = out.data_ptr<float>();
+  for (Eigen::Index f = 0; f < changes.rows(); ++f, row += changes.cols()) {
+    apply(changes.row(f), row);
+  }
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,330 @@
+#include "models/training/trainer.h"
+
+#include <spdlog/spdlog.h>
+#include <torch/nn/modules/batchnorm.h>
+#include <torch/optim/adam.h>
+#include <torch/serialize/archive.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "models/networks/reduced_precision.h"
+#include "models/training/training_log.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using torch::serialize::InputArchive;
+using torch::serialize::OutputArchive;
+
+/// A network whose images differ by less between any two frames has stopped looking at them.
+constexpr double least_spread = 1e-4;
+constexpr double warm_up_share = 0.1;
+constexpr double last_rate = 1e-3;  ///< of the largest
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// The learning rate of one step: up in a straight line, then down along a cosine.
+double one_cycle_rate(double largest, std::uint64_t step, std::uint64_t steps) {
+  const double place = (static_cast<double>(step) + 1) / static_cast<double>(steps);
+  if (place < warm_up_share) return largest * place / warm_up_share;
+  const double fall = (place - warm_up_share) / (1 - warm_up_share);
+  return largest * (last_rate + (1 - last_rate) * (1 + std::cos(std::numbers::pi * fall)) / 2);
+}
+
+std::vector<std::string> log_columns(const Objective& objective) {
+  std::vector<std::string> columns = {"epoch", "loss"};
+  for (const std::string& term : objective.terms()) columns.push_back(term);
+  for (const char* column : {"validation_error", "learning_rate", "seconds"}) {
+    columns.emplace_back(column);
+  }
+  return columns;
+}
+
+/// Parameters and buffers, in the network's order.
+std::vector<torch::Tensor> weights_of(const Network& network) {
+  std::vector<torch::Tensor> weights = network.parameters();
+  const std::vector<torch::Tensor> buffers = network.buffers();
+  weights.insert(weights.end(), buffers.begin(), buffers.end());
+  return weights;
+}
+
+std::vector<torch::Tensor> copies(const std::vector<torch::Tensor>& tensors) {
+  std::vector<torch::Tensor> out;
+  for (const torch::Tensor& tensor : tensors) out.push_back(tensor.detach().clone());
+  return out;
+}
+
+void set_weights(Network& network, const std::vector<torch::Tensor>& weights) {
+  const torch::NoGradGuard no_gradients;
+  std::size_t i = 0;
+  for (torch::Tensor& tensor : weights_of(network)) tensor.copy_(weights[i++]);
+}
+
+/// All parameters but the slow ones, and these.
+std::vector<torch::optim::OptimizerParamGroup> parameter_groups(const Network& network) {
+  const std::vector<torch::Tensor> slow = network.slow_parameters();
+  std::vector<torch::Tensor> others;
+  for (const torch::Tensor& parameter : network.parameters()) {
+    const auto same = [&](const torch::Tensor& one) { return one.is_same(parameter); };
+    if (std::none_of(slow.begin(), slow.end(), same)) others.push_back(parameter);
+  }
+  return {torch::optim::OptimizerParamGroup(others), torch::optim::OptimizerParamGroup(slow)};
+}
+
+void freeze_statistics(Network& network) {
+  for (const auto& module : network.modules()) {
+    if (module->as<torch::nn::BatchNorm1dImpl>() || module->as<torch::nn::BatchNorm2dImpl>()) {
+      module->eval();
+    }
+  }
+}
+
+template <typename Saved>
+OutputArchive archive_of(const Saved& saved) {
+  OutputArchive archive;
+  saved.save(archive);
+  return archive;
+}
+
+/// A training between two epochs.
+class Training {
+ public:
+  Training(Network& network, Objective& objective, TrainingSet& scenes,
+           const ValidationSet& validation, const TrainingSettings& settings,
+           const TrainingOutlet& outlet)
+      : network_(network),
+        objective_(objective),
+        scenes_(scenes),
+        validation_(validation),
+        settings_(settings),
+        outlet_(outlet),
+        batch_(std::min<std::uint64_t>(static_cast<std::uint64_t>(settings.batch), scenes.size())),
+        steps_per_epoch_(scenes.size() / batch_),
+        optimiser_(parameter_groups(network)),
+        log_(log_columns(objective)) {
+    result_.validation_error = std::numeric_limits<double>::infinity();
+  }
+
+  TrainingResult run() {
+    resume();
+    while (!done() && epoch()) {
+    }
+    fs::remove(checkpoint());
+    if (result_.best_epoch == 0) {
+      throw std::runtime_error("the training diverged: " + result_.report.message +
+                               "; lower \"learning_rate\"");
+    }
+    set_weights(network_, best_);
+    return result_;
+  }
+
+ private:
+  fs::path checkpoint() const { return outlet_.folder / "checkpoint.pt"; }
+
+  bool done() const {
+    return result_.epochs >= settings_.epochs ||
+           result_.epochs - result_.best_epoch >= settings_.patience;
+  }
+
+  double set_learning_rate(std::uint64_t step) {
+    const std::uint64_t steps = steps_per_epoch_ * static_cast<std::uint64_t>(settings_.epochs);
+    const double rate = settings_.one_cycle ? one_cycle_rate(settings_.learning_rate, step, steps)
+                                            : settings_.learning_rate;
+    optimiser_.param_groups()[0].options().set_lr(rate);
+    optimiser_.param_groups()[1].options().set_lr(rate * settings_.slow_rate);
+    objective_.set_learning_rate(rate);
+    return rate;
+  }
+
+  void show(std::uint64_t steps_done) {
+    if (!outlet_.progress || shown_.seconds() < outlet_.progress_interval_s) return;
+    shown_ = {};
+    std::string text =
+        "epoch " + std::to_string(result_.epochs + 1) + " of " + std::to_string(settings_.epochs);
+    if (result_.best_epoch > 0) {
+      char error[64];
+      std::snprintf(error, sizeof error, ", validation error %.3f", result_.validation_error);
+      text += error;
+    }
+    outlet_.progress(steps_done, steps_per_epoch_ * static_cast<std::uint64_t>(settings_.epochs),
+                     text);
+  }
+
+  torch::Tensor images_of(const torch::Tensor& frames) {
+    const ReducedPrecision precision(settings_.bfloat16);
+    return network_.forward(frames).to(torch::kFloat32);
+  }
+
+  /// Trains for an epoch and looks at the outcome; false where the loss was not finite.
+  bool epoch() {
+    const Stopwatch watch;
+    const auto number = static_cast<std::uint64_t>(result_.epochs);
+    scenes_.begin_epoch(number);
+    network_.train();
+    std::vector<double> sums(1 + objective_.terms().size(), 0.0);
+    double rate = 0;
+    const auto frozen_from = static_cast<std::uint64_t>(
+        settings_.freeze_statistics * settings_.epochs * static_cast<double>(steps_per_epoch_));
+    for (std::uint64_t i = 0; i < steps_per_epoch_; ++i) {
+      const std::uint64_t step = number * steps_per_epoch_ + i;
+      rate = set_learning_rate(step);
+      if (step >= frozen_from) freeze_statistics(network_);
+      const TrainingBatch batch = scenes_.batch(i * batch_, batch_);
+      std::vector<double> terms(objective_.terms().size());
+      const torch::Tensor loss = objective_.loss(images_of(batch.frames), batch.truths, terms);
+      const double value = loss.item<double>();
+      if (!std::isfinite(value)) {
+        set_status("diverged", "the loss is not finite in epoch " + std::to_string(number + 1) +
+                                   ", step " + std::to_string(i + 1));
+        return false;
+      }
+      optimiser_.zero_grad();
+      loss.backward();
+      optimiser_.step();
+      sums[0] += value;
+      for (std::size_t t = 0; t < terms.size(); ++t) sums[t + 1] += terms[t];
+      show(step + 1);
+    }
+    finish_epoch(sums, rate, watch);
+    return true;
+  }
+
+  void finish_epoch(const std::vector<double>& sums, double rate, const Stopwatch& watch) {
+    const ValidationSet::Score score = validation_.score(network_);
+    ++result_.epochs;
+    judge(score);
+    if (score.error < result_.validation_error) {
+      result_.validation_error = score.error;
+      result_.best_epoch = result_.epochs;
+      best_ = copies(weights_of(network_));
+    }
+    std::vector<double> row = {static_cast<double>(result_.epochs)};
+    for (const double sum : sums) row.push_back(sum / static_cast<double>(steps_per_epoch_));
+    row.insert(row.end(), {score.error, rate, watch.seconds()});
+    log_.add(row);
+    result_.seconds += watch.seconds();
+    log_.write(outlet_.folder);
+    if (!done() && saved_.seconds() >= outlet_.checkpoint_interval_s) save();
+  }
+
+  void set_status(const std::string& status, const std::string& message) {
+    result_.report.status = status;
+    result_.report.message = message;
+  }
+
+  void judge(const ValidationSet::Score& score) {
+    set_status("ok", "");
+    const std::string when = "after epoch " + std::to_string(result_.epochs);
+    if (const auto collapse = objective_.collapse()) set_status(*collapse, when);
+    if (score.spread < least_spread) {
+      set_status("generator collapsed", "one image for all frames " + when);
+    }
+  }
+
+  void save() {
+    saved_ = {};
+    replace_file(checkpoint(), [&](const fs::path& aside) {
+      OutputArchive archive;
+      const nlohmann::json state = {{"result", to_json(result_)}, {"log", log_.rows()}};
+      archive.write("state", torch::IValue(state.dump()));
+      OutputArchive network = archive_of(network_);
+      archive.write("network", network);
+      OutputArchive optimiser = archive_of(optimiser_);
+      archive.write("optimiser", optimiser);
+      OutputArchive objective = archive_of(objective_);
+      archive.write("objective", objective);
+      OutputArchive best;
+      for (std::size_t i = 0; i < best_.size(); ++i) best.write(std::to_string(i), best_[i]);
+      archive.write("best", best);
+      archive.save_to(aside.string());
+    });
+  }
+
+  void resume() {
+    if (!fs::exists(checkpoint())) return;
+    InputArchive archive;
+    try {
+      archive.load_from(checkpoint().string());
+    } catch (const std::exception&) {
+      spdlog::warn("{}: is damaged; the training begins anew", checkpoint().string());
+      return;
+    }
+    torch::IValue text;
+    archive.read("state", text);
+    const nlohmann::json state = nlohmann::json::parse(text.toStringRef());
+    result_ = training_result_from_json(state.at("result"));
+    result_.report.earlier_s = result_.seconds;
+    log_.set_rows(state.at("log"));
+    const auto part = [&](const char* name) {
+      InputArchive found;
+      archive.read(name, found);
+      return found;
+    };
+    InputArchive network = part("network");
+    network_.load(network);
+    InputArchive optimiser = part("optimiser");
+    optimiser_.load(optimiser);
+    InputArchive objective = part("objective");
+    objective_.load(objective);
+    InputArchive best = part("best");
+    best_ = copies(weights_of(network_));
+    for (std::size_t i = 0; i < best_.size(); ++i) best.read(std::to_string(i), best_[i]);
+  }
+
+  Network& network_;
+  Objective& objective_;
+  TrainingSet& scenes_;
+  const ValidationSet& validation_;
+  const TrainingSettings& settings_;
+  const TrainingOutlet& outlet_;
+  std::uint64_t batch_;
+  std::uint64_t steps_per_epoch_;
+  torch::optim::Adam optimiser_;
+  TrainingLog log_;
+  TrainingResult result_;
+  std::vector<torch::Tensor> best_;
+  Stopwatch saved_;
+  Stopwatch shown_;
+};
+
+}  // namespace
+
+nlohmann::json to_json(const TrainingResult& result) {
+  return {{"status", result.report.status},
+          {"message", result.report.message},
+          {"earlier_s", result.report.earlier_s},
+          {"epochs", result.epochs},
+          {"best_epoch", result.best_epoch},
+          {"validation_error", result.validation_error},
+          {"seconds", result.seconds}};
+}
+
+TrainingResult training_result_from_json(const nlohmann::json& json) {
+  return {{json.at("status"), json.at("message"), json.value("earlier_s", 0.0)},
+          json.at("epochs"),
+          json.at("best_epoch"),
+          json.at("validation_error"),
+          json.at("seconds")};
+}
+
+TrainingResult train(Network& network, Objective& objective, TrainingSet& scenes,
+                     const ValidationSet& validation, const TrainingSettings& settings,
+                     const TrainingOutlet& outlet) {
+  return Training(network, objective, scenes, validation, settings, outlet).run();
+}
+
+}  // namespace ertbench

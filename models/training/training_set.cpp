@@ -1,0 +1,109 @@
+#include "models/training/training_set.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
+#include "forward/data/noise.h"
+
+namespace ertbench {
+namespace {
+
+constexpr std::uint64_t block = 1024;
+
+DatasetSpec spec_of(const DatasetFile& file) {
+  nlohmann::json recipe = nlohmann::json::parse(file.recipe());
+  const std::string name = recipe.at("name");
+  for (const char* key : {"format_version", "sensor", "name"}) recipe.erase(key);
+  return dataset_spec_from_json(JsonObject(recipe, file.path().string(), "/recipe"), file.sensor(),
+                                name);
+}
+
+}  // namespace
+
+TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standardisation,
+                         const TrainingSettings& settings)
+    : spec_(spec_of(file)),
+      standardisation_(standardisation),
+      seed_(settings.seed),
+      new_scenes_(settings.new_scenes),
+      faults_(settings.faults),
+      symmetries_(ertbench::symmetries(file.sensor())),
+      reference_(file.reference_voltages()),
+      clean_(file.size(), file.sensor().channels()),
+      truths_(file.size(), file.sensor().pixels()) {
+  if (!settings.symmetries) symmetries_.resize(1);
+  if (new_scenes_) {
+    if (!std::holds_alternative<SceneDistribution>(spec_.scenes)) {
+      throw InputError(file.path().string() +
+                       ": its scenes are listed, so that \"new_scenes\" cannot draw others; leave "
+                       "it out or give the training set a distribution");
+    }
+    model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.grid);
+  }
+  for (std::uint64_t first = 0; first < size(); first += block) {
+    const std::uint64_t count = std::min(block, size() - first);
+    set_scenes(first, file.clean_voltages(first, count), file.conductivity(first, count));
+  }
+}
+
+void TrainingSet::set_scenes(std::uint64_t first, const Frames& clean, const Images& conductivity) {
+  const auto row = static_cast<Eigen::Index>(first);
+  clean_.middleRows(row, clean.rows()) = clean.cast<float>();
+  truths_.middleRows(row, clean.rows()) =
+      (1 - conductivity.array() / spec_.sensor.background).cast<float>();
+}
+
+void TrainingSet::begin_epoch(std::uint64_t epoch) {
+  epoch_ = epoch;
+  if (new_scenes_ && scenes_of_epoch_ != epoch) {
+    for (std::uint64_t first = 0; first < size(); first += block) {
+      const std::uint64_t count = std::min(block, size() - first);
+      const DatasetBlock made = generate_block(spec_, *model_, epoch * size() + first, count);
+      set_scenes(first, made.clean_voltages, made.conductivity);
+    }
+    scenes_of_epoch_ = epoch;
+  }
+  order_.resize(size());
+  std::iota(order_.begin(), order_.end(), 0);
+  RandomStream random(seed_, key_of("order"), epoch, Purpose::training);
+  for (std::size_t i = order_.size(); i > 1; --i) {  // Fisher-Yates
+    std::swap(order_[i - 1],
+              order_[static_cast<std::size_t>(random.integer(0, static_cast<int>(i) - 1))]);
+  }
+}
+
+TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const {
+  const auto rows = static_cast<std::int64_t>(count);
+  const std::int64_t grid = spec_.sensor.image_grid;
+  TrainingBatch out{torch::empty({rows, clean_.cols()}), torch::empty({rows, 1, grid, grid})};
+  float* frame = out.frames.data_ptr<float>();
+  float* truth = out.truths.data_ptr<float>();
+  Eigen::VectorXd voltages(clean_.cols());
+  for (std::uint64_t i = 0; i < count; ++i, frame += clean_.cols(), truth += truths_.cols()) {
+    RandomStream random(seed_, key_of("scene"), epoch_ * size() + first + i, Purpose::training);
+    const auto row = static_cast<Eigen::Index>(order_[first + i]);
+    const Symmetry& symmetry = symmetries_[static_cast<std::size_t>(
+        random.integer(0, static_cast<int>(symmetries_.size()) - 1))];
+    for (Eigen::Index c = 0; c < voltages.size(); ++c) {
+      voltages[c] = clean_(row, symmetry.channels[static_cast<std::size_t>(c)]);
+    }
+    add_noise(spec_.noise, reference_, random, voltages);
+    if (faults_) {
+      RandomStream faulty(seed_, key_of("fault"), epoch_ * size() + first + i, Purpose::training);
+      const Faults faults = faults_.draw(faulty);
+      apply_faults(faults, spec_.sensor, reference_, faulty, voltages);
+    }
+    standardisation_.apply((voltages - reference_).transpose(), frame);
+    for (Eigen::Index p = 0; p < truths_.cols(); ++p) {
+      truth[p] = truths_(row, symmetry.pixels[static_cast<std::size_t>(p)]);
+    }
+  }
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,273 @@
+#include "solvers/check/frame_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "core/errors.h"
+#include "forward/data/dataset_file.h"
+#include "forward/fem/forward_model.h"
+
+namespace ertbench {
+namespace {
+
+constexpr double tail_share = 1.0 / 1200;  ///< of good frames beyond each limit
+constexpr std::uint64_t most_frames = 4096;
+constexpr std::uint64_t least_frames = 100;
+constexpr Eigen::Index folds = 4;
+/// Part of the reference voltages' root mean square that counts as no noise.
+constexpr double resolution = 1e-6;
+constexpr double zero = 0.1;  ///< of the reference voltage
+/// Of a dead electrode's pairs. A live one beside a dead one, with three more elsewhere, has 20 bad
+/// ones of 26.
+constexpr double bad_share = 0.83;
+constexpr double unlike = 9;            ///< square of a pair's difference, of the usual noise's
+constexpr double few_pairs_more = 1.5;  ///< fewer pairs scatter more
+/// The limit of noise that follows the change, over that of noise that follows the frame.
+constexpr double much_closer = 0.8;
+constexpr int least_pairs = 12;  ///< that can be asked for their noise
+constexpr Eigen::Index stack_pairs = 256;
+
+double square(double x) { return x * x; }
+
+double median_of(Eigen::VectorXd values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+Frames read_changes(const FitInput& input) {
+  const DatasetFile* set = input.validation ? input.validation : input.training;
+  if (!set) return {};
+  if (set->sensor() != input.sensor) {
+    throw InputError(set->path().string() + ": is of another sensor; generate it for this one");
+  }
+  const Frames voltages = set->voltages(0, std::min(most_frames, set->size()));
+  return voltages.rowwise() - set->reference_voltages().transpose();
+}
+
+}  // namespace
+
+FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked) {
+  set_sensor(sensor, masked);
+  set_reference(ForwardModel(sensor, sensor.image_grid).reference_voltages());
+}
+
+FrameCheck::FrameCheck(const FitInput& input, ElectrodeSet masked) {
+  set_sensor(input.sensor, masked);
+  const DatasetFile* set = input.validation ? input.validation : input.training;
+  set_reference(set ? set->reference_voltages()
+                    : ForwardModel(input.sensor, input.sensor.image_grid).reference_voltages());
+  const Frames changes = read_changes(input);
+  if (changes.rows() >= static_cast<Eigen::Index>(least_frames) && !pairs_.empty()) fit(changes);
+}
+
+void FrameCheck::set_sensor(const Sensor& sensor, ElectrodeSet masked) {
+  electrode_count_ = sensor.electrode_count;
+  const auto all_pairs = reciprocal_pairs(sensor);
+  const auto electrodes = electrodes_of_pairs(sensor);
+  for (const Eigen::Index kept : pairs_without(sensor, masked)) {
+    const auto p = static_cast<std::size_t>(kept);
+    pairs_.push_back(all_pairs[p]);
+    pair_electrodes_.push_back(electrodes[p]);
+  }
+  fewest_bad_ = sensor.channels();
+  for (int e = 0; e < electrode_count_; ++e) {
+    const auto used = std::count_if(pair_electrodes_.begin(), pair_electrodes_.end(),
+                                    [e](ElectrodeSet set) { return set >> e & 1; });
+    least_bad_.push_back(static_cast<int>(std::ceil(bad_share * static_cast<double>(used))));
+    if (used > 0) fewest_bad_ = std::min(fewest_bad_, least_bad_.back());
+  }
+}
+
+void FrameCheck::set_reference(const Eigen::VectorXd& reference) {
+  reference_ = reference.array();
+  nearly_zero_ = zero * reference_.abs();
+  along_reference_.resize(static_cast<Eigen::Index>(pairs_.size()));
+  split(reference_.data(), along_reference_.data());
+  reference_size_ = along_reference_.norm();
+  along_reference_ /= reference_size_;
+}
+
+double FrameCheck::split(const double* change, double* means) const {
+  double differences = 0;
+  for (const auto& [a, b] : pairs_) {
+    *means++ = (change[a] + change[b]) * (1 / std::numbers::sqrt2);
+    differences += square(change[a] - change[b]);
+  }
+  return differences / 2;
+}
+
+void FrameCheck::fit(const Frames& changes) {
+  const Eigen::Index count = changes.rows();
+  const auto pairs = static_cast<Eigen::Index>(pairs_.size());
+  RowMajorMatrix shapes(count, pairs);
+  Eigen::VectorXd differences(count);
+  for (Eigen::Index f = 0; f < count; ++f) {
+    differences[f] = split(changes.row(f).data(), shapes.row(f).data());
+  }
+  const Eigen::VectorXd signal = shapes.rowwise().squaredNorm();
+  const Eigen::VectorXd frames =
+      (shapes.rowwise() + reference_size_ * along_reference_.transpose()).rowwise().squaredNorm();
+  const double floor = square(resolution * reference_size_);
+  noise_ = UsualLevel::of(differences, frames, floor, tail_share);
+  const UsualLevel of_change = UsualLevel::of(differences, signal, floor, tail_share);
+  noise_of_change_ = of_change.limit < much_closer * noise_.limit;
+  if (noise_of_change_) noise_ = of_change;
+
+  const double usual_noise = std::max(median_of(differences), floor);
+  least_size_ = 4 * usual_noise;
+  const Eigen::ArrayXd squares = signal.array() + least_size_;
+  shapes.array().colwise() /= squares.sqrt();
+  const double noise = usual_noise / static_cast<double>(pairs) / median_of(squares);
+  Eigen::VectorXd outside(count);
+  Eigen::VectorXd distance(count);
+  Eigen::ArrayXd along(count);
+  for (Eigen::Index fold = 0; fold < folds; ++fold) {
+    std::vector<Eigen::Index> others;
+    for (Eigen::Index f = 0; f < count; ++f) {
+      if (f % folds != fold) others.push_back(f);
+    }
+    const auto directions = PrincipalDirections::of(shapes(others, Eigen::all), noise);
+    for (Eigen::Index f = fold; f < count; f += folds) {
+      const Eigen::VectorXd centred = shapes.row(f).transpose() - directions.mean;
+      const auto place = directions.place(centred);
+      outside[f] = place.outside * squares[f];
+      distance[f] = place.distance;
+      along[f] = place.along;
+    }
+  }
+  directions_ = PrincipalDirections::of(shapes, noise);
+  outside_ = UsualLevel::of(outside, signal, floor, tail_share);
+  farthest_ = tail_limit(distance, tail_share);
+  largest_ = tail_limit(signal, tail_share);
+  const double middle = median_of(along);
+  highest_ = middle + tail_limit((along - middle).max(0.0), tail_share);
+  lowest_ = middle - tail_limit((middle - along).max(0.0), tail_share);
+}
+
+FrameCheck::Verdict FrameCheck::judge(const double* change) const {
+  Verdict verdict;
+  if (pairs_.empty()) return verdict;
+  verdict.dead = reading_zero(change);
+  if (noise_.limit > 0) {
+    if (along_reference_.size() <= stack_pairs) {
+      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, stack_pairs, 1> means(along_reference_.size());
+      judge_pairs(change, means, verdict);
+    } else {
+      Eigen::VectorXd means(along_reference_.size());
+      judge_pairs(change, means, verdict);
+    }
+  }
+  if (verdict.dead != 0) {
+    verdict.dead = fewest(verdict.dead);
+    verdict.reasons |= dead_electrode;
+  }
+  return verdict;
+}
+
+template <typename Vector>
+void FrameCheck::judge_pairs(const double* change, Vector& means, Verdict& verdict) const {
+  const double differences = split(change, means.data());
+  const double signal = means.squaredNorm();
+  if (!std::isfinite(differences + signal)) return;
+  const double along = along_reference_.dot(means);
+  const double frame = signal + reference_size_ * (2 * along + reference_size_);
+  const double beside = noise_of_change_ ? signal : frame;
+  if (verdict.dead != 0 || noise_.relative(differences, beside) > noise_.limit) {
+    const ElectrodeSet loose = floating(change, beside);
+    if ((verdict.dead | loose) == 0) {
+      verdict.reasons |= noise;
+    } else if (!noisy_without(change, verdict.dead | loose, least_pairs)) {
+      verdict.dead |= loose;
+    } else if (noisy_without(change, verdict.dead, 0)) {
+      verdict.reasons |= noise;
+    }
+  }
+  if (verdict.dead != 0 || verdict.reasons != 0) return;
+  const double size = signal + least_size_;
+  const double over_size = 1 / std::sqrt(size);
+  means = over_size * means - directions_.mean;
+  const PrincipalDirections::Place place = directions_.place(means);
+  if (signal > largest_ || outside_.relative(place.outside * size, signal) > outside_.limit ||
+      place.distance > farthest_ || place.along < lowest_ || place.along > highest_) {
+    verdict.reasons |= out_of_range;
+  }
+}
+
+template <typename Bad>
+ElectrodeSet FrameCheck::with_bad_pairs(Bad&& bad) const {
+  std::vector<int> count(static_cast<std::size_t>(electrode_count_), 0);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    if (!bad(pairs_[p])) continue;
+    for (std::size_t e = 0; e < count.size(); ++e) {
+      if (pair_electrodes_[p] >> e & 1) ++count[e];
+    }
+  }
+  ElectrodeSet found = 0;
+  for (std::size_t e = 0; e < count.size(); ++e) {
+    if (count[e] > 0 && count[e] >= least_bad_[e]) found |= ElectrodeSet{1} << e;
+  }
+  return found;
+}
+
+ElectrodeSet FrameCheck::reading_zero(const double* change) const {
+  const Eigen::Map<const Eigen::ArrayXd> frame(change, reference_.size());
+  const auto zeros = (frame + reference_).abs() <= nearly_zero_;
+  if (zeros.count() < 2 * fewest_bad_) return 0;
+  const auto is_zero = [&](int c) {
+    return std::abs(change[c] + reference_[c]) <= nearly_zero_[c];
+  };
+  return with_bad_pairs([&](const auto& pair) { return is_zero(pair[0]) && is_zero(pair[1]); });
+}
+
+double FrameCheck::usual_noise(double signal) const {
+  return (noise_.a + noise_.b * signal) * noise_.limit / static_cast<double>(pairs_.size());
+}
+
+ElectrodeSet FrameCheck::floating(const double* change, double signal) const {
+  const double most = unlike * usual_noise(signal);
+  return with_bad_pairs(
+      [&](const auto& pair) { return square(change[pair[0]] - change[pair[1]]) / 2 > most; });
+}
+
+bool FrameCheck::noisy_without(const double* change, ElectrodeSet dead, int least) const {
+  double differences = 0;
+  double signal = 0;
+  int left = 0;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    if (pair_electrodes_[p] & dead) continue;
+    const auto& [a, b] = pairs_[p];
+    const double mean = (change[a] + change[b]) / std::numbers::sqrt2;
+    const double reference = reference_size_ * along_reference_[static_cast<Eigen::Index>(p)];
+    differences += square(change[a] - change[b]) / 2;
+    signal += square(noise_of_change_ ? mean : mean + reference);
+    ++left;
+  }
+  if (left < least) return true;
+  signal *= static_cast<double>(pairs_.size()) / std::max(left, 1);
+  // Channels that a dead electrode hides may have been the strong ones.
+  if (!noise_of_change_) signal = std::max(signal, square(reference_size_));
+  return differences > few_pairs_more * left * usual_noise(signal);
+}
+
+/// Of every run of dead electrodes those with a dead one on both sides go, every second one.
+ElectrodeSet FrameCheck::fewest(ElectrodeSet dead) const {
+  const int count = electrode_count_;
+  const auto is_dead = [&](int e) { return dead >> ((e + count) % count) & 1; };
+  int begin = 0;  // of a run, where not all are dead
+  while (begin < count && !(is_dead(begin) && !is_dead(begin - 1))) ++begin;
+  for (int e = begin; e < begin + count; ++e) {
+    if (is_dead(e - 1) && is_dead(e) && is_dead(e + 1)) dead &= ~(ElectrodeSet{1} << e % count);
+  }
+  return dead;
+}
+
+void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report) {
+  report.reasons = verdict.reasons;
+  int against = verdict.reasons;
+  if (masked && size_of(verdict.dead) <= ChannelMask::most_detected) against &= ~dead_electrode;
+  if (against != 0 && report.status == FrameStatus::ok) report.status = FrameStatus::suspect;
+}
+
+}  // namespace ertbench

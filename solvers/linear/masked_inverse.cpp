@@ -1,0 +1,57 @@
+#include "solvers/linear/masked_inverse.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace ertbench {
+
+MaskedGaussNewton::MaskedGaussNewton(const Eigen::MatrixXd& jacobian, const PriorFactors& prior,
+                                     double lambda)
+    : square_(lambda * lambda) {
+  const Eigen::MatrixXd shaped = jacobian * prior.shaping;
+  gram_ = shaped * shaped.transpose();
+  basis_ = prior.shaping * shaped.transpose();
+  if (prior.free_constant) {
+    constant_ = jacobian.rowwise().sum();
+    basis_.conservativeResize(Eigen::NoChange, basis_.cols() + 1);
+    basis_.rightCols(1).setOnes();
+  }
+}
+
+Eigen::MatrixXd MaskedGaussNewton::weights(const std::vector<Eigen::Index>& kept) const {
+  const auto count = static_cast<Eigen::Index>(kept.size());
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(basis_.cols(), gram_.cols());
+  if (count == 0) return out;
+  Eigen::MatrixXd matrix = gram_(kept, kept);
+  matrix.diagonal().array() += square_;
+  const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
+  Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(count, count));
+  if (constant_.size() > 0) {
+    const Eigen::VectorXd k = constant_(kept);
+    const Eigen::VectorXd solved = factor.solve(k);
+    const Eigen::RowVectorXd c = solved.transpose() / k.dot(solved);
+    inverse -= solved * c;
+    out.bottomRows(1)(Eigen::all, kept) = c;
+  }
+  out(kept, kept) = inverse;
+  return out;
+}
+
+MaskedTsvd::MaskedTsvd(const Eigen::MatrixXd& jacobian, double least)
+    : gram_(jacobian * jacobian.transpose()), least_(least) {
+  basis_ = jacobian.transpose();
+}
+
+Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& kept) const {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
+  if (kept.empty()) return out;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram_(kept, kept));
+  const double least = least_ * least_ * (1 - 1e-9);
+  const auto rank = (solver.eigenvalues().array() >= least).count();
+  const auto vectors = solver.eigenvectors().rightCols(rank);
+  out(kept, kept) =
+      vectors * solver.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "solvers/linear/prior.h"
+
+namespace ertbench {
+
+/// A linear solver's inverse where only some reciprocal pairs count, in measurement space: all that
+/// has the size of the image is computed once, a set of pairs costs one small decomposition,
+///
+///     image = basis C d',   C zero in the columns of pairs that do not count.
+class MaskedInverse {
+ public:
+  virtual ~MaskedInverse() = default;
+
+  /// [pixels, rows of C]
+  const Eigen::MatrixXd& basis() const { return basis_; }
+  /// C [columns of the basis, pairs]; `kept` pairs ascending.
+  virtual Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const = 0;
+
+ protected:
+  Eigen::MatrixXd basis_;
+};
+
+/// One-step Gauss-Newton: with the images E y + c 1 of PriorFactors, S = J' E and k = J' 1,
+///
+///     M = S_kept S_kept^T + lambda^2,   y = S_kept^T M^-1 (d' - c k),   c = k^T M^-1 d' / k^T M^-1
+///     k,
+///
+/// c only where the prior leaves it free. One Cholesky decomposition.
+class MaskedGaussNewton final : public MaskedInverse {
+ public:
+  /// J' [pairs, pixels].
+  MaskedGaussNewton(const Eigen::MatrixXd& jacobian, const PriorFactors& prior, double lambda);
+  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
+
+ private:
+  Eigen::MatrixXd gram_;      ///< S S^T
+  Eigen::VectorXd constant_;  ///< k, empty where there is no free constant
+  double square_;             ///< lambda^2
+};
+
+/// Truncated singular value decomposition of J'_kept, from the eigenvectors of its Gram matrix:
+/// values down to `least` count, as many as of J' or fewer, so that noise is amplified no more.
+class MaskedTsvd final : public MaskedInverse {
+ public:
+  MaskedTsvd(const Eigen::MatrixXd& jacobian, double least);
+  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
+
+ private:
+  Eigen::MatrixXd gram_;
+  double least_;
+};
+
+}  // namespace ertbench

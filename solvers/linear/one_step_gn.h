@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+
+#include "solvers/linear/linear_solver.h"
+#include "solvers/linear/prior.h"
+#include "solvers/parameter_choice.h"
+#include "solvers/tunable.h"
+
+namespace ertbench {
+
+/// One-step Gauss-Newton reconstruction, the regularised solution of the linearised problem (A4):
+///
+///     image = (J^T J + lambda^2 R^T R)^-1 J^T changes
+///
+/// with J at the uniform background, in the conventions of EIDORS's inv_solve_diff_GN_one_step.
+///
+/// The matrix is computed from the singular values s of J E, E the shaping of the prior
+/// (PriorFactors), by the filter s / (s^2 + lambda^2): no square of J's condition, any lambda.
+class OneStepGaussNewton final : public LinearSolver {
+ public:
+  static constexpr const char* type = "one-step-gn";
+
+  /// `{"prior": "tikhonov" | "noser" | "laplace", "lambda": > 0 | "auto"}` and what
+  /// LinearInference and ChannelMask read. The default prior is
+  /// NOSER: it evens out the sensitivity, which falls steeply away from the electrodes, and has
+  /// the least error of the three on random contacts.
+  explicit OneStepGaussNewton(JsonObject parameters);
+
+  nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override { mask().check(sensor); }
+  void fit(const FitInput& input) override;
+  void save(const std::filesystem::path& file) const override;
+  void load(const std::filesystem::path& file, const Sensor& sensor) override;
+
+ private:
+  void read(JsonObject parameters);
+  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
+
+  Prior prior_ = Prior::noser;
+  Tunable lambda_;
+  std::optional<ParameterChoice> choice_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,173 @@
+#include "solvers/linear/tsvd.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "solvers/linear/singular_triplets.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+namespace {
+
+/// Values closer than this are the two of a pair: rounding parts them by 1e-15 of the largest, the
+/// sensor's geometry by far more.
+bool same_value(const SingularTriplets& triplets, Eigen::Index i, Eigen::Index j) {
+  const Eigen::VectorXd& s = triplets.values;
+  return std::abs(s[i] - s[j]) <= 1e-9 * s[std::min(i, j)] + 1e-13 * s[0];
+}
+
+/// Whether the rank keeps one value of a pair and drops the other.
+bool splits_pair(const SingularTriplets& triplets, Eigen::Index rank) {
+  return rank < triplets.values.size() && same_value(triplets, rank - 1, rank);
+}
+
+}  // namespace
+
+TruncatedSvd::TruncatedSvd(JsonObject parameters) { read(std::move(parameters)); }
+
+void TruncatedSvd::read(JsonObject parameters) {
+  if (parameters.has("rank") && parameters.has("threshold")) {
+    parameters.fail("", "give \"rank\" or \"threshold\", not both");
+  }
+  by_rank_ = !parameters.has("threshold");
+  cut_ = by_rank_ ? read_tunable(parameters, "rank", Range::at_least(1), true)
+                  : read_tunable(parameters, "threshold", Range{0, 1, true});
+  if (!by_rank_ && cut_.value == 1.0) {
+    parameters.fail("threshold", "must be > 0 and < 1 or \"auto\", got 1");
+  }
+  choice_ = read_chosen(parameters, cut_.value);
+  set_inference(LinearInference::from_json(parameters));
+  set_mask(ChannelMask::from_json(parameters));
+  parameters.finish();
+}
+
+nlohmann::json TruncatedSvd::parameters() const {
+  const char* key = by_rank_ ? "rank" : "threshold";
+  nlohmann::json out = {{key, "auto"}};
+  if (cut_.value && by_rank_) out[key] = std::llround(*cut_.value);
+  if (cut_.value && !by_rank_) out[key] = *cut_.value;
+  inference().add_to(out);
+  mask().add_to(out);
+  if (choice_) out["chosen"] = to_json(*choice_);
+  return out;
+}
+
+void TruncatedSvd::check(const Sensor& sensor) const {
+  mask().check(sensor);
+  const auto pairs = static_cast<int>(pairs_without(sensor, mask().electrodes).size());
+  const int most = std::min(pairs, sensor.pixels());
+  if (by_rank_ && cut_.value && *cut_.value > most) {
+    throw InputError(cut_.place + ": must be <= " + std::to_string(most) +
+                     ", the rank of the Jacobian: its " + std::to_string(2 * pairs) +
+                     " channels are " + std::to_string(pairs) +
+                     " reciprocal pairs with equal rows, for " + std::to_string(sensor.pixels()) +
+                     " pixels; got " + std::to_string(std::llround(*cut_.value)));
+  }
+}
+
+void TruncatedSvd::fit(const FitInput& input) {
+  truncate(input);
+  finish(input);
+}
+
+std::unique_ptr<const MaskedInverse> TruncatedSvd::masked_inverse() const {
+  return std::make_unique<MaskedTsvd>(whole_jacobian(), least_kept_);
+}
+
+void TruncatedSvd::truncate(const FitInput& input) {
+  check(input.sensor);
+  set_sensor(input.sensor);
+  const Eigen::MatrixXd jacobian = whole_jacobian()(kept_pairs(), Eigen::all);
+  const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
+
+  // One value more than is kept shows whether a pair is split.
+  const auto triplets_to = [&](Eigen::Index rank) {
+    return leading_singular_triplets(jacobian, std::min(rank + 1, most));
+  };
+  if (by_rank_ && cut_.value) {
+    const auto rank = static_cast<Eigen::Index>(*cut_.value);
+    const SingularTriplets triplets = triplets_to(rank);
+    if (rank > triplets.values.size()) {
+      throw InputError(cut_.place + ": must be <= " + std::to_string(triplets.values.size()) +
+                       ", the numerical rank of this sensor's Jacobian; got " +
+                       std::to_string(rank));
+    }
+    if (splits_pair(triplets, rank)) {
+      spdlog::warn("{}: {} splits a pair of equal singular values; {} or {} would not", cut_.place,
+                   rank, rank - 1, rank + 1);
+    }
+    set_rank(triplets, rank);
+    return;
+  }
+
+  SingularTriplets triplets = triplets_to(most);
+  if (cut_.automatic()) {
+    set_rank(triplets, choose_rank(input, triplets));
+    return;
+  }
+  const double least = *cut_.value * triplets.values[0];
+  Eigen::Index rank = (triplets.values.array() >= least).count();
+  while (splits_pair(triplets, rank)) ++rank;
+  set_rank(triplets, rank);
+}
+
+void TruncatedSvd::set_rank(const SingularTriplets& triplets, Eigen::Index rank) {
+  least_kept_ = triplets.values[rank - 1];
+  set_inverse(triplets.right.leftCols(rank),
+              triplets.values.head(rank).cwiseInverse().asDiagonal() *
+                  triplets.left.leftCols(rank).transpose());
+}
+
+Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& triplets) {
+  const ValidationFrames frames = read_validation_frames(input, cut_.place);
+  ParameterChoice choice;
+  choice.frames = static_cast<int>(frames.changes.rows());
+  choice.error = std::numeric_limits<double>::infinity();
+  Eigen::Index best = 1;
+  for (Eigen::Index rank = 1; rank <= triplets.values.size(); ++rank) {
+    if (splits_pair(triplets, rank)) continue;
+    set_rank(triplets, rank);
+    const double error = mean_relative_error(*this, frames, input.threads);
+    // A threshold half way (in the logarithm) to the next value; below the last for all of them.
+    const Eigen::VectorXd& s = triplets.values;
+    const double next = rank < s.size() ? s[rank] : s[rank - 1] / 4;
+    const double cut = by_rank_ ? static_cast<double>(rank) : std::sqrt(s[rank - 1] * next) / s[0];
+    choice.curve.emplace_back(cut, error);
+    if (error < choice.error) {
+      choice.error = error;
+      choice.value = cut;
+      best = rank;
+    }
+  }
+  if (best == triplets.values.size()) {
+    spdlog::warn("{}: \"auto\" found its best rank {} at the end of the range", cut_.place, best);
+  }
+  std::sort(choice.curve.begin(), choice.curve.end());
+  cut_.value = choice.value;
+  choice_ = choice;
+  return best;
+}
+
+void TruncatedSvd::save(const std::filesystem::path& file) const {
+  Hdf5File out = create_solver_file(file, type, sensor(), parameters());
+  out.write_number("/", "least_singular_value", least_kept_);
+  save_matrix(out);
+}
+
+void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const OpenedSolverFile opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parse_parameters(opened);
+  const LinearInference mine = inference();
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  set_inference(mine);
+  if (opened.file.has_attribute("/", "least_singular_value")) {
+    least_kept_ = opened.file.read_number("/", "least_singular_value");
+  }
+  load_matrix(opened.file, sensor);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,206 @@
+#include "solvers/total_variation/interior_point.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ertbench {
+namespace {
+
+constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
+/// Least alpha-weighted edge weight, beside |J| = 1: a proximal term, without effect on where the
+/// iteration ends, that keeps rounding in bounds where edges open wide.
+constexpr double least_weight = 1e-14;
+/// Alphas above this give the constant image whatever the frame.
+constexpr double greatest_alpha = 1e12;
+/// z+ and z- begin where mu accounts for the whole objective, but not above this many times the
+/// size of the image that a unit of the clearest channel stands for.
+constexpr double greatest_start = 10;
+constexpr int iterations_with_useful_channels = 15;
+
+}  // namespace
+
+InteriorPoint::InteriorPoint(const TotalVariation& problem)
+    : problem_(problem), system_(problem), edges_(problem.edges().count()) {
+  const Eigen::Index pixels = problem.edges().pixels();
+  for (Eigen::VectorXd* v : {&x_, &gradient_, &dual_residual_, &best_x_, &right_, &pixel_}) {
+    v->resize(pixels);
+  }
+  for (Eigen::VectorXd* v : {&y_, &edge_, &feasible_y_, &dual_step_}) v->resize(edges_);
+  direction_.x.resize(pixels);
+  corrected_.x.resize(pixels);
+}
+
+FrameReport InteriorPoint::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
+                                    const InteriorPointOptions& options,
+                                    Eigen::Ref<Eigen::RowVectorXd> image) {
+  FrameReport report;
+  image.setZero();
+  data_ = problem_.project(frame);
+  const double size = data_.stableNorm();
+  if (!std::isfinite(size)) {
+    report.status = FrameStatus::undefined;
+    return report;
+  }
+  if (size < 1e-300) return report;
+  data_ /= size;
+  alpha_ =
+      std::min(options.alpha * problem_.edge_length() / size / problem_.scale(), greatest_alpha);
+
+  start();
+  const Eigen::Index useful = useful_channels();
+  while (gap_ > options.tolerance) {
+    report.status = FrameStatus::not_converged;
+    if (report.iterations == options.max_iterations) break;
+    const bool trust = report.iterations < iterations_with_useful_channels;
+    if (!step(trust ? useful : data_.size())) break;
+    ++report.iterations;
+    update_gap();
+    if (gap_ <= options.tolerance) report.status = FrameStatus::ok;
+  }
+  report.gap = gap_;
+  image = best_x_.transpose() * (size / problem_.scale());
+  if (!image.allFinite()) {
+    image.setZero();
+    report.status = FrameStatus::undefined;
+  }
+  return report;
+}
+
+/// The best constant image, and a dual variable well inside its bounds.
+void InteriorPoint::start() {
+  const Eigen::VectorXd& constant = problem_.constant();
+  x_.setConstant(constant.dot(data_) / constant.squaredNorm());
+  y_.setZero();
+  objective_ = std::numeric_limits<double>::infinity();
+  bound_ = 0;  // of w = 0, y = 0
+  update_gap();
+  const double largest = feasible_y_.lpNorm<Eigen::Infinity>();
+  y_ = feasible_y_ * std::min(1.0, 0.5 / largest);
+  above_.setConstant(
+      edges_, std::min(greatest_start, objective_ / (2 * static_cast<double>(edges_) * alpha_)));
+  below_ = above_;
+  dual_residual_ = gradient_;
+  problem_.edges().transposed(y_, pixel_);
+  dual_residual_ += alpha_ * pixel_;
+}
+
+/// A step of length 1 in w, y from the iterate to a dual feasible point, and the gap there.
+void InteriorPoint::update_gap() {
+  const PixelEdges& edges = problem_.edges();
+  const RowMajorMatrix& jt = problem_.jacobian_transposed();
+  const Eigen::VectorXd& constant = problem_.constant();
+  edges.differences(x_, edge_);
+  residual_.noalias() = jt.transpose() * x_;
+  residual_ -= data_;
+  const double objective = residual_.squaredNorm() / 2 + alpha_ * edge_.lpNorm<1>();
+  if (objective < objective_) {
+    objective_ = objective;
+    best_x_ = x_;
+  }
+  gradient_.noalias() = jt * residual_;
+  edges.transposed(y_, pixel_);
+  dual_residual_ = gradient_ + alpha_ * pixel_;
+
+  const double part = constant.dot(residual_) / constant.squaredNorm();
+  along_ = residual_ - part * constant;
+  // A^T A z = -(J^T w) / alpha - A^T y, y + A z.
+  right_ = (part * problem_.constant_gradient() - dual_residual_) / alpha_;
+  problem_.laplacian().half_solve(right_);
+  problem_.laplacian().half_solve_transposed(right_);
+  right_[right_.size() - 1] = 0;
+  edges.differences(right_, dual_step_);
+  feasible_y_ = y_ + dual_step_;
+
+  const double square = along_.squaredNorm();
+  const double product = -along_.dot(data_);
+  if (square > 0 && product > 0) {
+    const double scale = std::min(product / square, 1 / feasible_y_.lpNorm<Eigen::Infinity>());
+    bound_ = std::max(bound_, scale * (product - scale * square / 2));
+  }
+  gap_ = std::max(0.0, objective_ - bound_) / std::max(objective_, 0.5e-10);
+}
+
+Eigen::Index InteriorPoint::useful_channels() const {
+  // The others have s^2 below alpha / 100, small beside the weight of any edge.
+  const double least = 0.1 * std::sqrt(alpha_);
+  const auto useful = (problem_.singular_values().array() >= least).count();
+  const Eigen::Index block = GridLaplacian::block;
+  return std::clamp<Eigen::Index>((useful + block - 1) / block * block, block, data_.size());
+}
+
+/// The Newton direction to z+ (1 - y) = above_target, z- (1 + y) = below_target.
+void InteriorPoint::solve(const Eigen::ArrayXd& above_target, const Eigen::ArrayXd& below_target,
+                          Direction& direction) {
+  shift_ = weight_ * (edge_.array() - above_target * above_slack_ + below_target * below_slack_);
+  dual_step_ = shift_;
+  problem_.edges().transposed(dual_step_, pixel_);
+  right_ = -dual_residual_ - alpha_ * pixel_;
+  system_.solve(right_, direction.x);
+  problem_.edges().differences(direction.x, dual_step_);
+  direction.y = weight_ * dual_step_.array() + shift_;
+  direction.above = (above_target + above_ * direction.y) * above_slack_ - above_;
+  direction.below = (below_target - below_ * direction.y) * below_slack_ - below_;
+}
+
+/// The step length at which the first of z+, z-, 1 - y, 1 + y becomes zero.
+double InteriorPoint::longest(const Direction& direction) const {
+  const double fastest =
+      std::max({(direction.y * above_slack_).maxCoeff(), (-direction.y * below_slack_).maxCoeff(),
+                (-direction.above / above_).maxCoeff(), (-direction.below / below_).maxCoeff()});
+  return fastest > 0 ? 1 / fastest : std::numeric_limits<double>::infinity();
+}
+
+bool InteriorPoint::step(Eigen::Index channels) {
+  above_slack_ = (1 - y_.array()).inverse();
+  below_slack_ = (1 + y_.array()).inverse();
+  weight_ = (above_ * above_slack_ + below_ * below_slack_).inverse();
+  const double count = 2 * static_cast<double>(edges_);
+  const double mu = ((above_ / above_slack_).sum() + (below_ / below_slack_).sum()) / count;
+  if (!system_.factor((alpha_ * weight_).max(least_weight).matrix(), channels)) return false;
+
+  // Predictor: straight to mu = 0; how far one gets tells how far mu may be reduced.
+  above_target_.setZero(edges_);
+  below_target_.setZero(edges_);
+  solve(above_target_, below_target_, direction_);
+  const double reach = std::min(1.0, longest(direction_));
+  const double left =
+      (((above_ + reach * direction_.above) * (1 - y_.array() - reach * direction_.y)).sum() +
+       ((below_ + reach * direction_.below) * (1 + y_.array() + reach * direction_.y)).sum()) /
+      count;
+  const double target = std::pow(left / mu, 3) * mu;
+
+  // Corrector: the products of the predictor's steps are the error of its linearisation.
+  above_target_ = target + direction_.above * direction_.y;
+  below_target_ = target - direction_.below * direction_.y;
+  solve(above_target_, below_target_, direction_);
+  double length = longest(direction_);
+
+  // Centrality: products that a longer step would make too small or too large are drawn back.
+  for (int i = 0; i < corrections && length < 1; ++i) {
+    const double trial = std::min(1.0, 1.5 * length + 0.1);
+    const auto drawn_back = [target](const auto& product) {
+      return (product.max(0.1 * target).min(10 * target) - product).max(-10 * target);
+    };
+    above_trial_ = (above_ + trial * direction_.above) * (1 - y_.array() - trial * direction_.y);
+    below_trial_ = (below_ + trial * direction_.below) * (1 + y_.array() + trial * direction_.y);
+    above_trial_ = above_target_ + drawn_back(above_trial_);
+    below_trial_ = below_target_ + drawn_back(below_trial_);
+    solve(above_trial_, below_trial_, corrected_);
+    const double longer = longest(corrected_);
+    if (longer < 1.1 * length && !(longer > length && length > 0.9)) break;
+    length = longer;
+    std::swap(direction_, corrected_);
+    std::swap(above_target_, above_trial_);
+    std::swap(below_target_, below_trial_);
+  }
+
+  length = std::min(1.0, to_border * length);
+  if (!direction_.x.allFinite() || !(length > 1e-10)) return false;
+  x_ += length * direction_.x;
+  y_.array() += length * direction_.y;
+  above_ += length * direction_.above;
+  below_ += length * direction_.below;
+  return true;
+}
+
+}  // namespace ertbench

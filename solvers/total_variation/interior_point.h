@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "solvers/solver.h"
+#include "solvers/total_variation/newton_system.h"
+#include "solvers/total_variation/total_variation.h"
+
+namespace ertbench {
+
+struct InteriorPointOptions {
+  double alpha = 0;  ///< weight of the total variation, V^2 / (S/m x domain unit), > 0
+  double tolerance = 1e-4;
+  int max_iterations = 50;
+};
+
+/// A primal-dual interior point method for total variation. With the data and the image in units
+/// in which |J| = 1 and |d| = 1, t = A x and y its dual variable, |y| <= 1, the optimum is where
+///
+///     J^T (J x - d) + alpha A^T y = 0,   t = z+ - z-,   z+ (1 - y) = 0,   z- (1 + y) = 0
+///
+/// with z+-, 1 - y, 1 + y >= 0. The last two are relaxed to mu > 0 and mu is led to zero by
+/// Mehrotra's predictor and corrector (SIAM J. Optim. 2, 1992) with up to `corrections` of
+/// Gondzio's centrality corrections (Comput. Optim. Appl. 6, 1996), all by the one factorisation
+/// of a NewtonSystem with weights alpha / (z+/(1 - y) + z-/(1 + y)). The smoothed iteration of
+/// Chan, Golub and Mulet, on which EIDORS's PDIPM rests, eliminates z+-; carrying them is what
+/// makes full steps possible close to the kinks of |t|.
+///
+/// It stops on a true bound. J x - d, less its part along J 1, is made dual feasible: y is moved by
+/// the least that makes J^T w + alpha A^T y = 0 hold, both are scaled until |y| <= 1. Then
+/// -1/2 |w|^2 - w^T d is not above the optimum, and the gap of the best image to the best bound,
+/// relative to the objective (of the reduced data, see Reciprocity), is at most `tolerance`.
+/// Where the image explains the data to 1e-5, the gap is taken relative to 1e-10 |d|^2 / 2.
+///
+/// Holds the working memory of one thread; the result of a frame does not depend on those before.
+class InteriorPoint {
+ public:
+  explicit InteriorPoint(const TotalVariation& problem);
+
+  /// `frame` [channels] V, `image` [pixels] S/m. A frame that is not finite gives a zero image and
+  /// the status undefined.
+  FrameReport minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
+                       const InteriorPointOptions& options, Eigen::Ref<Eigen::RowVectorXd> image);
+
+ private:
+  static constexpr int corrections = 3;
+
+  struct Direction {
+    Eigen::VectorXd x;
+    Eigen::ArrayXd y, above, below;
+  };
+
+  void start();
+  void update_gap();
+  bool step(Eigen::Index channels);
+  void solve(const Eigen::ArrayXd& above_target, const Eigen::ArrayXd& below_target,
+             Direction& direction);
+  double longest(const Direction& direction) const;
+  Eigen::Index useful_channels() const;
+
+  const TotalVariation& problem_;
+  NewtonSystem system_;
+  Eigen::Index edges_;
+
+  double alpha_ = 0;
+  Eigen::VectorXd data_;  ///< d [channels]
+
+  // The iterate: image [pixels], dual variable, z+ and z- [edges].
+  Eigen::VectorXd x_, y_;
+  Eigen::ArrayXd above_, below_;
+
+  // Derived from it: A x, J x - d, J^T (J x - d), its sum with alpha A^T y.
+  Eigen::VectorXd edge_, residual_, gradient_, dual_residual_;
+  Eigen::ArrayXd above_slack_, below_slack_;  ///< 1 / (1 - y), 1 / (1 + y)
+  Eigen::ArrayXd weight_;                     ///< of the edges, without alpha
+
+  Eigen::VectorXd best_x_, feasible_y_;
+  double objective_ = 0;  ///< least so far
+  double bound_ = 0;      ///< greatest so far
+  double gap_ = 0;
+
+  // Scratch.
+  Eigen::VectorXd right_, pixel_, dual_step_, along_;
+  Eigen::ArrayXd shift_, above_target_, below_target_, above_trial_, below_trial_;
+  Direction direction_, corrected_;
+};
+
+}  // namespace ertbench

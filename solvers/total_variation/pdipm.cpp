@@ -1,0 +1,130 @@
+#include "solvers/total_variation/pdipm.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "solvers/check/frame_check_file.h"
+#include "solvers/check_shapes.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+namespace {
+
+/// The alpha that weighs a total variation of |changes| / |J| like the data: the scale of alpha on
+/// these frames, whatever the units.
+double scale_of_alpha(const TotalVariation& problem, const Frames& changes) {
+  std::vector<double> sizes;
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    sizes.push_back(problem.project(changes.row(f)).norm());
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle * problem.scale() / problem.edge_length();
+}
+
+/// The problem without some electrodes, and what minimises it.
+struct MaskedProblem {
+  MaskedProblem(const TotalVariation& whole, const Sensor& sensor, ElectrodeSet masked)
+      : problem(whole, sensor, masked), method(problem) {}
+  MaskedProblem(const MaskedProblem&) = delete;
+  MaskedProblem& operator=(const MaskedProblem&) = delete;
+
+  TotalVariation problem;
+  InteriorPoint method;
+};
+
+}  // namespace
+
+Pdipm::Pdipm(JsonObject parameters) { read(std::move(parameters)); }
+
+void Pdipm::read(JsonObject parameters) {
+  alpha_ = read_tunable(parameters, "alpha", Range::positive());
+  options_.tolerance = parameters.number_or("tolerance", 1e-4, {1e-8, 0.1});
+  options_.max_iterations = parameters.integer_or("max_iterations", 50, 1, 1000);
+  options_.alpha = alpha_.value.value_or(0);
+  choice_ = read_chosen(parameters, alpha_.value);
+  mask_ = ChannelMask::from_json(parameters);
+  check_frames_ = parameters.boolean_or("inference_check", true);
+  parameters.finish();
+}
+
+nlohmann::json Pdipm::parameters() const {
+  nlohmann::json out = {{"alpha", "auto"},
+                        {"tolerance", options_.tolerance},
+                        {"max_iterations", options_.max_iterations},
+                        {"inference_check", check_frames_}};
+  mask_.add_to(out);
+  if (alpha_.value) out["alpha"] = *alpha_.value;
+  if (choice_) out["chosen"] = to_json(*choice_);
+  return out;
+}
+
+void Pdipm::fit(const FitInput& input) {
+  check(input.sensor);
+  set_sensor(input.sensor);
+  if (alpha_.automatic()) choose_alpha(input);
+  frame_check_ = FrameCheck(input, mask_.electrodes);
+}
+
+void Pdipm::set_sensor(const Sensor& sensor) {
+  sensor_ = sensor;
+  frame_check_ = {};
+  problem_ = std::make_unique<TotalVariation>(sensor);
+  if (mask_.electrodes != 0) {
+    problem_ = std::make_unique<TotalVariation>(*problem_, sensor, mask_.electrodes);
+  }
+}
+
+void Pdipm::choose_alpha(const FitInput& input) {
+  const ValidationFrames frames = read_validation_frames(input, alpha_.place);
+  const auto error_of = [&](double alpha) {
+    options_.alpha = alpha;
+    return mean_relative_error(*this, frames, input.threads);
+  };
+  const double scale = scale_of_alpha(*problem_, frames.changes);
+  choice_ = choose_number(alpha_.place, 1e-6 * scale, 1e-2 * scale, 2,
+                          static_cast<int>(frames.changes.rows()), error_of);
+  alpha_.value = options_.alpha = choice_->value;
+}
+
+void Pdipm::reconstruct(FramesView changes, ImagesView images,
+                        std::span<FrameReport> reports) const {
+  check_shapes(sensor_, problem_ != nullptr, changes, images, reports);
+  InteriorPoint method(*problem_);
+  std::map<ElectrodeSet, MaskedProblem> masked;  // of each set of dead electrodes met
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    FrameReport& report = reports[static_cast<std::size_t>(f)];
+    FrameCheck::Verdict verdict;
+    if (check_frames_ || mask_.detect) verdict = frame_check_.judge(changes.row(f).data());
+    const bool mask = mask_.detect && verdict.dead != 0;
+    if (mask && pairs_without(sensor_, verdict.dead).empty()) {
+      images.row(f).setZero();
+    } else if (mask) {
+      const auto found = masked.try_emplace(verdict.dead, *problem_, sensor_, verdict.dead).first;
+      report = found->second.method.minimise(changes.row(f), options_, images.row(f));
+    } else {
+      report = method.minimise(changes.row(f), options_, images.row(f));
+    }
+    if (check_frames_) FrameCheck::report(verdict, mask, report);
+  }
+}
+
+void Pdipm::save(const std::filesystem::path& file) const {
+  if (!problem_) throw std::logic_error("a solver was saved before it was fitted");
+  Hdf5File out = create_solver_file(file, type, sensor_, parameters());
+  out.write_vector("/frame_check", frame_check_.packed());
+}
+
+void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const OpenedSolverFile opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parse_parameters(opened);
+  const bool check_frames = check_frames_;
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  check_frames_ = check_frames;
+  set_sensor(sensor);
+  frame_check_ = load_frame_check(opened.file, sensor, mask_.electrodes);
+}
+
+}  // namespace ertbench
