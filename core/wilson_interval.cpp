@@ -5,7 +5,7 @@
 
 namespace ertbench {
 
-ShareInterval wilson_interval(int count, int total) {
+Interval wilson_interval(int count, int total) {
   if (total < 1 || count < 0 || count > total) {
     throw std::invalid_argument("wilson_interval: needs 0 <= count <= total, total >= 1");
   }

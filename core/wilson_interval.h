@@ -1,16 +1,12 @@
 #pragma once
 
-namespace ertbench {
+#include "core/interval.h"
 
-/// The ends of an interval of shares, 0 ... 1.
-struct ShareInterval {
-  double low = 0;
-  double high = 1;
-};
+namespace ertbench {
 
 /// Wilson's 95 % score interval of a share of which `count` in `total` independent trials were
 /// seen (Wilson 1927; Newcombe 1998, method 3): unlike the usual one it is right for shares near 0
 /// and 1 too. Throws std::invalid_argument unless 0 <= count <= total and total >= 1.
-ShareInterval wilson_interval(int count, int total);
+Interval wilson_interval(int count, int total);
 
 }  // namespace ertbench

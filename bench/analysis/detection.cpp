@@ -22,7 +22,7 @@ std::optional<double> rate(int count, int total) {
 std::string csv_rate(int count, int total) {
   std::string out = std::to_string(total) + "," + std::to_string(count) + ",";
   if (total == 0) return out + ",,";
-  const ShareInterval interval = wilson_interval(count, total);
+  const Interval interval = wilson_interval(count, total);
   return out + csv_number(rate(count, total)) + "," + csv_number(interval.low) + "," +
          csv_number(interval.high);
 }
@@ -30,7 +30,7 @@ std::string csv_rate(int count, int total) {
 /// "96.5 (93.1 … 98.3)", below it "193 of 200"; a dash where there are no such frames.
 std::string cell(int count, int total) {
   if (total == 0) return "—";
-  const ShareInterval interval = wilson_interval(count, total);
+  const Interval interval = wilson_interval(count, total);
   return fixed(100.0 * count / total, 1) + " (" + fixed(100 * interval.low, 1) + " … " +
          fixed(100 * interval.high, 1) + ")\n" + std::to_string(count) + " of " +
          std::to_string(total);

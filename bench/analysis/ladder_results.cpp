@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/csv_field.h"
+#include "core/quantile.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -240,14 +241,9 @@ std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
     if (frame.*value) values.push_back(*(frame.*value));
   }
   if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const auto quantile = [&](double share) {
-    const double place = share * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    const auto above = std::min(below + 1, values.size() - 1);
-    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
-  };
-  return FrameQuantiles{quantile(0.05), quantile(0.5), quantile(0.95)};
+  const SortedValues sorted = values;
+  return FrameQuantiles{interpolated_quantile(sorted, 0.05), median(sorted),
+                        interpolated_quantile(sorted, 0.95)};
 }
 
 }  // namespace ertbench

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <numeric>
 #include <stdexcept>
 
+#include "core/moments.h"
 #include "core/student_t.h"
 
 namespace ertbench {
@@ -54,13 +54,6 @@ double one_pixel(const BaselineMean& before) {
   }
 }
 
-double deviation_of(std::span<const double> values) {
-  const double mean = centre_of(values);
-  double squares = 0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return std::sqrt(squares / static_cast<double>(values.size() - 1));
-}
-
 }  // namespace
 
 const char* name_of(ToleranceClass type) {
@@ -97,15 +90,13 @@ Tolerance tolerance_of(const ResultRow& row, bool trained) {
   return {ToleranceClass::linear, linear_images};
 }
 
-double centre_of(std::span<const double> values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
+double centre_of(std::span<const double> values) { return mean(values); }
 
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now) {
   const double centre = std::abs(centre_of(before.values));
   if (tolerance.type == ToleranceClass::seeds && before.values.size() > 1) {
     const auto n = static_cast<int>(before.values.size());
-    const double deviation = std::max(deviation_of(before.values), tolerance.relative * centre);
+    const double deviation = std::max(sample_deviation(before.values), tolerance.relative * centre);
     const double t = student_t_quantile(0.5 + confidence / 2, n - 1);
     return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n);
   }

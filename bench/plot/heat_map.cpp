@@ -6,6 +6,7 @@
 
 #include "bench/plot/canvas.h"
 #include "bench/plot/palette.h"
+#include "core/quantile.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -82,12 +83,12 @@ Scale scale_for(const HeatMap& map, const HeatMapPanel& panel) {
   }
   Scale scale;
   if (values.empty()) return scale;
-  std::sort(values.begin(), values.end());
-  const double median = values[values.size() / 2];
-  scale.low = values.front();
-  scale.high = values.back();
-  const double limit = scale.low + 4 * (median - scale.low);
-  if (values.size() >= 8 && median > scale.low && limit < 0.9 * scale.high) {
+  const SortedValues sorted = values;
+  const double middle = median(sorted);
+  scale.low = sorted.smallest();
+  scale.high = sorted.largest();
+  const double limit = scale.low + 4 * (middle - scale.low);
+  if (values.size() >= 8 && middle > scale.low && limit < 0.9 * scale.high) {
     scale.high = limit;
     scale.clipped = true;
   }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "bench/analysis/chart_text.h"
+#include "core/quantile.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -47,9 +48,7 @@ ErrorAxis ErrorAxis::of(const SpeedAccuracy& chart) {
   }
   if (most == 0) return {};
   ErrorAxis axis{0.85 * least, most + 0.08 * (most - 0.85 * least)};
-  const auto middle = errors.begin() + std::ssize(errors) / 2;
-  std::nth_element(errors.begin(), middle, errors.end());
-  const double limit = 1.12 * chart.nothing.value_or(3 * *middle);
+  const double limit = 1.12 * chart.nothing.value_or(3 * median(errors));
   if (axis.high > 0.85 * limit) axis.high = limit;
   if (axis.low < 0.4 * axis.high) axis.low = 0;
   return axis;

@@ -8,6 +8,7 @@
 #include "bench/record/ladder_record.h"
 #include "bench/record/provenance.h"
 #include "core/json_reader.h"
+#include "core/quantile.h"
 
 namespace ertbench {
 namespace {
@@ -57,21 +58,12 @@ Images images_from(const json& rows, int pixels) {
   return images;
 }
 
-/// p50, p99 and maximum of every frame's time.
-LatencySummary summarise_latency(std::vector<double> microseconds) {
-  std::sort(microseconds.begin(), microseconds.end());
-  // Nearest rank: the smallest time that at least this share of the frames kept to.
-  const auto quantile = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(microseconds.size()));
-    return microseconds.at(static_cast<std::size_t>(std::max(1.0, rank)) - 1);
-  };
-  return {quantile(0.5), quantile(0.99), microseconds.back(), {}};
-}
-
-double median_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
+/// p50, p99 and maximum of every frame's time. A percentile is a time that was measured.
+LatencySummary summarise_latency(const SortedValues& microseconds) {
+  return {nearest_rank_quantile(microseconds, 0.5),
+          nearest_rank_quantile(microseconds, 0.99),
+          microseconds.largest(),
+          {}};
 }
 
 }  // namespace
@@ -167,12 +159,11 @@ std::optional<TimingRecord> read_timing_record(const Experiment& experiment,
     }
   }
   for (auto& [dataset, set] : sets) {
-    MeasuredTimes times{summarise_latency(set.microseconds), median_of(set.frames_per_s),
-                        set.batch};
+    MeasuredTimes times{summarise_latency(set.microseconds), median(set.frames_per_s), set.batch};
     times.latency_us.p50_of_rounds = set.p50;
     record.sets[dataset] = std::move(times);
   }
-  record.calibration_us = median_of(calibration);
+  record.calibration_us = median(calibration);
   return record;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/bootstrap.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -1,9 +1,10 @@
 #include "bench/run/calibration.h"
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <chrono>
 #include <vector>
+
+#include "core/quantile.h"
 
 namespace ertbench {
 
@@ -22,9 +23,7 @@ double calibration_us() {
     const std::chrono::duration<double, std::micro> time = Clock::now() - start;
     if (i >= warm_up) microseconds.push_back(time.count());
   }
-  const auto middle = microseconds.begin() + measured / 2;
-  std::nth_element(microseconds.begin(), middle, microseconds.end());
-  return *middle;
+  return median(microseconds);
 }
 
 }  // namespace ertbench

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/progress.h"
+#include "core/quantile.h"
 #include "forward/border/border_model.h"
 #include "forward/border/contact_arcs.h"
 #include "forward/fem/forward_model.h"
@@ -17,12 +18,6 @@ namespace {
 constexpr int grids[] = {24, 48, 96, 192};
 constexpr double reference_share = 1e-3;  ///< of the bound, for the converged solution
 constexpr int reference_points = 2500;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 bool is_smooth(const std::vector<ContactArc>& arcs) {
   return std::all_of(arcs.begin(), arcs.end(), [](const ContactArc& arc) { return arc.closed; });
@@ -151,13 +146,15 @@ FidelityRow row_of(const DatasetSpec& spec, const std::string& scenes, const std
         std::lower_bound(std::begin(fidelity_sizes), std::end(fidelity_sizes), outcome.points);
     ++row.sizes[static_cast<std::size_t>(size - std::begin(fidelity_sizes))];
   }
-  row.time_us = quantile(times, 0.5);
-  row.time_low = quantile(times, 0.05);
-  row.time_high = quantile(times, 0.95);
-  row.error_median = quantile(errors, 0.5);
-  row.error_p95 = quantile(errors, 0.95);
-  row.error_max = quantile(errors, 1);
-  row.tightness = quantile(ratios, 0.5);
+  const SortedValues sorted_times = times;
+  row.time_us = median(sorted_times);
+  row.time_low = interpolated_quantile(sorted_times, 0.05);
+  row.time_high = interpolated_quantile(sorted_times, 0.95);
+  const SortedValues sorted_errors = errors;
+  row.error_median = median(sorted_errors);
+  row.error_p95 = interpolated_quantile(sorted_errors, 0.95);
+  row.error_max = sorted_errors.largest();
+  if (!ratios.empty()) row.tightness = median(ratios);
   return row;
 }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bench/score/bootstrap.h"
+#include "core/moments.h"
 
 namespace ertbench {
 namespace {
@@ -14,28 +15,22 @@ using nlohmann::json;
 
 using Values = std::vector<std::optional<double>>;
 
-/// The mean of those that are there.
-std::optional<double> mean_of(const Values& values) {
-  double sum = 0;
-  int count = 0;
+std::vector<double> those_there(const Values& values) {
+  std::vector<double> there;
   for (const auto& value : values) {
-    sum += value.value_or(0);
-    count += value.has_value();
+    if (value) there.push_back(*value);
   }
-  return count > 0 ? std::optional(sum / count) : std::nullopt;
+  return there;
 }
 
-/// Sample standard deviation of those that are there.
+std::optional<double> mean_of(const Values& values) {
+  const std::vector<double> there = those_there(values);
+  return there.empty() ? std::nullopt : std::optional(mean(there));
+}
+
 std::optional<double> deviation_of(const Values& values) {
-  const std::optional<double> mean = mean_of(values);
-  double squares = 0;
-  int count = 0;
-  for (const auto& value : values) {
-    if (!value) continue;
-    squares += (*value - *mean) * (*value - *mean);
-    ++count;
-  }
-  return count > 1 ? std::optional(std::sqrt(squares / (count - 1))) : std::nullopt;
+  const std::vector<double> there = those_there(values);
+  return there.size() < 2 ? std::nullopt : std::optional(sample_deviation(there));
 }
 
 /// Each frame's mean over the seeds, undefined where it is so for one of them.

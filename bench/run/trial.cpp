@@ -12,6 +12,7 @@
 #include "bench/score/bootstrap.h"
 #include "bench/score/metrics.h"
 #include "core/atomic_file.h"
+#include "core/quantile.h"
 #include "forward/data/dataset_file.h"
 
 namespace ertbench {
@@ -182,9 +183,8 @@ void run_timing_round(const Experiment& experiment, const SolverEntry& entry, co
     do {
       batch_s.push_back(one_batch());
     } while (seconds_since(begin) < 1.0 / timing.rounds && batch_s.size() < 1000);
-    std::nth_element(batch_s.begin(), batch_s.begin() + std::ssize(batch_s) / 2, batch_s.end());
     record["timing"][test.name] = {{"latency_us", microseconds},
-                                   {"frames_per_s", timing.batch / batch_s[batch_s.size() / 2]},
+                                   {"frames_per_s", timing.batch / median(batch_s)},
                                    {"batch", timing.batch}};
   }
   rusage usage{};

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/quantile.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -133,7 +134,7 @@ json median_of(const TimedBenchmark& benchmark) {
   json out = benchmark.rounds.front();
   if (!rounds.empty()) {
     std::sort(rounds.begin(), rounds.end());
-    out = *rounds[(rounds.size() - 1) / 2].second;
+    out = *rounds[nearest_rank(rounds.size(), 0.5)].second;
   }
   out["program"] = benchmark.program;
   out["time_s"] = rounds.empty() ? json() : json(seconds_of(out));

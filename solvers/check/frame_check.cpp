@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/errors.h"
+#include "core/quantile.h"
 #include "forward/data/dataset_file.h"
 #include "forward/fem/forward_model.h"
 
@@ -31,9 +32,8 @@ constexpr Eigen::Index stack_pairs = 256;
 
 double square(double x) { return x * x; }
 
-double median_of(Eigen::VectorXd values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
+double median_of(const Eigen::ArrayXd& values) {
+  return median(std::vector<double>(values.begin(), values.end()));
 }
 
 Frames read_changes(const FitInput& input) {

@@ -1,10 +1,10 @@
 #include "solvers/total_variation/pdipm.h"
 
-#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/quantile.h"
 #include "solvers/check/frame_check_file.h"
 #include "solvers/check_shapes.h"
 #include "solvers/solver_file.h"
@@ -19,9 +19,7 @@ double scale_of_alpha(const TotalVariation& problem, const Frames& changes) {
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     sizes.push_back(problem.project(changes.row(f)).norm());
   }
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle * problem.scale() / problem.edge_length();
+  return median(sizes) * problem.scale() / problem.edge_length();
 }
 
 /// The problem without some electrodes, and what minimises it.

@@ -11,7 +11,7 @@ namespace {
 // (1998) 857-872, table I, method 3: four decimals.
 TEST(WilsonInterval, IsThePublishedOne) {
   const auto expect = [](int count, int total, double low, double high) {
-    const ShareInterval interval = wilson_interval(count, total);
+    const Interval interval = wilson_interval(count, total);
     EXPECT_NEAR(interval.low, low, 5e-5) << count << " of " << total;
     EXPECT_NEAR(interval.high, high, 5e-5) << count << " of " << total;
   };
@@ -23,8 +23,8 @@ TEST(WilsonInterval, IsThePublishedOne) {
 
 TEST(WilsonInterval, OfTheOthersIsItsMirrorImage) {
   for (const int count : {0, 1, 7, 20}) {
-    const ShareInterval interval = wilson_interval(count, 20);
-    const ShareInterval others = wilson_interval(20 - count, 20);
+    const Interval interval = wilson_interval(count, 20);
+    const Interval others = wilson_interval(20 - count, 20);
     EXPECT_NEAR(interval.low, 1 - others.high, 1e-15);
     EXPECT_LE(interval.low, count / 20.0);
     EXPECT_GE(interval.high, count / 20.0);
