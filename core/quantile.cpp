@@ -41,4 +41,8 @@ double nearest_rank_quantile(const SortedValues& values, double share) {
 
 double median(const SortedValues& values) { return interpolated_quantile(values, 0.5); }
 
+double upper_median(const SortedValues& values) {
+  return values[values.size() - 1 - nearest_rank(values.size(), 0.5)];
+}
+
 }  // namespace ertbench

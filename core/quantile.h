@@ -23,7 +23,8 @@ class SortedValues {
 };
 
 // Two rules, since two things are asked for. An estimate of the distribution that the values come
-// from interpolates; a time that some share of the frames kept to must be one that was measured.
+// from interpolates; a time that some share of the frames kept to must be one that was measured,
+// and so must a frame whose size sets a scale.
 // All of them throw std::invalid_argument where there is no value or `share` is not 0 ... 1.
 
 /// Linear interpolation between the two ordered values next to the place share (n - 1): type 7 of
@@ -38,5 +39,9 @@ std::size_t nearest_rank(std::size_t count, double share);
 
 /// The value in the middle, or the mean of the two in the middle: interpolated_quantile at 1/2.
 double median(const SortedValues& values);
+
+/// The largest value that at least half of the values reach, itself one of them: of two in the
+/// middle the larger. It is the nearest rank counted from above.
+double upper_median(const SortedValues& values);
 
 }  // namespace ertbench

@@ -32,8 +32,8 @@ constexpr Eigen::Index stack_pairs = 256;
 
 double square(double x) { return x * x; }
 
-double median_of(const Eigen::ArrayXd& values) {
-  return median(std::vector<double>(values.begin(), values.end()));
+double upper_median_of(const Eigen::ArrayXd& values) {
+  return upper_median(std::vector<double>(values.begin(), values.end()));
 }
 
 Frames read_changes(const FitInput& input) {
@@ -115,11 +115,11 @@ void FrameCheck::fit(const Frames& changes) {
   noise_of_change_ = of_change.limit < much_closer * noise_.limit;
   if (noise_of_change_) noise_ = of_change;
 
-  const double usual_noise = std::max(median_of(differences), floor);
+  const double usual_noise = std::max(upper_median_of(differences), floor);
   least_size_ = 4 * usual_noise;
   const Eigen::ArrayXd squares = signal.array() + least_size_;
   shapes.array().colwise() /= squares.sqrt();
-  const double noise = usual_noise / static_cast<double>(pairs) / median_of(squares);
+  const double noise = usual_noise / static_cast<double>(pairs) / upper_median_of(squares);
   Eigen::VectorXd outside(count);
   Eigen::VectorXd distance(count);
   Eigen::ArrayXd along(count);
@@ -141,7 +141,7 @@ void FrameCheck::fit(const Frames& changes) {
   outside_ = UsualLevel::of(outside, signal, floor, tail_share);
   farthest_ = tail_limit(distance, tail_share);
   largest_ = tail_limit(signal, tail_share);
-  const double middle = median_of(along);
+  const double middle = upper_median_of(along);
   highest_ = middle + tail_limit((along - middle).max(0.0), tail_share);
   lowest_ = middle - tail_limit((middle - along).max(0.0), tail_share);
 }

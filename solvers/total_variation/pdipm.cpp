@@ -19,7 +19,7 @@ double scale_of_alpha(const TotalVariation& problem, const Frames& changes) {
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     sizes.push_back(problem.project(changes.row(f)).norm());
   }
-  return median(sizes) * problem.scale() / problem.edge_length();
+  return upper_median(sizes) * problem.scale() / problem.edge_length();
 }
 
 /// The problem without some electrodes, and what minimises it.

@@ -42,6 +42,13 @@ TEST(Quantile, TheMedianOfAnEvenNumberIsTheMeanOfTheTwoInTheMiddle) {
   EXPECT_EQ(median(Values{2}), 2);
 }
 
+TEST(Quantile, TheUpperMedianIsReachedByAtLeastHalfOfTheValues) {
+  EXPECT_EQ(upper_median(Values{4, 1, 2, 100}), 4);
+  EXPECT_EQ(upper_median(Values{7, -1, 3}), 3);
+  EXPECT_EQ(upper_median(Values{2}), 2);
+  EXPECT_THROW(upper_median(Values{}), std::invalid_argument);
+}
+
 TEST(Quantile, RefusesWhatHasNone) {
   EXPECT_THROW(median(Values{}), std::invalid_argument);
   EXPECT_THROW(nearest_rank(0, 0.5), std::invalid_argument);
