@@ -4,23 +4,6 @@
 
 namespace ertbench {
 
-std::string axis_title(Metric metric) {
-  switch (metric) {
-    case Metric::RES:
-      return "RES (%)";
-    case Metric::RES_error:
-      return "|RES − truth| (%)";
-    case Metric::PE:
-      return "PE (sheet 2 × 2)";
-    case Metric::PE25:
-      return "PE25 (sheet 2 × 2)";
-    case Metric::relative_error:
-      return "relative error of δσ";
-    default:
-      return name_of(metric);
-  }
-}
-
 std::string time_text(double microseconds) {
   if (microseconds < 999.5) return three_digits(microseconds) + " µs";
   if (microseconds < 999.5e3) return three_digits(microseconds / 1e3) + " ms";

@@ -4,13 +4,10 @@
 #include <string>
 
 #include "bench/analysis/speed_accuracy.h"
-#include "bench/score/metrics.h"
+#include "bench/score/metric_table.h"
 
-/// Texts on charts: titles of axes, times and rates as people say them.
+/// Texts on charts: times and rates as people say them. Titles of axes are the metrics' own.
 namespace ertbench {
-
-/// The metric with its unit: "relative error of δσ", "RES (%)".
-std::string axis_title(Metric metric);
 
 /// "3.90 µs", "2.07 ms", "1.50 s", "4.9 min".
 std::string time_text(double microseconds);

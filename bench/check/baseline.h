@@ -54,6 +54,8 @@ struct Baseline {
   std::string cpu;                     ///< the same
   std::string datasets_json = "{}";    ///< by name, the canonical JSON of each
   std::vector<BaselineRow> rows;
+  /// What was scored when it was stored; metrics that came later are not compared.
+  std::vector<Metric> metrics{kMetrics.begin(), kMetrics.end()};
 
   const BaselineRow* find(const ResultRow& row) const;
 };

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "bench/check/baseline.h"
 #include "core/json_reader.h"
@@ -12,9 +14,9 @@ using nlohmann::json;
 constexpr int schema = 1;
 constexpr int most = std::numeric_limits<int>::max();
 
-json to_json(const BaselineRow& row) {
+json to_json(const BaselineRow& row, std::span<const Metric> known) {
   json metrics = json::object();
-  for (const Metric metric : kMetrics) {
+  for (const Metric metric : known) {
     const std::vector<double>& values = row.metrics[metric];
     json& out = metrics[name_of(metric)];
     if (!values.empty()) out = row.seeds.empty() ? json(values.front()) : json(values);
@@ -43,7 +45,19 @@ std::vector<double> values_from(JsonObject& metrics, const char* name, std::size
   return seeds == 0 ? std::vector{metrics.number(name)} : metrics.numbers(name, seeds);
 }
 
-BaselineRow row_from(JsonObject object) {
+/// The metrics that some row has, if only as undefined.
+std::vector<Metric> metrics_of(const std::vector<JsonObject>& rows) {
+  std::vector<Metric> known;
+  for (const Metric metric : kMetrics) {
+    const bool has = std::any_of(rows.begin(), rows.end(), [&](const JsonObject& row) {
+      return row.value().contains(json::json_pointer(std::string("/metrics/") + name_of(metric)));
+    });
+    if (has) known.push_back(metric);
+  }
+  return known;
+}
+
+BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
   BaselineRow row;
   row.label = object.text("label");
   row.dataset = object.text("dataset");
@@ -59,7 +73,7 @@ BaselineRow row_from(JsonObject object) {
   row.frames_not_converged = object.integer("frames_not_converged", 0, most);
   if (object.has("seeds")) row.seeds = object.integers("seeds", least_seeds, 1000, {0, most});
   JsonObject metrics = object.object("metrics");
-  for (const Metric metric : kMetrics) {
+  for (const Metric metric : known) {
     row.metrics[metric] = values_from(metrics, name_of(metric), row.seeds.size());
   }
   metrics.finish();
@@ -81,7 +95,8 @@ std::string to_json_text(const Baseline& baseline) {
               {"provenance", json::parse(baseline.provenance_json)},
               {"datasets", json::parse(baseline.datasets_json)},
               {"rows", json::array()}};
-  for (const BaselineRow& row : baseline.rows) out["rows"].push_back(to_json(row));
+  for (const BaselineRow& row : baseline.rows)
+    out["rows"].push_back(to_json(row, baseline.metrics));
   return out.dump(2) + "\n";
 }
 
@@ -98,7 +113,9 @@ Baseline read_baseline(const std::filesystem::path& file) {
   baseline.cpu = provenance.text("cpu");
   baseline.provenance_json = provenance.value().dump();
   baseline.datasets_json = root.object("datasets").value().dump();
-  for (const JsonObject& row : root.objects("rows")) baseline.rows.push_back(row_from(row));
+  const std::vector<JsonObject> rows = root.objects("rows");
+  baseline.metrics = metrics_of(rows);
+  for (const JsonObject& row : rows) baseline.rows.push_back(row_from(row, baseline.metrics));
   root.finish();
   return baseline;
 }

@@ -33,22 +33,23 @@ std::string status_text(const ResultRow& row) {
 /// Compares one row with its row of the baseline.
 class RowComparison {
  public:
-  /// `true_resolution`: RES of the truth of the same test set.
+  /// `of_truth`: what the true images of the same test set score.
   RowComparison(const BaselineRow& before, const ResultRow& now, std::string name,
-                const CheckContext& context, std::optional<double> true_resolution)
+                const CheckContext& context, const PerMetric<MetricSummary>& of_truth)
       : before_(before),
         now_(now),
         name_(std::move(name)),
         context_(context),
-        true_resolution_(true_resolution) {}
+        of_truth_(of_truth) {}
 
-  std::vector<CheckLine> lines(bool same_cpu) {
+  /// `metrics`: those that the baseline knows.
+  std::vector<CheckLine> lines(std::span<const Metric> metrics, bool same_cpu) {
     compare_status();
     if (now_.frames == 0 && before_.frames > 0) return std::move(lines_);
     compare_count("frames", before_.frames, now_.frames, before_.frames != now_.frames);
     compare_count("undefined frames", before_.undefined_frames, now_.undefined_frames);
     compare_count("frames not converged", before_.frames_not_converged, now_.frames_not_converged);
-    for (const Metric metric : kMetrics) compare_metric(metric);
+    for (const Metric metric : metrics) compare_metric(metric);
     compare_times(same_cpu);
     return std::move(lines_);
   }
@@ -73,16 +74,13 @@ class RowComparison {
     add(quantity, std::to_string(before), std::to_string(now), "same", verdict);
   }
 
-  /// How far a value is from the metric's ideal.
-  double badness(Metric metric, double value) const {
-    if (metric == Metric::AR) return std::abs(value - 1);
-    if (metric == Metric::RES) return std::abs(value - true_resolution_.value_or(100));
-    return value;
-  }
-
   std::optional<double> resolution_before() const {
     const std::vector<double>& values = before_.metrics[Metric::RES];
     return values.empty() ? std::nullopt : std::optional(centre_of(values));
+  }
+
+  double distance(Metric metric, double value) const {
+    return distance_from_ideal(metric, value, of_truth_[metric].mean);
   }
 
   void compare_metric(Metric metric) {
@@ -102,7 +100,7 @@ class RowComparison {
     Verdict verdict = Verdict::ok;
     if (!(std::abs(*now - before) <= allowed)) {
       const bool better = before_.tolerance.type != ToleranceClass::exact &&
-                          badness(metric, *now) < badness(metric, before);
+                          distance(metric, *now) < distance(metric, before);
       verdict = better ? Verdict::better : Verdict::worse;
     }
     const auto texts = verdict == Verdict::ok ? std::pair(with_digits(before), with_digits(*now))
@@ -141,15 +139,16 @@ class RowComparison {
   const ResultRow& now_;
   std::string name_;
   const CheckContext& context_;
-  std::optional<double> true_resolution_;
+  PerMetric<MetricSummary> of_truth_;
   std::vector<CheckLine> lines_;
 };
 
-std::optional<double> true_resolution(std::span<const ResultRow> rows, const std::string& dataset) {
+/// What the true images of a test set score; no values where they were not scored.
+PerMetric<MetricSummary> truth_of(std::span<const ResultRow> rows, const std::string& dataset) {
   for (const ResultRow& row : rows) {
-    if (row.type == "truth" && row.dataset == dataset) return row.metrics[Metric::RES].mean;
+    if (row.type == "truth" && row.dataset == dataset) return row.metrics;
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
@@ -193,8 +192,9 @@ std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultR
       lines.push_back({name(row), "row", "-", status_text(row), "", Verdict::added});
       continue;
     }
-    RowComparison comparison(*before, row, name(row), context, true_resolution(rows, row.dataset));
-    const std::vector<CheckLine> of_row = comparison.lines(context.cpu == baseline.cpu);
+    RowComparison comparison(*before, row, name(row), context, truth_of(rows, row.dataset));
+    const std::vector<CheckLine> of_row =
+        comparison.lines(baseline.metrics, context.cpu == baseline.cpu);
     lines.insert(lines.end(), of_row.begin(), of_row.end());
   }
   for (const BaselineRow& row : baseline.rows) {

@@ -30,28 +30,23 @@ double of_duality_gap(const ResultRow& row) {
   return 0.1 * std::sqrt(gap);
 }
 
-/// The size of a metric that is of no particular size.
-double unit_of(Metric metric) {
-  return metric == Metric::RES || metric == Metric::RES_error ? 100 : 1;
-}
-
 /// What one pixel that changes sides of a threshold is worth in the mean over the frames.
 double one_pixel(const BaselineMean& before) {
   const double frames = std::max(1, before.frames);
   const double grid = before.image_grid;
-  switch (before.metric) {
-    case Metric::RES:
-    case Metric::RES_error:
+  switch (entry_of(before.metric).threshold) {
+    case Threshold::none:
+      return 0;
+    case Threshold::area:
       return 100 / (grid * frames);
-    case Metric::PE25: {
+    case Threshold::centroid: {
       const double share = 1 - before.resolution.value_or(100) / 100;  // (C2)
       const double bright_pixels = 1 + grid * grid * share * share;
       const double diagonal = 2 * std::numbers::sqrt2;
       return diagonal / (2 * bright_pixels * frames);
     }
-    default:
-      return 0;
   }
+  return 0;
 }
 
 }  // namespace
@@ -101,8 +96,8 @@ double allowed_change(const Tolerance& tolerance, const BaselineMean& before, in
     return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n);
   }
   const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);
-  return std::max(tolerance.relative * centre,
-                  std::min(tolerance.relative, linear_images) * unit_of(before.metric)) +
+  return std::max(tolerance.relative * centre, std::min(tolerance.relative, linear_images) *
+                                                   size_of(entry_of(before.metric).quantity)) +
          pixel;
 }
 

@@ -59,15 +59,15 @@ double centre_of(std::span<const double> values);
 ///
 /// - seeds: the prediction interval t s sqrt(1/seeds_now + 1/n) for new seeds from n old ones, s
 ///   their standard deviation, t Student's quantile with n - 1 degrees of freedom at 99.9 %. Four
-///   networks with seven metrics are 28 such intervals; at 99 % a sound machine would be refused in
-///   every seventh check (14 % with worse on one side), at 99.9 % in one of seventy.
+///   networks with nine metrics are 36 such intervals; at 99 % a sound machine would be refused in
+///   every sixth check (17 % with worse on one side), at 99.9 % in one of fifty-five.
 /// - all others: `relative` of the value, or `relative` (at most 1e-8) of the metric's own unit
 ///   where that is more: a centroid 1e-8 from the truth is as exact as one 1 from it.
-/// - RES, RES_error and PE25 have a threshold, of which one pixel of one frame may change sides
-///   (none of the truth): 100 / (image_grid frames) for RES and RES_error, the most that a pixel is
-///   worth in (C2), where it is the second one; diagonal / (2 pixels frames) for PE25: the pixel
-///   weighs a quarter of the largest, the bright ones (as many as the mean RES says) at least half
-///   of it each, and it is at most the sheet's diagonal from them.
+/// - metrics with a threshold let one pixel of one frame change sides of it (none of the truth):
+///   100 / (image_grid frames) for an area in per cent, the most that a pixel is worth in (C2),
+///   where it is the second one; diagonal / (2 pixels frames) for a centroid: the pixel weighs a
+///   quarter of the largest, the bright ones (as many as the mean RES says) at least half of it
+///   each, and it is at most the sheet's diagonal from them.
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now = 1);
 
 /// How much more of calibration_us() in the same process one frame may take before it counts as

@@ -29,6 +29,7 @@
 #include "bench/run/reconstruct.h"
 #include "bench/run/runner.h"
 #include "bench/run/trial.h"
+#include "bench/score/metric_table.h"
 #include "bench/timing/timing.h"
 #include "core/errors.h"
 #include "core/progress.h"
@@ -184,6 +185,10 @@ int list() {
       std::printf("      \"%s\": %s\n", parameter.name.c_str(), parameter.description.c_str());
     }
   }
+  std::printf("\nMetrics (δσ: the change of the conductivity; * may be chosen as an error):\n\n");
+  for (const MetricEntry& entry : kMetricTable) {
+    std::printf("  %s%s: %s\n", entry.name, is_error(entry) ? "*" : "", entry.legend);
+  }
   std::printf("\nExperiments:\n");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(project_folder() / "experiments")) {
@@ -328,7 +333,8 @@ int parse_and_run(int argc, char** argv) {
       "gn.json\n"
       "  ertbench reconstruct --solver gn.json --input test.h5 --output images.h5");
 
-  CLI::App* list_command = app.add_subcommand("list", "Solvers with their parameters; experiments");
+  CLI::App* list_command =
+      app.add_subcommand("list", "Solvers with their parameters; metrics; experiments");
   list_command->footer("Example:\n  ertbench list");
 
   CLI::App* timing_command =

@@ -70,9 +70,8 @@ void read_right_sizing(JsonObject& root, Experiment& experiment) {
   JsonObject object = root.object("right_sizing");
   RightSizing& sizing = experiment.right_sizing.emplace();
   sizing.margin = object.number_or("margin", sizing.margin, {0, 10});
-  std::vector<std::string> names;
-  for (const Metric metric : kErrorMetrics) names.emplace_back(name_of(metric));
-  sizing.metric = metric_from_name(object.choice_or("metric", name_of(sizing.metric), names));
+  sizing.metric =
+      metric_from_name(object.choice_or("metric", name_of(sizing.metric), names_of(kErrorMetrics)));
   object.finish();
   if (!experiment.validation) {
     root.fail("right_sizing", "chooses on the validation set; add /datasets/validation");

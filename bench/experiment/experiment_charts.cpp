@@ -13,22 +13,15 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<std::string> metric_names() {
-  std::vector<std::string> names;
-  for (const Metric metric : kMetrics) names.emplace_back(name_of(metric));
-  return names;
-}
-
 std::vector<Metric> read_metrics(JsonObject& object, std::vector<Metric> fallback) {
   if (!object.has("metrics")) return fallback;
   std::vector<Metric> out;
-  for (const std::string& name : object.choices("metrics", metric_names())) {
-    const auto found = std::find_if(kMetrics.begin(), kMetrics.end(),
-                                    [&](Metric metric) { return name == name_of(metric); });
-    if (std::find(out.begin(), out.end(), *found) != out.end()) {
+  for (const std::string& name : object.choices("metrics", names_of(kMetrics))) {
+    const Metric metric = metric_from_name(name);
+    if (std::find(out.begin(), out.end(), metric) != out.end()) {
       object.fail("metrics", name + " stands twice; remove one");
     }
-    out.push_back(*found);
+    out.push_back(metric);
   }
   return out;
 }
@@ -102,9 +95,8 @@ void read_speed_accuracy(JsonObject& object, const Experiment& experiment, Chart
   }
   chart.labels = read_labels(object, experiment);
   chart.right_sizing = experiment.right_sizing;
-  std::vector<std::string> names;
-  for (const Metric metric : kErrorMetrics) names.emplace_back(name_of(metric));
-  chart.metrics = {metric_from_name(object.choice_or("metric", "relative_error", names))};
+  chart.metrics = {
+      metric_from_name(object.choice_or("metric", "relative_error", names_of(kErrorMetrics)))};
   chart.budgets_us = {100, 1000, 10000};
   if (object.has("budgets_us")) {
     const json& values = object.raw("budgets_us");
@@ -143,7 +135,7 @@ ChartSpec read_chart(JsonObject object, const Experiment& experiment) {
   if (type == "bars") {
     chart.type = ChartSpec::Type::bars;
     chart.labels = read_labels(object, experiment);
-    chart.metrics = read_metrics(object, {Metric::AR, Metric::RES, Metric::PE, Metric::RIE});
+    chart.metrics = read_metrics(object, {kPublishedMetrics.begin(), kPublishedMetrics.end()});
   } else if (type == "speed-accuracy") {
     chart.type = ChartSpec::Type::speed_accuracy;
     read_speed_accuracy(object, experiment, chart);

@@ -29,19 +29,6 @@ std::string status_of(const ResultRow* row) {
   return row->ok() ? "" : row->status;
 }
 
-/// What a perfect image scores; of RES where the truth has been scored.
-std::optional<double> ideal_of(Metric metric, const ResultRow* truth) {
-  if (metric == Metric::AR) return 1;
-  if (metric == Metric::RES) return truth ? truth->metrics[Metric::RES].mean : std::nullopt;
-  return 0;
-}
-
-std::string ideal_name(Metric metric, const std::optional<double>& ideal) {
-  if (!ideal) return "";
-  if (metric == Metric::RES) return "truth " + fixed(*ideal, decimals_of(metric));
-  return "ideal " + fixed(*ideal, 0);
-}
-
 /// The values of a sweep's two parameters, in the order of the numbers or as the file has them.
 struct Axis {
   std::string name;
@@ -79,16 +66,12 @@ std::vector<std::string> Axis::texts() const {
 
 /// What the colours of a metric stand for: the smaller, the better.
 std::optional<double> colour_value(const ResultRow& row, Metric metric) {
+  if (const Metric distance = entry_of(metric).distance; distance != metric) {
+    return row.metrics[distance].mean;
+  }
   const auto& mean = row.metrics[metric].mean;
-  if (metric == Metric::AR) return mean ? std::optional(std::abs(*mean - 1)) : std::nullopt;
-  if (metric == Metric::RES) return row.metrics[Metric::RES_error].mean;
-  return mean;
-}
-
-std::string colour_name(Metric metric) {
-  if (metric == Metric::AR) return "|AR − 1|";
-  if (metric == Metric::RES) return "|RES − truth|";
-  return axis_title(metric);
+  if (!mean) return std::nullopt;
+  return distance_from_ideal(metric, *mean, std::nullopt);
 }
 
 std::string pair_text(const Axis& x, const json& x_value, const Axis& y, const json& y_value) {
@@ -174,8 +157,8 @@ BarChart bar_chart_of(const ChartSpec& spec, std::span<const ResultRow> rows,
     BarPanel panel;
     panel.title = axis_title(metric);
     panel.decimals = decimals_of(metric);
-    panel.ideal = ideal_of(metric, truth);
-    panel.ideal_name = ideal_name(metric, panel.ideal);
+    panel.ideal = ideal_of(metric, truth ? truth->metrics[metric].mean : std::nullopt);
+    if (panel.ideal) panel.ideal_name = ideal_text(metric, *panel.ideal);
     for (const std::string& label : spec.labels) {
       const ResultRow* row = find_row(spec, rows, label);
       panel.values.push_back(row ? BarValue{row->metrics[metric].mean, row->metrics[metric].ci95}
@@ -197,7 +180,7 @@ HeatMap heat_map_of(const ChartSpec& spec, std::span<const ResultRow> rows,
   map.y_values = grid.y.texts();
   for (const ResultRow* row : grid.cells) map.statuses.push_back(status_of(row));
   for (const Metric metric : spec.metrics) {
-    HeatMapPanel panel{axis_title(metric), colour_name(metric), decimals_of(metric), {}, {}};
+    HeatMapPanel panel{axis_title(metric), distance_title(metric), decimals_of(metric), {}, {}};
     for (const ResultRow* row : grid.cells) {
       panel.values.push_back(row ? row->metrics[metric].mean : std::nullopt);
       panel.colours.push_back(row ? colour_value(*row, metric) : std::nullopt);

@@ -16,7 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Raised whenever the same images would score otherwise.
+/// Raised whenever the same images would score otherwise. A metric more needs no other version: the
+/// key of what was scored holds the metrics' names.
 constexpr int metrics_version = 1;
 
 std::optional<json> read_record(const Experiment& experiment, const SolverEntry& entry,
@@ -39,6 +40,7 @@ ScoredSet scored_set(const json& row, const json& frames, const std::string& sou
   }
   set.frames.resize(set.statuses.size());
   for (const Metric metric : kMetrics) {
+    if (!frames.contains(name_of(metric))) continue;  // written before there was this metric
     const json& values = frames.at(name_of(metric));
     for (std::size_t i = 0; i < set.frames.size(); ++i) {
       if (!values.at(i).is_null()) set.frames[i][metric] = values[i].get<double>();
@@ -88,6 +90,7 @@ std::string record_key(const Experiment& experiment, const SolverEntry& entry, S
               {"solver", Cache::fitted_solver_key(experiment, entry)}};
   for (const DatasetSpec& test : experiment.tests) key["tests"].push_back(to_json(test));
   if (stage == Stage::accuracy) {
+    key["scored"] = names_of(kMetrics);  // a record without one of them is made again
     if (experiment.right_sizing) key["validation"] = true;
     key["figure"] = experiment.figure_scenes;
   } else {

@@ -98,7 +98,7 @@ MetricSummary metric_summary_from_json(JsonObject object) {
   summary.mean = number_or_null(object, "mean");
   summary.ci95 = interval_or_null(object, "ci95");
   summary.median = number_or_null(object, "median");
-  summary.median_ci95 = interval_or_null(object, "median_ci95");
+  if (object.has("median_ci95")) summary.median_ci95 = interval_or_null(object, "median_ci95");
   summary.count = count(object, "count");
   summary.undefined = count(object, "undefined");
   object.finish();
@@ -108,6 +108,7 @@ MetricSummary metric_summary_from_json(JsonObject object) {
 PerMetric<MetricSummary> metrics_from_json(JsonObject object) {
   PerMetric<MetricSummary> metrics;
   for (const Metric metric : kMetrics) {
+    if (!object.has(name_of(metric))) continue;  // written before there was this metric
     metrics[metric] = metric_summary_from_json(object.object(name_of(metric)));
   }
   object.finish();
@@ -139,6 +140,8 @@ SeedSpread seeds_from_json(JsonObject object) {
   JsonObject means = object.object("means");
   JsonObject deviation = object.object("deviation");
   for (const Metric metric : kMetrics) {
+    seeds.means[metric].resize(seeds.values.size());
+    if (!means.has(name_of(metric))) continue;
     seeds.means[metric] = numbers_or_null(means, name_of(metric), seeds.values.size());
     seeds.deviation[metric] = number_or_null(deviation, name_of(metric));
   }
@@ -152,6 +155,10 @@ SeedSpread seeds_from_json(JsonObject object) {
 
 LatencySummary latency_from_json(JsonObject object) {
   LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"), {}};
+  if (!object.has("p50_of_rounds")) {
+    object.finish();
+    return latency;
+  }
   const json& rounds = object.raw("p50_of_rounds");
   const bool numbers =
       rounds.is_array() &&
@@ -194,7 +201,7 @@ ResultRow result_row_from_json(JsonObject object) {
   ResultRow row;
   row.label = object.text("label");
   row.type = object.text("type");
-  row.family = any_text(object, "family");
+  row.family = object.has("family") ? any_text(object, "family") : row.label;
   row.dataset = object.text("dataset");
   row.status = object.text("status");
   row.message = any_text(object, "message");
@@ -202,13 +209,13 @@ ResultRow result_row_from_json(JsonObject object) {
   row.frames = count(object, "frames");
   row.undefined_frames = count(object, "undefined_frames");
   row.frames_not_converged = count(object, "frames_not_converged");
-  row.suspect_frames = count(object, "suspect_frames");
+  if (object.has("suspect_frames")) row.suspect_frames = count(object, "suspect_frames");
   row.metrics = metrics_from_json(object.object("metrics"));
   if (object.has("validation")) row.validation = metrics_from_json(object.object("validation"));
   if (!is_null(object, "latency_us")) {
     row.latency_us = latency_from_json(object.object("latency_us"));
   }
-  row.calibration_us = number_or_null(object, "calibration_us");
+  if (object.has("calibration_us")) row.calibration_us = number_or_null(object, "calibration_us");
   row.frames_per_s = number_or_null(object, "frames_per_s");
   row.throughput_batch = count(object, "throughput_batch");
   row.fit_s = number_or_null(object, "fit_s");

@@ -74,7 +74,9 @@ struct ResultRow {
 /// {"alpha", ...}` where there are any. Throws std::invalid_argument where a JSON text is not JSON.
 nlohmann::json to_json(const ResultRow& row);
 
-/// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type.
+/// The inverse. Reads what earlier versions wrote, too: metrics that there were not have no values,
+/// a row without a family is one of its own, without suspect frames it has none. Throws InputError
+/// naming the place of what else is missing, misspelt or of another type.
 ResultRow result_row_from_json(JsonObject object);
 
 }  // namespace ertbench

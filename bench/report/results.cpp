@@ -106,11 +106,20 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
   draw_reconstruction_figure(figure, folder / "reconstructions");
 }
 
-std::string cell(const std::optional<double>& value, const char* format) {
-  if (!value) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, format, *value);
-  return text;
+std::string cell(const std::optional<double>& value, int decimals) {
+  return value ? fixed(*value, decimals) : "-";
+}
+
+/// The cells of a line, each to the right in a column that is `least` wide or as wide as its title.
+std::string columns(const std::vector<std::string>& cells, const std::vector<std::string>& titles) {
+  constexpr std::size_t least = 7;
+  std::string out;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::size_t width = std::max(least, character_count(titles[i]));
+    const std::size_t used = character_count(cells[i]);
+    out += "  " + std::string(width - std::min(width, used), ' ') + cells[i];
+  }
+  return out;
 }
 
 }  // namespace
@@ -157,35 +166,29 @@ std::string console_table(const std::vector<ResultRow>& rows) {
   std::string out;
   std::string dataset;
   std::size_t width = 10;
-  for (const ResultRow& row : rows) width = std::max(width, row.label.size());
-  const auto pad = [](std::string text, std::size_t size) {
-    text.resize(std::max(size, text.size()), ' ');
-    return text;
+  for (const ResultRow& row : rows) width = std::max(width, character_count(row.label));
+  const auto pad = [&](const std::string& text) {
+    return text + std::string(width - std::min(width, character_count(text)), ' ');
   };
+  std::vector<std::string> titles;
+  for (const Metric metric : kHeadlineMetrics) titles.emplace_back(entry_of(metric).heading);
+  for (const char* title : {"p50 (µs)", "p99 (µs)", "frames/s"}) titles.emplace_back(title);
   for (const ResultRow& row : rows) {
     if (row.dataset != dataset) {
       dataset = row.dataset;
-      out += "\n" + pad(dataset, width) +
-             "      AR     RES      PE     RIE  rel.err  p50 us   p99 us   frames/s  status\n";
+      out += "\n" + pad(dataset) + columns(titles, titles) + "  status\n";
     }
-    const auto mean = [&](Metric metric) { return row.metrics[metric].mean; };
     const auto latency = [&](double LatencySummary::*part) {
       return row.latency_us ? std::optional<double>((*row.latency_us).*part) : std::nullopt;
     };
-    const std::string numbers[] = {cell(mean(Metric::AR), "%.3f"),
-                                   cell(mean(Metric::RES), "%.2f"),
-                                   cell(mean(Metric::PE), "%.4f"),
-                                   cell(mean(Metric::RIE), "%.4f"),
-                                   cell(mean(Metric::relative_error), "%.4f"),
-                                   cell(latency(&LatencySummary::p50), "%.1f"),
-                                   cell(latency(&LatencySummary::p99), "%.1f"),
-                                   cell(row.frames_per_s, "%.0f")};
-    constexpr std::size_t widths[] = {8, 8, 8, 8, 9, 8, 9, 11};
-    out += pad(row.label, width);
-    for (std::size_t i = 0; i < std::size(numbers); ++i) {
-      out += std::string(widths[i] - std::min(widths[i], numbers[i].size()), ' ') + numbers[i];
+    std::vector<std::string> numbers;
+    for (const Metric metric : kHeadlineMetrics) {
+      numbers.push_back(cell(row.metrics[metric].mean, decimals_of(metric)));
     }
-    out += "  " + row.status;
+    numbers.push_back(cell(latency(&LatencySummary::p50), 1));
+    numbers.push_back(cell(latency(&LatencySummary::p99), 1));
+    numbers.push_back(cell(row.frames_per_s, 0));
+    out += pad(row.label) + columns(numbers, titles) + "  " + row.status;
     if (row.undefined_frames > 0) out += ", " + std::to_string(row.undefined_frames) + " undefined";
     if (row.frames_not_converged > 0) {
       out += ", " + std::to_string(row.frames_not_converged) + " not converged";
@@ -193,19 +196,13 @@ std::string console_table(const std::vector<ResultRow>& rows) {
     if (row.suspect_frames > 0) out += ", " + std::to_string(row.suspect_frames) + " suspect";
     out += "\n";
     if (row.seeds && row.seeds->values.size() > 1) {
-      const auto spread = [&](Metric metric, const char* format) {
-        const std::string number = cell(row.seeds->deviation[metric], format);
-        return number == "-" ? number : "±" + number;
-      };
-      const std::string deviations[] = {spread(Metric::AR, "%.3f"), spread(Metric::RES, "%.2f"),
-                                        spread(Metric::PE, "%.4f"), spread(Metric::RIE, "%.4f"),
-                                        spread(Metric::relative_error, "%.4f")};
-      out += std::string(width, ' ');
-      for (std::size_t i = 0; i < std::size(deviations); ++i) {
-        const std::size_t used = character_count(deviations[i]);
-        out += std::string(widths[i] - std::min(widths[i], used), ' ') + deviations[i];
+      std::vector<std::string> deviations;
+      for (const Metric metric : kHeadlineMetrics) {
+        const auto& deviation = row.seeds->deviation[metric];
+        deviations.push_back(deviation ? "±" + fixed(*deviation, decimals_of(metric)) : "-");
       }
-      out += "  over " + std::to_string(row.seeds->values.size()) + " seeds\n";
+      out += pad("") + columns(deviations, titles) + "  over " +
+             std::to_string(row.seeds->values.size()) + " seeds\n";
     }
     if (!row.message.empty()) out += "    " + row.message + "\n";
   }

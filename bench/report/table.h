@@ -20,7 +20,7 @@ struct TableText {
 };
 
 /// The rows as tables for people: one for each test set, in the order of their first rows, and a
-/// legend. AR, RES, PE and RIE show the mean, its 95 % interval, the published value and the
+/// legend. The paper's metrics show the mean, its 95 % interval, the published value and the
 /// difference of the two; what is undefined is a dash with the number of frames. A row that failed
 /// stays, with its status and message; a long message is cut there and stands whole below the
 /// table. Rows of several seeds show the spread of the seeds' means too.

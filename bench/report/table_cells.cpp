@@ -68,8 +68,8 @@ std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published
   for (const Metric metric : kPublishedMetrics) {
     cells.push_back(published_metric_cell(row, metric, published));
   }
-  for (const Metric metric : {Metric::RES_error, Metric::PE25, Metric::relative_error}) {
-    cells.push_back(metric_cell(row, metric));
+  for (const MetricEntry& entry : kMetricTable) {
+    if (!entry.published) cells.push_back(metric_cell(row, entry.metric));
   }
   cells.push_back({row.latency_us ? three_digits(row.latency_us->p50) : kDash});
   cells.push_back({row.latency_us ? three_digits(row.latency_us->p99) : kDash});
@@ -85,13 +85,16 @@ std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published
 }
 
 Cell head() {
-  return {"Solver",      "AR",
-          "RES (%)",     "PE",
-          "RIE",         "|RES − truth|",
-          "PE25",        "rel. error δσ",
-          "p50 (µs)",    "p99 (µs)",
-          "frames/s",    "fit (s)",
-          "memory (MB)", "undef. / not conv. / suspect"};
+  Cell out = {"Solver"};
+  for (const Metric metric : kPublishedMetrics) out.emplace_back(entry_of(metric).heading);
+  for (const MetricEntry& entry : kMetricTable) {
+    if (!entry.published) out.emplace_back(entry.heading);
+  }
+  for (const char* title : {"p50 (µs)", "p99 (µs)", "frames/s", "fit (s)", "memory (MB)",
+                            "undef. / not conv. / suspect"}) {
+    out.emplace_back(title);
+  }
+  return out;
 }
 
 std::string description_of(const CellTable& table, std::span<const ResultRow> rows,
@@ -135,28 +138,23 @@ std::vector<CellTable> cell_tables(std::span<const ResultRow> rows, const TableT
 }
 
 std::vector<std::string> legend(std::span<const ResultRow> rows, const TableText& text) {
-  std::vector<std::string> out = {
-      "δσ: the change of the conductivity σ from its background.",
-      "AR: sum of δσ of the image over that of the truth (C1); ideal 1.",
-      "RES: (1 − √((A50 − Apixel)/Atotal))·100, A50 the area where |δσ| is at least half its "
-      "maximum (C2); ideal is the RES of the true images, not 100. |RES − truth|: mean distance "
-      "from it; ideal 0.",
-      "PE: distance of the centroid of δσ from the true centre, in units in which the sheet is "
-      "2 × 2 (C3, C4); ideal 0. PE25: the same after whatever is under 25 % of the maximum is set "
-      "to zero (D.1).",
-      "RIE: ‖σ of the image − σ‖ / ‖σ‖ (C5); ideal 0, to be read against the row no-contact, the "
-      "image in which nothing happens. rel. error δσ: the same of the changes; no-contact has 1.",
+  std::vector<std::string> out = {"δσ: the change of the conductivity σ from its background."};
+  for (const MetricEntry& entry : kMetricTable) {
+    out.push_back(std::string(entry.heading) + ": " + entry.legend);
+  }
+  out.emplace_back(
       "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "
       "throughput with a batch. fit: preparation before the first frame, once. memory: the most "
-      "that the process of the solver held.",
+      "that the process of the solver held.");
+  out.emplace_back(
       "undef. / not conv. / suspect: frames without a usable image / frames whose iteration did "
       "not converge / frames with an image that the solver itself would not trust (a dead "
       "electrode, noise, voltages out of the range of its validation frames), which are in all "
       "means. "
       "A metric that is undefined for a frame (an empty image has no centroid) is counted and left "
-      "out of the mean; — is a value that does not exist.",
-      "Mean [95 % interval]: percentile bootstrap of the mean over the frames, " +
-          std::to_string(kBootstrapResamples) + " resamples."};
+      "out of the mean; — is a value that does not exist.");
+  out.push_back("Mean [95 % interval]: percentile bootstrap of the mean over the frames, " +
+                std::to_string(kBootstrapResamples) + " resamples.");
   if (std::any_of(rows.begin(), rows.end(),
                   [](const ResultRow& r) { return r.seeds.has_value(); })) {
     out.push_back(

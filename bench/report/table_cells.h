@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -23,9 +22,8 @@ struct CellTable {
   Cell notes;               ///< messages too long for their row
 };
 
-/// Columns up to this one are the label and the paper's four metrics.
-inline constexpr std::size_t kPublishedColumns = 5;
-inline constexpr std::array kPublishedMetrics = {Metric::AR, Metric::RES, Metric::PE, Metric::RIE};
+/// Columns up to this one are the label and the paper's metrics.
+inline constexpr std::size_t kPublishedColumns = 1 + kPublishedMetrics.size();
 
 /// One table for each dataset, in the order of their first rows.
 std::vector<CellTable> cell_tables(std::span<const ResultRow> rows, const TableText& text);

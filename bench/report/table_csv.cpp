@@ -18,13 +18,6 @@ std::string number(const std::optional<double>& value) {
   return {buffer.begin(), end.ptr};
 }
 
-bool is_published(Metric metric) {
-  for (const Metric m : kPublishedMetrics) {
-    if (m == metric) return true;
-  }
-  return false;
-}
-
 std::string head() {
   std::string line =
       "dataset,label,type,status,message,frames,undefined_frames,frames_not_converged,suspect_"
@@ -34,7 +27,7 @@ std::string head() {
                              "undefined", "seed_deviation"}) {
       line += std::string(",") + name_of(metric) + "_" + part;
     }
-    if (!is_published(metric)) continue;
+    if (!entry_of(metric).published) continue;
     for (const char* part : {"paper", "difference"}) {
       line += std::string(",") + name_of(metric) + "_" + part;
     }
@@ -62,7 +55,7 @@ std::string metric_fields(const ResultRow& row, Metric metric, const PublishedTa
                        number(summary.median) + ends(summary.median_ci95) + "," +
                        std::to_string(summary.count) + "," + std::to_string(summary.undefined) +
                        "," + number(row.seeds ? row.seeds->deviation[metric] : std::nullopt);
-  if (!is_published(metric)) return fields;
+  if (!entry_of(metric).published) return fields;
   const std::optional<double> paper = published_value(published, row, metric);
   std::optional<double> difference;
   if (paper && summary.mean) difference = *summary.mean - *paper;

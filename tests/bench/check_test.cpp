@@ -27,8 +27,13 @@ ResultRow result(const std::string& label, const std::string& type) {
   row.type = type;
   row.dataset = "test";
   row.frames = frames;
-  const PerMetric<double> means{{1.2, 76.0, 7.5, 0.035, 0.02, 0.05, 0.7}};
-  for (const Metric metric : kMetrics) row.metrics[metric].mean = means[metric];
+  for (const Metric metric : kMetrics) row.metrics[metric].mean = 0.6;
+  for (const auto& [metric, mean] :
+       {std::pair{Metric::AR, 1.2}, std::pair{Metric::RES, 76.0}, std::pair{Metric::RES_error, 7.5},
+        std::pair{Metric::PE, 0.035}, std::pair{Metric::PE25, 0.02}, std::pair{Metric::RIE, 0.05},
+        std::pair{Metric::relative_error, 0.7}}) {
+    row.metrics[metric].mean = mean;
+  }
   row.latency_us = LatencySummary{10, 12, 20, {9, 10, 14}};
   row.calibration_us = 3;
   row.frames_per_s = 1e6;
@@ -159,6 +164,12 @@ TEST(Check, BetterIsTowardsTheIdealOfTheMetric) {
   EXPECT_EQ(c.after("gn", Metric::RES, 3), Verdict::better);  // the truth's is 82
   EXPECT_EQ(c.after("gn", Metric::RES, 13), Verdict::worse);
   EXPECT_EQ(c.after("net", Metric::relative_error, -0.2), Verdict::better);
+  for (const MetricEntry& entry : kMetricTable) {
+    if (entry.better != Better::larger) continue;
+    SCOPED_TRACE(entry.name);
+    EXPECT_EQ(c.after("gn", entry.metric, 0.1), Verdict::better);
+    EXPECT_EQ(c.after("gn", entry.metric, -0.1), Verdict::worse);
+  }
 
   c.row("gn").metrics[Metric::PE].mean = 0.01;
   EXPECT_FALSE(has_regression(c.lines()));
@@ -236,6 +247,33 @@ TEST(Check, AMetricThatBecameUndefinedIsWorse) {
   EXPECT_EQ(c.verdict("gn", "RIE"), Verdict::worse);
 }
 
+TEST(Check, AMetricThatTheBaselineDoesNotKnowIsNotCompared) {
+  Case c;
+  std::erase(c.baseline.metrics, Metric::CC);
+  c.row("gn").metrics[Metric::CC].mean = 0;
+  EXPECT_THROW(c.verdict("gn", "CC"), std::runtime_error);  // has no line
+  EXPECT_EQ(check_summary(c.lines()), "4 rows ok");
+}
+
+TEST(Check, TheStoredBaselinesAreRead) {
+  const std::filesystem::path folder =
+      std::filesystem::path(ERTBENCH_SOURCE_DIR) / "results/baselines";
+  int files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() != ".json") continue;
+    SCOPED_TRACE(file.path());
+    const Baseline baseline = read_baseline(file.path());
+    ASSERT_FALSE(baseline.rows.empty());
+    EXPECT_NE(std::find(baseline.metrics.begin(), baseline.metrics.end(), Metric::relative_error),
+              baseline.metrics.end());
+    // What it does not know is not written either.
+    const json written = json::parse(to_json_text(baseline));
+    EXPECT_EQ(written.at("rows").at(0).at("metrics").size(), baseline.metrics.size());
+    ++files;
+  }
+  EXPECT_GT(files, 0);
+}
+
 TEST(Check, TimesAreComparedAsMultiplesOfTheCalibration) {
   Case c;
   ResultRow& gn = c.row("gn");
@@ -274,7 +312,10 @@ TEST(Check, TheTableShowsWhatChangedAndALineForEachRow) {
   EXPECT_NE(table.find("gn     relative_error       0.7  0.700001  ± 1e-08  worse\n"),
             std::string::npos)
       << table;
-  EXPECT_NE(table.find("gn     12 of 13 quantities"), std::string::npos) << table;
+  const std::size_t others = 6;  // status, three counts, two times
+  const std::string quantities = std::to_string(kMetrics.size() + others - 1) + " of " +
+                                 std::to_string(kMetrics.size() + others) + " quantities";
+  EXPECT_NE(table.find("gn     " + quantities), std::string::npos) << table;
   EXPECT_EQ(table.find("PE25"), std::string::npos) << table;
   const std::string all = check_table(c.lines(), true);
   EXPECT_NE(all.find("PE25"), std::string::npos) << all;
@@ -323,6 +364,7 @@ TEST(Check, AMalformedBaselineIsRefusedWithThePlace) {
       {"/rows/1/frames: ", [](json& b) { b["rows"][1]["frames"] = -1; }},
       {"/rows/1/metrics/AR: ", [](json& b) { b["rows"][1]["metrics"]["AR"] = "1.2"; }},
       {"/rows/1/metrics/PE: is missing", [](json& b) { b["rows"][1]["metrics"].erase("PE"); }},
+      {"/rows/1/metrics/colour: ", [](json& b) { b["rows"][1]["metrics"]["colour"] = 1; }},
       {"/rows/3/metrics/AR: ", [](json& b) { b["rows"][3]["metrics"]["AR"].erase(0); }},
       {"/rows/3/seeds: ", [](json& b) { b["rows"][3]["seeds"] = {1}; }},
       {"/rows/2/tolerance/class: ", [](json& b) { b["rows"][2]["tolerance"]["class"] = "soft"; }},

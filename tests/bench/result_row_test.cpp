@@ -109,6 +109,39 @@ TEST(ResultRow, NamesThePlaceOfWhatIsWrongInTheSeeds) {
   }
 }
 
+TEST(ResultRow, RowsOfBeforeAMetricAreReadWithoutIt) {
+  json written = to_json(sample_of_seeds());
+  written["metrics"].erase("CC");
+  written["validation"].erase("CC");
+  for (const char* part : {"means", "deviation"}) written["seeds"][part].erase("CC");
+  const ResultRow read = result_row_from_json(JsonObject(written, "summary.json", "/rows/0"));
+  EXPECT_EQ(read.metrics[Metric::CC], MetricSummary{});
+  EXPECT_EQ(read.metrics[Metric::AR], sample_of_seeds().metrics[Metric::AR]);
+  EXPECT_EQ(read.seeds->means[Metric::CC].size(), 2U);
+  EXPECT_FALSE(read.seeds->deviation[Metric::CC]);
+}
+
+TEST(ResultRow, PublishedRowsAreRead) {
+  const std::filesystem::path folder =
+      std::filesystem::path(ERTBENCH_SOURCE_DIR) / "results/published";
+  int files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().filename() != "summary.json") continue;
+    SCOPED_TRACE(entry.path());
+    const json summary = read_json_file(entry.path());
+    for (const json& value : summary.at("rows")) {
+      const ResultRow row = result_row_from_json(JsonObject(value, entry.path().string(), "/rows"));
+      const json& mean = value.at("metrics").at("RIE").at("mean");
+      EXPECT_EQ(row.metrics[Metric::RIE].mean.has_value(), mean.is_number());
+      if (mean.is_number()) {
+        EXPECT_EQ(row.metrics[Metric::RIE].mean, mean.get<double>());
+      }
+    }
+    ++files;
+  }
+  EXPECT_GT(files, 0);
+}
+
 TEST(ResultRow, NamesThePlaceOfWhatIsWrong) {
   json written = to_json(sample());
   written["metrics"]["AR"]["mean"] = "high";

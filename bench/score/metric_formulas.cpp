@@ -1,0 +1,146 @@
+#include "bench/score/metric_formulas.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <vector>
+
+#include "bench/score/scored_image.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::RowVectorXd;
+using Eigen::Vector2d;
+
+/// Of the background; an image that nowhere exceeds it is empty.
+constexpr double kEmpty = 1e-9;
+/// Of the sum of absolute weights; a smaller sum of weights has no centroid.
+constexpr double kCancelled = 1e-3;
+/// Keeps a pixel that is exactly on a threshold in, whatever the rounding of its value.
+constexpr double kSlack = 1e-9;
+
+bool cancels(const RowVectorXd& weights) {
+  return std::abs(weights.sum()) <= kCancelled * weights.cwiseAbs().sum();
+}
+
+/// `change` with everything under `fraction` of its largest absolute value set to zero.
+RowVectorXd thresholded(const RowVectorXd& change, double fraction) {
+  const double limit = fraction * (1 - kSlack) * change.cwiseAbs().maxCoeff();
+  return (change.array().abs() >= limit).select(change, 0.0);
+}
+
+/// Centroid of the pixel centres weighted by `change` (C4), domain units.
+std::optional<Vector2d> centroid(const Sensor& sensor, const RowVectorXd& change) {
+  if (cancels(change)) return std::nullopt;
+  const int n = sensor.image_grid;
+  const RowVectorXd centres = RowVectorXd::LinSpaced(n, -1 + 1.0 / n, 1 - 1.0 / n);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
+      image(change.data(), n, n);
+  const double x = image.colwise().sum().dot(centres);
+  const double y = image.rowwise().sum().dot(centres);
+  return Vector2d(x, y) / change.sum();
+}
+
+/// Centre of gravity of a polygon's area; none where it has no area.
+std::optional<Vector2d> area_centroid(const std::vector<Vector2d>& vertices) {
+  double twice_area = 0;
+  Vector2d moment = Vector2d::Zero();
+  const Vector2d origin = vertices.empty() ? Vector2d::Zero() : vertices.front();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Vector2d a = vertices[i] - origin;
+    const Vector2d b = vertices[(i + 1) % vertices.size()] - origin;
+    const double cross = a.x() * b.y() - a.y() * b.x();
+    twice_area += cross;
+    moment += cross * (a + b);
+  }
+  if (std::abs(twice_area) <= 1e-12) return std::nullopt;
+  return Vector2d(origin + moment / (3 * twice_area));
+}
+
+std::optional<Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
+                                    const RowVectorXd& true_change) {
+  if (scene.contacts.size() == 1) {
+    const Contact& contact = scene.contacts.front();
+    constexpr double border = 1 + 1e-12;
+    const Eigen::AlignedBox2d sheet(Vector2d(-border, -border), Vector2d(border, border));
+    if (sheet.contains(contact.bounds())) {
+      std::optional<Vector2d> centre = contact.shape == Shape::polygon
+                                           ? area_centroid(contact.vertices)
+                                           : std::optional(contact.centre);
+      if (centre) return centre;
+    }
+  }
+  return centroid(sensor, true_change);
+}
+
+std::optional<double> distance(const std::optional<Vector2d>& a, const std::optional<Vector2d>& b) {
+  if (!a || !b) return std::nullopt;
+  return (*a - *b).norm();
+}
+
+/// Distance of the centroid of `weights` from the true centre.
+std::optional<double> position_error_of(const ScoredImage& image, const RowVectorXd& weights) {
+  if (image.truth_is_empty() || image.is_empty()) return std::nullopt;
+  return distance(centroid(image.sensor, weights),
+                  true_centre(image.sensor, image.scene, image.true_change));
+}
+
+}  // namespace
+
+bool is_empty(const Sensor& sensor, const RowVectorXd& change) {
+  return change.cwiseAbs().maxCoeff() <= kEmpty * sensor.background;
+}
+
+bool ScoredImage::truth_is_empty() const { return ertbench::is_empty(sensor, true_change); }
+bool ScoredImage::is_empty() const { return ertbench::is_empty(sensor, change); }
+
+std::optional<double> resolution_of(const Sensor& sensor, const RowVectorXd& change) {
+  if (is_empty(sensor, change)) return std::nullopt;
+  // Areas in pixels. The largest pixel always counts, so the root's argument is never negative.
+  const auto bright = (thresholded(change, 0.5).array() != 0).count();
+  const auto total = static_cast<double>(sensor.pixels());
+  return (1 - std::sqrt(static_cast<double>(bright - 1) / total)) * 100;
+}
+
+std::optional<double> amplitude_response(const ScoredImage& image) {
+  if (image.truth_is_empty() || cancels(image.true_change)) return std::nullopt;
+  return image.change.sum() / image.true_change.sum();
+}
+
+std::optional<double> image_resolution(const ScoredImage& image) {
+  return resolution_of(image.sensor, image.change);
+}
+
+std::optional<double> resolution_error(const ScoredImage& image) {
+  const auto seen = resolution_of(image.sensor, image.change);
+  const auto ideal = resolution_of(image.sensor, image.true_change);
+  if (!seen || !ideal) return std::nullopt;
+  return std::abs(*seen - *ideal);
+}
+
+std::optional<double> position_error(const ScoredImage& image) {
+  return position_error_of(image, image.change);
+}
+
+std::optional<double> position_error_of_the_peak(const ScoredImage& image) {
+  return position_error_of(image, thresholded(image.change, 0.25));
+}
+
+std::optional<double> relative_image_error(const ScoredImage& image) {
+  return (image.change - image.true_change).norm() / image.conductivity.norm();
+}
+
+std::optional<double> relative_error_of_change(const ScoredImage& image) {
+  if (image.truth_is_empty()) return std::nullopt;
+  return (image.change - image.true_change).norm() / image.true_change.norm();
+}
+
+std::optional<double> correlation_coefficient(const ScoredImage& image) {
+  const RowVectorXd seen = image.change.array() - image.change.mean();
+  const RowVectorXd ideal = image.true_change.array() - image.true_change.mean();
+  if (is_empty(image.sensor, seen) || is_empty(image.sensor, ideal)) return std::nullopt;
+  return seen.dot(ideal) / (seen.norm() * ideal.norm());
+}
+
+}  // namespace ertbench
