@@ -36,8 +36,8 @@ std::string levels_csv(const std::vector<LadderOutcome>& outcomes) {
     write(outcome.entry->label, "default", "", outcome.record->base);
     for (const LadderClimb& climb : outcome.record->axes) {
       for (const LadderLevel& level : climb.levels) {
-        const bool number = nlohmann::json::parse(level.level).is_number();
-        write(outcome.entry->label, climb.axis, number ? level.level : level_text(level.level),
+        const Level& at = level.level;
+        write(outcome.entry->label, climb.axis, at.is_number() ? at.json().dump() : at.text(),
               level);
       }
     }

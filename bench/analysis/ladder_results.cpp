@@ -46,7 +46,7 @@ std::vector<LadderStep> steps_of(const LadderClimb& climb, std::size_t frames) {
 std::string category_text(const LadderClimb& climb) {
   std::string out;
   for (const LadderLevel& level : climb.levels) {
-    out += (out.empty() ? "" : ", ") + level_text(level.level) + " ";
+    out += (out.empty() ? "" : ", ") + level.level.text() + " ";
     out += level.message.empty() ? percent(level.share()) : "impossible";
   }
   return out;
@@ -161,8 +161,8 @@ std::string breakdown_csv(const std::vector<AxisBreakdown>& breakdowns) {
       low = found.mild;
       high = found.severe;
       // From milder to severer levels fall where the ladder does.
-      const double first = nlohmann::json::parse(line.axis->levels.front());
-      const double last = nlohmann::json::parse(line.axis->levels.back());
+      const double first = line.axis->levels.front().number();
+      const double last = line.axis->levels.back().number();
       const bool falls = line.side.empty() ? last < first : line.side == "below";
       if (falls) std::swap(low, high);
     }

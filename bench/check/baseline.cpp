@@ -23,7 +23,7 @@ json datasets_of(const Experiment& experiment) {
 json entry_of(const Experiment& experiment, const std::string& label) {
   for (const SolverEntry& entry : experiment.solvers) {
     if (entry.label != label) continue;
-    json out = json::parse(entry.json);
+    json out = *entry.spec;
     for (const char* key : {"label", "seed", "seeds"}) out.erase(key);
     return out;
   }
@@ -34,7 +34,7 @@ BaselineRow untrained(const Experiment& experiment, const ResultRow& row) {
   BaselineRow out;
   out.label = row.label;
   out.dataset = row.dataset;
-  out.entry_json = entry_of(experiment, row.label).dump();
+  out.entry = entry_of(experiment, row.label);
   out.tolerance = tolerance_of(row, false);
   out.status = row.status;
   out.frames = row.frames;
@@ -113,9 +113,9 @@ Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> 
   baseline.experiment = experiment.name;
   json machine = machine_provenance();
   machine.erase("host");  // of no use in a file for all
-  baseline.provenance_json = machine.dump();
   baseline.cpu = machine.at("cpu");
-  baseline.datasets_json = datasets_of(experiment).dump();
+  baseline.provenance = std::move(machine);
+  baseline.datasets = datasets_of(experiment);
   for (const ResultRow& row : rows) {
     baseline.rows.push_back(untrained(experiment, row));
     if (trained.count(row.label)) add_spread(row, spread, baseline.rows.back());
@@ -124,13 +124,12 @@ Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> 
 }
 
 std::string changed_experiment(const Baseline& baseline, const Experiment& experiment) {
-  const json datasets = json::parse(baseline.datasets_json);
-  std::string change = first_difference(datasets, datasets_of(experiment), "/datasets");
+  std::string change = first_difference(*baseline.datasets, datasets_of(experiment), "/datasets");
   if (!change.empty()) return change;
   for (const BaselineRow& row : baseline.rows) {
     const json now = entry_of(experiment, row.label);
     if (now.empty()) continue;  // removed: its row will be missing
-    change = first_difference(json::parse(row.entry_json), now, "the entry of " + row.label + ", ");
+    change = first_difference(*row.entry, now, "the entry of " + row.label + ", ");
     if (!change.empty()) return change;
   }
   return "";

@@ -31,9 +31,8 @@ std::optional<RelativeTimes> relative_times(const ResultRow& row);
 struct BaselineRow {
   std::string label;
   std::string dataset;
-  /// JSON text of the entry it was made from, without "label", "seed" and "seeds"; "{}" for truth
-  /// and no-contact.
-  std::string entry_json = "{}";
+  /// The entry it was made from, without "label", "seed" and "seeds"; {} for truth and no-contact.
+  JsonValue entry = JsonValue::object();
   Tolerance tolerance;
   std::string status = "ok";
   int frames = 0;
@@ -50,9 +49,9 @@ struct BaselineRow {
 /// What `ertbench check` compares with: results/baselines/`experiment`.json.
 struct Baseline {
   std::string experiment;
-  std::string provenance_json = "{}";  ///< of the machine, its "cpu" among it
-  std::string cpu;                     ///< the same
-  std::string datasets_json = "{}";    ///< by name, the canonical JSON of each
+  JsonValue provenance = JsonValue::object();  ///< of the machine, its "cpu" among it
+  std::string cpu;                             ///< the same
+  JsonValue datasets = JsonValue::object();    ///< by name, the canonical JSON of each
   std::vector<BaselineRow> rows;
   /// What was scored when it was stored; metrics that came later are not compared.
   std::vector<Metric> metrics{kMetrics.begin(), kMetrics.end()};

@@ -24,7 +24,7 @@ json to_json(const BaselineRow& row, std::span<const Metric> known) {
   json out = {
       {"label", row.label},
       {"dataset", row.dataset},
-      {"entry", json::parse(row.entry_json)},
+      {"entry", *row.entry},
       {"tolerance", {{"class", name_of(row.tolerance.type)}, {"relative", row.tolerance.relative}}},
       {"status", row.status},
       {"frames", row.frames},
@@ -61,7 +61,7 @@ BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
   BaselineRow row;
   row.label = object.text("label");
   row.dataset = object.text("dataset");
-  row.entry_json = object.object("entry").value().dump();
+  row.entry = object.object("entry").value();
   JsonObject tolerance = object.object("tolerance");
   row.tolerance.type =
       tolerance_class_from_name(tolerance.choice("class", tolerance_class_names()));
@@ -92,8 +92,8 @@ BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
 std::string to_json_text(const Baseline& baseline) {
   json out = {{"schema", schema},
               {"experiment", baseline.experiment},
-              {"provenance", json::parse(baseline.provenance_json)},
-              {"datasets", json::parse(baseline.datasets_json)},
+              {"provenance", *baseline.provenance},
+              {"datasets", *baseline.datasets},
               {"rows", json::array()}};
   for (const BaselineRow& row : baseline.rows)
     out["rows"].push_back(to_json(row, baseline.metrics));
@@ -111,8 +111,8 @@ Baseline read_baseline(const std::filesystem::path& file) {
   baseline.experiment = root.text("experiment");
   JsonObject provenance = root.object("provenance");
   baseline.cpu = provenance.text("cpu");
-  baseline.provenance_json = provenance.value().dump();
-  baseline.datasets_json = root.object("datasets").value().dump();
+  baseline.provenance = provenance.value();
+  baseline.datasets = root.object("datasets").value();
   const std::vector<JsonObject> rows = root.objects("rows");
   baseline.metrics = metrics_of(rows);
   for (const JsonObject& row : rows) baseline.rows.push_back(row_from(row, baseline.metrics));

@@ -141,12 +141,11 @@ class Check {
   }
 
   void report(const Baseline& baseline, const std::vector<CheckLine>& lines) const {
-    const json before = json::parse(baseline.provenance_json);
     const auto machine = [](const json& provenance) {
       return "commit " + provenance.value("commit", "unknown") + ", " +
              provenance.value("date", "unknown") + ", " + provenance.value("cpu", "unknown");
     };
-    const std::string old_machine = "old: " + file_.string() + ", " + machine(before);
+    const std::string old_machine = "old: " + file_.string() + ", " + machine(*baseline.provenance);
     const std::string new_machine = "new: " + machine(machine_provenance());
     const std::string summary = check_summary(lines);
     const std::string times =

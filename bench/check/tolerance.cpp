@@ -25,8 +25,7 @@ constexpr ToleranceClass classes[] = {ToleranceClass::exact, ToleranceClass::lin
 /// between builds with and without FMA and AVX: a tenth of sqrt(gap), 1e-3 for the default, has
 /// room for test sets of few frames.
 double of_duality_gap(const ResultRow& row) {
-  const auto parameters = nlohmann::json::parse(row.parameters_json);
-  const double gap = parameters.value("tolerance", 1e-4);
+  const double gap = row.parameters->value("tolerance", 1e-4);
   return 0.1 * std::sqrt(gap);
 }
 

@@ -78,7 +78,7 @@ std::vector<std::string> read_sweep_labels(JsonObject& object, const Experiment&
   std::vector<std::string> labels;
   for (const auto& trials : experiment.rows()) {
     const SolverEntry& entry = trials.front();
-    const bool two = !entry.sweep_json.empty() && json::parse(entry.sweep_json).size() == 2;
+    const bool two = entry.sweep && entry.sweep->size() == 2;
     if (entry.family == name && two) labels.push_back(entry.label);
   }
   if (labels.empty()) {

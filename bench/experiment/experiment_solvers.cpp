@@ -61,9 +61,8 @@ std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string&
 /// Makes the solver to have its parameters checked; what is wrong is said of the place in the file.
 void check_solver(const SolverEntry& entry, const std::vector<Moved>& moved,
                   const Experiment& experiment, SolverRegistry& registry) {
-  const json spec = json::parse(entry.json);
   const std::string source = experiment.file.string();
-  JsonObject object(spec, source, entry.path);
+  JsonObject object(*entry.spec, source, entry.path);
   try {
     const std::unique_ptr<Solver> solver = registry.make(object);
     solver->check(experiment.sensor);
@@ -127,25 +126,24 @@ class EntryReader {
     entry.type = type_;
     entry.path = object_.path_of("");
     entry.seed = seed;
-    entry.sweep_json = point.values;
+    entry.sweep = point.values;
     json spec = object_.value();
     spec.erase("seeds");
     spec.erase("sweep");
     spec.erase("family");
-    if (!point.values.empty()) spec.update(json::parse(point.values));
+    if (point.values) spec.update(*point.values);
     if (seed) spec["seed"] = *seed;
-    entry.json = spec.dump();
+    entry.spec = std::move(spec);
     return entry;
   }
 
   std::vector<Moved> moved(const SweepPoint& point, std::size_t seed) const {
     std::vector<Moved> out = {
         {object_.path_of("seed"), object_.path_of("seeds") + "/" + std::to_string(seed)}};
-    if (point.values.empty()) return out;
+    if (!point.values) return out;
     std::size_t i = 0;
-    const json values = json::parse(point.values);
-    for (const auto& [name, unused] : values.items()) {
-      const JsonObject sweep(values, "", object_.path_of("sweep"));
+    for (const auto& [name, unused] : point.values->items()) {
+      const JsonObject sweep(*point.values, "", object_.path_of("sweep"));
       out.push_back(
           {object_.path_of(name), sweep.path_of(name) + "/" + std::to_string(point.indices[i++])});
     }

@@ -1,7 +1,6 @@
 #include "bench/experiment/ladder_spec.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -21,22 +20,21 @@ const std::string training_prefix = "train:";
 
 bool is_of_training(const std::string& pointer) { return pointer.starts_with(training_prefix); }
 
-/// Puts the values of `set` and the level into a copy of the JSON text: those of the training set,
-/// or the others.
-json varied(const std::string& text, const LadderAxis& axis, const std::string& level,
-            bool training) {
-  json out = json::parse(text);
-  const auto put = [&](const std::string& pointer, const std::string& value) {
+/// Puts the values of `set` and the level into a copy of `base`: those of the training set, or the
+/// others.
+json varied(const JsonValue& base, const LadderAxis& axis, const Level& level, bool training) {
+  json out = *base;
+  const auto put = [&](const std::string& pointer, const json& value) {
     if (is_of_training(pointer) != training) return;
     const std::string own = training ? pointer.substr(training_prefix.size()) : pointer;
     try {
-      out[json::json_pointer(own)] = json::parse(value);
+      out[json::json_pointer(own)] = value;
     } catch (const json::exception&) {
       throw InputError("\"" + pointer + "\" leads nowhere; a pointer is like \"/scenes/radius\"");
     }
   };
-  for (const auto& [pointer, value] : axis.set) put(pointer, value);
-  for (const std::string& pointer : axis.vary) put(pointer, level);
+  for (const auto& [pointer, value] : axis.set) put(pointer, *value);
+  for (const std::string& pointer : axis.vary) put(pointer, level.json());
   return out;
 }
 
@@ -72,7 +70,7 @@ void read_levels(JsonObject& object, LadderAxis& axis) {
                               std::to_string(most_levels) + " levels");
   }
   for (std::size_t i = 0; i < levels.size(); ++i) {
-    axis.levels.push_back(levels[i].dump());
+    axis.levels.emplace_back(levels[i]);
     if (axis.categories) continue;
     const std::string level = "level " + std::to_string(i);
     if (!levels[i].is_number()) {
@@ -133,7 +131,7 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
 LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegistry& registry,
                      SolverCheck check) {
   LadderAxis axis;
-  axis.json = object.value().dump();
+  axis.spec = object.value();
   axis.name = object.text("name");
   if (!is_name(axis.name)) {
     object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60), got \"" +
@@ -145,7 +143,7 @@ LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegi
   if (object.has("set")) {
     JsonObject set = object.object("set");
     for (const std::string& pointer : set.keys()) {
-      axis.set.emplace_back(pointer, set.raw(pointer).dump());
+      axis.set.emplace_back(pointer, set.raw(pointer));
     }
   }
   const std::string scale = object.choice_or("scale", "linear", {"linear", "log", "categories"});
@@ -173,12 +171,10 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
   ladders.dataset = object.choice_or("dataset", tests.front(), tests);
   const json& datasets = root.value().at("datasets");
-  ladders.dataset_json = datasets.at(ladders.dataset).dump();
-  if (experiment.training) ladders.training_json = datasets.at("train").dump();
+  ladders.base = datasets.at(ladders.dataset);
+  if (experiment.training) ladders.training = datasets.at("train");
   ladders.failure = read_failure(object);
   std::set<std::string> names;
-  Experiment with_base = experiment;
-  with_base.ladders = ladders;
   for (const JsonObject& one : object.objects("axes")) {
     LadderAxis axis = read_axis(one, experiment, registry, check);
     if (!names.insert(axis.name).second) {
@@ -187,12 +183,12 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
     for (std::size_t i = 0; i < axis.levels.size(); ++i) {
       try {
         if (axis.of_parameter()) {
-          training_at(with_base, axis, axis.levels[i]);
+          training_at(ladders, experiment.sensor, axis, axis.levels[i]);
         } else {
-          dataset_at(with_base, axis, axis.levels[i]);
+          dataset_at(ladders, experiment.sensor, axis, axis.levels[i]);
         }
       } catch (const InputError& error) {
-        one.fail("levels", "level " + std::to_string(i) + ", " + axis.levels[i] +
+        one.fail("levels", "level " + std::to_string(i) + ", " + axis.levels[i].json().dump() +
                                ", makes what cannot be used: " + error.what());
       }
     }
@@ -203,41 +199,24 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   return ladders;
 }
 
-DatasetSpec dataset_at(const Experiment& experiment, const LadderAxis& axis,
-                       const std::string& level) {
-  const Ladders& ladders = *experiment.ladders;
-  const json object = varied(ladders.dataset_json, axis, level, false);
-  return dataset_spec_from_json(JsonObject(object, "", "/datasets/" + ladders.dataset),
-                                experiment.sensor, ladders.dataset);
+DatasetSpec dataset_at(const Ladders& ladders, const Sensor& sensor, const LadderAxis& axis,
+                       const Level& level) {
+  const json object = varied(ladders.base, axis, level, false);
+  return dataset_spec_from_json(JsonObject(object, "", "/datasets/" + ladders.dataset), sensor,
+                                ladders.dataset);
 }
 
-SolverEntry entry_at(const SolverEntry& entry, const LadderAxis& axis, const std::string& level) {
+SolverEntry entry_at(const SolverEntry& entry, const LadderAxis& axis, const Level& level) {
   SolverEntry out = entry;
-  out.json = varied(entry.json, axis, level, false).dump();
+  out.spec = varied(entry.spec, axis, level, false);
   return out;
 }
 
-std::optional<DatasetSpec> training_at(const Experiment& experiment, const LadderAxis& axis,
-                                       const std::string& level) {
-  const std::string& text = experiment.ladders->training_json;
-  if (text.empty()) return std::nullopt;
-  const json object = varied(text, axis, level, true);
-  return dataset_spec_from_json(JsonObject(object, "", "/datasets/train"), experiment.sensor,
-                                "train");
-}
-
-std::string level_text(const std::string& level) {
-  const json value = json::parse(level);
-  if (value.is_number()) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.5g", value.get<double>());
-    return text;
-  }
-  if (value.is_string()) return value.get<std::string>();
-  if (!value.is_array()) return level;
-  std::string out;
-  for (const json& one : value) out += (out.empty() ? "" : ", ") + level_text(one.dump());
-  return out;
+std::optional<DatasetSpec> training_at(const Ladders& ladders, const Sensor& sensor,
+                                       const LadderAxis& axis, const Level& level) {
+  if (!ladders.training) return std::nullopt;
+  const json object = varied(ladders.training, axis, level, true);
+  return dataset_spec_from_json(JsonObject(object, "", "/datasets/train"), sensor, "train");
 }
 
 }  // namespace ertbench

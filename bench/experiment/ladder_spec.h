@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/experiment/level.h"
 #include "bench/experiment/solver_entry.h"
 #include "bench/score/frame_failure.h"
 #include "forward/data/dataset_spec.h"
@@ -25,15 +26,15 @@ struct LadderAxis {
   /// JSON pointers, all given the level's value: into the test set's JSON; of a parameter axis into
   /// the solver's entry, or behind "train:" into the training set's.
   std::vector<std::string> vary;
-  std::vector<std::pair<std::string, std::string>> set;  ///< pointers and JSON texts, likewise
-  std::vector<std::string> levels;  ///< JSON texts, from the mildest; numbers unless `categories`
+  std::vector<std::pair<std::string, JsonValue>> set;  ///< pointers and values, likewise
+  std::vector<Level> levels;  ///< from the mildest; numbers unless `categories`
   /// Labels of the solvers whose parameter it is, which are fitted anew at each level; empty for an
   /// axis of the scenes, which all solvers climb.
   std::vector<std::string> solvers;
   bool categories = false;   ///< levels without an order
   bool logarithmic = false;  ///< else linear
   bool integer = false;      ///< levels between two whole numbers are whole
-  std::string json;          ///< the axis as it stands in the file
+  JsonValue spec;            ///< the axis as it stands in the file
 
   bool of_parameter() const { return !solvers.empty(); }
   bool concerns(const SolverEntry& entry) const;  ///< whether its solver climbs it
@@ -41,9 +42,9 @@ struct LadderAxis {
 
 /// The ladders of an experiment: how far each condition may worsen before a solver breaks down.
 struct Ladders {
-  std::string dataset;        ///< the test set that all levels are variants of
-  std::string dataset_json;   ///< its JSON in the experiment file
-  std::string training_json;  ///< that of the training set; empty where there is none
+  std::string dataset;  ///< the test set that all levels are variants of
+  JsonValue base;       ///< that test set as it stands in the experiment file
+  JsonValue training;   ///< the training set as it stands there; null where there is none
   FailureRule failure;
   std::vector<LadderAxis> axes;
 };
@@ -54,18 +55,15 @@ struct Ladders {
 std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experiment,
                                     SolverRegistry& registry, SolverCheck check);
 
-/// The test set at one level (JSON text) of an axis of the scenes. Its name, seed and count are the
-/// base set's, so that its scenes, noise and faults are drawn alike. Throws InputError.
-DatasetSpec dataset_at(const Experiment& experiment, const LadderAxis& axis,
-                       const std::string& level);
+/// The test set at one level of an axis of the scenes. Its name, seed and count are the base set's,
+/// so that its scenes, noise and faults are drawn alike. Throws InputError.
+DatasetSpec dataset_at(const Ladders& ladders, const Sensor& sensor, const LadderAxis& axis,
+                       const Level& level);
 
 /// The solver's entry at one level of a parameter axis.
-SolverEntry entry_at(const SolverEntry& entry, const LadderAxis& axis, const std::string& level);
+SolverEntry entry_at(const SolverEntry& entry, const LadderAxis& axis, const Level& level);
 /// The training set there; nothing where the experiment has none.
-std::optional<DatasetSpec> training_at(const Experiment& experiment, const LadderAxis& axis,
-                                       const std::string& level);
-
-/// A level for people: "40", "0.06", "ring".
-std::string level_text(const std::string& level);
+std::optional<DatasetSpec> training_at(const Ladders& ladders, const Sensor& sensor,
+                                       const LadderAxis& axis, const Level& level);
 
 }  // namespace ertbench

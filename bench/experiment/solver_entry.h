@@ -3,19 +3,24 @@
 #include <optional>
 #include <string>
 
+#include "core/json_value.h"
+
 namespace ertbench {
 
-/// One solver to be fitted and scored: an entry of "solvers", or one of the many that an entry with
-/// "seeds" or a "sweep" stands for. Those of one label make one row.
+/// One solver to be fitted and scored. An entry of "solvers" stands for one, or for many: one for
+/// each of its "seeds" at each point of its "sweep".
 struct SolverEntry {
-  std::string label;        ///< of its row; what differs by the seed alone shares it
+  /// The name of its row in all tables. The seeds of one entry share the label, and with it the
+  /// row; the points of a sweep have labels, and rows, of their own.
+  std::string label;
   std::string type;         ///< "dd-ert"
-  std::string json;         ///< JSON text the solver is made from: no "seeds" and no "sweep"
-  std::string path;         ///< "/solvers/2", for messages
-  std::optional<int> seed;  ///< where the entry has "seeds"
-  /// What rows that differ by a setting share: "family", else the label without a sweep's values.
+  JsonValue spec;           ///< the object that the solver is made from: no "seeds" and no "sweep"
+  std::string path;         ///< where it stands in the file, for messages: "/solvers/2"
+  std::optional<int> seed;  ///< the one of the entry's "seeds" that it is trained with
+  /// What rows that differ by one setting share: "family" where the file gives one, else the
+  /// entry's label without the values of a sweep.
   std::string family;
-  std::string sweep_json;  ///< JSON text of those, `{"alpha": 0.001}`; empty without a sweep
+  JsonValue sweep;  ///< those values, `{"alpha": 0.001}`; null without a sweep
 
   /// Unique in the experiment, for file names: "dd-ert", "dd-ert.seed2".
   std::string stem() const { return seed ? label + ".seed" + std::to_string(*seed) : label; }

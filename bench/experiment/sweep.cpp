@@ -105,9 +105,9 @@ std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
       for (std::size_t i = 0; i < values.size(); ++i) {
         SweepPoint next = point;
         next.label += " " + name + "=" + text_of(values[i]);
-        json all = point.values.empty() ? json::object() : json::parse(point.values);
+        json all = point.values ? *point.values : json::object();
         all[name] = values[i];
-        next.values = all.dump();
+        next.values = std::move(all);
         next.indices.push_back(i);
         longer.push_back(std::move(next));
       }

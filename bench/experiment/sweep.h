@@ -1,8 +1,9 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
+
+#include "core/json_value.h"
 
 namespace ertbench {
 
@@ -11,8 +12,8 @@ struct SolverInfo;
 
 /// One combination of the values of a sweep.
 struct SweepPoint {
-  std::string label;   ///< " alpha=0.001 beta=0.1", to stand behind the entry's own; "" for none
-  std::string values;  ///< JSON text `{"alpha": 0.001, "beta": 0.1}`; "" for none
+  std::string label;  ///< " alpha=0.001 beta=0.1", to stand behind the entry's own; "" for none
+  JsonValue values;   ///< `{"alpha": 0.001, "beta": 0.1}`; null for none
   std::vector<std::size_t> indices;  ///< of the values in their lists, parameter by parameter
 };
 

@@ -90,8 +90,8 @@ Grid grid_of(const ChartSpec& spec, std::span<const ResultRow> rows) {
   std::vector<std::pair<json, const ResultRow*>> points;
   for (const std::string& label : spec.labels) {
     const ResultRow* row = find_row(spec, rows, label);
-    if (!row || row->sweep_json.empty()) continue;
-    const json values = json::parse(row->sweep_json);
+    if (!row || !row->sweep) continue;
+    const json& values = *row->sweep;
     if (values.size() != 2) continue;
     grid.x.name = values.begin().key();
     grid.y.name = std::next(values.begin()).key();

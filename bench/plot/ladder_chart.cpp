@@ -85,11 +85,11 @@ class Drawing {
   double scaled(double x) const { return axis_.logarithmic ? std::log(x) : x; }
   double unscaled(double x) const { return axis_.logarithmic ? std::exp(x) : x; }
   double x_of_level(std::size_t i) const {
-    return axis_.categories ? static_cast<double>(i)
-                            : nlohmann::json::parse(axis_.levels[i]).get<double>();
+    return axis_.categories ? static_cast<double>(i) : axis_.levels[i].number();
   }
   double x_of(const Series& series, std::size_t level) const {
-    return axis_.categories ? static_cast<double>(level) : series.climb->levels[level].number();
+    return axis_.categories ? static_cast<double>(level)
+                            : series.climb->levels[level].level.number();
   }
   /// A little beside the others, so that marks of one level do not hide each other.
   double beside(double x, std::size_t place) const {
@@ -122,7 +122,7 @@ class Drawing {
     const bool many = axis_.levels.size() > 12;
     double taken = -1e9;  // px to which the last label reaches
     for (std::size_t i = 0; i < axis_.levels.size(); ++i) {
-      std::string text = lower ? one_line(level_text(axis_.levels[i]), 16) : "";
+      std::string text = lower ? one_line(axis_.levels[i].text(), 16) : "";
       const double half = many ? 9 : 3.6 * static_cast<double>(character_count(text));
       const double middle = across(x_of_level(i)) * (box.right - box.left);
       if (middle - half < taken) text.clear();
@@ -233,7 +233,7 @@ class Drawing {
   void tooltip(const Box& box, double x, double down, const Series& series,
                const LadderLevel& level) {
     const auto errors = quantiles(level, value_);
-    std::string text = series.label + ", " + level_text(level.level) + " " + axis_.unit + "\n" +
+    std::string text = series.label + ", " + level.level.text() + " " + axis_.unit + "\n" +
                        fixed(100 * level.share(), 1) + " % fail";
     if (errors) {
       text += (blank() ? "\nlargest change " : "\nerror ") + three_digits(errors->median) + " (" +

@@ -168,10 +168,9 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
     for (std::size_t p = 0; p < row.frames.size(); ++p) {
       const GalleryFrame& one = row.frames[p];
       const double left = left_edge + pair_width * static_cast<double>(p);
-      const nlohmann::json value = nlohmann::json::parse(one.frame->level);
-      const std::string level =
-          (value.is_number() ? level_digits(value) : level_text(one.frame->level)) +
-          (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+      const Level& value = one.frame->level;
+      const std::string level = (value.is_number() ? level_digits(value.number()) : value.text()) +
+                                (one.axis->unit.empty() ? "" : " " + one.axis->unit);
       const std::string where = one.axis->title + ": " + level;
       canvas.label(one_line(failure_text(*one.frame) + " at " + level, 40), left,
                    top + 14 + side + 8, 9, "left");

@@ -32,33 +32,31 @@ std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
   return folder_ / "datasets" / (spec.name + "-" + hash_of(to_json(spec).dump()) + ".h5");
 }
 
-std::string Cache::fitted_solver_key(const Experiment& experiment, const SolverEntry& entry) {
-  nlohmann::json solver = nlohmann::json::parse(entry.json);
+nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
+  nlohmann::json solver = *recipe.entry.spec;
   solver.erase("label");
   for (auto item = solver.begin(); item != solver.end();) {
     item = item.key().starts_with("inference_") ? solver.erase(item) : std::next(item);
   }
   nlohmann::json key = {{"format_version", solver_file_version},
                         {"solver", solver},
-                        {"sensor", to_json(experiment.sensor)}};
-  for (const std::filesystem::path& plugin : experiment.plugins) {
+                        {"sensor", to_json(recipe.sensor)}};
+  for (const std::filesystem::path& plugin : recipe.plugins) {
     std::ifstream in(plugin, std::ios::binary);
     key["plugins"].push_back(hash_of({std::istreambuf_iterator<char>(in), {}}));
   }
-  if (experiment.training) key["training"] = to_json(*experiment.training);
-  if (experiment.validation) key["validation"] = to_json(*experiment.validation);
-  return key.dump();
+  if (recipe.training) key["training"] = to_json(*recipe.training);
+  if (recipe.validation) key["validation"] = to_json(*recipe.validation);
+  return key;
 }
 
-std::filesystem::path Cache::fitted_solver(const Experiment& experiment,
-                                           const SolverEntry& entry) const {
-  return folder_ / "solvers" /
-         (entry.type + "-" + hash_of(fitted_solver_key(experiment, entry)) + ".fitted");
+std::filesystem::path Cache::fitted_solver(const FitRecipe& recipe) const {
+  const std::string hash = hash_of(fitted_solver_key(recipe).dump());
+  return folder_ / "solvers" / (recipe.entry.type + "-" + hash + ".fitted");
 }
 
-std::filesystem::path Cache::work_folder(const Experiment& experiment,
-                                         const SolverEntry& entry) const {
-  return fitted_solver(experiment, entry).replace_extension(".work");
+std::filesystem::path Cache::work_folder(const FitRecipe& recipe) const {
+  return fitted_solver(recipe).replace_extension(".work");
 }
 
 }  // namespace ertbench

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "bench/experiment/experiment.h"
+#include "bench/experiment/fit_recipe.h"
 
 namespace ertbench {
 
@@ -23,11 +24,11 @@ class Cache {
   std::filesystem::path dataset(const DatasetSpec& spec) const;
 
   /// The file of a fitted solver; what it was fitted with stands beside it under `.json`.
-  std::filesystem::path fitted_solver(const Experiment& experiment, const SolverEntry& entry) const;
+  std::filesystem::path fitted_solver(const FitRecipe& recipe) const;
   /// Where the solver may leave checkpoints and logs while it is fitted.
-  std::filesystem::path work_folder(const Experiment& experiment, const SolverEntry& entry) const;
+  std::filesystem::path work_folder(const FitRecipe& recipe) const;
   /// What the name of that file is a hash of.
-  static std::string fitted_solver_key(const Experiment& experiment, const SolverEntry& entry);
+  static nlohmann::json fitted_solver_key(const FitRecipe& recipe);
 
   const std::filesystem::path& folder() const { return folder_; }
 

@@ -13,10 +13,10 @@ namespace ertbench {
 
 /// Where one training run of a label left its log.
 struct TrainingSource {
-  std::string stem;             ///< "dd-ert.seed2"
-  std::string title;            ///< "seed 2"; empty without seeds
-  std::filesystem::path log;    ///< may not exist: not every solver is trained
-  std::string parameters_json;  ///< in which "training": {"best_epoch"} may stand
+  std::string stem;           ///< "dd-ert.seed2"
+  std::string title;          ///< "seed 2"; empty without seeds
+  std::filesystem::path log;  ///< may not exist: not every solver is trained
+  JsonValue parameters;       ///< in which "training": {"best_epoch"} may stand
 };
 
 /// All that the results of an experiment are made of.

@@ -45,7 +45,7 @@ Eigen::RowVectorXd image_from(const json& values) {
 }
 
 json level_json(const LadderLevel& level) {
-  json out = {{"level", json::parse(level.level)}};
+  json out = {{"level", level.level.json()}};
   if (!level.message.empty()) out["message"] = level.message;
   for (const char* key : {"error", "distance", "peak", "status", "failed"}) {
     out[key] = json::array();
@@ -62,7 +62,7 @@ json level_json(const LadderLevel& level) {
 
 LadderLevel level_from(const json& object) {
   LadderLevel level;
-  level.level = object.at("level").dump();
+  level.level = object.at("level");
   level.message = object.value("message", "");
   for (std::size_t i = 0; i < object.at("failed").size(); ++i) {
     JudgedFrame frame;
@@ -77,7 +77,7 @@ LadderLevel level_from(const json& object) {
 }
 
 json worst_json(const WorstFrame& worst) {
-  return {{"level", json::parse(worst.level)},
+  return {{"level", worst.level.json()},
           {"frame", worst.frame},
           {"kind", static_cast<int>(worst.kind)},
           {"error", number_json(worst.judged.error)},
@@ -90,7 +90,7 @@ json worst_json(const WorstFrame& worst) {
 
 WorstFrame worst_from(const json& object) {
   WorstFrame worst;
-  worst.level = object.at("level").dump();
+  worst.level = object.at("level");
   worst.frame = object.at("frame").get<int>();
   worst.kind = static_cast<FailureKind>(object.at("kind").get<int>());
   worst.judged.error = number_from(object.at("error"));
@@ -103,8 +103,6 @@ WorstFrame worst_from(const json& object) {
 }
 
 }  // namespace
-
-double LadderLevel::number() const { return json::parse(level).get<double>(); }
 
 double LadderLevel::share() const {
   if (frames.empty()) return 1;
@@ -119,7 +117,7 @@ int LadderLevel::count(FailureKind kind) const {
 }
 
 LadderStep LadderLevel::step(std::size_t count) const {
-  LadderStep out{number(), std::vector<std::uint8_t>(count, 1)};
+  LadderStep out{level.number(), std::vector<std::uint8_t>(count, 1)};
   for (std::size_t f = 0; f < std::min(count, frames.size()); ++f) {
     out.failed[f] = frames[f].failed != 0;
   }
@@ -138,12 +136,12 @@ std::string ladder_key(const Experiment& experiment, const SolverEntry& entry) {
   json key = {
       {"schema", ladder_schema},
       {"label", entry.label},
-      {"entry", entry.json},
-      {"solver", Cache::fitted_solver_key(experiment, entry)},
+      {"entry", entry.spec.text()},
+      {"solver", Cache::fitted_solver_key(fit_recipe(experiment, entry)).dump()},
       {"dataset", to_json(*experiment.find_dataset(ladders.dataset))},
       {"failure", {rule.relative_error, rule.distance, rule.contact_threshold, rule.share}}};
   for (const LadderAxis& axis : ladders.axes) {
-    if (axis.concerns(entry)) key["axes"].push_back(json::parse(axis.json));
+    if (axis.concerns(entry)) key["axes"].push_back(*axis.spec);
   }
   return hash_of(key.dump());
 }

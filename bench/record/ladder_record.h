@@ -14,12 +14,11 @@ namespace ertbench {
 
 /// What a solver did at one level.
 struct LadderLevel {
-  std::string level;                ///< JSON text
+  Level level;
   std::vector<JudgedFrame> frames;  ///< none where the solver could not be made at this level
   std::string message;              ///< why not
 
-  double number() const;  ///< the level's value; of a ladder with an order
-  double share() const;   ///< of failing frames; 1 where there are none
+  double share() const;  ///< of failing frames; 1 where there are none
   int count(FailureKind kind) const;
   /// The level for breakdown.h: `frames` of them.
   LadderStep step(std::size_t frames) const;
@@ -28,7 +27,7 @@ struct LadderLevel {
 /// A frame to look at: of those that fail most often at the level where the solver breaks down, the
 /// one that fails worst.
 struct WorstFrame {
-  std::string level;  ///< JSON text
+  Level level;
   int frame = 0;
   FailureKind kind = FailureKind::undefined;
   JudgedFrame judged;

@@ -86,8 +86,8 @@ std::string record_key(const Experiment& experiment, const SolverEntry& entry, S
   json key = {{"schema", record_schema},
               {"metrics", metrics_version},
               {"label", entry.label},
-              {"entry", entry.json},
-              {"solver", Cache::fitted_solver_key(experiment, entry)}};
+              {"entry", entry.spec.text()},
+              {"solver", Cache::fitted_solver_key(fit_recipe(experiment, entry)).dump()}};
   for (const DatasetSpec& test : experiment.tests) key["tests"].push_back(to_json(test));
   if (stage == Stage::accuracy) {
     key["scored"] = names_of(kMetrics);  // a record without one of them is made again

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "core/json_reader.h"
 
@@ -49,19 +48,9 @@ json or_null(const std::vector<std::optional<double>>& values) {
   return out;
 }
 
-/// Throws std::invalid_argument where `text` is not JSON.
-json parsed(const std::string& text, const ResultRow& row, const char* what) {
-  json value = json::parse(text, nullptr, false);
-  if (value.is_discarded()) {
-    throw std::invalid_argument("row " + row.label + ": " + what + " are not JSON: " + text);
-  }
-  return value;
-}
-
-json to_json(const SeedSpread& seeds, const ResultRow& row) {
-  json out = {{"values", seeds.values},
-              {"fit_s", or_null(seeds.fit_s)},
-              {"parameters", parsed(seeds.parameters_json, row, "the seeds' parameters")}};
+json to_json(const SeedSpread& seeds) {
+  json out = {
+      {"values", seeds.values}, {"fit_s", or_null(seeds.fit_s)}, {"parameters", *seeds.parameters}};
   for (const Metric metric : kMetrics) {
     out["means"][name_of(metric)] = or_null(seeds.means[metric]);
     out["deviation"][name_of(metric)] = or_null(seeds.deviation[metric]);
@@ -148,7 +137,7 @@ SeedSpread seeds_from_json(JsonObject object) {
   means.finish();
   deviation.finish();
   seeds.fit_s = numbers_or_null(object, "fit_s", seeds.values.size());
-  seeds.parameters_json = object.raw("parameters").dump();
+  seeds.parameters = object.raw("parameters");
   object.finish();
   return seeds;
 }
@@ -172,14 +161,13 @@ LatencySummary latency_from_json(JsonObject object) {
 }  // namespace
 
 json to_json(const ResultRow& row) {
-  json parameters = parsed(row.parameters_json, row, "parameters");
   json out = {{"label", row.label},
               {"type", row.type},
               {"family", row.family},
               {"dataset", row.dataset},
               {"status", row.status},
               {"message", row.message},
-              {"parameters", std::move(parameters)},
+              {"parameters", *row.parameters},
               {"frames", row.frames},
               {"undefined_frames", row.undefined_frames},
               {"frames_not_converged", row.frames_not_converged},
@@ -192,8 +180,8 @@ json to_json(const ResultRow& row) {
               {"fit_s", or_null(row.fit_s)},
               {"peak_rss_mb", or_null(row.peak_rss_mb)}};
   if (row.validation) out["validation"] = to_json(*row.validation);
-  if (row.seeds) out["seeds"] = to_json(*row.seeds, row);
-  if (!row.sweep_json.empty()) out["sweep"] = parsed(row.sweep_json, row, "the sweep's values");
+  if (row.seeds) out["seeds"] = to_json(*row.seeds);
+  if (row.sweep) out["sweep"] = *row.sweep;
   return out;
 }
 
@@ -205,7 +193,7 @@ ResultRow result_row_from_json(JsonObject object) {
   row.dataset = object.text("dataset");
   row.status = object.text("status");
   row.message = any_text(object, "message");
-  row.parameters_json = object.raw("parameters").dump();
+  row.parameters = object.raw("parameters");
   row.frames = count(object, "frames");
   row.undefined_frames = count(object, "undefined_frames");
   row.frames_not_converged = count(object, "frames_not_converged");
@@ -221,7 +209,7 @@ ResultRow result_row_from_json(JsonObject object) {
   row.fit_s = number_or_null(object, "fit_s");
   row.peak_rss_mb = number_or_null(object, "peak_rss_mb");
   if (object.has("seeds")) row.seeds = seeds_from_json(object.object("seeds"));
-  if (object.has("sweep")) row.sweep_json = object.object("sweep").value().dump();
+  if (object.has("sweep")) row.sweep = object.object("sweep").value();
   object.finish();
   return row;
 }

@@ -7,6 +7,7 @@
 
 #include "bench/score/bootstrap.h"
 #include "bench/score/metrics.h"
+#include "core/json_value.h"
 
 namespace ertbench {
 
@@ -30,19 +31,19 @@ struct SeedSpread {
   /// Sample standard deviation of the means; without a value where fewer than two have one.
   PerMetric<std::optional<double>> deviation;
   std::vector<std::optional<double>> fit_s;  ///< [seeds]
-  /// What is not the same for all seeds, JSON text: a list with an object for each.
-  std::string parameters_json = "[]";
+  /// What is not the same for all seeds: a list with an object for each.
+  JsonValue parameters = JsonValue::array();
 };
 
 /// What one solver did on one test set: an entry of summary.json's "rows". What was not measured,
 /// or came out not finite, has no value and is null in the JSON.
 struct ResultRow {
   std::string label;
-  std::string type;                    ///< the solver's, or "no-contact", "truth"
-  std::string dataset;                 ///< name of the test set
-  std::string status = "ok";           ///< or "failed", "timed out", "crashed", ...
-  std::string message;                 ///< why it is not ok; may have several lines
-  std::string parameters_json = "{}";  ///< the parameters in use (first seed's), JSON text
+  std::string type;                            ///< the solver's, or "no-contact", "truth"
+  std::string dataset;                         ///< name of the test set
+  std::string status = "ok";                   ///< or "failed", "timed out", "crashed", ...
+  std::string message;                         ///< why it is not ok; may have several lines
+  JsonValue parameters = JsonValue::object();  ///< the parameters in use, the first seed's
   int frames = 0;
   int undefined_frames = 0;      ///< frames without a usable image
   int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
@@ -60,7 +61,7 @@ struct ResultRow {
   std::optional<double> peak_rss_mb;
   std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
   std::string family;               ///< rows that differ by one setting share it; else the label
-  std::string sweep_json;           ///< the values of a sweep, JSON text; empty without one
+  JsonValue sweep;                  ///< the values of a sweep; null without one
 
   bool ok() const { return status == "ok"; }
 };
@@ -71,7 +72,7 @@ struct ResultRow {
 /// "max", "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
 /// "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
-/// {"alpha", ...}` where there are any. Throws std::invalid_argument where a JSON text is not JSON.
+/// {"alpha", ...}` where there are any.
 nlohmann::json to_json(const ResultRow& row);
 
 /// The inverse. Reads what earlier versions wrote, too: metrics that there were not have no values,

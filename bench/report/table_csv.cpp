@@ -79,7 +79,7 @@ std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& pub
            latency(&LatencySummary::max) + "," + number(row.frames_per_s) + "," +
            (row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "") + "," +
            number(row.fit_s) + "," + number(row.peak_rss_mb) + "," + seeds_of(row) + "," +
-           csv_field(row.sweep_json) + "," + csv_field(row.parameters_json) + "\n";
+           csv_field(row.sweep.text()) + "," + csv_field(row.parameters.text()) + "\n";
   }
   return out;
 }

@@ -15,8 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<double> best_epoch(const std::string& parameters_json) {
-  const auto parameters = nlohmann::json::parse(parameters_json, nullptr, false);
+std::optional<double> best_epoch(const nlohmann::json& parameters) {
   if (!parameters.is_object() || !parameters.contains("training")) return std::nullopt;
   const nlohmann::json& training = parameters.at("training");
   if (!training.is_object() || !training.contains("best_epoch")) return std::nullopt;
@@ -38,7 +37,7 @@ bool write_training_results(const std::string& label, const std::vector<Training
                           std::string(std::istreambuf_iterator<char>(in), {}));
     try {
       chart.runs.push_back(
-          {source.title, read_training_curves(source.log), best_epoch(source.parameters_json)});
+          {source.title, read_training_curves(source.log), best_epoch(*source.parameters)});
     } catch (const InputError& error) {
       spdlog::warn("{}: {}", source.stem, error.what());
     }

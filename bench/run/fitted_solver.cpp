@@ -60,56 +60,65 @@ class WorkFolder {
   int descriptor_ = -1;
 };
 
-}  // namespace
+/// The note that stands beside a fitted solver.
+fs::path note_of(fs::path file) { return file += ".json"; }
 
-FittedSolver fitted_solver(const Experiment& experiment, const SolverEntry& entry,
-                           const Cache& cache, SolverRegistry& registry, int threads,
-                           const fs::path& progress_file) {
-  const json spec = json::parse(entry.json);
-  FittedSolver out;
-  out.solver = registry.make(JsonObject(spec, experiment.file.string(), entry.path));
-  const fs::path file = cache.fitted_solver(experiment, entry);
-  fs::path note = file;
-  note += ".json";
-  const WorkFolder work_folder(cache.work_folder(experiment, entry));
-  if (fs::exists(file) && fs::exists(note)) {
-    try {
-      out.fit_s = read_json_file(note).at("fit_s").get<double>();
-      out.solver->load(file, experiment.sensor);
-      return out;
-    } catch (const std::exception&) {
-      fs::remove(note);  // damaged: fit again
-      out.solver = registry.make(JsonObject(spec, experiment.file.string(), entry.path));
-    }
+/// Whether the cache had the solver; what is damaged there is forgotten.
+bool load(const FitRecipe& recipe, const fs::path& file, FittedSolver& out) {
+  if (!fs::exists(file) || !fs::exists(note_of(file))) return false;
+  try {
+    out.fit_s = read_json_file(note_of(file)).at("fit_s").get<double>();
+    out.solver->load(file, recipe.sensor);
+    return true;
+  } catch (const std::exception&) {
+    fs::remove(note_of(file));
+    return false;
   }
+}
+
+void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folder, int threads,
+         const fs::path& progress_file, FittedSolver& out) {
   std::optional<DatasetFile> training;
   std::optional<DatasetFile> validation;
   FitInput input;
-  input.sensor = experiment.sensor;
+  input.sensor = recipe.sensor;
   input.threads = threads;
-  input.work_folder = work_folder.path();
-  if (experiment.training) input.training = &training.emplace(cache.dataset(*experiment.training));
-  if (experiment.validation) {
-    input.validation = &validation.emplace(cache.dataset(*experiment.validation));
-  }
+  input.work_folder = work_folder;
+  if (recipe.training) input.training = &training.emplace(cache.dataset(*recipe.training));
+  if (recipe.validation) input.validation = &validation.emplace(cache.dataset(*recipe.validation));
   const Clock::time_point start = Clock::now();
-  {
-    ProgressFile progress(progress_file);
-    input.progress = [&](std::uint64_t done, std::uint64_t total, const std::string& text) {
-      progress.update(done, total, text);
-    };
-    out.solver->fit(input);
-  }
+  ProgressFile progress(progress_file);
+  input.progress = [&](std::uint64_t done, std::uint64_t total, const std::string& text) {
+    progress.update(done, total, text);
+  };
+  out.solver->fit(input);
   out.fit_s = seconds_since(start) + out.solver->fit_report().earlier_s;
+}
+
+void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fitted) {
   fs::path aside = file;
   aside += "." + std::to_string(::getpid());
-  out.solver->save(aside);
+  fitted.solver->save(aside);
   fs::rename(aside, file);
-  write_file_atomically(note,
-                        json{{"fit_s", out.fit_s},
-                             {"parameters", out.solver->parameters()},
-                             {"key", json::parse(Cache::fitted_solver_key(experiment, entry))}}
-                            .dump(2));
+  write_file_atomically(note_of(file), json{{"fit_s", fitted.fit_s},
+                                            {"parameters", fitted.solver->parameters()},
+                                            {"key", Cache::fitted_solver_key(recipe)}}
+                                           .dump(2));
+}
+
+}  // namespace
+
+FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRegistry& registry,
+                           int threads, const fs::path& progress_file) {
+  const JsonObject spec(*recipe.entry.spec, recipe.source, recipe.entry.path);
+  FittedSolver out;
+  out.solver = registry.make(spec);
+  const fs::path file = cache.fitted_solver(recipe);
+  const WorkFolder work_folder(cache.work_folder(recipe));
+  if (load(recipe, file, out)) return out;
+  out.solver = registry.make(spec);  // a damaged file may have left it half loaded
+  fit(recipe, cache, work_folder.path(), threads, progress_file, out);
+  save(recipe, file, out);
   return out;
 }
 

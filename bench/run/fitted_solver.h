@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "bench/experiment/experiment.h"
+#include "bench/experiment/fit_recipe.h"
 #include "bench/record/cache.h"
 #include "solvers/solver.h"
 
@@ -16,11 +16,10 @@ struct FittedSolver {
   double fit_s = 0;  ///< when it was fitted, now or earlier
 };
 
-/// The entry's solver from the cache, or fitted and put there: the file first, then its note, both
+/// The recipe's solver from the cache, or fitted and put there: the file first, then its note, both
 /// renamed into place. Another process that fits the same solver is waited for. While it is fitted
-/// its progress stands in `progress_file`. Datasets must be in the cache.
-FittedSolver fitted_solver(const Experiment& experiment, const SolverEntry& entry,
-                           const Cache& cache, SolverRegistry& registry, int threads,
-                           const std::filesystem::path& progress_file);
+/// its progress stands in `progress_file`. The datasets must be in the cache.
+FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRegistry& registry,
+                           int threads, const std::filesystem::path& progress_file);
 
 }  // namespace ertbench

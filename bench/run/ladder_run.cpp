@@ -79,40 +79,41 @@ const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<Ladde
 
 class Climber {
  public:
-  Climber(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
-          SolverRegistry& registry, int threads, const std::filesystem::path& folder)
-      : experiment_(experiment),
-        entry_(entry),
+  /// `base`: the test set that all levels are variants of.
+  Climber(FitRecipe recipe, const Ladders& ladders, const DatasetSpec& base, const Cache& cache,
+          SolverRegistry& registry, int threads, std::filesystem::path progress_file)
+      : recipe_(std::move(recipe)),
+        ladders_(ladders),
+        base_(base),
         cache_(cache),
         registry_(registry),
         threads_(threads),
-        progress_path_(record_file(folder, entry, {Stage::ladders}, ".progress")),
-        base_(*experiment.find_dataset(experiment.ladders->dataset)),
+        progress_path_(std::move(progress_file)),
         base_block_(blocks_.make(base_, 0, base_.count)),
-        fitted_(fitted_solver(experiment, entry, cache, registry, threads, progress_path_)),
+        fitted_(fitted_solver(recipe_, cache, registry, threads, progress_path_)),
         progress_(progress_path_) {
-    for (const LadderAxis& axis : experiment.ladders->axes) {
-      if (axis.concerns(entry)) total_ += axis.levels.size();
+    for (const LadderAxis& axis : ladders_.axes) {
+      if (axis.concerns(recipe_.entry)) total_ += axis.levels.size();
     }
   }
 
   LadderRecord run() {
     LadderRecord record;
-    record.base = judged(*fitted_.solver, base_block_, "null");
-    for (const LadderAxis& axis : experiment_.ladders->axes) {
-      if (axis.concerns(entry_)) record.axes.push_back(climb(axis));
+    record.base = judged(*fitted_.solver, base_block_, Level());
+    for (const LadderAxis& axis : ladders_.axes) {
+      if (axis.concerns(recipe_.entry)) record.axes.push_back(climb(axis));
     }
     return record;
   }
 
  private:
   LadderClimb climb(const LadderAxis& axis) {
-    const double limit = experiment_.ladders->failure.share;
+    const double limit = ladders_.failure.share;
     std::uint64_t own = 0;
     LadderClimb out{axis.name, {}, std::nullopt};
-    out.levels = climb_ladder(axis, limit, [&](const std::string& level) {
+    out.levels = climb_ladder(axis, limit, [&](const Level& level) {
       progress_.update(done_ + std::min<std::uint64_t>(own++, axis.levels.size()), total_,
-                       axis.name + " " + level_text(level));
+                       axis.name + " " + level.text());
       return evaluate(axis, level);
     });
     done_ += axis.levels.size();
@@ -122,9 +123,9 @@ class Climber {
     return out;
   }
 
-  LadderLevel evaluate(const LadderAxis& axis, const std::string& level) {
+  LadderLevel evaluate(const LadderAxis& axis, const Level& level) {
     if (!axis.of_parameter()) {
-      const DatasetSpec spec = dataset_at(experiment_, axis, level);
+      const DatasetSpec spec = dataset_at(ladders_, recipe_.sensor, axis, level);
       return judged(*fitted_.solver, blocks_.make(spec, 0, spec.count), level);
     }
     try {
@@ -134,28 +135,27 @@ class Climber {
     }
   }
 
-  LadderLevel judged(const Solver& solver, const TestBlock& block, const std::string& level) const {
+  LadderLevel judged(const Solver& solver, const TestBlock& block, const Level& level) const {
     std::vector<FrameReport> reports;
-    const Images images = images_of(solver, experiment_.sensor, block, reports);
+    const Images images = images_of(solver, recipe_.sensor, block, reports);
     LadderLevel out{level, {}, ""};
     for (Eigen::Index i = 0; i < images.rows(); ++i) {
       const auto f = static_cast<std::size_t>(i);
-      out.frames.push_back(judge(experiment_.sensor, experiment_.ladders->failure, block.scenes[f],
+      out.frames.push_back(judge(recipe_.sensor, ladders_.failure, block.scenes[f],
                                  block.conductivity.row(i), images.row(i), reports[f].status));
     }
     return out;
   }
 
   /// The solver with the level's parameter, or trained on the level's training set.
-  std::unique_ptr<Solver> refitted(const LadderAxis& axis, const std::string& level) {
-    Experiment experiment = experiment_;
-    experiment.training = training_at(experiment_, axis, level);
-    if (experiment.training) {
-      generate_dataset(*experiment.training, cache_.dataset(*experiment.training), {threads_, {}});
+  std::unique_ptr<Solver> refitted(const LadderAxis& axis, const Level& level) {
+    FitRecipe recipe = recipe_;
+    recipe.entry = entry_at(recipe_.entry, axis, level);
+    recipe.training = training_at(ladders_, recipe_.sensor, axis, level);
+    if (recipe.training) {
+      generate_dataset(*recipe.training, cache_.dataset(*recipe.training), {threads_, {}});
     }
-    return fitted_solver(experiment, entry_at(entry_, axis, level), cache_, registry_, threads_,
-                         progress_path_)
-        .solver;
+    return fitted_solver(recipe, cache_, registry_, threads_, progress_path_).solver;
   }
 
   WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
@@ -176,24 +176,24 @@ class Climber {
     }
     const auto index = static_cast<std::uint64_t>(worst.frame);
     const DatasetSpec spec =
-        axis.of_parameter() ? base_ : dataset_at(experiment_, axis, level.level);
+        axis.of_parameter() ? base_ : dataset_at(ladders_, recipe_.sensor, axis, level.level);
     const TestBlock block = blocks_.make(spec, index, 1);
     const std::unique_ptr<Solver> other =
         axis.of_parameter() ? refitted(axis, level.level) : nullptr;
     std::vector<FrameReport> reports;
     worst.change =
-        images_of(other ? *other : *fitted_.solver, experiment_.sensor, block, reports).row(0);
+        images_of(other ? *other : *fitted_.solver, recipe_.sensor, block, reports).row(0);
     worst.conductivity = block.conductivity.row(0);
     return worst;
   }
 
-  const Experiment& experiment_;
-  const SolverEntry& entry_;
+  FitRecipe recipe_;
+  const Ladders& ladders_;
+  const DatasetSpec& base_;
   const Cache& cache_;
   SolverRegistry& registry_;
   int threads_;
   std::filesystem::path progress_path_;
-  const DatasetSpec& base_;
   TestBlocks blocks_;
   TestBlock base_block_;
   FittedSolver fitted_;
@@ -206,21 +206,21 @@ class Climber {
 
 std::vector<LadderLevel> climb_ladder(
     const LadderAxis& axis, double limit,
-    const std::function<LadderLevel(const std::string& level)>& evaluate) {
+    const std::function<LadderLevel(const Level& level)>& evaluate) {
   std::vector<LadderLevel> levels;
-  for (const std::string& level : axis.levels) levels.push_back(evaluate(level));
+  for (const Level& level : axis.levels) levels.push_back(evaluate(level));
   if (axis.categories || axis.of_parameter()) return levels;
   const auto exceeds = [&](const LadderLevel& level) { return level.share() > limit; };
   auto severe = std::find_if(levels.begin(), levels.end(), exceeds);
   if (severe == levels.begin() || severe == levels.end()) return levels;
   for (int i = 0; axis.integer || i < halvings; ++i) {
-    const double a = std::prev(severe)->number();
-    const double b = severe->number();
+    const double a = std::prev(severe)->level.number();
+    const double b = severe->level.number();
     if (axis.integer && std::abs(b - a) <= 1) break;
     const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
-    const nlohmann::json value =
-        axis.integer ? nlohmann::json(std::lround(std::floor(middle))) : nlohmann::json(middle);
-    severe = levels.insert(severe, evaluate(value.dump()));
+    const Level value =
+        axis.integer ? Level(nlohmann::json(std::lround(std::floor(middle)))) : Level(middle);
+    severe = levels.insert(severe, evaluate(value));
     if (!exceeds(*severe)) ++severe;
   }
   return levels;
@@ -228,7 +228,11 @@ std::vector<LadderLevel> climb_ladder(
 
 void run_ladder_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
                       SolverRegistry& registry, int threads, const std::filesystem::path& folder) {
-  const LadderRecord record = Climber(experiment, entry, cache, registry, threads, folder).run();
+  const Ladders& ladders = *experiment.ladders;
+  const LadderRecord record =
+      Climber(fit_recipe(experiment, entry), ladders, *experiment.find_dataset(ladders.dataset),
+              cache, registry, threads, record_file(folder, entry, {Stage::ladders}, ".progress"))
+          .run();
   write_ladder_record(experiment, entry, record, folder);
 }
 

@@ -23,6 +23,6 @@ void run_ladder_stage(const Experiment& experiment, const SolverEntry& entry, co
 /// or of a parameter, the axis's own levels alone. Returns them from the mildest.
 std::vector<LadderLevel> climb_ladder(
     const LadderAxis& axis, double limit,
-    const std::function<LadderLevel(const std::string& level)>& evaluate);
+    const std::function<LadderLevel(const Level& level)>& evaluate);
 
 }  // namespace ertbench

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
 #include "bench/record/result_row.h"
 
@@ -10,6 +10,7 @@ namespace ertbench {
 
 /// The rows that need no solver: the true images themselves, scored like any other, and the image
 /// of an untouched sheet.
-std::vector<ResultRow> reference_rows(const Experiment& experiment, const Cache& cache);
+std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const DatasetSpec> tests,
+                                      const Cache& cache);
 
 }  // namespace ertbench

@@ -43,7 +43,7 @@ ResultRow empty_row(const SolverEntry& entry, const DatasetSpec& test) {
   row.label = entry.label;
   row.type = entry.type;
   row.dataset = test.name;
-  row.parameters_json = entry.json;
+  row.parameters = entry.spec;
   return row;
 }
 
@@ -72,7 +72,7 @@ ResultRow scored_row(const DatasetSpec& test, std::size_t set,
     row = entry.seed ? combine_seeds(results) : results.front().set->row;
   }
   row.family = entry.family;
-  row.sweep_json = entry.sweep_json;
+  row.sweep = entry.sweep;
   std::vector<Remark> remarks = missing;
   remarks.insert(remarks.end(), reported.begin(), reported.end());
   row.status = "ok";

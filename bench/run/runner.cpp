@@ -184,12 +184,13 @@ void forget(const Experiment& experiment, const Cache& cache, const RunOptions& 
     for (int round = 0; round < experiment.timing.rounds; ++round) {
       fs::remove(record_file(options.out, *entry, {Stage::timing, round}));
     }
-    const fs::path fitted = cache.fitted_solver(experiment, *entry);
+    const FitRecipe recipe = fit_recipe(experiment, *entry);
+    const fs::path fitted = cache.fitted_solver(recipe);
     fs::path note = fitted;
     note += ".json";
     fs::remove(note);
     fs::remove(fitted);
-    fs::remove_all(cache.work_folder(experiment, *entry));
+    fs::remove_all(cache.work_folder(recipe));
   }
 }
 
@@ -270,7 +271,7 @@ ExperimentResults run_experiment(const Experiment& experiment, const Cache& cach
 
   ExperimentResults results;
   results.jobs = options.jobs;
-  results.rows = reference_rows(experiment, cache);
+  results.rows = reference_rows(experiment.sensor, experiment.tests, cache);
   for (const std::span<const SolverEntry> trials : experiment.rows()) {
     std::vector<TrialOutcome> outcomes;
     for (const SolverEntry& entry : trials) {
@@ -280,8 +281,8 @@ ExperimentResults run_experiment(const Experiment& experiment, const Cache& cach
       results.images.emplace(entry.label, accuracy->figure_images);  // the first seed's
       results.training[entry.label].push_back(
           {entry.stem(), entry.seed ? "seed " + std::to_string(*entry.seed) : "",
-           cache.work_folder(experiment, entry) / "training.csv",
-           accuracy->sets.front().row.parameters_json});
+           cache.work_folder(fit_recipe(experiment, entry)) / "training.csv",
+           accuracy->sets.front().row.parameters});
     }
     if (experiment.ladders)
       results.ladders.push_back(ladders_of(experiment, outcomes, options, stages));

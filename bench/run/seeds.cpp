@@ -61,8 +61,7 @@ int frames_with_any(std::span<const SeedResult> results, FrameStatus status) {
 /// Of each seed's parameters the ones that are not the same for all.
 json different_parameters(std::span<const SeedResult> results) {
   std::vector<json> all;
-  for (const SeedResult& result : results)
-    all.push_back(json::parse(result.set->row.parameters_json));
+  for (const SeedResult& result : results) all.push_back(*result.set->row.parameters);
   json out = json::array();
   for (const json& one : all) {
     json different = json::object();
@@ -94,7 +93,7 @@ ResultRow combine_seeds(std::span<const SeedResult> results) {
     spread.fit_s.push_back(result.set->row.fit_s);
   }
   row.fit_s = mean_of(spread.fit_s);
-  spread.parameters_json = different_parameters(results).dump();
+  spread.parameters = different_parameters(results);
   for (const Metric metric : kMetrics) {
     for (const SeedResult& result : results) {
       spread.means[metric].push_back(result.set->row.metrics[metric].mean);

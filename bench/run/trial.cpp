@@ -100,7 +100,7 @@ Scored score(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
 void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
                         SolverRegistry& registry, int threads, const fs::path& folder) {
   const FittedSolver fitted =
-      fitted_solver(experiment, entry, cache, registry, threads,
+      fitted_solver(fit_recipe(experiment, entry), cache, registry, threads,
                     record_file(folder, entry, {Stage::accuracy}, ".progress"));
   const FitReport report = fitted.solver->fit_report();
   json record = {{"schema", record_schema},
@@ -120,7 +120,7 @@ void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, 
     scored.row.dataset = test->name;
     scored.row.status = report.status;
     scored.row.message = report.message;
-    scored.row.parameters_json = fitted.solver->parameters().dump();
+    scored.row.parameters = fitted.solver->parameters();
     scored.row.fit_s = fitted.fit_s;
     record["rows"].push_back(to_json(scored.row));
     record["frames"][test->name] = std::move(scored.frames);
@@ -132,7 +132,7 @@ void run_accuracy_stage(const Experiment& experiment, const SolverEntry& entry, 
 void run_timing_round(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
                       SolverRegistry& registry, int round, const fs::path& folder) {
   const StagePart part{Stage::timing, round};
-  const FittedSolver fitted = fitted_solver(experiment, entry, cache, registry, 1,
+  const FittedSolver fitted = fitted_solver(fit_recipe(experiment, entry), cache, registry, 1,
                                             record_file(folder, entry, part, ".progress"));
   const TimingSettings& timing = experiment.timing;
   const int first = round * timing.frames / timing.rounds;

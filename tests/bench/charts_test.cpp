@@ -126,7 +126,7 @@ struct Sweep {
       for (const double beta : {0.1, 1.0}) {
         const double error = 0.5 + std::abs(alpha - 0.01) + std::abs(beta - 1);
         ResultRow row = row_of("net " + std::to_string(rows.size()), 1 + error / 10, error);
-        row.sweep_json = nlohmann::json{{"alpha", alpha}, {"beta", beta}}.dump();
+        row.sweep = nlohmann::json{{"alpha", alpha}, {"beta", beta}};
         spec.labels.push_back(row.label);
         rows.push_back(std::move(row));
       }

@@ -192,7 +192,7 @@ TEST(Check, TheIntervalIsNarrowerForMoreSeedsAndNeverVanishes) {
 TEST(Check, DualityGapSetsTheToleranceOfAnInteriorPointSolver) {
   ResultRow row = result("tv", "pdipm");
   EXPECT_DOUBLE_EQ(tolerance_of(row, false).relative, 1e-3);
-  row.parameters_json = R"({"alpha": 1e-6, "tolerance": 1e-6})";
+  row.parameters = nlohmann::json{{"alpha", 1e-6}, {"tolerance", 1e-6}};
   EXPECT_DOUBLE_EQ(tolerance_of(row, false).relative, 1e-4);
 }
 
@@ -336,8 +336,8 @@ TEST(Check, ABaselineComesBackAsItWas) {
   const testing::TemporaryFolder folder("baseline");
   Case c;
   c.baseline.experiment = "small";
-  c.baseline.provenance_json = R"({"cpu":"this cpu"})";
-  c.baseline.rows[1].entry_json = R"({"lambda":0.1,"type":"one-step-gn"})";
+  c.baseline.provenance = nlohmann::json{{"cpu", "this cpu"}};
+  c.baseline.rows[1].entry = nlohmann::json{{"lambda", 0.1}, {"type", "one-step-gn"}};
   c.baseline.rows[2].metrics[Metric::PE].clear();
   const std::string text = to_json_text(c.baseline);
   testing::write_text(folder / "small.json", text);
@@ -355,7 +355,7 @@ TEST(Check, AMalformedBaselineIsRefusedWithThePlace) {
   const testing::TemporaryFolder folder("malformed");
   Case c;
   c.baseline.experiment = "small";
-  c.baseline.provenance_json = R"({"cpu":"this cpu"})";
+  c.baseline.provenance = nlohmann::json{{"cpu", "this cpu"}};
   const json good = json::parse(to_json_text(c.baseline));
   const std::pair<const char*, std::function<void(json&)>> damages[] = {
       {"/schema: is 2", [](json& b) { b["schema"] = 2; }},

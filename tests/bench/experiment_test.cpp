@@ -98,7 +98,8 @@ TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
   }
   EXPECT_NE(cache.dataset(c1.tests[0]), cache.dataset(fine.tests[0]));
   for (std::size_t s = 0; s < c1.solvers.size(); ++s) {
-    EXPECT_EQ(cache.fitted_solver(c1, c1.solvers[s]), cache.fitted_solver(fine, fine.solvers[s]));
+    EXPECT_EQ(cache.fitted_solver(fit_recipe(c1, c1.solvers[s])),
+              cache.fitted_solver(fit_recipe(fine, fine.solvers[s])));
   }
   // The fine scenes are those of table_c1, on another grid.
   for (const std::uint64_t index : {0u, 17u, 999u}) {
@@ -369,9 +370,9 @@ TEST(Experiment, SeedsAndSweepsBecomeTrials) {
                        "one-step-gn", "pdipm"}));
   EXPECT_EQ(e.rows().size(), 6u);
   EXPECT_EQ(e.rows()[1].size(), 2u);
-  EXPECT_EQ(json::parse(e.solvers[2].json), json::parse(R"({"type": "toy-learned", "label": "net",
+  EXPECT_EQ(*e.solvers[2].spec, json::parse(R"({"type": "toy-learned", "label": "net",
       "how": "crash", "level": -0.125, "seed": 3})"));
-  EXPECT_EQ(json::parse(e.solvers[2].sweep_json), json({{"how", "crash"}, {"level", -0.125}}));
+  EXPECT_EQ(*e.solvers[2].sweep, json({{"how", "crash"}, {"level", -0.125}}));
 }
 
 TEST(Experiment, FamiliesAndSweptListsMakeTheirRows) {
@@ -394,9 +395,9 @@ TEST(Experiment, FamiliesAndSweptListsMakeTheirRows) {
   EXPECT_EQ(e.solvers[1].family, "linear");
   EXPECT_EQ(e.solvers[1].label, "tsvd rank=20");
   EXPECT_EQ(e.solvers[2].family, "linear");
-  EXPECT_FALSE(json::parse(e.solvers[2].json).contains("family"));
+  EXPECT_FALSE(e.solvers[2].spec->contains("family"));
   EXPECT_EQ(e.solvers[3].label, "fcnn widths=16-8");
-  EXPECT_EQ(json::parse(e.solvers[3].json).at("widths"), json({16, 8}));
+  EXPECT_EQ(e.solvers[3].spec->at("widths"), json({16, 8}));
   EXPECT_EQ(e.charts[0].break_even_against, std::vector<std::string>{"one-step-gn"});
   EXPECT_EQ(e.charts[0].budgets_us, std::vector<double>{50});
   EXPECT_EQ(e.charts[1].labels,
@@ -415,8 +416,10 @@ TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
   SolverRegistry registry;
   const Experiment e = read_experiment(folder / "e.json", registry);
   const Cache cache("c");
-  EXPECT_EQ(cache.fitted_solver(e, e.solvers[0]), cache.fitted_solver(e, e.solvers[1]));
-  EXPECT_NE(cache.fitted_solver(e, e.solvers[0]), cache.fitted_solver(e, e.solvers[2]));
+  EXPECT_EQ(cache.fitted_solver(fit_recipe(e, e.solvers[0])),
+            cache.fitted_solver(fit_recipe(e, e.solvers[1])));
+  EXPECT_NE(cache.fitted_solver(fit_recipe(e, e.solvers[0])),
+            cache.fitted_solver(fit_recipe(e, e.solvers[2])));
   EXPECT_NE(record_key(e, e.solvers[0], Stage::accuracy),
             record_key(e, e.solvers[1], Stage::accuracy));
 }
@@ -460,7 +463,7 @@ TEST(Cache, ASeedOfManyHasTheKeyOfTheEntryWithThatSeedAlone) {
     write_text(folder / "e.json", learned(more).dump());
     SolverRegistry registry;
     const Experiment e = read_experiment(folder / "e.json", registry);
-    return cache.fitted_solver(e, e.solvers.at(entry));
+    return cache.fitted_solver(fit_recipe(e, e.solvers.at(entry)));
   };
   const auto alone = file({{"seed", 2}, {"level", 0.5}, {"label", "other"}}, 0);
   EXPECT_EQ(file({{"seeds", {1, 2}}, {"level", 0.5}}, 1), alone);
@@ -520,7 +523,8 @@ TEST(Cache, KeyFollowsWhatDeterminesTheNumbersAndNothingElse) {
     write_text(folder / "e.json", value.dump());
     SolverRegistry registry;
     const Experiment e = read_experiment(folder / "e.json", registry);
-    return std::pair{cache.dataset(*e.validation), cache.fitted_solver(e, e.solvers[1])};
+    return std::pair{cache.dataset(*e.validation),
+                     cache.fitted_solver(fit_recipe(e, e.solvers[1]))};
   };
   const auto original = keys(good());
   json same = good();

@@ -38,7 +38,7 @@ std::string refusal(const json& axis) {
 }
 
 /// A level at which the first `failures` of 100 frames are undefined.
-LadderLevel level_of(const std::string& level, int failures) {
+LadderLevel level_of(const Level& level, int failures) {
   LadderLevel out{level, std::vector<JudgedFrame>(100), ""};
   for (int f = 0; f < failures; ++f) {
     out.frames[static_cast<std::size_t>(f)].failed = static_cast<int>(FailureKind::undefined);
@@ -48,39 +48,37 @@ LadderLevel level_of(const std::string& level, int failures) {
 
 TEST(Ladder, HalvesTheStepInWhichItBreaks) {
   LadderAxis axis;
-  axis.levels = {"80.0", "60.0", "40.0", "20.0"};
+  axis.levels = {80.0, 60.0, 40.0, 20.0};
   int calls = 0;
-  const auto levels = climb_ladder(axis, 0.05, [&](const std::string& level) {
+  const auto levels = climb_ladder(axis, 0.05, [&](const Level& level) {
     ++calls;
-    return level_of(level, json::parse(level).get<double>() < 47.3 ? 50 : 0);
+    return level_of(level, level.number() < 47.3 ? 50 : 0);
   });
   EXPECT_EQ(calls, 4 + 6);
   for (std::size_t i = 1; i < levels.size(); ++i) {
-    EXPECT_LT(levels[i].number(), levels[i - 1].number());
+    EXPECT_LT(levels[i].level.number(), levels[i - 1].level.number());
     if (levels[i].share() > 0.05 && levels[i - 1].share() == 0) {
-      EXPECT_NEAR(levels[i].number(), 47.3, 20.0 / 64);
-      EXPECT_NEAR(levels[i - 1].number() - levels[i].number(), 20.0 / 64, 1e-12);
+      EXPECT_NEAR(levels[i].level.number(), 47.3, 20.0 / 64);
+      EXPECT_NEAR(levels[i - 1].level.number() - levels[i].level.number(), 20.0 / 64, 1e-12);
     }
   }
 }
 
 TEST(Ladder, TakesGeometricMeansAndWholeNumbers) {
   LadderAxis axis;
-  axis.levels = {"0.01", "1.0"};
+  axis.levels = {0.01, 1.0};
   axis.logarithmic = true;
   const auto by_size = [](double limit) {
-    return [limit](const std::string& level) {
-      return level_of(level, json::parse(level).get<double>() > limit ? 50 : 0);
-    };
+    return [limit](const Level& level) { return level_of(level, level.number() > limit ? 50 : 0); };
   };
   const auto smooth = climb_ladder(axis, 0.05, by_size(0.5));
-  EXPECT_NEAR(smooth[1].number(), 0.1, 1e-12);
+  EXPECT_NEAR(smooth[1].level.number(), 0.1, 1e-12);
   axis = {};
-  axis.levels = {"1", "8"};
+  axis.levels = {1, 8};
   axis.integer = true;
   const auto whole = climb_ladder(axis, 0.05, by_size(5));
   std::vector<double> numbers;
-  for (const LadderLevel& level : whole) numbers.push_back(level.number());
+  for (const LadderLevel& level : whole) numbers.push_back(level.level.number());
   EXPECT_EQ(numbers, (std::vector<double>{1, 4, 5, 6, 8}));
   // Nothing to be found between levels where none or all fail.
   EXPECT_EQ(climb_ladder(axis, 0.05, by_size(9)).size(), 2u);
@@ -91,8 +89,10 @@ TEST(Ladder, LevelsArePairedVariantsOfTheTestSet) {
   const Experiment experiment =
       read(with_axis({{"name", "radius"}, {"vary", "/scenes/radius"}, {"levels", {0.2, 0.1}}}));
   const LadderAxis& axis = experiment.ladders->axes.front();
-  const DatasetSpec large = dataset_at(experiment, axis, axis.levels[0]);
-  const DatasetSpec little = dataset_at(experiment, axis, axis.levels[1]);
+  const DatasetSpec large =
+      dataset_at(*experiment.ladders, experiment.sensor, axis, axis.levels[0]);
+  const DatasetSpec little =
+      dataset_at(*experiment.ladders, experiment.sensor, axis, axis.levels[1]);
   EXPECT_EQ(to_json(large), to_json(experiment.tests.front())) << "0.2 is the base set's";
   for (std::uint64_t s = 0; s < 5; ++s) {
     const Contact a = large.scene(s).contacts.front();
@@ -114,9 +114,9 @@ TEST(Ladder, ParametersGoIntoTheEntry) {
   const LadderAxis& axis = experiment.ladders->axes.front();
   EXPECT_TRUE(axis.concerns(experiment.solvers[1]));
   EXPECT_FALSE(axis.concerns(experiment.solvers[0]));
-  const SolverEntry entry = entry_at(experiment.solvers[1], axis, "208");
-  EXPECT_EQ(json::parse(entry.json).at("rank"), 208);
-  EXPECT_FALSE(training_at(experiment, axis, "208"));
+  const SolverEntry entry = entry_at(experiment.solvers[1], axis, 208);
+  EXPECT_EQ(entry.spec->at("rank"), 208);
+  EXPECT_FALSE(training_at(*experiment.ladders, experiment.sensor, axis, 208));
 }
 
 TEST(Ladder, SaysWhatIsWrong) {
@@ -140,6 +140,19 @@ TEST(Ladder, SaysWhatIsWrong) {
   EXPECT_NE(with("scal", "log").find("scale"), std::string::npos);
 }
 
+TEST(Ladder, LevelsAreNumbersTextsOrWhateverTheFileHas) {
+  EXPECT_EQ(Level(40).text(), "40");
+  EXPECT_EQ(Level(0.06).text(), "0.06");
+  EXPECT_EQ(Level(json("ring")).text(), "ring");
+  EXPECT_EQ(Level(json{"disc", "ring"}).text(), "disc, ring");
+  EXPECT_EQ(Level(json{{"mean", 2}}).text(), "{\"mean\":2}");
+  EXPECT_EQ(Level(40), Level(40.0)) << "compared as numbers";
+  EXPECT_NE(Level(40), Level(json("40")));
+  EXPECT_FALSE(Level(json("40")).is_number());
+  EXPECT_THROW(Level(json("40")).number(), std::logic_error);
+  EXPECT_TRUE(Level().json().is_null());
+}
+
 TEST(Ladder, LevelsHaveThreeDigits) {
   EXPECT_EQ(level_digits(8), "8");
   EXPECT_EQ(level_digits(27.34), "27.3");
@@ -158,9 +171,9 @@ TEST(Ladder, TablesSayWhatIsKnown) {
     return object;
   }());
   LadderOutcome good{&experiment.solvers[0], LadderRecord{}, ""};
-  good.record->base = level_of("null", 1);
-  good.record->axes = {{"snr", {level_of("80", 0), level_of("60", 0), level_of("40", 10)}, {}},
-                       {"shape", {level_of("[\"disc\"]", 0), level_of("[\"ring\"]", 25)}, {}}};
+  good.record->base = level_of({}, 1);
+  good.record->axes = {{"snr", {level_of(80, 0), level_of(60, 0), level_of(40, 10)}, {}},
+                       {"shape", {level_of(json{"disc"}, 0), level_of(json{"ring"}, 25)}, {}}};
   const LadderOutcome bad{&experiment.solvers[1], std::nullopt, "crashed: Aborted, core, dumped"};
   const auto lines = breakdowns_of(*experiment.ladders, {good, bad});
   ASSERT_EQ(lines.size(), 4u);

@@ -25,7 +25,7 @@ ScoredSet set_of(const std::vector<std::optional<double>>& values, double fit_s,
   set.row.frames = static_cast<int>(values.size());
   set.row.metrics = summarise(set.frames);
   set.row.fit_s = fit_s;
-  set.row.parameters_json = parameters;
+  set.row.parameters = nlohmann::json::parse(parameters);
   return set;
 }
 
@@ -47,8 +47,8 @@ TEST(Seeds, MeanOfMeansAndIntervalOfTheFramesMeans) {
   EXPECT_NEAR(row.seeds->deviation[Metric::AR].value(), std::sqrt(1.0 / 3), 1e-12);  // of 3, 3, 4
   EXPECT_FALSE(row.seeds->deviation[Metric::PE]);
   EXPECT_DOUBLE_EQ(row.fit_s.value(), 30);
-  EXPECT_EQ(nlohmann::json::parse(row.parameters_json).at("best"), 3);
-  EXPECT_EQ(nlohmann::json::parse(row.seeds->parameters_json),
+  EXPECT_EQ(row.parameters->at("best"), 3);
+  EXPECT_EQ(*row.seeds->parameters,
             nlohmann::json::parse(R"([{"seed":1,"best":3},{"seed":2,"best":5},{"seed":3}])"));
 }
 
@@ -85,7 +85,7 @@ class Rows : public ::testing::Test {
       SolverEntry& entry = entries_[static_cast<std::size_t>(seed - 1)];
       entry.label = "net";
       entry.type = "toy";
-      entry.json = "{}";
+      entry.spec = JsonValue::object();
       entry.seed = seed;
       TrialOutcome& outcome = outcomes_.emplace_back();
       outcome.entry = &entry;

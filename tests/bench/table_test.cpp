@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -159,7 +160,7 @@ ResultRow row_of_seeds() {
   SeedSpread& seeds = row.seeds.emplace();
   seeds.values = {1, 2, 3};
   seeds.deviation[Metric::AR] = 0.0042;
-  row.sweep_json = R"({"alpha":0.001})";
+  row.sweep = nlohmann::json{{"alpha", 0.001}};
   return row;
 }
 
