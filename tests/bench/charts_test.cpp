@@ -255,12 +255,12 @@ TEST_F(Training, IsCopiedAndDrawnWithAllItsSeeds) {
       "epoch,loss,adversarial,validation_error,learning_rate,seconds\n"
       "1,0.6,0.2,0.9,1e-3,3\n");
   const fs::path folder = results() / "training";
-  write_training_results(
-      "net",
-      {{"net.seed1", "seed 1", results() / "one.log", R"({"training": {"best_epoch": 2}})"},
-       {"net.seed2", "seed 2", results() / "two.log", "{}"},
-       {"net.seed3", "seed 3", results() / "absent.log", "{}"}},
-      folder);
+  write_training_results("net",
+                         {{"net.seed1", "seed 1", results() / "one.log",
+                           nlohmann::json::parse(R"({"training": {"best_epoch": 2}})")},
+                          {"net.seed2", "seed 2", results() / "two.log", {}},
+                          {"net.seed3", "seed 3", results() / "absent.log", {}}},
+                         folder);
   EXPECT_EQ(read("training/net.seed1.csv"), read("one.log"));
   EXPECT_FALSE(fs::exists(folder / "net.seed3.csv"));
   const std::string text = svg("training/net");
@@ -274,7 +274,7 @@ TEST_F(Training, IsCopiedAndDrawnWithAllItsSeeds) {
 }
 
 TEST_F(Training, NothingIsWrittenForASolverWithoutALog) {
-  write_training_results("tsvd", {{"tsvd", "", results() / "absent.log", "{}"}},
+  write_training_results("tsvd", {{"tsvd", "", results() / "absent.log", {}}},
                          results() / "training");
   EXPECT_FALSE(fs::exists(results() / "training"));
 }
@@ -283,7 +283,7 @@ TEST_F(Training, ALogOfNoEpochsOrOnlyInfinitiesIsDrawn) {
   log("none.log", "epoch,loss,validation_error\n");
   log("inf.log", "epoch,loss,validation_error\n1,inf,nan\n");
   for (const char* name : {"none", "inf"}) {
-    write_training_results(name, {{name, "", results() / (std::string(name) + ".log"), "{}"}},
+    write_training_results(name, {{name, "", results() / (std::string(name) + ".log"), {}}},
                            results() / "training");
     EXPECT_NE(svg(std::string("training/") + name).find("no loss"), std::string::npos);
   }
