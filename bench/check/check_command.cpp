@@ -12,7 +12,6 @@
 #include "bench/check/check_table.h"
 #include "bench/record/provenance.h"
 #include "bench/record/version.h"
-#include "bench/report/results.h"
 #include "bench/run/runner.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
@@ -105,7 +104,7 @@ class Check {
                             ? Cache::standard()
                             : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
     const ExperimentResults results = run_experiment(experiment_, cache, run_);
-    report_results(experiment_, cache, results, run_.out);
+    report_experiment(experiment_, cache, results, run_.out);
     failures_ = results.failures;
     rows_ = read_summary_rows(run_.out);
     return cache;

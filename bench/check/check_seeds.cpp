@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment.h"
-#include "bench/report/results.h"
 #include "core/atomic_file.h"
 #include "core/json_reader.h"
 #include "solvers/registry/registry.h"
@@ -69,7 +68,7 @@ std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experime
   SolverRegistry registry;  // into which no plugin has been loaded yet
   const Experiment copy = read_experiment(file, registry);
   const ExperimentResults results = run_experiment(copy, cache, seeds);
-  report_results(copy, cache, results, seeds.out);
+  report_experiment(copy, cache, results, seeds.out);
   if (results.failures > 0) return std::nullopt;
   return read_summary_rows(seeds.out);
 }

@@ -19,13 +19,8 @@
 #include "bench/check/check_command.h"
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
-#include "bench/record/records.h"
 #include "bench/record/version.h"
-#include "bench/report/fidelity_report.h"
-#include "bench/report/results.h"
 #include "bench/run/datasets.h"
-#include "bench/run/fidelity.h"
-#include "bench/run/ladder_run.h"
 #include "bench/run/reconstruct.h"
 #include "bench/run/runner.h"
 #include "bench/run/trial.h"
@@ -54,11 +49,9 @@ struct Arguments {
   std::string input;
   std::string output;
   std::string plugin;
-  std::string label;
   std::string stage;
+  std::string job;
   std::string filter;
-  std::optional<int> seed;
-  int round = 0;
   int rounds = 3;
   int scenes = 500;
   int threads = 1;
@@ -99,7 +92,7 @@ int run(const Arguments& arguments) {
   }
   const Cache cache = Cache::standard();
   const ExperimentResults results = run_experiment(experiment, cache, options);
-  report_results(experiment, cache, results, options.out);
+  report_experiment(experiment, cache, results, options.out);
   return results.failures > 0 ? trial_failed : done;
 }
 
@@ -216,10 +209,14 @@ int timing(const Arguments& arguments) {
 int fidelity(const Arguments& arguments) {
   SolverRegistry registry;
   const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
-  const fs::path out =
+  RunOptions options;
+  options.out =
       arguments.out.empty() ? fs::path("results") / experiment.name : fs::path(arguments.out);
-  report_fidelity(experiment, measure_fidelity(experiment, arguments.scenes), out);
-  return done;
+  options.fresh = arguments.fresh;
+  const Stages stages = stages_of_fidelity(arguments.scenes);
+  const ExperimentResults results = run_stages(stages, experiment, Cache::standard(), options);
+  report_stages(stages, experiment, results, options.out);
+  return results.failures > 0 ? trial_failed : done;
 }
 
 int trial(const Arguments& arguments) {
@@ -227,18 +224,9 @@ int trial(const Arguments& arguments) {
   // The run has checked all solvers; here the plugins of the others would be in the way.
   const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
   const Cache cache = arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache);
-  for (const SolverEntry& entry : experiment.solvers) {
-    if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
-    if (arguments.stage == name_of(Stage::timing)) {
-      run_timing_round(experiment, entry, cache, registry, arguments.round, arguments.out);
-    } else if (arguments.stage == name_of(Stage::ladders)) {
-      run_ladder_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
-    } else {
-      run_accuracy_stage(experiment, entry, cache, registry, arguments.threads, arguments.out);
-    }
-    return done;
-  }
-  throw InputError("no solver is labelled \"" + arguments.label + "\"");
+  run_trial(*stage_named(arguments.stage, arguments.scenes), arguments.job, experiment, cache,
+            registry, arguments.threads, arguments.out);
+  return done;
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -360,19 +348,20 @@ int parse_and_run(int argc, char** argv) {
   fidelity_command
       ->add_option("--scenes", arguments.scenes, "Scenes of each dataset (default: 500)")
       ->check(CLI::Range(10, 1000000));
+  fidelity_command->add_flag("--fresh", arguments.fresh, "Measure again what is finished already");
   fidelity_command->footer(
       "Example:\n  ertbench fidelity experiments/fidelity.json --scenes 200\n"
       "\"grid\": \"auto\" against the grids of 24, 48, 96 and 192, one thread: how long a scene\n"
       "takes, how far its voltages are from the converged ones, and how often the estimate of\n"
-      "\"auto\" promised too much.");
+      "\"auto\" promised too much. A dataset that is finished is not measured again.");
 
-  CLI::App* trial_command = app.add_subcommand("trial", "One stage of one solver; used by run");
+  CLI::App* trial_command =
+      app.add_subcommand("trial", "One job of one stage; used by run and fidelity");
   trial_command->group("");  // hidden
   trial_command->add_option("EXPERIMENT.json", arguments.experiment)->required();
-  trial_command->add_option("--label", arguments.label)->required();
   trial_command->add_option("--stage", arguments.stage)->required();
-  trial_command->add_option("--seed", arguments.seed);
-  trial_command->add_option("--round", arguments.round);
+  trial_command->add_option("--job", arguments.job)->required();
+  trial_command->add_option("--scenes", arguments.scenes);
   trial_command->add_option("--out", arguments.out)->required();
   trial_command->add_option("--threads", arguments.threads);
   trial_command->add_option("--cache", arguments.cache);

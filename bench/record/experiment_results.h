@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/record/fidelity_row.h"
 #include "bench/record/ladder_record.h"
 #include "bench/record/result_row.h"
 #include "core/arrays.h"
@@ -19,15 +20,32 @@ struct TrainingSource {
   JsonValue parameters;       ///< in which "training": {"best_epoch"} may stand
 };
 
-/// All that the results of an experiment are made of.
+/// What fitting and scoring a label's trials, one or one for each seed, came to.
+struct LabelOutcome {
+  /// The first that was scored; null where none was. It stands for the others where each of them
+  /// would take long and tell the same: it is timed and climbs the ladders.
+  const SolverEntry* scored = nullptr;
+  std::string failure;  ///< of the first trial, where none was scored: "crashed: Aborted; see ..."
+};
+
+/// What became of the comparison of the sheet's models on one dataset.
+struct FidelityOutcome {
+  std::string dataset;
+  std::vector<FidelityRow> rows;  ///< none where it failed
+  std::string failure;
+};
+
+/// All that the results of an experiment are made of. The stages fill it one after another.
 struct ExperimentResults {
   std::vector<ResultRow> rows;           ///< truth and no-contact of each test set, then solvers
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
+  std::map<std::string, LabelOutcome> labels;
   std::vector<LadderOutcome> ladders;  ///< of each label, where the experiment has ladders
+  std::vector<FidelityOutcome> fidelity;
   int jobs = 1;
-  int failures = 0;  ///< trials that failed
+  int failures = 0;  ///< jobs that failed, all rounds of one counted as one
 };
 
 }  // namespace ertbench

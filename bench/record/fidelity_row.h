@@ -5,6 +5,9 @@
 
 namespace ertbench {
 
+/// Scenes whose time is taken as one.
+inline constexpr int fidelity_block = 16;  // two of the condensation's eight lanes
+
 /// One model of the sheet on some scenes of one distribution.
 struct FidelityRow {
   std::string dataset;

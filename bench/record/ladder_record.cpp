@@ -7,9 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/record/cache.h"
-#include "bench/record/records.h"
-#include "core/atomic_file.h"
-#include "core/json_reader.h"
 
 namespace ertbench {
 namespace {
@@ -130,57 +127,43 @@ const LadderClimb* LadderRecord::find(const std::string& axis) const {
   return found == axes.end() ? nullptr : &*found;
 }
 
-std::string ladder_key(const Experiment& experiment, const SolverEntry& entry) {
-  const Ladders& ladders = *experiment.ladders;
+std::string ladder_key(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base) {
   const FailureRule& rule = ladders.failure;
   json key = {
       {"schema", ladder_schema},
-      {"label", entry.label},
-      {"entry", entry.spec.text()},
-      {"solver", Cache::fitted_solver_key(fit_recipe(experiment, entry)).dump()},
-      {"dataset", to_json(*experiment.find_dataset(ladders.dataset))},
+      {"label", recipe.entry.label},
+      {"entry", recipe.entry.spec.text()},
+      {"solver", Cache::fitted_solver_key(recipe).dump()},
+      {"dataset", to_json(base)},
       {"failure", {rule.relative_error, rule.distance, rule.contact_threshold, rule.share}}};
   for (const LadderAxis& axis : ladders.axes) {
-    if (axis.concerns(entry)) key["axes"].push_back(*axis.spec);
+    if (axis.concerns(recipe.entry)) key["axes"].push_back(*axis.spec);
   }
   return hash_of(key.dump());
 }
 
-void write_ladder_record(const Experiment& experiment, const SolverEntry& entry,
-                         const LadderRecord& record, const std::filesystem::path& folder) {
-  json out = {{"schema", ladder_schema},
-              {"key", ladder_key(experiment, entry)},
-              {"base", level_json(record.base)},
-              {"axes", json::array()}};
+json to_json(const LadderRecord& record) {
+  json out = {
+      {"schema", ladder_schema}, {"base", level_json(record.base)}, {"axes", json::array()}};
   for (const LadderClimb& climb : record.axes) {
     json axis = {{"axis", climb.axis}, {"levels", json::array()}};
     for (const LadderLevel& level : climb.levels) axis["levels"].push_back(level_json(level));
     if (climb.worst) axis["worst"] = worst_json(*climb.worst);
     out["axes"].push_back(std::move(axis));
   }
-  write_file_atomically(record_file(folder, entry, {Stage::ladders}), out.dump());
+  return out;
 }
 
-std::optional<LadderRecord> read_ladder_record(const Experiment& experiment,
-                                               const SolverEntry& entry,
-                                               const std::filesystem::path& folder) {
-  const std::filesystem::path file = record_file(folder, entry, {Stage::ladders});
-  if (!std::filesystem::exists(file)) return std::nullopt;
-  try {
-    const json object = read_json_file(file);
-    if (object.at("key") != ladder_key(experiment, entry)) return std::nullopt;
-    LadderRecord record;
-    record.base = level_from(object.at("base"));
-    for (const json& axis : object.at("axes")) {
-      LadderClimb& climb = record.axes.emplace_back();
-      climb.axis = axis.at("axis").get<std::string>();
-      for (const json& level : axis.at("levels")) climb.levels.push_back(level_from(level));
-      if (axis.contains("worst")) climb.worst = worst_from(axis.at("worst"));
-    }
-    return record;
-  } catch (const std::exception&) {  // not a record of ours: made again
-    return std::nullopt;
+LadderRecord ladder_record_from_json(const json& object) {
+  LadderRecord record;
+  record.base = level_from(object.at("base"));
+  for (const json& axis : object.at("axes")) {
+    LadderClimb& climb = record.axes.emplace_back();
+    climb.axis = axis.at("axis").get<std::string>();
+    for (const json& level : axis.at("levels")) climb.levels.push_back(level_from(level));
+    if (axis.contains("worst")) climb.worst = worst_from(axis.at("worst"));
   }
+  return record;
 }
 
 }  // namespace ertbench

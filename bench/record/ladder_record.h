@@ -1,12 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/experiment/experiment.h"
+#include "bench/experiment/fit_recipe.h"
+#include "bench/experiment/ladder_spec.h"
 #include "bench/score/breakdown.h"
 #include "bench/score/frame_failure.h"
 
@@ -60,14 +61,13 @@ struct LadderOutcome {
   std::string failure;  ///< where there is none: "crashed: Aborted; see ..."
 };
 
-/// What determines it.
-std::string ladder_key(const Experiment& experiment, const SolverEntry& entry);
+/// What determines the record: the solver, the test set that all levels are variants of, the rule
+/// of failure and the axes that concern the solver.
+std::string ladder_key(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base);
 
-void write_ladder_record(const Experiment& experiment, const SolverEntry& entry,
-                         const LadderRecord& record, const std::filesystem::path& folder);
-/// Nothing where there is no record with the right key, or none that can be read.
-std::optional<LadderRecord> read_ladder_record(const Experiment& experiment,
-                                               const SolverEntry& entry,
-                                               const std::filesystem::path& folder);
+/// Without the key.
+nlohmann::json to_json(const LadderRecord& record);
+/// Throws an exception of any kind where the JSON is not such a record.
+LadderRecord ladder_record_from_json(const nlohmann::json& object);
 
 }  // namespace ertbench

@@ -6,7 +6,6 @@
 
 #include "bench/plot/fidelity_chart.h"
 #include "bench/record/provenance.h"
-#include "bench/run/fidelity.h"
 #include "bench/table/text_table.h"
 #include "core/atomic_file.h"
 #include "core/text.h"
@@ -76,14 +75,22 @@ std::string markdown_of(const std::vector<FidelityRow>& rows, const Experiment& 
 
 }  // namespace
 
-void report_fidelity(const Experiment& experiment, const std::vector<FidelityRow>& rows,
+void report_fidelity(const Experiment& experiment, const std::vector<FidelityOutcome>& outcomes,
                      const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  const std::string markdown = markdown_of(rows, experiment);
+  std::vector<FidelityRow> rows;
+  std::string failures;
+  for (const FidelityOutcome& outcome : outcomes) {
+    rows.insert(rows.end(), outcome.rows.begin(), outcome.rows.end());
+    if (!outcome.failure.empty()) {
+      failures += "\nNot measured: " + outcome.dataset + ", " + outcome.failure + ".\n";
+    }
+  }
+  const std::string markdown = markdown_of(rows, experiment) + failures;
   write_file_atomically(folder / "fidelity.csv", csv_of(rows));
   write_file_atomically(folder / "fidelity.md", markdown);
   write_file_atomically(folder / "provenance.json", provenance(experiment, 1).dump(2) + "\n");
-  draw_fidelity_chart(rows, experiment.title, folder / "fidelity");
+  if (!rows.empty()) draw_fidelity_chart(rows, experiment.title, folder / "fidelity");
   std::printf("%s\nResults in %s\n", markdown.c_str(), folder.c_str());
 }
 

@@ -9,7 +9,6 @@
 #include "bench/plot/reconstruction_figure.h"
 #include "bench/record/provenance.h"
 #include "bench/report/experiment_report.h"
-#include "bench/report/ladder_report.h"
 #include "bench/report/table.h"
 #include "bench/report/training_results.h"
 #include "bench/score/bootstrap.h"
@@ -125,7 +124,8 @@ std::string columns(const std::vector<std::string>& cells, const std::vector<std
 }  // namespace
 
 void write_results(const Experiment& experiment, const Cache& cache,
-                   const ExperimentResults& results, const fs::path& folder) {
+                   const ExperimentResults& results, const std::vector<ReportSection>& sections,
+                   const fs::path& folder) {
   TableText text;
   text.title = experiment.title;
   text.published = experiment.published;
@@ -154,10 +154,8 @@ void write_results(const Experiment& experiment, const Cache& cache,
   for (const auto& [label, sources] : results.training) {
     if (write_training_results(label, sources, folder / "training")) trained.push_back(label);
   }
-  const std::vector<ReportSection> ladders =
-      write_ladder_results(experiment, results.ladders, folder);
-  const Report report =
-      report_of(experiment, results.rows, text, trained, ladders, summary.at("provenance"), folder);
+  const Report report = report_of(experiment, results.rows, text, trained, sections,
+                                  summary.at("provenance"), folder);
   write_file_atomically(folder / "report.html", report_html(report));
   write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
 }
@@ -210,8 +208,9 @@ std::string console_table(const std::vector<ResultRow>& rows) {
 }
 
 void report_results(const Experiment& experiment, const Cache& cache,
-                    const ExperimentResults& results, const fs::path& folder) {
-  write_results(experiment, cache, results, folder);
+                    const ExperimentResults& results, const std::vector<ReportSection>& sections,
+                    const fs::path& folder) {
+  write_results(experiment, cache, results, sections, folder);
   std::printf("%s\nResults in %s\n", console_table(results.rows).c_str(), folder.c_str());
 }
 

@@ -7,20 +7,25 @@
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
 #include "bench/record/experiment_results.h"
+#include "bench/report/report.h"
 
 namespace ertbench {
 
 /// summary.json, table.md, table.csv, table.tex, the figure of reconstructions, the charts that the
-/// experiment asks for, those of the training and of the ladders, and report.html of all this; each
-/// file is written aside and renamed.
+/// experiment asks for, those of the training, and report.html of all this; each file is written
+/// aside and renamed.
+///
+/// `sections`: what the stages add to the page.
 void write_results(const Experiment& experiment, const Cache& cache,
-                   const ExperimentResults& results, const std::filesystem::path& folder);
+                   const ExperimentResults& results, const std::vector<ReportSection>& sections,
+                   const std::filesystem::path& folder);
 
 /// A short table for the terminal.
 std::string console_table(const std::vector<ResultRow>& rows);
 
 /// write_results, then the short table and the folder's name on standard output.
 void report_results(const Experiment& experiment, const Cache& cache,
-                    const ExperimentResults& results, const std::filesystem::path& folder);
+                    const ExperimentResults& results, const std::vector<ReportSection>& sections,
+                    const std::filesystem::path& folder);
 
 }  // namespace ertbench

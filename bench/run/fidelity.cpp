@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <map>
 
-#include "core/progress.h"
-#include "core/quantile.h"
 #include "forward/border/border_model.h"
 #include "forward/border/contact_arcs.h"
 #include "forward/fem/forward_model.h"
@@ -22,14 +19,6 @@ constexpr int reference_points = 2500;
 bool is_smooth(const std::vector<ContactArc>& arcs) {
   return std::all_of(arcs.begin(), arcs.end(), [](const ContactArc& arc) { return arc.closed; });
 }
-
-/// One model's numbers on one scene.
-struct Outcome {
-  double time_us = 0;  ///< its share of its block's
-  double error = 0;    ///< noise units
-  double estimate = 0;
-  int points = 0;
-};
 
 /// The voltage changes of a block of scenes by one model, [scenes, channels] V.
 struct ModelledBlock {
@@ -80,11 +69,9 @@ class Models {
   std::map<int, ForwardModel> grids_;
 };
 
-using Outcomes = std::map<std::string, std::vector<Outcome>>;  ///< by model
-
-/// Computes one block with every model in turn.
+/// Computes one block, of one kind of scenes, with every model in turn.
 void measure_block(const Models& models, const DatasetSpec& spec, const std::vector<Scene>& scenes,
-                   Outcomes& outcomes) {
+                   bool smooth, FidelityRecord& record) {
   std::vector<Eigen::VectorXd> exact;
   for (const Scene& scene : scenes) {
     exact.push_back(models.borders()
@@ -103,7 +90,8 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
     const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - start;
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       const double noise = models.noise(spec, exact[i]);
-      Outcome outcome;
+      ModelledScene outcome;
+      outcome.smooth = smooth;
       outcome.time_us = time.count() / static_cast<double>(scenes.size());
       outcome.error =
           (made.changes.row(static_cast<Eigen::Index>(i)).transpose() - exact[i]).norm() / noise;
@@ -111,7 +99,7 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
         outcome.estimate = made.solutions[i].error / noise;
         outcome.points = made.solutions[i].points;
       }
-      outcomes[name].push_back(outcome);
+      record.models[name].push_back(outcome);
     }
   };
   measure("auto", [&] { return models.automatic(spec, scenes); });
@@ -120,92 +108,32 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
   }
 }
 
-FidelityRow row_of(const DatasetSpec& spec, const std::string& scenes, const std::string& model,
-                   const std::vector<Outcome>& outcomes) {
-  FidelityRow row;
-  row.dataset = spec.name;
-  row.scenes = scenes;
-  row.model = model;
-  row.count = static_cast<int>(outcomes.size());
-  row.bound = spec.model_error;
-  std::vector<double> times;
-  std::vector<double> errors;
-  std::vector<double> ratios;
-  for (const Outcome& outcome : outcomes) {
-    times.push_back(outcome.time_us);
-    errors.push_back(outcome.error);
-    const bool kept = outcome.error <= row.bound;
-    row.kept += kept;
-    if (model != "auto") continue;
-    const bool promised = outcome.estimate <= row.bound;
-    row.promised += promised;
-    row.promised_kept += promised && kept;
-    if (outcome.error > 0) ratios.push_back(outcome.estimate / outcome.error);
-    row.sizes.resize(std::size(fidelity_sizes) + 1);
-    const auto size =
-        std::lower_bound(std::begin(fidelity_sizes), std::end(fidelity_sizes), outcome.points);
-    ++row.sizes[static_cast<std::size_t>(size - std::begin(fidelity_sizes))];
-  }
-  const SortedValues sorted_times = times;
-  row.time_us = median(sorted_times);
-  row.time_low = interpolated_quantile(sorted_times, 0.05);
-  row.time_high = interpolated_quantile(sorted_times, 0.95);
-  const SortedValues sorted_errors = errors;
-  row.error_median = median(sorted_errors);
-  row.error_p95 = interpolated_quantile(sorted_errors, 0.95);
-  row.error_max = sorted_errors.largest();
-  if (!ratios.empty()) row.tightness = median(ratios);
-  return row;
-}
-
 }  // namespace
 
-std::vector<FidelityRow> measure_fidelity(const Experiment& experiment, int scenes) {
-  const Models models(experiment.sensor);
-  std::vector<FidelityRow> rows;
-  for (const DatasetSpec* spec : experiment.datasets()) {
-    Progress progress("\"" + spec->name + "\"");
-    Outcomes all;
-    std::map<bool, Outcomes> parts;  // by smoothness
-    std::map<bool, std::vector<Scene>> waiting;
-    const auto measure = [&](bool smooth) {
-      Outcomes some;
-      measure_block(models, *spec, waiting[smooth], some);
-      waiting[smooth].clear();
-      for (const auto& [model, outcomes] : some) {
-        for (auto* into : {&all[model], &parts[smooth][model]}) {
-          into->insert(into->end(), outcomes.begin(), outcomes.end());
-        }
-      }
-    };
-    const std::uint64_t count =
-        std::min<std::uint64_t>(spec->count, static_cast<std::uint64_t>(scenes));
-    for (std::uint64_t i = 0; i < count; ++i) {
-      Scene scene = spec->scene(i);
-      const std::vector<ContactArc> arcs = contact_arcs(scene);
-      if (arcs.empty()) continue;
-      const bool smooth = is_smooth(arcs);
-      waiting[smooth].push_back(std::move(scene));
-      if (waiting[smooth].size() == fidelity_block) measure(smooth);
-      progress.update(i + 1, count);
-    }
-    for (const bool smooth : {true, false}) {
-      if (!waiting[smooth].empty()) measure(smooth);
-    }
-    const auto add = [&](const std::string& name, const Outcomes& outcomes) {
-      for (const auto& model : {"auto", "24", "48", "96", "192"}) {
-        if (outcomes.contains(model)) {
-          rows.push_back(row_of(*spec, name, model, outcomes.at(model)));
-        }
-      }
-    };
-    if (parts.contains(true) && parts.contains(false)) {
-      add("smooth", parts[true]);
-      add("other", parts[false]);
-    }
-    add("all", all);
+FidelityRecord measure_fidelity(
+    const DatasetSpec& dataset, int scenes,
+    const std::function<void(std::uint64_t done, std::uint64_t total)>& progress) {
+  const Models models(dataset.sensor);
+  FidelityRecord record;
+  std::map<bool, std::vector<Scene>> waiting;  // by smoothness, for a block of their own kind
+  const auto measure = [&](bool smooth) {
+    measure_block(models, dataset, waiting[smooth], smooth, record);
+    waiting[smooth].clear();
+  };
+  const auto count = static_cast<std::uint64_t>(fidelity_scenes(dataset, scenes));
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Scene scene = dataset.scene(i);
+    const std::vector<ContactArc> arcs = contact_arcs(scene);
+    if (arcs.empty()) continue;
+    const bool smooth = is_smooth(arcs);
+    waiting[smooth].push_back(std::move(scene));
+    if (waiting[smooth].size() == fidelity_block) measure(smooth);
+    progress(i + 1, count);
   }
-  return rows;
+  for (const bool smooth : {true, false}) {
+    if (!waiting[smooth].empty()) measure(smooth);
+  }
+  return record;
 }
 
 }  // namespace ertbench

@@ -122,4 +122,11 @@ FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRe
   return out;
 }
 
+void forget_fitted_solver(const FitRecipe& recipe, const Cache& cache) {
+  const fs::path file = cache.fitted_solver(recipe);
+  fs::remove(note_of(file));
+  fs::remove(file);
+  fs::remove_all(cache.work_folder(recipe));
+}
+
 }  // namespace ertbench

@@ -22,4 +22,7 @@ struct FittedSolver {
 FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRegistry& registry,
                            int threads, const std::filesystem::path& progress_file);
 
+/// Removes it from the cache, with what the solver left there while it was fitted.
+void forget_fitted_solver(const FitRecipe& recipe, const Cache& cache);
+
 }  // namespace ertbench

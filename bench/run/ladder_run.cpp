@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/record/progress_file.h"
-#include "bench/record/records.h"
 #include "bench/run/fitted_solver.h"
 #include "core/errors.h"
 #include "forward/data/generate.h"
@@ -80,15 +79,16 @@ const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<Ladde
 class Climber {
  public:
   /// `base`: the test set that all levels are variants of.
-  Climber(FitRecipe recipe, const Ladders& ladders, const DatasetSpec& base, const Cache& cache,
-          SolverRegistry& registry, int threads, std::filesystem::path progress_file)
-      : recipe_(std::move(recipe)),
+  Climber(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
+          const Cache& cache, SolverRegistry& registry, int threads,
+          const std::filesystem::path& progress_file)
+      : recipe_(recipe),
         ladders_(ladders),
         base_(base),
         cache_(cache),
         registry_(registry),
         threads_(threads),
-        progress_path_(std::move(progress_file)),
+        progress_path_(progress_file),
         base_block_(blocks_.make(base_, 0, base_.count)),
         fitted_(fitted_solver(recipe_, cache, registry, threads, progress_path_)),
         progress_(progress_path_) {
@@ -187,7 +187,7 @@ class Climber {
     return worst;
   }
 
-  FitRecipe recipe_;
+  const FitRecipe& recipe_;
   const Ladders& ladders_;
   const DatasetSpec& base_;
   const Cache& cache_;
@@ -226,14 +226,10 @@ std::vector<LadderLevel> climb_ladder(
   return levels;
 }
 
-void run_ladder_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
-                      SolverRegistry& registry, int threads, const std::filesystem::path& folder) {
-  const Ladders& ladders = *experiment.ladders;
-  const LadderRecord record =
-      Climber(fit_recipe(experiment, entry), ladders, *experiment.find_dataset(ladders.dataset),
-              cache, registry, threads, record_file(folder, entry, {Stage::ladders}, ".progress"))
-          .run();
-  write_ladder_record(experiment, entry, record, folder);
+LadderRecord climb_ladders(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
+                           const Cache& cache, SolverRegistry& registry, int threads,
+                           const std::filesystem::path& progress_file) {
+  return Climber(recipe, ladders, base, cache, registry, threads, progress_file).run();
 }
 
 }  // namespace ertbench

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 #include <functional>
-#include <string>
 
-#include "bench/experiment/experiment.h"
+#include "bench/experiment/fit_recipe.h"
+#include "bench/experiment/ladder_spec.h"
 #include "bench/record/cache.h"
 #include "bench/record/ladder_record.h"
 
@@ -12,11 +12,12 @@ namespace ertbench {
 
 class SolverRegistry;
 
-/// Takes the entry's fitted solver (or fits it) up all ladders that concern it, judges every frame
-/// and writes the ladders' record into `folder`; meanwhile its progress stands beside it. Levels
-/// are made in memory; solvers of parameter axes and their training sets go to the cache.
-void run_ladder_stage(const Experiment& experiment, const SolverEntry& entry, const Cache& cache,
-                      SolverRegistry& registry, int threads, const std::filesystem::path& folder);
+/// Takes the recipe's solver (from the cache, or fitted) up all ladders that concern it and judges
+/// every frame. `base` is the test set that all levels are variants of. Levels are made in memory;
+/// solvers of parameter axes and their training sets go to the cache.
+LadderRecord climb_ladders(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
+                           const Cache& cache, SolverRegistry& registry, int threads,
+                           const std::filesystem::path& progress_file);
 
 /// Evaluates the axis's own levels, then halves the step in which the share of failing frames first
 /// exceeds `limit`: six times, or on an integer axis down to neighbouring numbers. Without an order

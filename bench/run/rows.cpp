@@ -13,10 +13,6 @@ struct Remark {
   Failure what;
 };
 
-std::string joined(const Failure& failure) {
-  return failure.message.empty() ? failure.status : failure.status + ": " + failure.message;
-}
-
 /// All remarks in one status and message: the first one's status; the seeds are named where not all
 /// of them share it.
 void apply(const std::vector<Remark>& remarks, std::size_t trials, ResultRow& row) {
@@ -25,7 +21,7 @@ void apply(const std::vector<Remark>& remarks, std::size_t trials, ResultRow& ro
   row.message.clear();
   const bool shared =
       remarks.size() == trials && std::all_of(remarks.begin(), remarks.end(), [&](const Remark& r) {
-        return joined(r.what) == joined(remarks.front().what);
+        return r.what.text() == remarks.front().what.text();
       });
   if (shared || !remarks.front().seed) {
     row.message = remarks.front().what.message;
@@ -34,7 +30,7 @@ void apply(const std::vector<Remark>& remarks, std::size_t trials, ResultRow& ro
   for (const Remark& remark : remarks) {
     const bool same_status = remark.what.status == row.status && !remark.what.message.empty();
     row.message += (row.message.empty() ? "seed " : "; seed ") + std::to_string(*remark.seed) +
-                   ": " + (same_status ? remark.what.message : joined(remark.what));
+                   ": " + (same_status ? remark.what.message : remark.what.text());
   }
 }
 
@@ -49,11 +45,11 @@ ResultRow empty_row(const SolverEntry& entry, const DatasetSpec& test) {
 
 /// The numbers and the statuses of one test set.
 ResultRow scored_row(const DatasetSpec& test, std::size_t set,
-                     std::span<const TrialOutcome> trials) {
+                     std::span<const ScoredTrial> trials) {
   std::vector<SeedResult> results;
   std::vector<Remark> missing;
   std::vector<Remark> reported;
-  for (const TrialOutcome& trial : trials) {
+  for (const ScoredTrial& trial : trials) {
     if (!trial.accuracy) {
       missing.push_back({trial.entry->seed, trial.failure});
       continue;
@@ -85,9 +81,9 @@ ResultRow scored_row(const DatasetSpec& test, std::size_t set,
 }
 
 /// The metrics on the validation set, of all seeds that were scored.
-std::optional<PerMetric<MetricSummary>> validation_of(std::span<const TrialOutcome> trials) {
+std::optional<PerMetric<MetricSummary>> validation_of(std::span<const ScoredTrial> trials) {
   std::vector<SeedResult> results;
-  for (const TrialOutcome& trial : trials) {
+  for (const ScoredTrial& trial : trials) {
     if (!trial.accuracy || !trial.accuracy->validation) continue;
     results.push_back({trial.entry->seed.value_or(0), &*trial.accuracy->validation});
   }
@@ -95,9 +91,20 @@ std::optional<PerMetric<MetricSummary>> validation_of(std::span<const TrialOutco
   return combine_seeds(results).metrics;
 }
 
-/// Puts the times of the one trial that was timed into the row.
-void add_times(std::span<const TrialOutcome> trials, ResultRow& row) {
-  for (const TrialOutcome& trial : trials) {
+}  // namespace
+
+std::vector<ResultRow> rows_of(std::span<const DatasetSpec> tests,
+                               std::span<const ScoredTrial> trials) {
+  std::vector<ResultRow> rows;
+  for (std::size_t set = 0; set < tests.size(); ++set) {
+    rows.push_back(scored_row(tests[set], set, trials));
+    rows.back().validation = validation_of(trials);
+  }
+  return rows;
+}
+
+void add_times(std::span<const TimedTrial> trials, ResultRow& row) {
+  for (const TimedTrial& trial : trials) {
     if (trial.timing && trial.timing->sets.count(row.dataset)) {
       const MeasuredTimes& times = trial.timing->sets.at(row.dataset);
       row.latency_us = times.latency_us;
@@ -107,28 +114,15 @@ void add_times(std::span<const TrialOutcome> trials, ResultRow& row) {
       row.peak_rss_mb = trial.timing->peak_rss_mb;
       return;
     }
-    if (trial.timing_failure) {
+    if (trial.failure) {
       const std::string seed =
           trial.entry->seed ? "seed " + std::to_string(*trial.entry->seed) + ": " : "";
       const std::string before = row.message.empty() ? "" : row.message + "; ";
-      row.message = before + seed + "timing: " + trial.timing_failure->message;
-      row.status = trial.timing_failure->status;
+      row.message = before + seed + "timing: " + trial.failure->message;
+      row.status = trial.failure->status;
       return;
     }
   }
-}
-
-}  // namespace
-
-std::vector<ResultRow> rows_of(const Experiment& experiment, std::span<const TrialOutcome> trials) {
-  std::vector<ResultRow> rows;
-  for (std::size_t set = 0; set < experiment.tests.size(); ++set) {
-    ResultRow row = scored_row(experiment.tests[set], set, trials);
-    row.validation = validation_of(trials);
-    if (experiment.timing.enabled) add_times(trials, row);
-    rows.push_back(std::move(row));
-  }
-  return rows;
 }
 
 }  // namespace ertbench

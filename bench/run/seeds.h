@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "bench/record/records.h"
+#include "bench/record/accuracy_record.h"
 
 namespace ertbench {
 

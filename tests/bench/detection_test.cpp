@@ -11,7 +11,7 @@ namespace {
 /// were not.
 LadderLevel level_of(int detected, int missed, int false_alarms, int passed,
                      FrameStatus status = FrameStatus::suspect) {
-  LadderLevel level{"1", {}, ""};
+  LadderLevel level{1, {}, ""};
   const auto add = [&](int count, FrameStatus said, int failed) {
     JudgedFrame frame;
     frame.status = said;
@@ -44,7 +44,7 @@ TEST(Detection, CountsFramesByFailureAndDoubt) {
 TEST(Detection, RatesOfNoFramesAreNone) {
   EXPECT_FALSE(detection_at(level_of(0, 0, 1, 5)).detection_rate());
   EXPECT_FALSE(detection_at(level_of(1, 5, 0, 0)).false_alarm_rate());
-  EXPECT_FALSE(detection_at({"1", {}, "refused"}).suspect_rate());
+  EXPECT_FALSE(detection_at({1, {}, "refused"}).suspect_rate());
 }
 
 TEST(Detection, TablesHoldEverySolverAndAxisWithItsInterval) {
@@ -63,7 +63,7 @@ TEST(Detection, TablesHoldEverySolverAndAxisWithItsInterval) {
   LadderRecord record;
   record.base = level_of(0, 0, 1, 199);
   record.axes = {{"snr", {level_of(0, 2, 1, 197), level_of(79, 182, 0, 0)}, {}}};
-  record.axes.front().levels.push_back({"2", {}, "impossible"});
+  record.axes.front().levels.push_back({2, {}, "impossible"});
   LadderRecord ranks = record;
   ranks.axes = {{"rank", {level_of(0, 20, 0, 180)}, {}}};
   const auto lines = detections_of(

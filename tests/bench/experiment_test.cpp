@@ -8,8 +8,8 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
+#include "bench/record/accuracy_record.h"
 #include "bench/record/cache.h"
-#include "bench/record/records.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
 #include "forward/fem/forward_model.h"
@@ -420,8 +420,8 @@ TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
             cache.fitted_solver(fit_recipe(e, e.solvers[1])));
   EXPECT_NE(cache.fitted_solver(fit_recipe(e, e.solvers[0])),
             cache.fitted_solver(fit_recipe(e, e.solvers[2])));
-  EXPECT_NE(record_key(e, e.solvers[0], Stage::accuracy),
-            record_key(e, e.solvers[1], Stage::accuracy));
+  EXPECT_NE(accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, false, {}),
+            accuracy_key(fit_recipe(e, e.solvers[1]), e.tests, false, {}));
 }
 
 TEST(Experiment, SeedsThatCannotBeAreRefused) {

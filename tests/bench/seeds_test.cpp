@@ -78,8 +78,7 @@ TEST(Seeds, OneSeedIsItsOwnRowWithoutADeviation) {
 class Rows : public ::testing::Test {
  protected:
   Rows() {
-    experiment_.tests.emplace_back().name = "test";
-    experiment_.timing.enabled = false;
+    tests_.emplace_back().name = "test";
     entries_.resize(2);
     for (int seed : {1, 2}) {
       SolverEntry& entry = entries_[static_cast<std::size_t>(seed - 1)];
@@ -87,7 +86,7 @@ class Rows : public ::testing::Test {
       entry.type = "toy";
       entry.spec = JsonValue::object();
       entry.seed = seed;
-      TrialOutcome& outcome = outcomes_.emplace_back();
+      ScoredTrial& outcome = outcomes_.emplace_back();
       outcome.entry = &entry;
       outcome.accuracy.emplace().sets = {set_of({double(seed)}, 1, "{}")};
     }
@@ -100,11 +99,11 @@ class Rows : public ::testing::Test {
     outcomes_[trial].accuracy->sets[0].row.status = status;
     outcomes_[trial].accuracy->sets[0].row.message = message;
   }
-  ResultRow row() const { return rows_of(experiment_, outcomes_).at(0); }
+  ResultRow row() const { return rows_of(tests_, outcomes_).at(0); }
 
-  Experiment experiment_;
+  std::vector<DatasetSpec> tests_;
   std::vector<SolverEntry> entries_;
-  std::vector<TrialOutcome> outcomes_;
+  std::vector<ScoredTrial> outcomes_;
 };
 
 TEST_F(Rows, AllWell) {

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/record/fidelity_row.h"
+#include "forward/data/dataset_spec.h"
+
+namespace ertbench {
+
+/// One scene as one model of the sheet computes it.
+struct ModelledScene {
+  bool smooth = true;   ///< whole discs and ellipses apart from each other, nothing else
+  double time_us = 0;   ///< its share of the time that its block of scenes took
+  double error = 0;     ///< of the voltage changes, 2-norm, in units of the frame's noise
+  double estimate = 0;  ///< of that error, by "auto" itself; of the grids 0
+  int points = 0;       ///< of the border equation; of the grids 0
+};
+
+/// What was measured on the scenes of one dataset: `{"schema", "key", "models": {"auto" or a grid's
+/// side: {"smooth", "time_us", "error", "estimate", "points": [scenes]}}}`.
+struct FidelityRecord {
+  std::map<std::string, std::vector<ModelledScene>> models;
+};
+
+/// Scenes of the dataset that are looked at where `scenes` are asked for; blank ones among them.
+int fidelity_scenes(const DatasetSpec& dataset, int scenes);
+
+/// What determines the record: the dataset with its sensor, the number of scenes, and the machine's
+/// processor.
+std::string fidelity_key(const DatasetSpec& dataset, int scenes);
+
+/// Without the key.
+nlohmann::json to_json(const FidelityRecord& record);
+/// Throws an exception of any kind where the JSON is not such a record.
+FidelityRecord fidelity_record_from_json(const nlohmann::json& record);
+
+/// The rows of the table: of the smooth scenes, of the others, and of all; of all alone where there
+/// is but one kind.
+std::vector<FidelityRow> fidelity_rows(const DatasetSpec& dataset, const FidelityRecord& record);
+
+}  // namespace ertbench

@@ -1,0 +1,74 @@
+#include "bench/record/timing_record.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bench/record/accuracy_record.h"
+#include "bench/record/cache.h"
+#include "bench/record/provenance.h"
+#include "bench/record/record_file.h"
+#include "core/quantile.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+/// p50, p99 and maximum of every frame's time. A percentile is a time that was measured.
+LatencySummary summarise_latency(const SortedValues& microseconds) {
+  return {nearest_rank_quantile(microseconds, 0.5),
+          nearest_rank_quantile(microseconds, 0.99),
+          microseconds.largest(),
+          {}};
+}
+
+/// One test set in all rounds.
+struct Rounds {
+  std::vector<double> microseconds;
+  std::vector<double> p50;
+  std::vector<double> frames_per_s;
+  int batch = 0;
+
+  void add(const json& times) {
+    const auto some = times.at("latency_us").get<std::vector<double>>();
+    p50.push_back(summarise_latency(some).p50);
+    microseconds.insert(microseconds.end(), some.begin(), some.end());
+    frames_per_s.push_back(times.at("frames_per_s").get<double>());
+    batch = times.at("batch").get<int>();
+  }
+};
+
+}  // namespace
+
+std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
+                       const TimingSettings& timing) {
+  json key = {{"schema", record_schema},
+              {"metrics", metrics_version},
+              {"label", recipe.entry.label},
+              {"entry", recipe.entry.spec.text()},
+              {"solver", Cache::fitted_solver_key(recipe).dump()},
+              {"timing", {timing.frames, timing.warm_up, timing.batch, timing.rounds}},
+              {"cpu", cpu_name()}};
+  for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
+  return hash_of(key.dump());
+}
+
+TimingRecord timing_record_from_json(const std::vector<json>& rounds) {
+  std::map<std::string, Rounds> sets;
+  std::vector<double> calibration;
+  TimingRecord record;
+  for (const json& round : rounds) {
+    for (const auto& [dataset, times] : round.at("timing").items()) sets[dataset].add(times);
+    calibration.push_back(round.at("calibration_us").get<double>());
+    record.peak_rss_mb = std::max(record.peak_rss_mb, round.at("peak_rss_mb").get<double>());
+  }
+  for (const auto& [dataset, set] : sets) {
+    MeasuredTimes times{summarise_latency(set.microseconds), median(set.frames_per_s), set.batch};
+    times.latency_us.p50_of_rounds = set.p50;
+    record.sets[dataset] = std::move(times);
+  }
+  record.calibration_us = median(calibration);
+  return record;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/run/job.h"
+
+namespace ertbench {
+
+class Stage;
+struct Experiment;
+
+/// Why a job left no record.
+struct Failure {
+  std::string status;  ///< "failed", "timed out", "crashed", "not run"
+  std::string message;
+
+  std::string text() const { return message.empty() ? status : status + ": " + message; }
+};
+
+/// The records that the jobs of one stage left in a result folder, now or earlier, and what failed
+/// just now.
+class JobRecords {
+ public:
+  JobRecords(const Stage& stage, const Experiment& experiment, std::filesystem::path folder);
+
+  /// The job's file; its log and its progress have other endings.
+  std::filesystem::path file(const Job& job, const std::string& ending = ".json") const;
+  /// Whether the job has a record of the right key that the stage can read.
+  bool has(const Job& job) const;
+  /// Nothing where it has none.
+  std::optional<nlohmann::json> read(const Job& job) const;
+
+  void add_failure(const Job& job, Failure failure);
+  /// What went wrong with the job's subject, in this round or another; null where nothing did.
+  const Failure* failure(const Job& job) const;
+  /// The same, or that the job was not run, as --only asks for others.
+  Failure why_missing(const Job& job) const;
+  int failures() const { return static_cast<int>(failures_.size()); }
+
+ private:
+  const Stage& stage_;
+  const Experiment& experiment_;
+  std::filesystem::path folder_;
+  std::map<std::string, Failure> failures_;  ///< by subject
+};
+
+}  // namespace ertbench

@@ -1,0 +1,143 @@
+#include "bench/run/job_runner.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "bench/record/progress_file.h"
+#include "core/progress.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::size_t cores() { return std::max(1u, std::thread::hardware_concurrency()); }
+
+std::string last_line(const fs::path& log) {
+  std::ifstream in(log);
+  std::string last;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty()) last = line;
+  }
+  return last;
+}
+
+Failure failure_of(const ProcessEnd& end, const fs::path& log, double time_limit_s) {
+  if (end.timed_out) return {"timed out", "after " + duration_text(time_limit_s)};
+  if (end.signal != 0) {
+    return {"crashed", std::string(strsignal(end.signal)) + "; see " + log.string()};
+  }
+  const std::string line = last_line(log);
+  return {"failed", line.empty() ? "exit code " + std::to_string(end.exit_code) : line};
+}
+
+}  // namespace
+
+JobRunner::JobRunner(const Stage& stage, const Experiment& experiment, const Cache& cache,
+                     fs::path folder, JobRecords& records)
+    : stage_(stage),
+      experiment_(experiment),
+      cache_(cache),
+      folder_(std::move(folder)),
+      records_(records),
+      program_(fs::read_symlink("/proc/self/exe")) {}
+
+void JobRunner::run(const std::vector<Job>& jobs, int at_a_time) {
+  using Clock = std::chrono::steady_clock;
+  std::deque<Job> waiting;
+  std::copy_if(jobs.begin(), jobs.end(), std::back_inserter(waiting),
+               [&](const Job& job) { return !records_.has(job); });
+  const std::size_t total = waiting.size();
+  if (total == 0) return;
+  done_ = 0;
+  Progress progress(stage_.name() + " of " + std::to_string(total) + " " + stage_.noun() +
+                    (total == 1 ? "" : "s"));
+  show(progress, total);
+  Clock::time_point last_look = Clock::now();
+  while (!waiting.empty() || !running_.empty()) {
+    const std::size_t done_before = done_;
+    start_some(waiting, static_cast<std::size_t>(at_a_time));
+    finish_some();
+    const Clock::time_point now = Clock::now();
+    if (done_ != done_before || now - last_look > std::chrono::milliseconds(500)) {
+      show(progress, total);
+      last_look = now;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+void JobRunner::start_some(std::deque<Job>& waiting, std::size_t at_a_time) {
+  while (!waiting.empty() && running_.size() < at_a_time) {
+    const Job job = std::move(waiting.front());
+    waiting.pop_front();
+    if (records_.failure(job)) {  // in an earlier round
+      ++done_;
+      continue;
+    }
+    running_.push_back(start(job, static_cast<int>(std::max<std::size_t>(1, cores() / at_a_time))));
+  }
+}
+
+JobRunner::Running JobRunner::start(const Job& job, int threads) const {
+  remove_progress(records_.file(job, ".progress"));
+  std::vector<std::string> arguments = {program_.string(),
+                                        "trial",
+                                        experiment_.file.string(),
+                                        "--stage=" + stage_.name(),
+                                        "--job=" + job.name,
+                                        "--out=" + folder_.string(),
+                                        "--cache=" + cache_.folder().string(),
+                                        "--threads=" + std::to_string(threads)};
+  const std::vector<std::string> options = stage_.options();
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  return {job,
+          ChildProcess(arguments, records_.file(job, ".log"), stage_.time_limit_s(experiment_))};
+}
+
+void JobRunner::finish_some() {
+  for (auto one = running_.begin(); one != running_.end();) {
+    const auto end = one->process.poll();
+    if (!end) {
+      ++one;
+      continue;
+    }
+    finish(one->job, *end);
+    one = running_.erase(one);
+    ++done_;
+  }
+}
+
+void JobRunner::finish(const Job& job, const ProcessEnd& end) {
+  remove_progress(records_.file(job, ".progress"));
+  if (end.ok() && records_.has(job)) return;
+  const Failure failure =
+      failure_of(end, records_.file(job, ".log"), stage_.time_limit_s(experiment_));
+  spdlog::warn("{} ({}): {}: {}", job.title, stage_.name(), failure.status, failure.message);
+  records_.add_failure(job, failure);
+}
+
+/// A job that runs counts by what it has done.
+void JobRunner::show(Progress& progress, std::size_t total) const {
+  constexpr double parts = 1000;
+  double sum = static_cast<double>(done_);
+  std::string text;
+  for (const Running& one : running_) {
+    text += (text.empty() ? "" : "; ") + one.job.title;
+    const auto state = read_progress(records_.file(one.job, ".progress"));
+    if (!state) continue;
+    sum += std::clamp(state->fraction, 0.0, 1.0);
+    if (!state->text.empty()) text += " " + state->text;
+    if (state->seconds_left > 0) text += ", " + duration_text(state->seconds_left) + " left";
+  }
+  progress.update(static_cast<std::uint64_t>(parts * sum),
+                  static_cast<std::uint64_t>(parts) * total, text);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <filesystem>
+#include <list>
+#include <vector>
+
+#include "bench/run/job_records.h"
+#include "bench/run/stage.h"
+#include "core/process.h"
+
+namespace ertbench {
+
+class Progress;
+
+/// Runs the jobs of one stage in processes of their own, some at a time, and notes what failed.
+class JobRunner {
+ public:
+  JobRunner(const Stage& stage, const Experiment& experiment, const Cache& cache,
+            std::filesystem::path folder, JobRecords& records);
+
+  /// Those that have no record yet, at most `at_a_time` together.
+  void run(const std::vector<Job>& jobs, int at_a_time);
+
+ private:
+  struct Running {
+    Job job;
+    ChildProcess process;
+  };
+
+  Running start(const Job& job, int threads) const;
+  void start_some(std::deque<Job>& waiting, std::size_t at_a_time);
+  void finish_some();
+  void finish(const Job& job, const ProcessEnd& end);
+  void show(Progress& progress, std::size_t total) const;
+
+  const Stage& stage_;
+  const Experiment& experiment_;
+  const Cache& cache_;
+  std::filesystem::path folder_;
+  JobRecords& records_;
+  std::filesystem::path program_;
+  std::list<Running> running_;
+  std::size_t done_ = 0;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,39 @@
+#include "bench/run/stages.h"
+
+#include <iterator>
+
+#include "bench/run/accuracy_stage.h"
+#include "bench/run/fidelity_stage.h"
+#include "bench/run/ladder_stage.h"
+#include "bench/run/timing_stage.h"
+#include "core/errors.h"
+
+namespace ertbench {
+
+Stages stages_of_run() {
+  Stages stages;
+  stages.push_back(std::make_unique<AccuracyStage>());
+  stages.push_back(std::make_unique<TimingStage>());
+  stages.push_back(std::make_unique<LadderStage>());
+  return stages;
+}
+
+Stages stages_of_fidelity(int scenes) {
+  Stages stages;
+  stages.push_back(std::make_unique<FidelityStage>(scenes));
+  return stages;
+}
+
+std::unique_ptr<Stage> stage_named(const std::string& name, int scenes) {
+  Stages all = stages_of_run();
+  Stages more = stages_of_fidelity(scenes);
+  std::move(more.begin(), more.end(), std::back_inserter(all));
+  std::string names;
+  for (std::unique_ptr<Stage>& stage : all) {
+    if (stage->name() == name) return std::move(stage);
+    names += (names.empty() ? "" : ", ") + stage->name();
+  }
+  throw InputError("no stage is called \"" + name + "\"; there are " + names);
+}
+
+}  // namespace ertbench

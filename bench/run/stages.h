@@ -1,0 +1,22 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bench/run/stage.h"
+
+namespace ertbench {
+
+using Stages = std::vector<std::unique_ptr<Stage>>;
+
+/// The stages of `ertbench run`, each after those whose results it needs.
+Stages stages_of_run();
+/// That of `ertbench fidelity`, on so many scenes of each dataset.
+Stages stages_of_fidelity(int scenes);
+
+/// The stage of this name, whichever command has it. Throws InputError where there is none.
+/// `scenes`: for fidelity.
+std::unique_ptr<Stage> stage_named(const std::string& name, int scenes);
+
+}  // namespace ertbench

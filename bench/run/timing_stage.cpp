@@ -1,0 +1,178 @@
+#include "bench/run/timing_stage.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "bench/record/record_file.h"
+#include "bench/record/timing_record.h"
+#include "bench/run/calibration.h"
+#include "bench/run/fitted_solver.h"
+#include "bench/run/job_records.h"
+#include "bench/run/rows.h"
+#include "core/quantile.h"
+#include "forward/data/dataset_file.h"
+
+namespace ertbench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The frames of one test set, in memory, and a solver to be timed on them.
+class TimedSet {
+ public:
+  TimedSet(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
+           const TimingSettings& timing)
+      : solver_(solver),
+        pixels_(sensor.pixels()),
+        timing_(timing),
+        voltages_(set.voltages(
+            0, std::min<std::uint64_t>(set.size(), static_cast<std::uint64_t>(timing.frames)))),
+        reference_(set.reference_voltages().transpose()) {}
+
+  /// One by one the frames `first` to `last` - 1, again from the beginning where the set has fewer;
+  /// µs each, from the raw voltages to the finished image.
+  std::vector<double> latencies(int first, int last) const {
+    Frames change(1, voltages_.cols());
+    Images image(1, pixels_);
+    const auto one_frame = [&](Eigen::Index frame) {
+      FrameReport report;
+      change = voltages_.row(frame % voltages_.rows()) - reference_;
+      solver_.reconstruct(change, image, {&report, 1});
+    };
+    for (int i = 0; i < timing_.warm_up; ++i) one_frame(first + i);
+    std::vector<double> microseconds;
+    for (int i = first; i < last; ++i) {
+      const Clock::time_point start = Clock::now();
+      one_frame(i);
+      microseconds.push_back(1e6 * seconds_since(start));
+    }
+    return microseconds;
+  }
+
+  /// Of the batches that the round's share of a second has room for, one at least after one as
+  /// warm-up, the median.
+  double frames_per_s() const {
+    Frames batch(timing_.batch, voltages_.cols());
+    Frames changes(timing_.batch, voltages_.cols());
+    Images images(timing_.batch, pixels_);
+    for (Eigen::Index i = 0; i < batch.rows(); ++i) {
+      batch.row(i) = voltages_.row(i % voltages_.rows());
+    }
+    std::vector<FrameReport> reports(static_cast<std::size_t>(timing_.batch));
+    std::vector<double> batch_s;
+    const auto one_batch = [&] {
+      const Clock::time_point start = Clock::now();
+      changes = batch.rowwise() - reference_;
+      std::fill(reports.begin(), reports.end(), FrameReport{});
+      solver_.reconstruct(changes, images, reports);
+      return seconds_since(start);
+    };
+    one_batch();
+    const Clock::time_point begin = Clock::now();
+    do {
+      batch_s.push_back(one_batch());
+    } while (seconds_since(begin) < 1.0 / timing_.rounds && batch_s.size() < 1000);
+    return timing_.batch / median(batch_s);
+  }
+
+ private:
+  const Solver& solver_;
+  int pixels_;
+  const TimingSettings& timing_;
+  Frames voltages_;               ///< [frames, channels] V
+  Eigen::RowVectorXd reference_;  ///< [channels] V
+};
+
+double peak_rss_mb() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace
+
+std::string TimingStage::name() const { return "timing"; }
+
+std::string TimingStage::noun() const { return "round"; }
+
+std::vector<Job> TimingStage::jobs(const Experiment& experiment) const {
+  std::vector<Job> jobs;
+  for (int round = 0; round < experiment.timing.rounds; ++round) {
+    for (const SolverEntry& entry : experiment.solvers) {
+      jobs.push_back(job_of(*this, entry, round));
+    }
+  }
+  return jobs;
+}
+
+std::vector<Job> TimingStage::due(const Experiment& experiment,
+                                  const ExperimentResults& results) const {
+  if (!experiment.timing.enabled) return {};
+  std::vector<Job> due = jobs(experiment);
+  std::erase_if(
+      due, [&](const Job& job) { return results.labels.at(job.entry->label).scored != job.entry; });
+  return due;
+}
+
+std::string TimingStage::key(const Experiment& experiment, const Job& job) const {
+  return timing_key(fit_recipe(experiment, *job.entry), experiment.tests, experiment.timing);
+}
+
+json TimingStage::run(const Job& job, const JobContext& context) const {
+  const Experiment& experiment = context.experiment;
+  const TimingSettings& timing = experiment.timing;
+  const FittedSolver fitted = fitted_solver(fit_recipe(experiment, *job.entry), context.cache,
+                                            context.registry, 1, context.progress_file);
+  const int first = job.round * timing.frames / timing.rounds;
+  const int last = (job.round + 1) * timing.frames / timing.rounds;
+  json record = {{"schema", record_schema}, {"calibration_us", calibration_us()}};
+  for (const DatasetSpec& test : experiment.tests) {
+    const DatasetFile file(context.cache.dataset(test));
+    const TimedSet set(*fitted.solver, file, experiment.sensor, timing);
+    const std::vector<double> latencies = set.latencies(first, last);
+    record["timing"][test.name] = {
+        {"latency_us", latencies}, {"frames_per_s", set.frames_per_s()}, {"batch", timing.batch}};
+  }
+  record["peak_rss_mb"] = peak_rss_mb();
+  return record;
+}
+
+void TimingStage::check(const Experiment&, const json& record) const {
+  timing_record_from_json({record});
+}
+
+void TimingStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,
+                          ExperimentResults& results) const {
+  if (!experiment.timing.enabled) return;
+  for (const std::span<const SolverEntry> entries : experiment.rows()) {
+    std::vector<TimedTrial> trials;
+    for (const SolverEntry& entry : entries) {
+      TimedTrial& trial = trials.emplace_back();
+      trial.entry = &entry;
+      std::vector<json> rounds;
+      for (int round = 0; round < experiment.timing.rounds; ++round) {
+        const Job job = job_of(*this, entry, round);
+        if (const Failure* failure = records.failure(job)) trial.failure = *failure;
+        std::optional<json> record = records.read(job);
+        if (!record) break;
+        rounds.push_back(std::move(*record));
+      }
+      if (std::ssize(rounds) == experiment.timing.rounds) {
+        trial.timing = timing_record_from_json(rounds);
+      }
+    }
+    for (ResultRow& row : results.rows) {
+      if (row.label == entries.front().label) add_times(trials, row);
+    }
+  }
+}
+
+}  // namespace ertbench
