@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/analysis/ladder_results.h"
+#include "bench/experiment/experiment.h"
 #include "bench/run/ladder_run.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
