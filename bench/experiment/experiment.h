@@ -23,7 +23,7 @@ struct TimingSettings {
   int frames = 1000;  ///< timed one by one; at least 662, so that the 99th percentile has meaning
   int warm_up = 20;   ///< frames before the clock counts, in each round
   int batch = 256;    ///< frames in a call when throughput is measured
-  int rounds = 5;     ///< the frames' shares, those of all solvers in turn
+  int rounds = 5;     ///< the frames are shared out among them; solvers take turns
 };
 
 /// An experiment file: what is generated, what is fitted, what is measured.
@@ -48,7 +48,7 @@ struct Experiment {
 
   const DatasetSpec* find_dataset(const std::string& dataset) const;
   std::vector<const DatasetSpec*> datasets() const;  ///< all of them
-  /// The solvers label by label: one each, or all its seeds.
+  /// The entries of each label, which make one row: one entry, or one for each seed.
   std::vector<std::span<const SolverEntry>> rows() const;
 };
 

@@ -23,10 +23,12 @@ struct LadderAxis {
   std::string name;   ///< of files and columns
   std::string title;  ///< for people
   std::string unit;   ///< empty where it has none
-  /// JSON pointers, all given the level's value: into the test set's JSON; of a parameter axis into
-  /// the solver's entry, or behind "train:" into the training set's.
+  /// JSON pointers to the places that are given the level's value. They lead into the test set's
+  /// JSON; on an axis of a parameter into the solver's entry, or, where they begin with "train:",
+  /// into the training set's JSON.
   std::vector<std::string> vary;
-  std::vector<std::pair<std::string, JsonValue>> set;  ///< pointers and values, likewise
+  std::vector<std::pair<std::string, JsonValue>>
+      set;                    ///< other places, with their values at every level
   std::vector<Level> levels;  ///< from the mildest; numbers unless `categories`
   /// Labels of the solvers whose parameter it is, which are fitted anew at each level; empty for an
   /// axis of the scenes, which all solvers climb.
@@ -37,7 +39,7 @@ struct LadderAxis {
   JsonValue spec;            ///< the axis as it stands in the file
 
   bool of_parameter() const { return !solvers.empty(); }
-  bool concerns(const SolverEntry& entry) const;  ///< whether its solver climbs it
+  bool concerns(const SolverEntry& entry) const;  ///< whether the entry's solver climbs this axis
 };
 
 /// The ladders of an experiment: how far each condition may worsen before a solver breaks down.

@@ -4,12 +4,12 @@
 
 namespace ertbench {
 
-/// Of datasets and charts, which become parts of file names: letters, digits, "_" and "-", at most
-/// 60 of them.
+/// Whether it may name a dataset or a chart, whose names become parts of file names: it must be
+/// made of letters, digits, "_" and "-", at most 60 of them.
 bool is_name(std::string_view text);
 
-/// Of solvers: letters, digits, spaces and any of . _ + = , - (at most 60), without a dot at the
-/// start and spaces at the ends. Labels become file names too.
+/// Whether it may label a solver: it must be made of letters, digits, spaces and any of . _ + = , -
+/// (at most 60), with no dot at the start and no spaces at the ends. Labels become file names too.
 bool is_label(std::string_view text);
 
 /// Whether every character may stand in a label.

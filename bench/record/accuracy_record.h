@@ -14,8 +14,8 @@
 
 namespace ertbench {
 
-/// Raised whenever the same images would score otherwise; part of the keys of accuracy and timing. A
-/// metric more needs no other version: the key of what was scored holds the metrics' names.
+/// Raised whenever the same images would score otherwise; part of the keys of accuracy and timing.
+/// A metric more needs no other version: the key of what was scored holds the metrics' names.
 inline constexpr int metrics_version = 1;
 
 /// What one trial did on one test set.

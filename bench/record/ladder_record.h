@@ -21,12 +21,13 @@ struct LadderLevel {
 
   double share() const;  ///< of failing frames; 1 where there are none
   int count(FailureKind kind) const;
-  /// The level for breakdown.h: `frames` of them.
+  /// What failed here, in the form that breakdown.h takes: `frames` frames, all of which failed
+  /// where there was no solver.
   LadderStep step(std::size_t frames) const;
 };
 
-/// A frame to look at: of those that fail most often at the level where the solver breaks down, the
-/// one that fails worst.
+/// A frame to look at, taken from the level where the solver breaks down: of the kind of failure
+/// that is most frequent there, the frame in which it is worst.
 struct WorstFrame {
   Level level;
   int frame = 0;
@@ -36,7 +37,7 @@ struct WorstFrame {
   Eigen::RowVectorXd change;        ///< [pixels] S/m, the image; NaN where it was not finite
 };
 
-/// How one axis went.
+/// What a solver did on one axis.
 struct LadderClimb {
   std::string axis;
   std::vector<LadderLevel> levels;  ///< from the mildest, those of the bisection among them

@@ -35,7 +35,7 @@ class ProgressFile {
   Clock::time_point last_;
 };
 
-/// For a trial that could not do it: it crashed, or was killed.
+/// Removes the file of a trial that could not do so itself, as it crashed or was killed.
 void remove_progress(const std::filesystem::path& file);
 
 /// Nothing where there is no such file, or none that can be read.

@@ -47,7 +47,7 @@ struct ResultRow {
   int frames = 0;
   int undefined_frames = 0;      ///< frames without a usable image
   int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
-  int suspect_frames = 0;  ///< frames that the solver would not trust; in all averages like others
+  int suspect_frames = 0;  ///< frames that the solver would not trust; they are in all averages
   PerMetric<MetricSummary> metrics;
   /// The same on the validation set, where the experiment chooses sizes by it.
   std::optional<PerMetric<MetricSummary>> validation;
@@ -60,8 +60,8 @@ struct ResultRow {
   std::optional<double> fit_s;
   std::optional<double> peak_rss_mb;
   std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
-  std::string family;               ///< rows that differ by one setting share it; else the label
-  JsonValue sweep;                  ///< the values of a sweep; null without one
+  std::string family;  ///< shared by the rows that differ by one setting alone; else the label
+  JsonValue sweep;     ///< the values of a sweep; null without one
 
   bool ok() const { return status == "ok"; }
 };

@@ -13,7 +13,7 @@ class SolverRegistry;
 
 struct FittedSolver {
   std::unique_ptr<Solver> solver;
-  double fit_s = 0;  ///< when it was fitted, now or earlier
+  double fit_s = 0;  ///< what fitting took, now or in an earlier run
 };
 
 /// The recipe's solver from the cache, or fitted and put there: the file first, then its note, both
