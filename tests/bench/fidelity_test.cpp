@@ -126,6 +126,10 @@ TEST_F(FidelityProgram, ResumesAndMakesDamagedRecordsAgain) {
   run("--scenes 12");
   EXPECT_NE(output_.find("fidelity of 2 datasets"), std::string::npos) << output_;
   EXPECT_EQ(json::parse(records().at("test")).at("models").at("auto").at("error").size(), 12u);
+  run("--scenes 12");
+  EXPECT_EQ(output_.find("fidelity of"), std::string::npos) << output_;
+  run("--scenes 12 --fresh");
+  EXPECT_NE(output_.find("fidelity of 2 datasets"), std::string::npos) << output_;
 }
 
 }  // namespace
