@@ -18,6 +18,7 @@
 #include "bench/check/baseline.h"
 #include "bench/check/check_command.h"
 #include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_solvers.h"
 #include "bench/record/cache.h"
 #include "bench/record/records.h"
 #include "bench/record/version.h"
@@ -225,10 +226,11 @@ int fidelity(const Arguments& arguments) {
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
-  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
   const Cache cache = arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache);
-  for (const SolverEntry& entry : experiment.solvers) {
+  for (SolverEntry& entry : experiment.solvers) {
     if (entry.label != arguments.label || entry.seed != arguments.seed) continue;
+    if (const SolverInfo* info = registry.find(entry.type)) describe(entry, *info);
     if (arguments.stage == name_of(Stage::timing)) {
       run_timing_round(experiment, entry, cache, registry, arguments.round, arguments.out);
     } else if (arguments.stage == name_of(Stage::ladders)) {

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace ertbench {
 
@@ -16,6 +17,10 @@ struct SolverEntry {
   /// What rows that differ by a setting share: "family", else the label without a sweep's values.
   std::string family;
   std::string sweep_json;  ///< JSON text of those, `{"alpha": 0.001}`; empty without a sweep
+  /// What the registration of its type says (`describe`); nothing while the plugin of the type is
+  /// not loaded.
+  std::vector<std::string> inference_parameters;  ///< that have no part in the fit
+  bool break_even_reference = false;              ///< what longer fits are held against by default
 
   /// Unique in the experiment, for file names: "dd-ert", "dd-ert.seed2".
   std::string stem() const { return seed ? label + ".seed" + std::to_string(*seed) : label; }
