@@ -39,6 +39,13 @@ Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,
   return out;
 }
 
+ParameterInfo ChannelMask::parameter() {
+  return {
+      "channel_mask",
+      "channels left out of account: \"none\" (the default), a list of electrodes (from 0) whose "
+      "channels are, or \"detect\": in each frame those of its dead electrodes"};
+}
+
 ChannelMask ChannelMask::from_json(JsonObject& object) {
   ChannelMask mask;
   mask.place_ =

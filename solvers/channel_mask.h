@@ -1,17 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "core/json_reader.h"
 #include "forward/sheet/sensor.h"
+#include "solvers/solver.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
-
-/// A set of electrodes, bit e for electrode e; a sensor has at most 64.
-using ElectrodeSet = std::uint64_t;
 
 int size_of(ElectrodeSet electrodes);
 
@@ -26,15 +24,11 @@ std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet maske
 Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,
                                       const std::vector<Eigen::Index>& kept, Eigen::Index pairs);
 
-/// Which channels a solver leaves out of account: `"channel_mask": "none"`, or a list of
-/// electrodes, whose channels have weight zero in every frame, or `"detect"`: in each frame those
-/// of the electrodes that FrameCheck finds dead.
-struct ChannelMask {
-  /// Frames with more dead electrodes than this are suspect even where they are masked.
-  static constexpr int most_detected = 4;
-
-  ElectrodeSet electrodes = 0;
-  bool detect = false;
+/// The parameter "channel_mask" of solvers that can leave channels out of account: `"none"`, or a
+/// list of electrodes, whose channels have weight zero in every frame, or `"detect"`: in each frame
+/// those of its dead electrodes.
+struct ChannelMask : MaskedChannels {
+  static ParameterInfo parameter();
 
   static ChannelMask from_json(JsonObject& object);
   void add_to(nlohmann::json& parameters) const;

@@ -60,7 +60,8 @@ double mean_relative_error(const Images& images, std::span<const FrameReport> re
                            const Images& truths) {
   double sum = 0;
   for (Eigen::Index f = 0; f < truths.rows(); ++f) {
-    const bool undefined = reports[static_cast<std::size_t>(f)].status == FrameStatus::undefined;
+    const bool undefined = reports[static_cast<std::size_t>(f)].status == FrameStatus::undefined ||
+                           !images.row(f).allFinite();
     sum += undefined ? 1 : (images.row(f) - truths.row(f)).norm() / truths.row(f).norm();
   }
   return sum / static_cast<double>(truths.rows());

@@ -30,12 +30,25 @@ enum FrameReason : std::uint8_t {
   out_of_range = 4,    ///< voltages unlike those of any contacts that it was fitted for
 };
 
-/// What a solver says of one frame.
+/// A set of electrodes, bit e for electrode e; a sensor has at most 64.
+using ElectrodeSet = std::uint64_t;
+
+/// What is said of one frame: by the solver `status`, `iterations` and `gap`, by the check of
+/// frames (solvers/check), which the registry puts around every solver, the rest.
 struct FrameReport {
   FrameStatus status = FrameStatus::ok;
   std::uint8_t reasons = 0;  ///< of FrameReason; also of a frame that is ok but had channels masked
   int iterations = 0;        ///< 0 for a solver that does not iterate
   double gap = 0;            ///< relative duality gap where the solver has one, else 0
+  /// The dead electrodes of the frame. Known before the solver is called where it asks for them
+  /// (MaskedChannels::detect).
+  ElectrodeSet dead = 0;
+};
+
+/// Which channels a solver leaves out of account: those that use one of these electrodes.
+struct MaskedChannels {
+  ElectrodeSet electrodes = 0;  ///< in every frame
+  bool detect = false;          ///< in each frame also those of its FrameReport::dead
 };
 
 /// What a solver may learn from. Classical solvers use the sensor and, for parameters given as
@@ -63,6 +76,11 @@ struct FitReport {
 /// or `load` from a file that `save` wrote, then `reconstruct` any number of times. Bad input and
 /// bad configuration throw InputError; a numerical failure is a FrameReport.
 ///
+/// The registry puts a CheckedSolver around every solver, which has the duties that are the same
+/// for all. A solver need not look whether it is fitted, whether frames, images and reports fit
+/// together, whether frames and images are finite, whether a frame is one to trust, and whether a
+/// file is of its type and its sensor.
+///
 /// A complete solver, back projection with the rows of the Jacobian:
 ///
 ///     class BackProjection final : public Solver {
@@ -86,7 +104,8 @@ class Solver {
   /// The parameters in use, with whatever was "auto" replaced by what `fit` chose.
   virtual nlohmann::json parameters() const = 0;
 
-  /// Throws InputError where the parameters do not suit this sensor; called before any work begins.
+  /// Throws InputError where the parameters do not suit this sensor; called before any work begins,
+  /// and before `fit`.
   virtual void check(const Sensor&) const {}
   /// Whether `fit` needs the training set, and the validation set with it.
   virtual bool needs_training() const { return false; }
@@ -101,11 +120,19 @@ class Solver {
   /// Reconstructs all frames, one or many. Const and thread-safe.
   /// `changes` [frames, channels]: V, measured voltages less the reference voltages.
   /// `images` [frames, pixels]: S/m, change from the background, written in place.
-  /// `reports` [frames], default-constructed by the caller.
+  /// `reports` [frames], default-constructed by the caller. A solver writes the status where it is
+  /// not ok, and what else it has to say.
   virtual void reconstruct(FramesView changes, ImagesView images,
                            std::span<FrameReport> reports) const = 0;
+  /// The most frames that `reconstruct` is to be given at a time, few enough that what it computes
+  /// for them stays in the cache; 0: all of them.
+  virtual Eigen::Index block_frames() const { return 0; }
+  /// Channels that `reconstruct` leaves out of account; the check of frames does likewise. Asked
+  /// after `fit` and `load`.
+  virtual MaskedChannels masked_channels() const { return {}; }
 
-  /// Writes what `fit` computed to one file. The caller renames it into place.
+  /// Writes what `fit` computed to one file, in any format; parameters that say how the solver is
+  /// applied (ParameterRole::inference) have no part in it. The caller renames it into place.
   virtual void save(const std::filesystem::path& file) const = 0;
   /// Makes this solver what it was when it was saved. Throws InputError where the file is not one
   /// of this solver's, or for another sensor.

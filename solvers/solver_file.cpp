@@ -1,7 +1,6 @@
 #include "solvers/solver_file.h"
 
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "core/errors.h"
 #include "core/json_reader.h"
@@ -9,53 +8,65 @@
 namespace ertbench {
 namespace {
 
-nlohmann::json parse_attribute(const std::filesystem::path& file, const std::string& name,
-                               const std::string& text) {
+nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
   try {
-    return nlohmann::json::parse(text);
+    return nlohmann::json::parse(file.read_text("/", name));
   } catch (const nlohmann::json::exception&) {
-    throw InputError(file.string() + ": attribute " + name + ": not valid JSON; fit it anew");
+    throw InputError(file.path().string() + ": attribute " + name +
+                     ": not valid JSON; fit it anew");
   }
 }
 
 }  // namespace
 
+void write_owner(Hdf5File& file, const std::string& type, const Sensor& sensor) {
+  file.write_text("/", "solver", type);
+  file.write_text("/", "sensor", to_json(sensor).dump());
+}
+
+void require_owner(const Hdf5File& file, const std::string& type, const Sensor& sensor) {
+  const std::string name = file.path().string();
+  if (const std::string found = file.read_text("/", "solver"); found != type) {
+    throw InputError(name + ": holds a fitted \"" + found + "\", not a \"" + type + "\"");
+  }
+  const nlohmann::json found = json_attribute(file, "sensor");
+  if (sensor_from_json(JsonObject(found, name, "/sensor")) != sensor) {
+    throw InputError(name + ": was fitted for the sensor " + found.dump() + ", asked for is " +
+                     to_json(sensor).dump() + "; fit the solver anew");
+  }
+}
+
 Hdf5File create_solver_file(const std::filesystem::path& file, const std::string& type,
                             const Sensor& sensor, const nlohmann::json& parameters) {
   Hdf5File out = Hdf5File::create(file);
-  out.write_text("/", "solver", type);
+  write_owner(out, type, sensor);
   out.write_number("/", "format_version", solver_file_version);
-  out.write_text("/", "sensor", to_json(sensor).dump());
   out.write_text("/", "parameters", parameters.dump());
   return out;
 }
 
-OpenedSolverFile open_solver_file(const std::filesystem::path& file, const std::string& type,
-                                  const Sensor& sensor) {
+Hdf5File open_solver_file(const std::filesystem::path& file, const std::string& type,
+                          const Sensor& sensor) {
   Hdf5File in = Hdf5File::open(file);
   if (!in.has_attribute("/", "solver") || !in.has_attribute("/", "format_version")) {
     throw InputError(file.string() + ": is not the file of a fitted solver");
   }
-  if (const std::string found = in.read_text("/", "solver"); found != type) {
-    throw InputError(file.string() + ": holds a fitted \"" + found + "\", not a \"" + type + "\"");
-  }
+  require_owner(in, type, sensor);
   if (const double found = in.read_number("/", "format_version"); found != solver_file_version) {
     throw InputError(file.string() + ": has format version " + std::to_string(found) +
                      ", this program reads " + std::to_string(solver_file_version) +
                      "; fit the solver anew");
   }
-  const std::string sensor_text = in.read_text("/", "sensor");
-  const nlohmann::json sensor_json = parse_attribute(file, "sensor", sensor_text);
-  if (sensor_from_json(JsonObject(sensor_json, file.string(), "/sensor")) != sensor) {
-    throw InputError(file.string() + ": was fitted for the sensor " + sensor_text +
-                     ", asked for is " + to_json(sensor).dump() + "; fit the solver anew");
-  }
-  std::string parameters = in.read_text("/", "parameters");
-  return {std::move(in), std::move(parameters)};
+  return in;
 }
 
-nlohmann::json parse_parameters(const OpenedSolverFile& opened) {
-  return parse_attribute(opened.file.path(), "parameters", opened.parameters);
+nlohmann::json parameters_of_fit(const Hdf5File& file) {
+  nlohmann::json parameters = json_attribute(file, "parameters");
+  // Files of earlier versions told how the solver was applied as well.
+  for (const char* name : {"inference_precision", "inference_averaging", "inference_check"}) {
+    if (parameters.is_object()) parameters.erase(name);
+  }
+  return parameters;
 }
 
 }  // namespace ertbench

@@ -10,23 +10,24 @@
 namespace ertbench {
 
 /// The file of a fitted solver. Attributes of the root: `solver` (its type), `format_version`,
-/// `sensor` and `parameters` (JSON text); the solver's arrays are datasets beside them.
+/// `sensor` and `parameters` (JSON text); the solver's arrays are datasets beside them, and in
+/// `/frame_check` what CheckedSolver adds.
 inline constexpr int solver_file_version = 1;
 
 Hdf5File create_solver_file(const std::filesystem::path& file, const std::string& type,
                             const Sensor& sensor, const nlohmann::json& parameters);
 
-struct OpenedSolverFile {
-  Hdf5File file;
-  std::string parameters;  ///< JSON text
-};
-
 /// Opens a file for the solver `type` on `sensor`. Throws InputError where it is not a solver file,
 /// or one of another type, version or sensor.
-OpenedSolverFile open_solver_file(const std::filesystem::path& file, const std::string& type,
-                                  const Sensor& sensor);
+Hdf5File open_solver_file(const std::filesystem::path& file, const std::string& type,
+                          const Sensor& sensor);
 
-/// The parameters as JSON. Throws InputError where the text is not a JSON object.
-nlohmann::json parse_parameters(const OpenedSolverFile& opened);
+/// The parameters of the fit in an opened file. Throws InputError where they are not JSON.
+nlohmann::json parameters_of_fit(const Hdf5File& file);
+
+/// Writes whose fitted solver this is: the attributes `solver` and `sensor`.
+void write_owner(Hdf5File& file, const std::string& type, const Sensor& sensor);
+/// Throws InputError where the file says that it is another solver's, or for another sensor.
+void require_owner(const Hdf5File& file, const std::string& type, const Sensor& sensor);
 
 }  // namespace ertbench

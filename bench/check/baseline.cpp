@@ -30,12 +30,13 @@ json entry_of(const Experiment& experiment, const std::string& label) {
   return json::object();
 }
 
-BaselineRow untrained(const Experiment& experiment, const ResultRow& row) {
+BaselineRow of_one_run(const Experiment& experiment, const ResultRow& row,
+                       std::optional<ImageComparison> images) {
   BaselineRow out;
   out.label = row.label;
   out.dataset = row.dataset;
   out.entry = entry_of(experiment, row.label);
-  out.tolerance = tolerance_of(row, false);
+  out.tolerance = tolerance_of(row, images);
   out.status = row.status;
   out.frames = row.frames;
   out.undefined_frames = row.undefined_frames;
@@ -53,7 +54,6 @@ void add_spread(const ResultRow& row, std::span<const ResultRow> spread, Baselin
   if (found == spread.end() || found->seeds->values.size() < least_seeds) {
     throw std::invalid_argument("row " + row.label + ": its training seeds are too few");
   }
-  out.tolerance = tolerance_of(row, true);
   out.seeds = found->seeds->values;
   for (const Metric metric : kMetrics) {
     out.metrics[metric].clear();
@@ -95,20 +95,25 @@ const BaselineRow* Baseline::find(const ResultRow& row) const {
   return found == rows.end() ? nullptr : &*found;
 }
 
-std::set<std::string> trained_labels(const Experiment& experiment, SolverRegistry& registry) {
-  std::set<std::string> labels;
+Comparisons comparisons_of(const Experiment& experiment, SolverRegistry& registry) {
+  Comparisons out;
   for (const SolverEntry& entry : experiment.solvers) {
     const SolverInfo* info = registry.find(entry.type);
-    if (!info) continue;
-    const bool has_seed = std::any_of(info->parameters.begin(), info->parameters.end(),
-                                      [](const ParameterInfo& p) { return p.name == "seed"; });
-    if (has_seed) labels.insert(entry.label);
+    out[entry.label] = info ? info->comparison : ImageComparison::rounding;
+  }
+  return out;
+}
+
+std::set<std::string> trained_labels(const Comparisons& comparisons) {
+  std::set<std::string> labels;
+  for (const auto& [label, images] : comparisons) {
+    if (images == ImageComparison::seeds) labels.insert(label);
   }
   return labels;
 }
 
 Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
-                       const std::set<std::string>& trained, std::span<const ResultRow> spread) {
+                       const Comparisons& comparisons, std::span<const ResultRow> spread) {
   Baseline baseline;
   baseline.experiment = experiment.name;
   json machine = machine_provenance();
@@ -117,8 +122,10 @@ Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> 
   baseline.provenance = std::move(machine);
   baseline.datasets = datasets_of(experiment);
   for (const ResultRow& row : rows) {
-    baseline.rows.push_back(untrained(experiment, row));
-    if (trained.count(row.label)) add_spread(row, spread, baseline.rows.back());
+    const auto found = comparisons.find(row.label);
+    const auto images = found == comparisons.end() ? std::nullopt : std::optional(found->second);
+    baseline.rows.push_back(of_one_run(experiment, row, images));
+    if (images == ImageComparison::seeds) add_spread(row, spread, baseline.rows.back());
   }
   return baseline;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -59,17 +60,21 @@ struct Baseline {
   const BaselineRow* find(const ResultRow& row) const;
 };
 
-/// Labels of the rows whose solvers are trained: they declare a parameter "seed".
-std::set<std::string> trained_labels(const Experiment& experiment, SolverRegistry& registry);
+/// How the images of the rows of each label are compared, as the solver's registration says.
+using Comparisons = std::map<std::string, ImageComparison>;
+Comparisons comparisons_of(const Experiment& experiment, SolverRegistry& registry);
+
+/// Labels of the rows that are compared by seeds: their solvers are trained.
+std::set<std::string> trained_labels(const Comparisons& comparisons);
 
 /// Fewer say nothing about the spread of a trained solver.
 inline constexpr int least_seeds = 3;
 
-/// A baseline of these results. `spread`: rows of the labels in `trained` over at least
-/// `least_seeds` seeds; the other numbers are those in `rows`. Throws std::invalid_argument where a
+/// A baseline of these results. `spread`: rows of the trained labels over at least `least_seeds`
+/// seeds; the other numbers are those in `rows`. Throws std::invalid_argument where a
 /// trained row has no spread.
 Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
-                       const std::set<std::string>& trained, std::span<const ResultRow> spread);
+                       const Comparisons& comparisons, std::span<const ResultRow> spread);
 
 /// Where what determines the results is not what it was, "/datasets/test/count was 200 and is 100":
 /// the datasets, or the entry of a solver that stands in both. Empty where nothing changed.

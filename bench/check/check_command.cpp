@@ -57,11 +57,11 @@ class Check {
     }
     const Cache cache = run();
     if (failures_ > 0) return refuse("a trial failed");
-    const std::set<std::string> trained = trained_labels(experiment_, registry_);
-    const auto spread = spread_of(trained, cache);
+    const Comparisons comparisons = comparisons_of(experiment_, registry_);
+    const auto spread = spread_of(trained_labels(comparisons), cache);
     if (!spread) return refuse("a training failed");
     const std::vector<CheckLine> stored = stored_networks();
-    const Baseline baseline = make_baseline(experiment_, rows_, trained, *spread);
+    const Baseline baseline = make_baseline(experiment_, rows_, comparisons, *spread);
     if (file_.has_parent_path()) fs::create_directories(file_.parent_path());
     write_file_atomically(file_, to_json_text(baseline));
     std::vector<CheckLine> lines = stored;

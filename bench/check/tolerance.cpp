@@ -20,7 +20,7 @@ constexpr ToleranceClass classes[] = {ToleranceClass::exact, ToleranceClass::lin
                                       ToleranceClass::interior_point, ToleranceClass::seeds};
 
 /// A gap leaves the image within about sqrt(gap) of the optimum, as the objective grows with the
-/// square of the distance; within a third of that where it was measured (Pdipm). The means over the
+/// square of the distance; within a third of that where it was measured (pdipm). The means over the
 /// frames of the quick experiment differ by up to 2e-4 between gaps of 1e-4 and 1e-8, and by 4e-13
 /// between builds with and without FMA and AVX: a tenth of sqrt(gap), 1e-3 for the default, has
 /// room for test sets of few frames.
@@ -77,11 +77,16 @@ ToleranceClass tolerance_class_from_name(const std::string& name) {
   throw std::invalid_argument("no class of tolerances is called \"" + name + "\"");
 }
 
-Tolerance tolerance_of(const ResultRow& row, bool trained) {
-  if (trained) return {ToleranceClass::seeds, stored_image_tolerance};
-  if (row.type == "truth" || row.type == "no-contact") return {ToleranceClass::exact, rounding};
-  if (row.type == "pdipm") return {ToleranceClass::interior_point, of_duality_gap(row)};
-  return {ToleranceClass::linear, linear_images};
+Tolerance tolerance_of(const ResultRow& row, std::optional<ImageComparison> images) {
+  if (!images) return {ToleranceClass::exact, rounding};
+  switch (*images) {
+    case ImageComparison::seeds:
+      return {ToleranceClass::seeds, stored_image_tolerance};
+    case ImageComparison::duality_gap:
+      return {ToleranceClass::interior_point, of_duality_gap(row)};
+    default:
+      return {ToleranceClass::linear, linear_images};
+  }
 }
 
 double centre_of(std::span<const double> values) { return mean(values); }

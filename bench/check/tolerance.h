@@ -7,6 +7,7 @@
 
 #include "bench/record/result_row.h"
 #include "bench/score/metrics.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
 
@@ -14,8 +15,8 @@ namespace ertbench {
 enum class ToleranceClass {
   /// The truth and the image of nothing, which no solver has touched: the rounding of the metrics.
   exact,
-  /// An image that is a fixed matrix times the frame, or any other solver without a training seed:
-  /// FMA and other kernels change the last bits of voltages and matrix, and the means by 1e-15 to
+  /// An image that depends on the frame as on a fixed matrix (ImageComparison::rounding): FMA and
+  /// other kernels change the last bits of voltages and matrix, and the means by 1e-15 to
   /// 1e-13. A parameter "auto" keeps its value to 1e-14: the errors that its choice compares are
   /// further apart.
   linear,
@@ -40,8 +41,9 @@ struct Tolerance {
   bool operator==(const Tolerance&) const = default;
 };
 
-/// What the row's numbers are held to; `trained`: it depends on a training seed.
-Tolerance tolerance_of(const ResultRow& row, bool trained);
+/// What the row's numbers are held to; `images`: how those of its solver are compared, none where
+/// no solver has touched them.
+Tolerance tolerance_of(const ResultRow& row, std::optional<ImageComparison> images);
 
 /// The mean over frames of one metric, as the baseline has it.
 struct BaselineMean {

@@ -18,6 +18,7 @@
 #include "bench/check/baseline.h"
 #include "bench/check/check_command.h"
 #include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_solvers.h"
 #include "bench/record/cache.h"
 #include "bench/record/version.h"
 #include "bench/run/datasets.h"
@@ -222,7 +223,7 @@ int fidelity(const Arguments& arguments) {
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
-  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
   const Cache cache = arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache);
   run_trial(*stage_named(arguments.stage, arguments.scenes), arguments.job, experiment, cache,
             registry, arguments.threads, arguments.out);

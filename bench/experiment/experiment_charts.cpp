@@ -114,7 +114,7 @@ void read_speed_accuracy(JsonObject& object, const Experiment& experiment, Chart
       const SolverEntry& entry = trials.front();
       const bool shown =
           std::find(chart.labels.begin(), chart.labels.end(), entry.label) != chart.labels.end();
-      if (entry.type != "one-step-gn" || !shown) continue;
+      if (!entry.break_even_reference || !shown) continue;
       chart.break_even_against = {entry.label};
       break;
     }

@@ -40,8 +40,7 @@ std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string&
   if (entry.value().contains("seed")) {
     entry.fail("seeds", "stands beside \"seed\"; remove one of the two");
   }
-  if (info && std::none_of(info->parameters.begin(), info->parameters.end(),
-                           [](const ParameterInfo& p) { return p.name == "seed"; })) {
+  if (info && !info->has_seed()) {
     entry.fail("seeds", type + " has no training seed; remove it");
   }
   std::vector<std::optional<int>> seeds;
@@ -104,7 +103,7 @@ class EntryReader {
     const std::vector<std::string> types = registry_.types();
     const bool known = std::find(types.begin(), types.end(), type_) != types.end();
     const bool check = check_ == SolverCheck::all;
-    const SolverInfo* info = check ? registry_.find(type_) : nullptr;
+    const SolverInfo* info = check ? registry_.find(type_) : registry_.find_loaded(type_);
     const std::vector<std::optional<int>> seeds = read_seeds(object_, type_, info);
     std::vector<SolverEntry> entries;
     for (const SweepPoint& point : read_sweep(object_, info)) {
@@ -112,6 +111,7 @@ class EntryReader {
         SolverEntry entry = make(point, seeds[s]);
         entry.family = family;
         entry.label = label + point.label;
+        if (info) describe(entry, *info);
         // Unknown types are refused here; a plugin that is absent is its trial's failure.
         if (check && (!known || info)) check_solver(entry, moved(point, s), experiment_, registry_);
         entries.push_back(std::move(entry));
@@ -158,6 +158,16 @@ class EntryReader {
 };
 
 }  // namespace
+
+void describe(SolverEntry& entry, const SolverInfo& info) {
+  entry.inference_parameters.clear();
+  for (const ParameterInfo& parameter : info.parameters) {
+    if (parameter.role == ParameterRole::inference) {
+      entry.inference_parameters.push_back(parameter.name);
+    }
+  }
+  entry.break_even_reference = info.break_even_reference;
+}
 
 std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
                                       SolverRegistry& registry, SolverCheck check) {

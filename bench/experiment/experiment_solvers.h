@@ -9,6 +9,7 @@ namespace ertbench {
 class JsonObject;
 class SolverRegistry;
 struct Experiment;
+struct SolverInfo;
 enum class SolverCheck;
 
 /// Reads "solvers" of an experiment file, in which an entry with "seeds" or a "sweep" becomes
@@ -16,5 +17,9 @@ enum class SolverCheck;
 /// already. Throws InputError.
 std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
                                       SolverRegistry& registry, SolverCheck check);
+
+/// Fills in what the registration of the entry's type says. read_solvers does so where it needs no
+/// plugin to be loaded for that, and, as it checks the solvers, of all.
+void describe(SolverEntry& entry, const SolverInfo& info);
 
 }  // namespace ertbench

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/json_value.h"
 
@@ -21,6 +22,10 @@ struct SolverEntry {
   /// entry's label without the values of a sweep.
   std::string family;
   JsonValue sweep;  ///< those values, `{"alpha": 0.001}`; null without a sweep
+  /// What the registration of its type says (`describe`); nothing while the plugin of the type is
+  /// not loaded.
+  std::vector<std::string> inference_parameters;  ///< that have no part in the fit
+  bool break_even_reference = false;              ///< what longer fits are held against by default
 
   /// Unique in the experiment, for file names: "dd-ert", "dd-ert.seed2".
   std::string stem() const { return seed ? label + ".seed" + std::to_string(*seed) : label; }

@@ -35,9 +35,7 @@ std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
 nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
   nlohmann::json solver = *recipe.entry.spec;
   solver.erase("label");
-  for (auto item = solver.begin(); item != solver.end();) {
-    item = item.key().starts_with("inference_") ? solver.erase(item) : std::next(item);
-  }
+  for (const std::string& name : entry.inference_parameters) solver.erase(name);
   nlohmann::json key = {{"format_version", solver_file_version},
                         {"solver", solver},
                         {"sensor", to_json(recipe.sensor)}};

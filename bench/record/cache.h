@@ -14,7 +14,7 @@ std::string hash_of(const std::string& text);
 /// Where datasets and fitted solvers are kept, under a hash of everything that determines them: the
 /// canonical JSON with every default filled in, seeds and format versions. Two experiments that
 /// name the same training set share it, and whatever was fitted to it; so do solvers that differ
-/// only in how they are applied (parameters that begin with "inference_").
+/// only in how they are applied (ParameterRole::inference).
 class Cache {
  public:
   /// $ERTBENCH_CACHE, else the folder `cache` beside the experiments.

@@ -9,8 +9,9 @@ namespace ertbench {
 
 /// What `ertbench trial` does, in a process of its own: runs the stage's job of this name and
 /// writes its record into the result folder; meanwhile its progress stands beside it. Throws
-/// InputError where the stage has no such job.
-void run_trial(const Stage& stage, const std::string& job, const Experiment& experiment,
+/// InputError where the stage has no such job. The entry of the job's solver is described
+/// (experiment_solvers.h); those of the others need not be, and their plugins are not loaded.
+void run_trial(const Stage& stage, const std::string& job, Experiment& experiment,
                const Cache& cache, SolverRegistry& registry, int threads,
                const std::filesystem::path& folder);
 

@@ -59,9 +59,9 @@ const Frames& frames() {
 }
 
 /// Fitted with a single step, once a process.
-const LearnedSolver& fitted(const NetworkKind& kind) {
-  static std::map<std::string, std::unique_ptr<LearnedSolver>> known;
-  std::unique_ptr<LearnedSolver>& solver = known[kind.name];
+const Solver& fitted(const NetworkKind& kind) {
+  static std::map<std::string, std::unique_ptr<Solver>> known;
+  std::unique_ptr<Solver>& solver = known[kind.name];
   if (!solver) {
     const TemporaryFolder folder("timing");
     generate_dataset(discs("train", 32), folder / "train.h5");
@@ -97,7 +97,7 @@ void compare(benchmark::State& state, const NetworkKind& kind, std::int64_t batc
 }
 
 void reconstruct(benchmark::State& state, const NetworkKind& kind) {
-  const LearnedSolver& solver = fitted(kind);
+  const Solver& solver = fitted(kind);
   start_torch(1);
   const Eigen::Index batch = state.range(0);
   Images images(batch, Sensor{}.pixels());

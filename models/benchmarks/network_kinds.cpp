@@ -6,6 +6,7 @@
 #include "models/networks/fcnn.h"
 #include "models/solvers/solvers.h"
 #include "models/training/adversarial_objective.h"
+#include "solvers/check/checked_solver.h"
 
 namespace ertbench {
 namespace {
@@ -19,8 +20,9 @@ std::unique_ptr<Objective> adversarial(bool bfloat16) {
 }
 
 template <typename Learned>
-std::unique_ptr<LearnedSolver> solver(json training) {
-  return std::make_unique<Learned>(JsonObject(training, "benchmark", ""));
+std::unique_ptr<Solver> solver(json training) {
+  const SolverInfo info = {"", {}, make_from_json<Learned>};
+  return CheckedSolver::make(Learned::type, info, JsonObject(training, "benchmark", ""));
 }
 
 template <int convolutions>
@@ -29,7 +31,7 @@ std::shared_ptr<Network> dd_ert() {
 }
 
 template <int convolutions>
-std::unique_ptr<LearnedSolver> dd_ert_solver(json training) {
+std::unique_ptr<Solver> dd_ert_solver(json training) {
   training["convolutions"] = convolutions;
   training["initialisation"] = "random";
   return solver<DdErtSolver>(training);

@@ -17,8 +17,8 @@ struct NetworkKind {
   /// The network with random weights, for the default sensor.
   std::shared_ptr<Network> (*network)();
   std::unique_ptr<Objective> (*objective)(bool bfloat16);
-  /// The solver, not fitted. `training` has the settings of its training.
-  std::unique_ptr<LearnedSolver> (*solver)(nlohmann::json training);
+  /// The solver as the registry makes it, not fitted. `training` has the settings of its training.
+  std::unique_ptr<Solver> (*solver)(nlohmann::json training);
 };
 
 /// fcnn, dcnn, eit-nn, dd-ert with its default of two convolutions in a block, and with the one of

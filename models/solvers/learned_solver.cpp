@@ -7,7 +7,6 @@
 #include "core/json_reader.h"
 #include "forward/data/dataset_file.h"
 #include "models/networks/torch_runtime.h"
-#include "solvers/check_shapes.h"
 
 namespace ertbench {
 namespace {
@@ -37,14 +36,13 @@ torch::Tensor tensor_of(const Eigen::VectorXd& values) {
       .clone();
 }
 
-/// In a file from before there was one: the check of electrodes that read zero alone.
-FrameCheck frame_check_of(InputArchive& archive, const Sensor& sensor) {
+/// Empty in a file from before there was a check.
+Eigen::VectorXd frame_check_of(InputArchive& archive) {
   torch::Tensor tensor;
-  if (!archive.try_read("frame_check", tensor)) return FrameCheck(sensor, 0);
+  if (!archive.try_read("frame_check", tensor)) return {};
   if (tensor.dtype() != torch::kFloat64) throw std::runtime_error("frame_check has another type");
   const torch::Tensor values = tensor.contiguous();
-  return FrameCheck(sensor, 0,
-                    Eigen::Map<const Eigen::VectorXd>(values.data_ptr<double>(), values.numel()));
+  return Eigen::Map<const Eigen::VectorXd>(values.data_ptr<double>(), values.numel());
 }
 
 const DatasetFile& required(const DatasetFile* set, const std::string& type, const char* name,
@@ -71,10 +69,6 @@ void copy_weights(const Network& from, Network& to) {
 
 }  // namespace
 
-void LearnedSolver::read_check(JsonObject& object) {
-  check_frames_ = object.boolean_or("inference_check", true);
-}
-
 void LearnedSolver::read_inference(JsonObject& object) {
   bfloat16_inference_ =
       object.choice_or("inference_precision", "float32", {"float32", "bfloat16"}) == "bfloat16";
@@ -83,7 +77,6 @@ void LearnedSolver::read_inference(JsonObject& object) {
 json LearnedSolver::parameters() const {
   json out = settings();
   if (bfloat16_inference_) out["inference_precision"] = "bfloat16";
-  if (!check_frames_) out["inference_check"] = false;
   out.update(to_json(training_));
   if (!result_.is_null()) out["training"] = result_;
   return out;
@@ -99,7 +92,6 @@ void LearnedSolver::fit(const FitInput& input) {
   const DatasetFile& validation = required(input.validation, type_, "validation", input.sensor);
   if (training.size() < 2)
     throw InputError(training.path().string() + ": needs two scenes or more");
-  check(input.sensor);
   if (training_.faults.dead_electrodes.second > input.sensor.electrode_count - 5) {
     throw InputError(type_ +
                      ": /training_faults/dead_electrodes: must leave five electrodes of the " +
@@ -119,7 +111,6 @@ void LearnedSolver::fit(const FitInput& input) {
   result_ = to_json(result);
   result_["scenes"] = training.size();
   result_["runtime"] = runtime;
-  frame_check_ = FrameCheck(input, 0);
   freeze(input.sensor, network);
 }
 
@@ -136,32 +127,16 @@ void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> networ
 }
 
 void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
-                                std::span<FrameReport> reports) const {
-  check_shapes(sensor_, graph_.has_value(), changes, images, reports);
+                                std::span<FrameReport>) const {
   const OneThread one_thread;
-  const Eigen::Index block = block_frames();
-  for (Eigen::Index first = 0; first < changes.rows(); first += block) {
-    const Eigen::Index count = std::min(block, changes.rows() - first);
-    const torch::Tensor y =
-        graph_->run(standardisation_.apply(changes.middleRows(first, count))).contiguous();
-    using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    images.middleRows(first, count) =
-        -sensor_.background *
-        Eigen::Map<const FloatRows>(y.data_ptr<float>(), count, images.cols()).cast<double>();
-  }
-  for (Eigen::Index f = 0; f < images.rows(); ++f) {
-    FrameReport& report = reports[static_cast<std::size_t>(f)];
-    // ReLU makes zero of NaN: a frame that is not finite could pass for a touch.
-    if (!changes.row(f).allFinite() || !images.row(f).allFinite()) {
-      report.status = FrameStatus::undefined;
-    } else if (check_frames_) {
-      FrameCheck::report(frame_check_.judge(changes.row(f).data()), false, report);
-    }
-  }
+  const torch::Tensor y = graph_->run(standardisation_.apply(changes)).contiguous();
+  using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  images =
+      -sensor_.background *
+      Eigen::Map<const FloatRows>(y.data_ptr<float>(), images.rows(), images.cols()).cast<double>();
 }
 
 void LearnedSolver::save(const std::filesystem::path& file) const {
-  if (!network_) throw std::logic_error("a solver was saved before it was fitted");
   json parameters = settings();
   parameters.update(to_json(training_));
   const json description = {{"solver", type_},
@@ -173,7 +148,7 @@ void LearnedSolver::save(const std::filesystem::path& file) const {
   archive.write("ertbench", torch::IValue(description.dump()));
   archive.write("mean", tensor_of(standardisation_.mean));
   archive.write("scale", tensor_of(standardisation_.scale));
-  archive.write("frame_check", tensor_of(frame_check_.packed()));
+  archive.write("frame_check", tensor_of(frame_check_));
   OutputArchive network;
   network_->save(network);
   archive.write("network", network);
@@ -182,7 +157,6 @@ void LearnedSolver::save(const std::filesystem::path& file) const {
 
 void LearnedSolver::load(const std::filesystem::path& file, const Sensor& sensor) {
   const std::string name = file.string();
-  if (!std::filesystem::exists(file)) throw InputError(name + ": there is no such file");
   InputArchive archive;
   json description;
   try {
@@ -216,7 +190,7 @@ void LearnedSolver::load(const std::filesystem::path& file, const Sensor& sensor
     network->load(weights);
     standardisation_.mean = row_of(archive, "mean", sensor.channels());
     standardisation_.scale = row_of(archive, "scale", sensor.channels());
-    frame_check_ = frame_check_of(archive, sensor);
+    frame_check_ = frame_check_of(archive);
     result_ = description.at("training");
     fit_report();  // throws where it is not what a training reports
     freeze(sensor, network);

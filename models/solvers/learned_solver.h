@@ -8,7 +8,7 @@
 #include "models/networks/frozen_graph.h"
 #include "models/training/objective.h"
 #include "models/training/trainer.h"
-#include "solvers/check/frame_check.h"
+#include "solvers/keeps_frame_check.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -19,7 +19,7 @@ namespace ertbench {
 /// `fit` needs a training and a validation set. The fitted file is a torch archive: the network's
 /// weights, the standardisation, the check of frames, and under "ertbench" a JSON text with type,
 /// version, sensor, parameters and what the training reported.
-class LearnedSolver : public Solver {
+class LearnedSolver : public Solver, public KeepsFrameCheck {
  public:
   /// The settings and, once fitted, under "training" how that went.
   nlohmann::json parameters() const final;
@@ -31,6 +31,10 @@ class LearnedSolver : public Solver {
                    std::span<FrameReport> reports) const final;
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
+  void keep_frame_check(const Eigen::VectorXd& numbers) final { frame_check_ = numbers; }
+  const Eigen::VectorXd& kept_frame_check() const final { return frame_check_; }
+  /// Few enough that the maps of convolutions stay in the cache.
+  Eigen::Index block_frames() const override { return 64; }
 
  protected:
   explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
@@ -39,18 +43,12 @@ class LearnedSolver : public Solver {
   virtual void read(JsonObject object) = 0;
   virtual nlohmann::json settings() const = 0;
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
-  /// Reads "inference_check": whether FrameCheck judges the frames.
-  void read_check(JsonObject& object);
   /// Reads "inference_precision", for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
   void read_inference(JsonObject& object);
   /// Overwrites what the network's constructor drew at random.
   virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
   virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;
-
-  /// Frames that go through the network at a time: few enough that the maps of convolutions stay in
-  /// the cache.
-  virtual Eigen::Index block_frames() const { return 64; }
 
   TrainingSettings training_;
 
@@ -59,8 +57,7 @@ class LearnedSolver : public Solver {
 
   std::string type_;
   bool bfloat16_inference_ = false;
-  bool check_frames_ = true;
-  FrameCheck frame_check_;
+  Eigen::VectorXd frame_check_;  ///< its numbers; empty where there are none
   Sensor sensor_;
   Standardisation standardisation_;
   std::shared_ptr<Network> network_;  ///< null before fit or load

@@ -6,15 +6,11 @@
 namespace ertbench {
 namespace {
 
-template <typename Learned>
-std::unique_ptr<Solver> make_solver(JsonObject object) {
-  return std::make_unique<Learned>(std::move(object));
-}
-
 /// `own` and the parameters that all trainings share.
 std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
   const std::vector<ParameterInfo> shared = {
-      {"seed", "of first weights, order and noise, 0 ... 2147483647; default 1"},
+      {"seed", "of first weights, order and noise, 0 ... 2147483647; default 1",
+       ParameterRole::seed},
       {"epochs", "passes over the training set, at most; default 20"},
       {"batch", "scenes a step, 2 ... 65536; default 32 (dd-ert: 16)"},
       {"learning_rate", "of Adam, its largest, > 0; default 0.002 (dd-ert: 0.004)"},
@@ -38,13 +34,16 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
        "\"dead_reading\": \"zero\" or \"floating\", \"gain_error\": [0, 0.1], \"offset\": [0, "
        "0.01]}, "
        "sizes uniform in these intervals; default none"},
-      {"fault_share", "of the training frames have them, above 0 ... 1; default 0.5"},
-      {"inference_check",
-       "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
-       "suspect; "
-       "default true"}};
+      {"fault_share", "of the training frames have them, above 0 ... 1; default 0.5"}};
   own.insert(own.end(), shared.begin(), shared.end());
   return own;
+}
+
+/// `parameters`: without those of the training.
+template <typename Learned>
+void add(SolverRegistry& registry, std::string summary, std::vector<ParameterInfo> parameters) {
+  registry.add(Learned::type, {std::move(summary), with_training(std::move(parameters)),
+                               make_from_json<Learned>, ImageComparison::seeds});
 }
 
 }  // namespace
@@ -54,45 +53,39 @@ extern "C" int ertbench_solver_interface() { return ertbench::solver_interface_v
 
 extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
   using namespace ertbench;
-  registry.add(FcnnSolver::type,
-               {"fully connected network, mean squared error",
-                with_training({{"widths", "of the hidden layers; default [2304, 576, 576]"},
-                               {"inference_precision",
-                                "of the frozen network that images frames, \"float32\" (the "
-                                "default) or \"bfloat16\": faster in batches"}}),
-                make_solver<FcnnSolver>});
-  registry.add(DcnnSolver::type,
-               {"convolutional network on the drive x measurement map, mean squared error",
-                with_training({{"widths", "channels of the three levels; default [64, 128, 256]"}}),
-                make_solver<DcnnSolver>});
-  registry.add(
-      EitNnSolver::type,
-      {"EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
-       with_training(
-           {{"dense_widths", "the last is the number of pixels; default [2304, 576, 576]"},
-            {"channels", "of the two convolutions; default [32, 64]"},
-            {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
-            {"sensitivity_lambda",
-             "regularisation of that blur, > 0 or \"auto\" (the default), V per S/m"}}),
-       make_solver<EitNnSolver>});
-  registry.add(
-      DdErtSolver::type,
-      {"DD-ERT (Zheng et al.): dense layer from the sensitivity, U-Net with spatial attention, "
-       "trained against a PatchGAN discriminator (B1-B7)",
-       with_training(
-           {{"width", "feature maps of the U-Net at full resolution; default 24"},
-            {"convolutions", "in each block; default 2"},
-            {"attention", "on the two coarsest maps (B2); default true"},
-            {"initialisation", "of the dense layer: \"physics\" (the default) or \"random\""},
-            {"train_dense", "whether that layer is trained; default true"},
-            {"content_loss", "\"l1\" (B3; the default) or \"mse\" (B6)"},
-            {"alpha", "weight of the adversarial term, 0: no discriminator; default 0.001"},
-            {"beta", "weight of the mask term (B5); default 0.1"},
-            {"adversarial_form",
-             "\"minimax\" (B4; the default), \"non-saturating\" or \"least-squares\""},
-            {"discriminator_rate",
-             "learning rate of the discriminator over that of the generator, > 0; default 0.1"},
-            {"mask_threshold", "y from which a pixel is in a contact; default 0.05"},
-            {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}}),
-       make_solver<DdErtSolver>});
+  add<FcnnSolver>(registry, "fully connected network, mean squared error",
+                  {{"widths", "of the hidden layers; default [2304, 576, 576]"},
+                   {"inference_precision",
+                    "of the frozen network that images frames, \"float32\" (the default) or "
+                    "\"bfloat16\": faster in batches",
+                    ParameterRole::inference}});
+  add<DcnnSolver>(registry,
+                  "convolutional network on the drive x measurement map, mean squared error",
+                  {{"widths", "channels of the three levels; default [64, 128, 256]"}});
+  add<EitNnSolver>(
+      registry,
+      "EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
+      {{"dense_widths", "the last is the number of pixels; default [2304, 576, 576]"},
+       {"channels", "of the two convolutions; default [32, 64]"},
+       {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
+       {"sensitivity_lambda",
+        "regularisation of that blur, > 0 or \"auto\" (the default), V per S/m"}});
+  add<DdErtSolver>(
+      registry,
+      "DD-ERT (Zheng et al.): dense layer from the sensitivity, U-Net with spatial attention, "
+      "trained against a PatchGAN discriminator (B1-B7)",
+      {{"width", "feature maps of the U-Net at full resolution; default 24"},
+       {"convolutions", "in each block; default 2"},
+       {"attention", "on the two coarsest maps (B2); default true"},
+       {"initialisation", "of the dense layer: \"physics\" (the default) or \"random\""},
+       {"train_dense", "whether that layer is trained; default true"},
+       {"content_loss", "\"l1\" (B3; the default) or \"mse\" (B6)"},
+       {"alpha", "weight of the adversarial term, 0: no discriminator; default 0.001"},
+       {"beta", "weight of the mask term (B5); default 0.1"},
+       {"adversarial_form",
+        "\"minimax\" (B4; the default), \"non-saturating\" or \"least-squares\""},
+       {"discriminator_rate",
+        "learning rate of the discriminator over that of the generator, > 0; default 0.1"},
+       {"mask_threshold", "y from which a pixel is in a contact; default 0.05"},
+       {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}});
 }

@@ -17,15 +17,14 @@ class FcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "fcnn";
   explicit FcnnSolver(JsonObject object) : LearnedSolver(type) {
-    read_check(object);
     read_inference(object);
     read(std::move(object));
   }
   void check(const Sensor&) const override {}
-
- private:
   /// Without maps what counts is how often the weights are read.
   Eigen::Index block_frames() const override { return 256; }
+
+ private:
   void read(JsonObject object) override;
   nlohmann::json settings() const override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
@@ -37,10 +36,7 @@ class FcnnSolver final : public LearnedSolver {
 class DcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dcnn";
-  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) {
-    read_check(object);
-    read(std::move(object));
-  }
+  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
@@ -55,10 +51,7 @@ class DcnnSolver final : public LearnedSolver {
 class EitNnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "eit-nn";
-  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) {
-    read_check(object);
-    read(std::move(object));
-  }
+  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
@@ -76,10 +69,7 @@ class EitNnSolver final : public LearnedSolver {
 class DdErtSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dd-ert";
-  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) {
-    read_check(object);
-    read(std::move(object));
-  }
+  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:

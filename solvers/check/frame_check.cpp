@@ -265,8 +265,9 @@ ElectrodeSet FrameCheck::fewest(ElectrodeSet dead) const {
 
 void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report) {
   report.reasons = verdict.reasons;
+  report.dead = verdict.dead;
   int against = verdict.reasons;
-  if (masked && size_of(verdict.dead) <= ChannelMask::most_detected) against &= ~dead_electrode;
+  if (masked && size_of(verdict.dead) <= most_masked) against &= ~dead_electrode;
   if (against != 0 && report.status == FrameStatus::ok) report.status = FrameStatus::suspect;
 }
 

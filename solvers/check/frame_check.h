@@ -31,6 +31,9 @@ namespace ertbench {
 /// With fewer than 100 frames, or none, only electrodes that read zero are found.
 class FrameCheck {
  public:
+  /// Frames with more dead electrodes than this are suspect even where they are masked.
+  static constexpr int most_masked = 4;
+
   struct Verdict {
     std::uint8_t reasons = 0;  ///< of FrameReason
     /// The fewest electrodes that explain it: between two dead ones a third cannot be told from

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <vector>
 
-#include "core/json_reader.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
 
@@ -12,8 +13,9 @@ struct LinearInference {
   /// "inference_averaging": whether the two channels of a reciprocal pair are added before the
   /// product, which halves the matrix and changes nothing but rounding.
   bool averaging = true;
-  bool check = true;  ///< "inference_check": whether FrameCheck judges the frames
 
+  /// For the solver's registration.
+  static std::vector<ParameterInfo> registered();
   static LinearInference from_json(JsonObject& object);
   void add_to(nlohmann::json& parameters) const;
 };

@@ -7,9 +7,6 @@
 
 #include "core/hdf5_file.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/check/frame_check_file.h"
-#include "solvers/check_shapes.h"
-#include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
@@ -17,8 +14,6 @@ namespace {
 // What one frame keeps on the stack.
 constexpr Eigen::Index stack_inputs = 256;
 constexpr Eigen::Index stack_pixels = 1024;
-/// Frames multiplied at a time: their images stay in the second-level cache.
-constexpr Eigen::Index block_frames = 256;
 
 template <typename Scalar, Eigen::Index most>
 using StackVector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, most, 1>;
@@ -55,7 +50,6 @@ Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciproci
 void LinearSolver::set_sensor(const Sensor& sensor) {
   sensor_ = sensor;
   reciprocity_ = Reciprocity(sensor);
-  check_ = {};
   masked_.reset();
 }
 
@@ -77,12 +71,7 @@ void LinearSolver::set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixX
   single_.reset();
 }
 
-void LinearSolver::finish(const FitInput& input) {
-  check_ = FrameCheck(input, mask_.electrodes);
-  prepare();
-}
-
-void LinearSolver::prepare() {
+void LinearSolver::finish() {
   masked_ = mask_.detect ? masked_inverse() : nullptr;
   if (!inference_.averaging) {
     full_ = map_.factored()
@@ -110,61 +99,44 @@ void LinearSolver::apply(const ImageMap<Scalar>& map, FramesView changes, Images
     multiply<Scalar>(map, in, images.row(0));
     return;
   }
-  for (Eigen::Index first = 0; first < changes.rows(); first += block_frames) {
-    const Eigen::Index count = std::min(block_frames, changes.rows() - first);
-    Rows<Scalar> in(count, inputs);
-    for (Eigen::Index f = 0; f < count; ++f) {
-      gather(changes.row(first + f).data(), inputs, in.row(f).data());
-    }
-    if (map.factored()) in = (in * map.right.transpose()).eval();
-    if constexpr (std::is_same_v<Scalar, double>) {
-      images.middleRows(first, count).noalias() = in * map.left.transpose();
-    } else {
-      images.middleRows(first, count) =
-          Rows<Scalar>(in * map.left.transpose()).template cast<double>();
-    }
+  Rows<Scalar> in(changes.rows(), inputs);
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    gather(changes.row(f).data(), inputs, in.row(f).data());
+  }
+  if (map.factored()) in = (in * map.right.transpose()).eval();
+  if constexpr (std::is_same_v<Scalar, double>) {
+    images.noalias() = in * map.left.transpose();
+  } else {
+    images = Rows<Scalar>(in * map.left.transpose()).template cast<double>();
   }
 }
 
 void LinearSolver::reconstruct(FramesView changes, ImagesView images,
                                std::span<FrameReport> reports) const {
-  check_shapes(sensor_, map_.left.size() > 0, changes, images, reports);
   if (single_) {
     apply(*single_, changes, images);
   } else {
     apply(full_ ? *full_ : map_, changes, images);
   }
-  for (Eigen::Index f = 0; f < images.rows(); ++f) {
-    if (!images.row(f).allFinite()) {
-      reports[static_cast<std::size_t>(f)].status = FrameStatus::undefined;
-    }
-  }
-  if (inference_.check || masked_) judge(changes, images, reports);
+  if (masked_) mask_dead(changes, images, reports);
 }
 
-void LinearSolver::judge(FramesView changes, ImagesView images,
-                         std::span<FrameReport> reports) const {
+void LinearSolver::mask_dead(FramesView changes, ImagesView images,
+                             std::span<const FrameReport> reports) const {
   std::map<ElectrodeSet, Eigen::MatrixXd> weights;  // of each set of dead electrodes met
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-    FrameReport& report = reports[static_cast<std::size_t>(f)];
-    if (report.status == FrameStatus::undefined) continue;
-    const FrameCheck::Verdict verdict = check_.judge(changes.row(f).data());
-    const bool masked = masked_ && verdict.dead != 0;
-    if (masked) {
-      const auto [found, is_new] = weights.try_emplace(verdict.dead);
-      if (is_new) found->second = masked_->weights(pairs_without(sensor_, verdict.dead));
-      const Eigen::VectorXd weighted = found->second * reciprocity_.reduce(changes.row(f));
-      images.row(f).transpose().noalias() = masked_->basis() * weighted;
-    }
-    if (inference_.check) FrameCheck::report(verdict, masked, report);
+    const ElectrodeSet dead = reports[static_cast<std::size_t>(f)].dead;
+    if (dead == 0) continue;
+    const auto [found, is_new] = weights.try_emplace(dead);
+    if (is_new) found->second = masked_->weights(pairs_without(sensor_, dead));
+    const Eigen::VectorXd weighted = found->second * reciprocity_.reduce(changes.row(f));
+    images.row(f).transpose().noalias() = masked_->basis() * weighted;
   }
 }
 
 void LinearSolver::save_matrix(Hdf5File& file) const {
-  if (map_.left.size() == 0) throw std::logic_error("a solver was saved before it was fitted");
   file.write_matrix("/matrix", map_.left);
   if (map_.factored()) file.write_matrix("/right_factor", map_.right);
-  file.write_vector("/frame_check", check_.packed());
 }
 
 void LinearSolver::load_matrix(const Hdf5File& file, const Sensor& sensor) {
@@ -182,8 +154,7 @@ void LinearSolver::load_matrix(const Hdf5File& file, const Sensor& sensor) {
   map_ = {file.read_rows("/matrix", 0, pixels), std::move(right)};
   full_.reset();
   single_.reset();
-  check_ = load_frame_check(file, sensor, mask_.electrodes);
-  prepare();
+  finish();
 }
 
 }  // namespace ertbench

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "solvers/channel_mask.h"
-#include "solvers/check/frame_check.h"
 #include "solvers/image_map.h"
 #include "solvers/linear/linear_inference.h"
 #include "solvers/linear/masked_inverse.h"
@@ -23,19 +22,24 @@ class Hdf5File;
 /// is kept as its two factors where that is less still.
 ///
 /// One frame is one or two matrix-vector products and allocates nothing; a batch is as many
-/// matrix-matrix products. The two round differently (relative 1e-14; 1e-6 in single precision). A
-/// frame whose image overflows or is not finite is reported as undefined.
+/// matrix-matrix products. The two round differently (relative 1e-14; 1e-6 in single precision).
 ///
-/// Where channels are masked from the start, their columns are zero. Where dead electrodes are to
-/// be detected, the frames that have some are imaged a second time, by a MaskedInverse.
+/// Where channels are masked from the start, their columns are zero. Where dead electrodes are
+/// detected, the frames that have some are imaged a second time, by a MaskedInverse.
 class LinearSolver : public Solver {
  public:
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const final;
+  /// The images of so many frames stay in the second-level cache.
+  Eigen::Index block_frames() const final { return 256; }
+  MaskedChannels masked_channels() const final { return mask_; }
+  void check(const Sensor& sensor) const override { mask_.check(sensor); }
 
  protected:
+  /// `inference` is how frames are imaged, whatever file the fit may come from.
+  explicit LinearSolver(const LinearInference& inference) : inference_(inference) {}
+
   void set_sensor(const Sensor& sensor);
-  void set_inference(const LinearInference& inference) { inference_ = inference; }
   void set_mask(const ChannelMask& mask) { mask_ = mask; }
 
   /// J' at the uniform background [pairs, pixels], and the pairs of it that are not masked.
@@ -43,13 +47,12 @@ class LinearSolver : public Solver {
   std::vector<Eigen::Index> kept_pairs() const { return pairs_without(sensor_, mask_.electrodes); }
 
   /// `inverse` [pixels, kept pairs] maps d' (see Reciprocity) to the image. Until `finish` it is
-  /// applied in double precision to frames that are not judged, whatever the inference is to be.
+  /// applied in double precision, whatever the inference is to be.
   void set_inverse(const Eigen::MatrixXd& inverse);
   /// The same as a product, `left` [pixels, rank] times `right` [rank, kept pairs].
   void set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right);
-  /// Brings the matrix into the form that the inference wants and fits the check of frames; the end
-  /// of fit.
-  void finish(const FitInput& input);
+  /// Brings the matrix into the form that the inference wants; the end of fit.
+  void finish();
   /// What images frames with dead electrodes, where they are to be detected.
   virtual std::unique_ptr<const MaskedInverse> masked_inverse() const = 0;
 
@@ -68,13 +71,12 @@ class LinearSolver : public Solver {
   template <typename Scalar>
   void gather(const double* frame, Eigen::Index inputs, Scalar* out) const;
 
-  void prepare();
-  void judge(FramesView changes, ImagesView images, std::span<FrameReport> reports) const;
+  /// Images the frames with dead electrodes once more, without these.
+  void mask_dead(FramesView changes, ImagesView images, std::span<const FrameReport> reports) const;
 
   Sensor sensor_;
   Reciprocity reciprocity_;
   ChannelMask mask_;
-  FrameCheck check_;
   std::unique_ptr<const MaskedInverse> masked_;
   LinearInference inference_;
   ImageMap<double> map_;                  ///< acts on d_a + d_b

@@ -55,29 +55,35 @@ class RegularisedInverse {
 
 }  // namespace
 
-OneStepGaussNewton::OneStepGaussNewton(JsonObject parameters) { read(std::move(parameters)); }
+OneStepGaussNewton::OneStepGaussNewton(JsonObject parameters)
+    : LinearSolver(LinearInference::from_json(parameters)) {
+  read(std::move(parameters));
+}
 
 void OneStepGaussNewton::read(JsonObject parameters) {
   prior_ = prior_from_name(
       parameters.choice_or("prior", name_of(Prior::noser), {"tikhonov", "noser", "laplace"}));
   lambda_ = read_tunable(parameters, "lambda", Range::positive());
   choice_ = read_chosen(parameters, lambda_.value);
-  set_inference(LinearInference::from_json(parameters));
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
 nlohmann::json OneStepGaussNewton::parameters() const {
+  nlohmann::json out = fit_parameters();
+  inference().add_to(out);
+  return out;
+}
+
+nlohmann::json OneStepGaussNewton::fit_parameters() const {
   nlohmann::json out = {{"prior", name_of(prior_)}, {"lambda", "auto"}};
   if (lambda_.value) out["lambda"] = *lambda_.value;
-  inference().add_to(out);
   mask().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
 void OneStepGaussNewton::fit(const FitInput& input) {
-  check(input.sensor);
   set_sensor(input.sensor);
   const Eigen::MatrixXd jacobian = whole_jacobian();
   const RegularisedInverse inverse(jacobian(kept_pairs(), Eigen::all),
@@ -93,7 +99,7 @@ void OneStepGaussNewton::fit(const FitInput& input) {
     lambda_.value = choice_->value;
   }
   set_inverse(inverse.inverse(*lambda_.value));
-  finish(input);
+  finish();
 }
 
 std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const {
@@ -103,17 +109,15 @@ std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const 
 }
 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {
-  Hdf5File out = create_solver_file(file, type, sensor(), parameters());
+  Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
   save_matrix(out);
 }
 
 void OneStepGaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const OpenedSolverFile opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parse_parameters(opened);
-  const LinearInference mine = inference();
+  const Hdf5File opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
-  set_inference(mine);
-  load_matrix(opened.file, sensor);
+  load_matrix(opened, sensor);
 }
 
 }  // namespace ertbench

@@ -28,13 +28,14 @@ class OneStepGaussNewton final : public LinearSolver {
   explicit OneStepGaussNewton(JsonObject parameters);
 
   nlohmann::json parameters() const override;
-  void check(const Sensor& sensor) const override { mask().check(sensor); }
   void fit(const FitInput& input) override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
+  /// Reads what concerns the fit and calls `finish` of the object.
   void read(JsonObject parameters);
+  nlohmann::json fit_parameters() const;
   std::unique_ptr<const MaskedInverse> masked_inverse() const override;
 
   Prior prior_ = Prior::noser;

@@ -27,7 +27,10 @@ bool splits_pair(const SingularTriplets& triplets, Eigen::Index rank) {
 
 }  // namespace
 
-TruncatedSvd::TruncatedSvd(JsonObject parameters) { read(std::move(parameters)); }
+TruncatedSvd::TruncatedSvd(JsonObject parameters)
+    : LinearSolver(LinearInference::from_json(parameters)) {
+  read(std::move(parameters));
+}
 
 void TruncatedSvd::read(JsonObject parameters) {
   if (parameters.has("rank") && parameters.has("threshold")) {
@@ -40,17 +43,21 @@ void TruncatedSvd::read(JsonObject parameters) {
     parameters.fail("threshold", "must be > 0 and < 1 or \"auto\", got 1");
   }
   choice_ = read_chosen(parameters, cut_.value);
-  set_inference(LinearInference::from_json(parameters));
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
 nlohmann::json TruncatedSvd::parameters() const {
+  nlohmann::json out = fit_parameters();
+  inference().add_to(out);
+  return out;
+}
+
+nlohmann::json TruncatedSvd::fit_parameters() const {
   const char* key = by_rank_ ? "rank" : "threshold";
   nlohmann::json out = {{key, "auto"}};
   if (cut_.value && by_rank_) out[key] = std::llround(*cut_.value);
   if (cut_.value && !by_rank_) out[key] = *cut_.value;
-  inference().add_to(out);
   mask().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
@@ -71,7 +78,7 @@ void TruncatedSvd::check(const Sensor& sensor) const {
 
 void TruncatedSvd::fit(const FitInput& input) {
   truncate(input);
-  finish(input);
+  finish();
 }
 
 std::unique_ptr<const MaskedInverse> TruncatedSvd::masked_inverse() const {
@@ -79,7 +86,6 @@ std::unique_ptr<const MaskedInverse> TruncatedSvd::masked_inverse() const {
 }
 
 void TruncatedSvd::truncate(const FitInput& input) {
-  check(input.sensor);
   set_sensor(input.sensor);
   const Eigen::MatrixXd jacobian = whole_jacobian()(kept_pairs(), Eigen::all);
   const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
@@ -153,21 +159,19 @@ Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& 
 }
 
 void TruncatedSvd::save(const std::filesystem::path& file) const {
-  Hdf5File out = create_solver_file(file, type, sensor(), parameters());
+  Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
   out.write_number("/", "least_singular_value", least_kept_);
   save_matrix(out);
 }
 
 void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const OpenedSolverFile opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parse_parameters(opened);
-  const LinearInference mine = inference();
+  const Hdf5File opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
-  set_inference(mine);
-  if (opened.file.has_attribute("/", "least_singular_value")) {
-    least_kept_ = opened.file.read_number("/", "least_singular_value");
+  if (opened.has_attribute("/", "least_singular_value")) {
+    least_kept_ = opened.read_number("/", "least_singular_value");
   }
-  load_matrix(opened.file, sensor);
+  load_matrix(opened, sensor);
 }
 
 }  // namespace ertbench

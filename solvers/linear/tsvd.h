@@ -38,7 +38,9 @@ class TruncatedSvd final : public LinearSolver {
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
+  /// Reads what concerns the fit and calls `finish` of the object.
   void read(JsonObject parameters);
+  nlohmann::json fit_parameters() const;
   void truncate(const FitInput& input);
   std::unique_ptr<const MaskedInverse> masked_inverse() const override;
   void set_rank(const SingularTriplets& triplets, Eigen::Index rank);

@@ -4,81 +4,54 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
-#include "solvers/linear/one_step_gn.h"
-#include "solvers/linear/tsvd.h"
+#include "solvers/check/checked_solver.h"
+#include "solvers/linear/registration.h"
 #include "solvers/registry/plugin_library.h"
-#include "solvers/total_variation/pdipm.h"
+#include "solvers/total_variation/registration.h"
 
 namespace ertbench {
 namespace {
 
-template <typename T>
-std::unique_ptr<Solver> make_solver(JsonObject parameters) {
-  return std::make_unique<T>(std::move(parameters));
+/// Others rely on it: readers of an experiment on the names, its "seeds" on the parameter "seed",
+/// `ertbench check` on the seeds of what it compares by them.
+void check_registration(const std::string& type, const SolverInfo& info) {
+  if (info.has_seed() != (info.comparison == ImageComparison::seeds)) {
+    throw InputError(type +
+                     ": images are to be compared by seeds where a parameter has the role "
+                     "seed, and only there; set both or none");
+  }
+  for (const ParameterInfo& parameter : info.parameters) {
+    const bool inference = parameter.name.starts_with("inference_");
+    const bool seed = parameter.name == "seed";
+    if (inference == (parameter.role == ParameterRole::inference) &&
+        seed == (parameter.role == ParameterRole::seed)) {
+      continue;
+    }
+    throw InputError(type + ": parameter \"" + parameter.name +
+                     "\": the roles inference and seed belong to parameters whose names begin with "
+                     "\"inference_\" or are \"seed\", and to these alone; rename it or give it its "
+                     "role");
+  }
 }
-
-const ParameterInfo inference_precision = {
-    "inference_precision", "of the product for a frame, \"float64\" (the default) or \"float32\""};
-const ParameterInfo inference_averaging = {
-    "inference_averaging",
-    "add the two channels of a reciprocal pair first, which halves the matrix and is exact; "
-    "default true"};
-
-const ParameterInfo inference_check = {
-    "inference_check",
-    "report frames that are not to be trusted (dead electrodes, noise, out of range) as suspect; "
-    "default true"};
-const ParameterInfo channel_mask = {
-    "channel_mask",
-    "channels left out of account: \"none\" (the default), a list of electrodes (from 0) whose "
-    "channels are, or \"detect\": in each frame those of its dead electrodes"};
 
 }  // namespace
 
+// A type of solvers that the program can name stands in one of these lines, and nowhere else
+// outside its own folder.
 SolverRegistry::SolverRegistry() {
-  add(OneStepGaussNewton::type,
-      {"one-step Gauss-Newton, (J'J + lambda^2 R'R)^-1 J' dv (A4)",
-       {{"prior",
-         "R'R: \"tikhonov\" (identity), \"noser\" (diag(J'J)^1/2), \"laplace\" (2 x the "
-         "pixel graph's Laplacian); default \"noser\""},
-        {"lambda",
-         "weight of the prior, > 0 or \"auto\"; default \"auto\"; its unit depends on "
-         "the prior, V per S/m for tikhonov and laplace"},
-        channel_mask,
-        inference_precision,
-        inference_averaging,
-        inference_check},
-       make_solver<OneStepGaussNewton>});
-  add(TruncatedSvd::type,
-      {"truncated singular value decomposition of J",
-       {{"rank", "singular values kept, 1 ... channels / 2 or \"auto\" (the default)"},
-        {"threshold",
-         "in place of a rank: values down to this part of the largest are kept, "
-         "between 0 and 1 or \"auto\""},
-        channel_mask,
-        inference_precision,
-        inference_averaging,
-        inference_check},
-       make_solver<TruncatedSvd>});
-  add(Pdipm::type,
-      {"total variation by a primal-dual interior point method, min 1/2 |J x - dv|^2 + alpha |A "
-       "x|_1",
-       {{"alpha",
-         "weight of the total variation, > 0 or \"auto\"; default \"auto\"; V^2 per (S/m "
-         "x domain unit)"},
-        {"tolerance", "relative duality gap at which a frame is done, 1e-8 ... 0.1; default 1e-4"},
-        {"max_iterations",
-         "Newton steps after which a frame is given up as not converged, 1 ... "
-         "1000; default 50"},
-        channel_mask,
-        inference_check},
-       make_solver<Pdipm>});
+  for (const std::vector<SolverType>& room : {linear_solvers(), total_variation_solvers()}) {
+    for (const SolverType& solver : room) add(solver.name, solver.info);
+  }
   for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {
     add_plugin_type(learned, "libertbench_models.so");
   }
 }
 
 void SolverRegistry::add(const std::string& type, SolverInfo info) {
+  for (ParameterInfo& shared : CheckedSolver::own_parameters()) {
+    info.parameters.push_back(std::move(shared));
+  }
+  check_registration(type, info);
   if (!solvers_.emplace(type, std::move(info)).second) {
     throw InputError("two solvers are called \"" + type + "\"; rename one");
   }
@@ -95,7 +68,7 @@ void SolverRegistry::load_plugin(const std::filesystem::path& library) {
 }
 
 const SolverInfo& SolverRegistry::require(const std::string& type) {
-  if (const auto found = solvers_.find(type); found != solvers_.end()) return found->second;
+  if (const SolverInfo* const found = find_loaded(type)) return *found;
   const auto plugin = plugin_of_.find(type);
   if (plugin == plugin_of_.end()) {
     std::string known;
@@ -106,7 +79,7 @@ const SolverInfo& SolverRegistry::require(const std::string& type) {
   for (const auto& folder : plugin_folders()) {
     if (std::filesystem::exists(folder / plugin->second)) {
       load_plugin(folder / plugin->second);
-      if (const auto found = solvers_.find(type); found != solvers_.end()) return found->second;
+      if (const SolverInfo* const found = find_loaded(type)) return *found;
       throw InputError((folder / plugin->second).string() + ": holds no solver \"" + type + "\"");
     }
     folders += (folders.empty() ? "" : ", ") + folder.string();
@@ -124,7 +97,12 @@ std::unique_ptr<Solver> SolverRegistry::make(JsonObject spec) {
   } catch (const InputError& error) {
     spec.fail("type", error.what());
   }
-  return info->make(std::move(spec));
+  return CheckedSolver::make(type, *info, std::move(spec));
+}
+
+const SolverInfo* SolverRegistry::find_loaded(const std::string& type) const {
+  const auto found = solvers_.find(type);
+  return found == solvers_.end() ? nullptr : &found->second;
 }
 
 const SolverInfo* SolverRegistry::find(const std::string& type) {

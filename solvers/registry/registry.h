@@ -1,32 +1,15 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "solvers/solver.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
-
-class JsonObject;
-
-/// One parameter of a solver, for `ertbench list` and for messages. One whose name begins with
-/// "inference_" says how a fitted solver is applied and must have no part in `fit` or in the fitted
-/// file, which solvers that differ by such parameters alone share.
-struct ParameterInfo {
-  std::string name;
-  std::string description;  ///< values, default, unit
-};
-
-struct SolverInfo {
-  std::string summary;  ///< one line, with the formula or the source
-  std::vector<ParameterInfo> parameters;
-  /// Reads its own keys from the object ("type" and "label" are taken already) and calls `finish`.
-  std::function<std::unique_ptr<Solver>(JsonObject)> make;
-};
 
 /// The solvers that an experiment can name. Types that live in a plugin are known by name and the
 /// plugin is loaded when one of them is first made.
@@ -34,7 +17,8 @@ class SolverRegistry {
  public:
   SolverRegistry();  ///< the built-in solvers, and where the learned ones are to be found
 
-  /// Throws InputError where the type is there already.
+  /// Adds to `info` the parameters that all solvers share. Throws InputError where the type is
+  /// there already, or what it says of its parameters does not go together.
   void add(const std::string& type, SolverInfo info);
   /// Declares that `type` comes from the shared library `library`, looked for in the folder of the
   /// program and in those of $ERTBENCH_PLUGINS (separated by ':').
@@ -43,13 +27,15 @@ class SolverRegistry {
   /// with the loader's message where that fails.
   void load_plugin(const std::filesystem::path& library);
 
-  /// Makes a solver from `{"type": ..., "label": ..., ...}`. Throws InputError with the JSON path
-  /// for an unknown type or parameter.
+  /// Makes a solver from `{"type": ..., "label": ..., ...}`, inside a CheckedSolver. Throws
+  /// InputError with the JSON path for an unknown type or parameter.
   std::unique_ptr<Solver> make(JsonObject spec);
 
   std::vector<std::string> types() const { return order_; }  ///< all that can be named, in order
   /// Null where the type is unknown, or its plugin absent or unusable.
   const SolverInfo* find(const std::string& type);
+  /// The same, without loading a plugin: null also where that has not happened yet.
+  const SolverInfo* find_loaded(const std::string& type) const;
 
  private:
   /// Loads the type's plugin where that has not happened. Throws InputError.
@@ -61,7 +47,7 @@ class SolverRegistry {
 };
 
 /// The version that a plugin must have been built against.
-inline constexpr int solver_interface_version = 3;
+inline constexpr int solver_interface_version = 4;
 
 /// Entry points of a plugin; the first returns solver_interface_version:
 ///     extern "C" int ertbench_solver_interface();

@@ -30,18 +30,17 @@ InteriorPoint::InteriorPoint(const TotalVariation& problem)
   corrected_.x.resize(pixels);
 }
 
-FrameReport InteriorPoint::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
-                                    const InteriorPointOptions& options,
-                                    Eigen::Ref<Eigen::RowVectorXd> image) {
-  FrameReport report;
+void InteriorPoint::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
+                             const InteriorPointOptions& options,
+                             Eigen::Ref<Eigen::RowVectorXd> image, FrameReport& report) {
   image.setZero();
   data_ = problem_.project(frame);
   const double size = data_.stableNorm();
   if (!std::isfinite(size)) {
     report.status = FrameStatus::undefined;
-    return report;
+    return;
   }
-  if (size < 1e-300) return report;
+  if (size < 1e-300) return;
   data_ /= size;
   alpha_ =
       std::min(options.alpha * problem_.edge_length() / size / problem_.scale(), greatest_alpha);
@@ -63,7 +62,6 @@ FrameReport InteriorPoint::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
     image.setZero();
     report.status = FrameStatus::undefined;
   }
-  return report;
 }
 
 /// The best constant image, and a dual variable well inside its bounds.

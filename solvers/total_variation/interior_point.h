@@ -39,8 +39,9 @@ class InteriorPoint {
 
   /// `frame` [channels] V, `image` [pixels] S/m. A frame that is not finite gives a zero image and
   /// the status undefined.
-  FrameReport minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
-                       const InteriorPointOptions& options, Eigen::Ref<Eigen::RowVectorXd> image);
+  void minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
+                const InteriorPointOptions& options, Eigen::Ref<Eigen::RowVectorXd> image,
+                FrameReport& report);
 
  private:
   static constexpr int corrections = 3;

@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "core/quantile.h"
-#include "solvers/check/frame_check_file.h"
-#include "solvers/check_shapes.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -44,15 +42,13 @@ void Pdipm::read(JsonObject parameters) {
   options_.alpha = alpha_.value.value_or(0);
   choice_ = read_chosen(parameters, alpha_.value);
   mask_ = ChannelMask::from_json(parameters);
-  check_frames_ = parameters.boolean_or("inference_check", true);
   parameters.finish();
 }
 
 nlohmann::json Pdipm::parameters() const {
   nlohmann::json out = {{"alpha", "auto"},
                         {"tolerance", options_.tolerance},
-                        {"max_iterations", options_.max_iterations},
-                        {"inference_check", check_frames_}};
+                        {"max_iterations", options_.max_iterations}};
   mask_.add_to(out);
   if (alpha_.value) out["alpha"] = *alpha_.value;
   if (choice_) out["chosen"] = to_json(*choice_);
@@ -60,15 +56,12 @@ nlohmann::json Pdipm::parameters() const {
 }
 
 void Pdipm::fit(const FitInput& input) {
-  check(input.sensor);
   set_sensor(input.sensor);
   if (alpha_.automatic()) choose_alpha(input);
-  frame_check_ = FrameCheck(input, mask_.electrodes);
 }
 
 void Pdipm::set_sensor(const Sensor& sensor) {
   sensor_ = sensor;
-  frame_check_ = {};
   problem_ = std::make_unique<TotalVariation>(sensor);
   if (mask_.electrodes != 0) {
     problem_ = std::make_unique<TotalVariation>(*problem_, sensor, mask_.electrodes);
@@ -89,40 +82,30 @@ void Pdipm::choose_alpha(const FitInput& input) {
 
 void Pdipm::reconstruct(FramesView changes, ImagesView images,
                         std::span<FrameReport> reports) const {
-  check_shapes(sensor_, problem_ != nullptr, changes, images, reports);
   InteriorPoint method(*problem_);
   std::map<ElectrodeSet, MaskedProblem> masked;  // of each set of dead electrodes met
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     FrameReport& report = reports[static_cast<std::size_t>(f)];
-    FrameCheck::Verdict verdict;
-    if (check_frames_ || mask_.detect) verdict = frame_check_.judge(changes.row(f).data());
-    const bool mask = mask_.detect && verdict.dead != 0;
-    if (mask && pairs_without(sensor_, verdict.dead).empty()) {
+    const ElectrodeSet dead = report.dead;
+    if (dead == 0) {
+      method.minimise(changes.row(f), options_, images.row(f), report);
+    } else if (pairs_without(sensor_, dead).empty()) {
       images.row(f).setZero();
-    } else if (mask) {
-      const auto found = masked.try_emplace(verdict.dead, *problem_, sensor_, verdict.dead).first;
-      report = found->second.method.minimise(changes.row(f), options_, images.row(f));
     } else {
-      report = method.minimise(changes.row(f), options_, images.row(f));
+      const auto found = masked.try_emplace(dead, *problem_, sensor_, dead).first;
+      found->second.method.minimise(changes.row(f), options_, images.row(f), report);
     }
-    if (check_frames_) FrameCheck::report(verdict, mask, report);
   }
 }
 
 void Pdipm::save(const std::filesystem::path& file) const {
-  if (!problem_) throw std::logic_error("a solver was saved before it was fitted");
-  Hdf5File out = create_solver_file(file, type, sensor_, parameters());
-  out.write_vector("/frame_check", frame_check_.packed());
+  create_solver_file(file, type, sensor_, parameters());
 }
 
 void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const OpenedSolverFile opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parse_parameters(opened);
-  const bool check_frames = check_frames_;
+  const nlohmann::json parameters = parameters_of_fit(open_solver_file(file, type, sensor));
   read(JsonObject(parameters, file.string(), "/parameters"));
-  check_frames_ = check_frames;
   set_sensor(sensor);
-  frame_check_ = load_frame_check(opened.file, sensor, mask_.electrodes);
 }
 
 }  // namespace ertbench

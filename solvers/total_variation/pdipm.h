@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "solvers/channel_mask.h"
-#include "solvers/check/frame_check.h"
 #include "solvers/parameter_choice.h"
 #include "solvers/solver.h"
 #include "solvers/total_variation/interior_point.h"
@@ -24,8 +23,7 @@ class Pdipm final : public Solver {
 
   /// `{"alpha": > 0 | "auto", "tolerance": 1e-8 ... 0.1, "max_iterations": 1 ... 1000}`.
   /// The default tolerance, 1e-4, leaves the image within about 0.3 % (at most 1 %) of the
-  /// optimum, two orders below the error that noise leaves in it. Besides, what ChannelMask reads,
-  /// and "inference_check": whether FrameCheck judges the frames.
+  /// optimum, two orders below the error that noise leaves in it. Besides, what ChannelMask reads.
   explicit Pdipm(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -33,8 +31,8 @@ class Pdipm final : public Solver {
   void fit(const FitInput& input) override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
-  /// The parameters and the check of frames: the rest is computed anew from the sensor, in a
-  /// fraction of a second.
+  MaskedChannels masked_channels() const override { return mask_; }
+  /// The parameters: the rest is computed anew from the sensor, in a fraction of a second.
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
@@ -47,8 +45,6 @@ class Pdipm final : public Solver {
   InteriorPointOptions options_;
   std::optional<ParameterChoice> choice_;
   ChannelMask mask_;
-  bool check_frames_ = true;
-  FrameCheck frame_check_;
   Sensor sensor_;
   std::unique_ptr<const TotalVariation> problem_;
 };

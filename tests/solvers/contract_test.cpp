@@ -1,4 +1,5 @@
-// What every solver promises (solvers/solver.h), for each of the classical ones.
+// What every solver promises (solvers/solver.h), for each of the classical ones and one of a
+// plugin, as the registry makes them.
 
 #include <gtest/gtest.h>
 
@@ -110,10 +111,10 @@ TEST_P(SolverContract, RefusesTheFileOfAnotherSolver) {
   EXPECT_NE(message.find(GetParam()["type"].get<std::string>()), std::string::npos) << message;
 }
 
-TEST_P(SolverContract, RefusesAFileThatIsNoSolver) {
-  EXPECT_THROW(make_solver(GetParam())->load(ERTBENCH_TEST_DATA "/eidors_d2s.h5", Sensor{}),
-               InputError);
-  EXPECT_THROW(make_solver(GetParam())->load("/nowhere/solver.h5", Sensor{}), InputError);
+TEST_P(SolverContract, RefusesAFileThatIsNotThere) {
+  const std::string message = message_of<InputError>(
+      [&] { make_solver(GetParam())->load("/nowhere/solver.h5", Sensor{}); });
+  EXPECT_EQ(message, "/nowhere/solver.h5: there is no such file");
 }
 
 TEST_P(SolverContract, ItsParametersMakeItAgain) {
@@ -148,7 +149,15 @@ TEST_P(SolverContract, AFrameThatIsNotFiniteIsUndefinedAndAloneInThat) {
   EXPECT_EQ(reconstruct(*solver_, changes.row(3)).reports[0].status, FrameStatus::undefined);
 }
 
-TEST_P(SolverContract, SeesAContactWhereItIs) {
+/// What is asked only of the solvers that invert the model and have a file format of ours.
+class ClassicalContract : public SolverContract {};
+
+TEST_P(ClassicalContract, RefusesAFileThatIsNoSolver) {
+  EXPECT_THROW(make_solver(GetParam())->load(ERTBENCH_TEST_DATA "/eidors_d2s.h5", Sensor{}),
+               InputError);
+}
+
+TEST_P(ClassicalContract, SeesAContactWhereItIs) {
   // The scenes of EIDORS's with weak contacts (0.6 of the background), which J describes.
   const Images truths = eidors().read_rows("/scenes/conductivity", 0, 3).array() - 0.06;
   const Images images = reconstruct(*solver_, eidors_changes().topRows(3)).images;
@@ -255,7 +264,10 @@ TEST_P(FramesNotToBeTrusted, AreTheSameToASavedSolver) {
   }
 }
 
-TEST_P(FramesNotToBeTrusted, AreImagedWithoutTheirDeadElectrodes) {
+/// Of solvers with a "channel_mask".
+class MaskedFrames : public FramesNotToBeTrusted {};
+
+TEST_P(MaskedFrames, AreImagedWithoutTheirDeadElectrodes) {
   const auto solver = validated({{"channel_mask", "detect"}});
   Frames changes = fresh_changes(6);
   const Reconstruction good = reconstruct(*solver, changes);
@@ -281,7 +293,7 @@ TEST_P(FramesNotToBeTrusted, AreImagedWithoutTheirDeadElectrodes) {
   }
 }
 
-TEST_P(FramesNotToBeTrusted, MayHaveNoLiveElectrode) {
+TEST_P(MaskedFrames, MayHaveNoLiveElectrode) {
   const auto solver = validated({{"channel_mask", "detect"}});
   const Frames dead = -ForwardModel(Sensor{}, 24).reference_voltages().transpose();
   const Reconstruction out = reconstruct(*solver, dead);
@@ -290,7 +302,7 @@ TEST_P(FramesNotToBeTrusted, MayHaveNoLiveElectrode) {
   EXPECT_TRUE((out.images.array() == 0).all());
 }
 
-TEST_P(SolverContract, RefusesAMaskThatIsNone) {
+TEST_P(MaskedFrames, RefusesAMaskThatIsNone) {
   const auto message = [](const json& mask) {
     json spec = GetParam();
     spec["channel_mask"] = mask;
@@ -305,6 +317,7 @@ TEST_P(SolverContract, RefusesAMaskThatIsNone) {
       0u);
 }
 
+const json back_projection = {{"type", "back-projection"}};
 const auto classical = ::testing::Values(
     json{{"type", "one-step-gn"}, {"prior", "tikhonov"}, {"lambda", 0.02}},
     json{{"type", "one-step-gn"}, {"prior", "noser"}, {"lambda", 0.1}},
@@ -325,7 +338,12 @@ std::string name_of_spec(const ::testing::TestParamInfo<json>& instance) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Classical, SolverContract, classical, name_of_spec);
+INSTANTIATE_TEST_SUITE_P(Classical, ClassicalContract, classical, name_of_spec);
 INSTANTIATE_TEST_SUITE_P(Classical, FramesNotToBeTrusted, classical, name_of_spec);
+INSTANTIATE_TEST_SUITE_P(Classical, MaskedFrames, classical, name_of_spec);
+INSTANTIATE_TEST_SUITE_P(Plugin, SolverContract, ::testing::Values(back_projection), name_of_spec);
+INSTANTIATE_TEST_SUITE_P(Plugin, FramesNotToBeTrusted, ::testing::Values(back_projection),
+                         name_of_spec);
 
 }  // namespace
 }  // namespace ertbench

@@ -99,7 +99,7 @@ TEST(Registry, LoadsAPluginWhenOneOfItsSolversIsMade) {
   const json spec = {{"type", "back-projection"}, {"gain", 2}};
   const std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, "", ""));
   solver->fit(FitInput{});
-  EXPECT_EQ(solver->parameters(), (json{{"gain", 2}}));
+  EXPECT_EQ(solver->parameters(), (json{{"gain", 2}, {"inference_check", true}}));
   const Frames changes = eidors_changes();
   const Images expected = 2 * changes * ForwardModel(Sensor{}, Sensor{}.image_grid).jacobian();
   EXPECT_LT(relative_difference(reconstruct(*solver, changes).images, expected), 1e-14);
@@ -116,6 +116,51 @@ TEST(Registry, AddsTheTypesOfALoadedPluginAndRefusesThemTwice) {
   const std::string twice =
       message_of<InputError>([&] { registry.load_plugin(ERTBENCH_TEST_PLUGIN); });
   EXPECT_NE(twice.find("two solvers are called \"back-projection\""), std::string::npos) << twice;
+}
+
+TEST(Registry, GivesEverySolverTheSharedParameters) {
+  SolverRegistry registry;
+  registry.load_plugin(ERTBENCH_TEST_PLUGIN);
+  for (const char* type : {"one-step-gn", "tsvd", "pdipm", "back-projection"}) {
+    const ParameterInfo* const parameter = registry.find(type)->parameter("inference_check");
+    ASSERT_NE(parameter, nullptr) << type;
+    EXPECT_EQ(parameter->role, ParameterRole::inference);
+  }
+}
+
+TEST(Registry, SaysWhatTheHarnessNeedsToKnow) {
+  SolverRegistry registry;
+  EXPECT_EQ(registry.find("one-step-gn")->comparison, ImageComparison::rounding);
+  EXPECT_EQ(registry.find("tsvd")->comparison, ImageComparison::rounding);
+  EXPECT_EQ(registry.find("pdipm")->comparison, ImageComparison::duality_gap);
+  EXPECT_TRUE(registry.find("one-step-gn")->break_even_reference);
+  EXPECT_FALSE(registry.find("tsvd")->break_even_reference);
+  EXPECT_EQ(registry.find("tsvd")->parameter("inference_precision")->role,
+            ParameterRole::inference);
+  EXPECT_EQ(registry.find("tsvd")->parameter("rank")->role, ParameterRole::fit);
+  EXPECT_FALSE(registry.find("tsvd")->has_seed());
+}
+
+TEST(Registry, RefusesARegistrationThatContradictsItself) {
+  const auto complaint = [](std::vector<ParameterInfo> parameters, ImageComparison comparison) {
+    SolverRegistry registry;
+    return message_of<InputError>([&] {
+      registry.add("odd", {"", std::move(parameters), nullptr, comparison});
+    });
+  };
+  const ParameterInfo seed = {"seed", "", ParameterRole::seed};
+  EXPECT_EQ(complaint({seed}, ImageComparison::seeds), "");
+  EXPECT_EQ(complaint({seed}, ImageComparison::rounding).find("odd: images are to be compared"),
+            0u);
+  EXPECT_EQ(complaint({}, ImageComparison::seeds).find("odd: images are to be compared"), 0u);
+  EXPECT_EQ(complaint({{"seed", ""}}, ImageComparison::rounding).find("odd: parameter \"seed\""),
+            0u);
+  EXPECT_EQ(complaint({{"inference_x", ""}}, ImageComparison::rounding)
+                .find("odd: parameter \"inference_x\""),
+            0u);
+  EXPECT_EQ(complaint({{"speed", "", ParameterRole::inference}}, ImageComparison::rounding)
+                .find("odd: parameter \"speed\""),
+            0u);
 }
 
 TEST(Registry, RefusesALibraryThatIsNoPlugin) {

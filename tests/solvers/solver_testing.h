@@ -22,7 +22,11 @@
 namespace ertbench::testing {
 
 inline std::unique_ptr<Solver> make_solver(const nlohmann::json& spec) {
-  return SolverRegistry().make(JsonObject(spec, "spec.json", ""));
+  SolverRegistry registry;
+#ifdef ERTBENCH_TEST_PLUGIN
+  registry.load_plugin(ERTBENCH_TEST_PLUGIN);
+#endif
+  return registry.make(JsonObject(spec, "spec.json", ""));
 }
 
 inline std::unique_ptr<Solver> fitted(const nlohmann::json& spec, const Sensor& sensor = {}) {

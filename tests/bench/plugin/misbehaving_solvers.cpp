@@ -117,7 +117,7 @@ extern "C" void ertbench_register_solvers(SolverRegistry& registry) {
                                  return std::make_unique<Misbehaving>(object);
                                }});
   registry.add("toy-learned", {"a constant image, learned at length",
-                               {{"seed", "0 ..."},
+                               {{"seed", "0 ...", ParameterRole::seed},
                                 {"level", "S/m"},
                                 {"offset", "S/m"},
                                 {"epochs", "1 ... 1000"},
@@ -126,5 +126,6 @@ extern "C" void ertbench_register_solvers(SolverRegistry& registry) {
                                 {"how", "crash, diverge, undefined or needs data"}},
                                [](JsonObject object) -> std::unique_ptr<Solver> {
                                  return std::make_unique<ToyLearned>(object);
-                               }});
+                               },
+                               ImageComparison::seeds});
 }

@@ -1,12 +1,10 @@
 // How a FrameCheck is kept: in one vector of numbers.
 
-#include "solvers/check/frame_check_file.h"
-
 #include <algorithm>
 #include <stdexcept>
 #include <vector>
 
-#include "core/errors.h"
+#include "solvers/check/frame_check.h"
 
 namespace ertbench {
 namespace {
@@ -73,16 +71,6 @@ FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::V
   directions_.inverse_power = in.take(count);
   directions_.tilt = in.take(count);
   in.finish();
-}
-
-FrameCheck load_frame_check(const Hdf5File& file, const Sensor& sensor, ElectrodeSet masked) {
-  if (!file.has("/frame_check")) return FrameCheck(sensor, masked);
-  try {
-    return FrameCheck(sensor, masked, file.read_vector("/frame_check"));
-  } catch (const std::invalid_argument& error) {
-    throw InputError(file.path().string() + ": /frame_check: " + error.what() +
-                     "; fit the solver anew");
-  }
 }
 
 }  // namespace ertbench

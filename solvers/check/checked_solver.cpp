@@ -1,0 +1,147 @@
+#include "solvers/check/checked_solver.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "solvers/check/checked_file.h"
+
+namespace ertbench {
+namespace {
+
+/// A finite number times zero is zero, any other NaN: no branch, and several numbers at a time.
+template <typename Row>
+bool all_finite(const Row& row) {
+  return (row.array() * 0.0).sum() == 0;
+}
+
+std::span<FrameReport> part_of(std::span<FrameReport> reports, Eigen::Index first,
+                               Eigen::Index count) {
+  return reports.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+}
+
+FrameCheck check_from(const Eigen::VectorXd* numbers, const Sensor& sensor, ElectrodeSet masked,
+                      const std::filesystem::path& file) {
+  // From before there was one: electrodes that read zero are found without a fit.
+  if (!numbers) return FrameCheck(sensor, masked);
+  try {
+    return FrameCheck(sensor, masked, *numbers);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(file.string() + ": /frame_check: " + error.what() + "; fit the solver anew");
+  }
+}
+
+}  // namespace
+
+CheckedSolver::CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames)
+    : type_(std::move(type)),
+      inner_(std::move(inner)),
+      keeper_(dynamic_cast<KeepsFrameCheck*>(inner_.get())),
+      check_frames_(check_frames) {}
+
+std::unique_ptr<Solver> CheckedSolver::make(const std::string& type, const SolverInfo& info,
+                                            JsonObject parameters) {
+  const bool check_frames = parameters.boolean_or("inference_check", true);
+  return std::unique_ptr<Solver>(
+      new CheckedSolver(type, info.make(std::move(parameters)), check_frames));
+}
+
+std::vector<ParameterInfo> CheckedSolver::own_parameters() {
+  return {{"inference_check",
+           "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
+           "suspect; default true",
+           ParameterRole::inference}};
+}
+
+nlohmann::json CheckedSolver::parameters() const {
+  nlohmann::json out = inner_->parameters();
+  out["inference_check"] = check_frames_;
+  return out;
+}
+
+void CheckedSolver::fit(const FitInput& input) {
+  ready_ = false;
+  inner_->check(input.sensor);
+  inner_->fit(input);
+  become_ready(input.sensor, FrameCheck(input, inner_->masked_channels().electrodes));
+  if (keeper_) keeper_->keep_frame_check(check_.packed());
+}
+
+void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
+  sensor_ = sensor;
+  masked_ = inner_->masked_channels();
+  check_ = std::move(check);
+  ready_ = true;
+}
+
+void CheckedSolver::reconstruct(FramesView changes, ImagesView images,
+                                std::span<FrameReport> reports) const {
+  if (!ready_) throw std::logic_error("reconstruct: the solver is neither fitted nor loaded");
+  const Eigen::Index frames = changes.rows();
+  if (changes.cols() != sensor_.channels() || images.cols() != sensor_.pixels() ||
+      images.rows() != frames || reports.size() != static_cast<std::size_t>(frames)) {
+    throw std::logic_error("reconstruct: frames, images and reports do not fit together");
+  }
+  const Eigen::Index block = inner_->block_frames() > 0 ? inner_->block_frames() : frames;
+  if (frames <= block) {
+    reconstruct_block(changes, images, reports);
+    return;
+  }
+  for (Eigen::Index first = 0; first < frames; first += block) {
+    const Eigen::Index count = std::min(block, frames - first);
+    reconstruct_block(changes.middleRows(first, count), images.middleRows(first, count),
+                      part_of(reports, first, count));
+  }
+}
+
+void CheckedSolver::reconstruct_block(FramesView changes, ImagesView images,
+                                      std::span<FrameReport> reports) const {
+  const auto verdict_of = [&](Eigen::Index f) { return check_.judge(changes.row(f).data()); };
+  if (masked_.detect) {
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      const FrameCheck::Verdict verdict = verdict_of(f);
+      reports[static_cast<std::size_t>(f)].reasons = verdict.reasons;
+      reports[static_cast<std::size_t>(f)].dead = verdict.dead;
+    }
+  }
+  inner_->reconstruct(changes, images, reports);
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    FrameReport& report = reports[static_cast<std::size_t>(f)];
+    const FrameCheck::Verdict before = {report.reasons, report.dead};
+    report.reasons = 0;
+    report.dead = 0;
+    if (!is_finite(changes, images, f)) report.status = FrameStatus::undefined;
+    if (report.status == FrameStatus::undefined || !check_frames_) continue;
+    const FrameCheck::Verdict verdict = masked_.detect ? before : verdict_of(f);
+    FrameCheck::report(verdict, masked_.detect && verdict.dead != 0, report);
+  }
+}
+
+bool CheckedSolver::is_finite(const FramesView& changes, const ImagesView& images,
+                              Eigen::Index frame) const {
+  // A network may make a finite image of a frame that is not; what masked channels read does not
+  // matter.
+  return all_finite(images.row(frame)) &&
+         (masked_.electrodes != 0 || all_finite(changes.row(frame)));
+}
+
+void CheckedSolver::save(const std::filesystem::path& file) const {
+  if (!ready_) throw std::logic_error("a solver was saved before it was fitted");
+  inner_->save(file);
+  if (!keeper_) add_frame_check(file, {type_, sensor_}, check_.packed());
+}
+
+void CheckedSolver::load(const std::filesystem::path& file, const Sensor& sensor) {
+  ready_ = false;
+  const CheckedFile opened(file, {type_, sensor});
+  inner_->load(opened.of_solver(), sensor);
+  const Eigen::VectorXd* numbers = opened.frame_check() ? &*opened.frame_check() : nullptr;
+  if (keeper_)
+    numbers = keeper_->kept_frame_check().size() ? &keeper_->kept_frame_check() : nullptr;
+  const ElectrodeSet masked = inner_->masked_channels().electrodes;
+  become_ready(sensor, check_from(numbers, sensor, masked, file));
+}
+
+}  // namespace ertbench

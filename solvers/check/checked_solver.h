@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solvers/check/frame_check.h"
+#include "solvers/keeps_frame_check.h"
+#include "solvers/solver.h"
+#include "solvers/solver_info.h"
+
+namespace ertbench {
+
+/// What the registry puts around every solver, built-in or from a plugin: the duties that are the
+/// same for all.
+///
+/// - Calls that break the contract are refused: an unfitted solver, shapes that do not fit.
+/// - Frames are given in blocks of the size that the solver wants.
+/// - A frame that is not finite, or whose image is not, is undefined.
+/// - FrameCheck, fitted with the solver and kept in its file, says which frames are not to be
+///   trusted, and, before they are imaged, to a solver that asks for it, which electrodes are dead.
+/// - A file of another type of solvers or another sensor is refused.
+///
+/// Adds nothing to the heap, and to the time of a frame that of the judgement (1 us).
+class CheckedSolver final : public Solver {
+ public:
+  /// Takes its own keys from the object and leaves the rest to `info.make`.
+  static std::unique_ptr<Solver> make(const std::string& type, const SolverInfo& info,
+                                      JsonObject parameters);
+  /// Those of its own: "inference_check".
+  static std::vector<ParameterInfo> own_parameters();
+
+  nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override { inner_->check(sensor); }
+  bool needs_training() const override { return inner_->needs_training(); }
+  void fit(const FitInput& input) override;
+  FitReport fit_report() const override { return inner_->fit_report(); }
+  void reconstruct(FramesView changes, ImagesView images,
+                   std::span<FrameReport> reports) const override;
+  Eigen::Index block_frames() const override { return inner_->block_frames(); }
+  MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
+  void save(const std::filesystem::path& file) const override;
+  void load(const std::filesystem::path& file, const Sensor& sensor) override;
+
+ private:
+  CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames);
+
+  void reconstruct_block(FramesView changes, ImagesView images,
+                         std::span<FrameReport> reports) const;
+  bool is_finite(const FramesView& changes, const ImagesView& images, Eigen::Index frame) const;
+  void become_ready(const Sensor& sensor, FrameCheck check);
+
+  std::string type_;
+  std::unique_ptr<Solver> inner_;
+  KeepsFrameCheck* keeper_;  ///< the inner solver, where its file has a place for the check
+  bool check_frames_;        ///< "inference_check"
+  bool ready_ = false;       ///< fitted or loaded
+  Sensor sensor_;
+  MaskedChannels masked_;
+  FrameCheck check_;
+};
+
+}  // namespace ertbench
