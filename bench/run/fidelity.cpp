@@ -19,6 +19,12 @@ constexpr int grids[] = {24, 48, 96, 192};
 constexpr double reference_share = 1e-3;  ///< of the bound, for the converged solution
 constexpr int reference_points = 2500;
 
+/// The largest model error that the set allows, in noise units; a set on a grid names none.
+double bound_of(const DatasetSpec& spec) {
+  const auto* sheet = std::get_if<ContinuousSheet>(&spec.model);
+  return sheet ? sheet->model_error : ContinuousSheet{}.model_error;
+}
+
 bool is_smooth(const std::vector<ContactArc>& arcs) {
   return std::all_of(arcs.begin(), arcs.end(), [](const ContactArc& arc) { return arc.closed; });
 }
@@ -50,7 +56,7 @@ class Models {
     out.changes.resize(static_cast<Eigen::Index>(scenes.size()), spec.sensor.channels());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       out.solutions.push_back(borders_.solve(scenes[i], [&](const Eigen::VectorXd& change) {
-        return spec.model_error * noise(spec, change);
+        return bound_of(spec) * noise(spec, change);
       }));
       out.changes.row(static_cast<Eigen::Index>(i)) = out.solutions.back().change;
     }
@@ -59,10 +65,11 @@ class Models {
 
   ModelledBlock on_grid(int grid, const DatasetSpec& spec, const std::vector<Scene>& scenes) const {
     const ForwardModel& model = grids_.at(grid);
-    Images sheets(static_cast<Eigen::Index>(scenes.size()), grid * grid);
-    Eigen::VectorXd ratio(grid * grid);
+    const PixelGrid pixels = spec.sensor.sheet->pixels(grid);
+    Images sheets(static_cast<Eigen::Index>(scenes.size()), pixels.count());
+    Eigen::VectorXd ratio(pixels.count());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
-      rasterise(scenes[i], grid, Rasterisation::area, ratio);
+      rasterise(scenes[i], pixels, Rasterisation::area, ratio);
       sheets.row(static_cast<Eigen::Index>(i)) = spec.sensor.background * ratio.transpose();
     }
     ModelledBlock out;
@@ -91,8 +98,7 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
                         .solve(
                             scene,
                             [&](const Eigen::VectorXd& change) {
-                              return reference_share * spec.model_error *
-                                     models.noise(spec, change);
+                              return reference_share * bound_of(spec) * models.noise(spec, change);
                             },
                             reference_points)
                         .change);
@@ -127,7 +133,7 @@ FidelityRow row_of(const DatasetSpec& spec, const std::string& scenes, const std
   row.scenes = scenes;
   row.model = model;
   row.count = static_cast<int>(outcomes.size());
-  row.bound = spec.model_error;
+  row.bound = bound_of(spec);
   std::vector<double> times;
   std::vector<double> errors;
   std::vector<double> ratios;
@@ -182,7 +188,7 @@ std::vector<FidelityRow> measure_fidelity(const Experiment& experiment, int scen
         std::min<std::uint64_t>(spec->count, static_cast<std::uint64_t>(scenes));
     for (std::uint64_t i = 0; i < count; ++i) {
       Scene scene = spec->scene(i);
-      const std::vector<ContactArc> arcs = contact_arcs(scene);
+      const std::vector<ContactArc> arcs = contact_arcs(scene, *spec->sensor.sheet);
       if (arcs.empty()) continue;
       const bool smooth = is_smooth(arcs);
       waiting[smooth].push_back(std::move(scene));

@@ -137,7 +137,7 @@ class StageRunner {
                                           "--cache=" + cache_.folder().string(),
                                           "--threads=" + std::to_string(threads)};
     if (entry.seed) arguments.push_back("--seed=" + std::to_string(*entry.seed));
-    ChildProcess process(arguments, log, experiment_.time_limit_s);
+    ChildProcess process(arguments, {log}, experiment_.time_limit_s);
     return {&entry, next.part, std::move(log), std::move(progress), std::move(process)};
   }
 

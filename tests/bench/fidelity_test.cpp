@@ -16,7 +16,7 @@ Experiment experiment() {
   DatasetSpec mixed;
   mixed.name = "mixed";
   mixed.count = 24;
-  mixed.grid = DatasetSpec::grid_auto;
+  mixed.model = ContinuousSheet{};
   mixed.noise.snr_db = 50;
   SceneDistribution scenes;
   scenes.blank_fraction = 0.1;
