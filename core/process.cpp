@@ -19,18 +19,25 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+ProcessEnd end_of(int status) {
+  ProcessEnd end;
+  if (WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);
+  return end;
+}
+
 }  // namespace
 
 ChildProcess::ChildProcess(const std::vector<std::string>& arguments,
-                           const std::filesystem::path& log, double time_limit_s,
-                           const std::filesystem::path& output)
+                           const ProcessSurroundings& surroundings, double time_limit_s)
     : deadline_(now() + time_limit_s) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  constexpr int writing = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
-  const int err = ::open(log.c_str(), writing, 0644);
-  const int out = ::open(output.c_str(), writing, 0644);
+  constexpr int writing = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC;
+  const std::string folder = surroundings.folder.string();
+  const int err = ::open(surroundings.log.c_str(), writing, 0644);
+  const int out = ::open(surroundings.output.c_str(), writing, 0644);
   const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t parent = ::getpid();
   pid_ = err >= 0 && out >= 0 && null >= 0 ? ::fork() : -1;
@@ -41,10 +48,10 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments,
     ::dup2(null, STDIN_FILENO);
     ::dup2(out, STDOUT_FILENO);
     ::dup2(err, STDERR_FILENO);
-    ::execv(argv[0], argv.data());
+    if (folder.empty() || ::chdir(folder.c_str()) == 0) ::execvp(argv[0], argv.data());
     const char* why = std::strerror(errno);
     if (::write(STDERR_FILENO, why, std::strlen(why)) < 0) _exit(126);
-    _exit(127);
+    _exit(not_started);
   }
   const int error = errno;
   for (const int descriptor : {err, out, null}) {
@@ -79,17 +86,34 @@ std::optional<ProcessEnd> ChildProcess::poll() {
     ended = ::waitpid(pid_, &status, 0);
   }
   if (ended == 0) return std::nullopt;
-  ProcessEnd end;
-  end.timed_out = timed_out;
-  if (WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
-  if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);
-  end_ = end;
+  end_ = end_of(status);
+  end_->timed_out = timed_out;
   return end_;
 }
 
 ProcessEnd ChildProcess::wait() {
   while (!poll()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   return *end_;
+}
+
+ProcessEnd run_in_child(const std::function<void()>& function, unsigned time_limit_s) {
+  const pid_t child = ::fork();
+  if (child < 0) return {.exit_code = 0};
+  if (child == 0) {
+    ::signal(SIGABRT, SIG_DFL);
+    ::signal(SIGALRM, SIG_DFL);
+    ::alarm(time_limit_s);
+    ::dup2(::open("/dev/null", O_WRONLY), STDERR_FILENO);
+    try {
+      function();
+    } catch (...) {
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return end_of(status);
 }
 
 }  // namespace ertbench

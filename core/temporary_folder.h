@@ -1,27 +1,20 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <string>
 
 namespace ertbench {
 
-/// A folder of this process for files that nobody needs afterwards, in $TMPDIR or /tmp. Goes with
-/// its owner.
+/// A new folder in $TMPDIR or /tmp for files that nobody needs afterwards. Goes with its owner, and
+/// with all that it holds.
 class TemporaryFolder {
  public:
-  explicit TemporaryFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() /
-              ("ertbench_" + name + "_" + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(path_);
-  }
+  /// `name` is a part of the folder's, for people who find it. Throws InputError where there is no
+  /// place for it.
+  explicit TemporaryFolder(const std::string& name = "work");
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
+  ~TemporaryFolder();
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }

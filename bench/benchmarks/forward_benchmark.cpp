@@ -38,17 +38,18 @@ std::vector<Scene> draw(const SceneDistribution& distribution, int count) {
   std::vector<Scene> scenes;
   for (int s = 0; s < count; ++s) {
     RandomStream random(1, 2, static_cast<std::uint64_t>(s), Purpose::scene);
-    scenes.push_back(distribution.draw(random));
+    scenes.push_back(distribution.draw(random, *square_sheet()));
   }
   return scenes;
 }
 
 Images sheets(const SceneDistribution& distribution, int count, int grid) {
+  const PixelGrid pixels = square_sheet()->pixels(grid);
   Images images(count, grid * grid);
   Eigen::VectorXd ratio(grid * grid);
   int row = 0;
   for (const Scene& scene : draw(distribution, count)) {
-    rasterise(scene, grid, Rasterisation::area, ratio);
+    rasterise(scene, pixels, Rasterisation::area, ratio);
     images.row(row++) = 0.06 * ratio;
   }
   return images;
@@ -129,25 +130,32 @@ BENCHMARK(jacobian_at_an_image)->Arg(24)->Arg(48)->Unit(benchmark::kMicrosecond)
 
 void rasterise_training(benchmark::State& state) {
   const int grid = static_cast<int>(state.range(0));
+  const PixelGrid pixels = square_sheet()->pixels(grid);
   const std::vector<Scene> scenes = draw(training(), 512);
   Eigen::VectorXd ratio(grid * grid);
   for (auto _ : state) {
-    for (const Scene& scene : scenes) rasterise(scene, grid, Rasterisation::area, ratio);
+    for (const Scene& scene : scenes) rasterise(scene, pixels, Rasterisation::area, ratio);
     benchmark::DoNotOptimize(ratio.data());
   }
   state.SetItemsProcessed(state.iterations() * 512);
 }
 BENCHMARK(rasterise_training)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Unit(benchmark::kMillisecond);
 
+constexpr int continuous = 0;  ///< in place of a grid
+
 /// Scene, image, voltages and noise: all that goes into one row of a dataset file, on one core.
 void generate_rows(benchmark::State& state) {
   DatasetSpec spec;
   spec.name = "train";
   spec.count = 1024;
-  spec.grid = static_cast<int>(state.range(0));
+  if (state.range(0) == continuous) {
+    spec.model = ContinuousSheet{};
+  } else {
+    spec.model = GridSheet{static_cast<int>(state.range(0))};
+  }
   spec.noise = {50, SnrBasis::absolute};
   spec.scenes = training();
-  const SceneModel model(spec.sensor, spec.grid);
+  const SceneModel model(spec.sensor, spec.model);
   for (auto _ : state) benchmark::DoNotOptimize(generate_block(spec, model, 0, spec.count));
   state.SetItemsProcessed(state.iterations() * 1024);
 }
@@ -155,7 +163,7 @@ BENCHMARK(generate_rows)
     ->Arg(24)
     ->Arg(48)
     ->Arg(96)
-    ->Arg(DatasetSpec::grid_auto)
+    ->Arg(continuous)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);

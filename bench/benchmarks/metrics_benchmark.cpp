@@ -34,7 +34,7 @@ const TestSet& test_set() {
     spec.count = 1000;
     spec.noise = {50, SnrBasis::absolute};
     spec.scenes = SceneDistribution{};
-    const SceneModel model(spec.sensor, spec.grid);
+    const SceneModel model(spec.sensor, spec.model);
     DatasetBlock block = generate_block(spec, model, 0, spec.count);
     block.voltages.rowwise() -= model.reference_voltages().transpose();
 

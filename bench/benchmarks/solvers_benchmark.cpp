@@ -43,7 +43,7 @@ const Frames& frames() {
         {"snr_basis", "absolute"},
         {"scenes",
          {{"contacts", 1}, {"shapes", {"disc"}}, {"radius", 0.2}, {"conductivity_ratio", 0.6}}}};
-    const SceneModel model(Sensor{}, 24);
+    const SceneModel model(Sensor{}, GridSheet{24});
     const DatasetSpec dataset =
         dataset_spec_from_json(JsonObject(spec, "benchmark", ""), Sensor{}, "benchmark");
     Frames voltages = generate_block(dataset, model, 0, most_frames).voltages;

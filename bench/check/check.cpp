@@ -93,8 +93,7 @@ class RowComparison {
       return;
     }
     const int seeds_now = now_.seeds ? static_cast<int>(now_.seeds->values.size()) : 1;
-    const BaselineMean mean{metric, values, before_.frames, context_.image_grid,
-                            resolution_before()};
+    const BaselineMean mean{metric, values, before_.frames, context_.sensor, resolution_before()};
     const double before = centre_of(values);
     const double allowed = allowed_change(before_.tolerance, mean, seeds_now);
     Verdict verdict = Verdict::ok;

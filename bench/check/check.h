@@ -36,8 +36,8 @@ struct CheckLine {
 
 /// Where the rows come from.
 struct CheckContext {
-  std::string cpu;      ///< on which they were timed
-  int image_grid = 24;  ///< of the sensor's images
+  std::string cpu;     ///< on which they were timed
+  Sensor sensor = {};  ///< whose images they score
 };
 
 /// Every quantity of every row against the baseline, row by row in the order of `rows`; then what

@@ -136,7 +136,7 @@ class Check {
   }
 
   CheckContext context() const {
-    return {options_.warn_times ? "" : cpu_name(), experiment_.sensor.image_grid};
+    return {options_.warn_times ? "" : cpu_name(), experiment_.sensor};
   }
 
   void report(const Baseline& baseline, const std::vector<CheckLine>& lines) const {

@@ -66,7 +66,7 @@ std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
     ChildProcess process(
         {fs::read_symlink("/proc/self/exe").string(), "reconstruct", "--solver", spec.string(),
          "--input", (folder / "frames.h5").string(), "--output", images.string()},
-        log, time_limit_s);
+        {log}, time_limit_s);
     CheckLine line{"stored " + name, "images", "0", "", "<= " + text_of(stored_image_tolerance),
                    Verdict::worse};
     if (process.wait().ok()) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <stdexcept>
 
 #include "core/moments.h"
@@ -32,16 +31,16 @@ double of_duality_gap(const ResultRow& row) {
 /// What one pixel that changes sides of a threshold is worth in the mean over the frames.
 double one_pixel(const BaselineMean& before) {
   const double frames = std::max(1, before.frames);
-  const double grid = before.image_grid;
+  const double pixels = before.sensor.image().count_on_sheet();
   switch (entry_of(before.metric).threshold) {
     case Threshold::none:
       return 0;
     case Threshold::area:
-      return 100 / (grid * frames);
+      return 100 / (std::sqrt(pixels) * frames);
     case Threshold::centroid: {
       const double share = 1 - before.resolution.value_or(100) / 100;  // (C2)
-      const double bright_pixels = 1 + grid * grid * share * share;
-      const double diagonal = 2 * std::numbers::sqrt2;
+      const double bright_pixels = 1 + pixels * share * share;
+      const double diagonal = 2 * before.sensor.sheet->radius();
       return diagonal / (2 * bright_pixels * frames);
     }
   }

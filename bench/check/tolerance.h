@@ -7,6 +7,7 @@
 
 #include "bench/record/result_row.h"
 #include "bench/score/metrics.h"
+#include "forward/sheet/sensor.h"
 #include "solvers/solver_info.h"
 
 namespace ertbench {
@@ -50,7 +51,7 @@ struct BaselineMean {
   Metric metric = Metric::AR;
   std::span<const double> values;         ///< one, or one for each seed
   int frames = 1;                         ///< of the test set
-  int image_grid = 24;                    ///< images have image_grid x image_grid pixels
+  Sensor sensor = {};                     ///< whose images the frames are
   std::optional<double> resolution = {};  ///< the row's mean RES, %
 };
 
@@ -66,10 +67,10 @@ double centre_of(std::span<const double> values);
 /// - all others: `relative` of the value, or `relative` (at most 1e-8) of the metric's own unit
 ///   where that is more: a centroid 1e-8 from the truth is as exact as one 1 from it.
 /// - metrics with a threshold let one pixel of one frame change sides of it (none of the truth):
-///   100 / (image_grid frames) for an area in per cent, the most that a pixel is worth in (C2),
-///   where it is the second one; diagonal / (2 pixels frames) for a centroid: the pixel weighs a
-///   quarter of the largest, the bright ones (as many as the mean RES says) at least half of it
-///   each, and it is at most the sheet's diagonal from them.
+///   100 / (sqrt(pixels of the sheet) frames) for an area in per cent, the most that a pixel is
+///   worth in (C2), where it is the second one; diagonal / (2 pixels frames) for a centroid: the
+///   pixel weighs a quarter of the largest, the bright ones (as many as the mean RES says) at least
+///   half of it each, and it is at most the sheet's diagonal from them.
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now = 1);
 
 /// How much more of calibration_us() in the same process one frame may take before it counts as

@@ -1,20 +1,13 @@
 #include "bench/plot/gnuplot.h"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-#include <system_error>
 
 #include "core/atomic_file.h"
 #include "core/errors.h"
+#include "core/process.h"
+#include "core/temporary_folder.h"
 
 namespace ertbench {
 namespace {
@@ -22,30 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kScript = "chart.gnuplot";
-
-/// A new folder that goes away with all it holds.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "ertbench-gnuplot-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw InputError(name + ": no temporary folder (" + std::generic_category().message(errno) +
-                       "); set TMPDIR to a folder that may be written");
-    }
-    path_ = name;
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+constexpr const char* kLog = "gnuplot.log";
+constexpr int kTimeLimit_s = 600;
 
 void write_file(const fs::path& path, const std::string& bytes) {
   std::ofstream out(path, std::ios::binary);
@@ -53,70 +24,15 @@ void write_file(const fs::path& path, const std::string& bytes) {
   if (!out.flush()) throw InputError(path.string() + ": cannot be written; is the disk full?");
 }
 
-/// The child's side of a spawn: working folder, no input, output and errors into one pipe.
-class SpawnActions {
- public:
-  SpawnActions(const fs::path& folder, int pipe_end) {
-    ::posix_spawn_file_actions_init(&actions_);
-    ::posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
-    ::posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    ::posix_spawn_file_actions_adddup2(&actions_, pipe_end, STDOUT_FILENO);
-    ::posix_spawn_file_actions_adddup2(&actions_, pipe_end, STDERR_FILENO);
-  }
-  SpawnActions(const SpawnActions&) = delete;
-  SpawnActions& operator=(const SpawnActions&) = delete;
-  ~SpawnActions() { ::posix_spawn_file_actions_destroy(&actions_); }
-
-  const posix_spawn_file_actions_t* get() const { return &actions_; }
-
- private:
-  posix_spawn_file_actions_t actions_{};
-};
-
-std::string read_all(int descriptor) {
-  std::string out;
-  std::array<char, 4096> buffer{};
-  while (true) {
-    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return out;
-    out.append(buffer.data(), static_cast<std::size_t>(count));
-  }
+std::string read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
-struct Ended {
-  int status;        ///< as waitpid has it
-  std::string said;  ///< on stdout and stderr
-};
-
-Ended spawn_gnuplot(const fs::path& folder) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    throw std::system_error(errno, std::generic_category(), "gnuplot: pipe");
-  }
-  std::string program = "gnuplot";
-  std::string defaults = "--default-settings";
-  std::string script = kScript;
-  std::array<char*, 4> arguments = {program.data(), defaults.data(), script.data(), nullptr};
-  pid_t child = 0;
-  const int error = ::posix_spawnp(&child, program.c_str(), SpawnActions(folder, ends[1]).get(),
-                                   nullptr, arguments.data(), environ);
-  ::close(ends[1]);
-  Ended ended{0, error == 0 ? read_all(ends[0]) : ""};
-  ::close(ends[0]);
-  if (error == ENOENT) {
-    throw InputError("gnuplot: not found, no charts can be drawn; apt-get install gnuplot-nox");
-  }
-  if (error != 0) throw std::system_error(error, std::generic_category(), "gnuplot");
-  while (::waitpid(child, &ended.status, 0) < 0) {
-    if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "gnuplot: wait");
-  }
-  return ended;
-}
-
-std::string manner_of(int status) {
-  if (WIFSIGNALED(status)) return "stopped by signal " + std::to_string(WTERMSIG(status));
-  return "exit code " + std::to_string(WEXITSTATUS(status));
+std::string manner_of(const ProcessEnd& end) {
+  if (end.timed_out) return "stopped after " + std::to_string(kTimeLimit_s) + " s";
+  if (end.signal != 0) return "stopped by signal " + std::to_string(end.signal);
+  return "exit code " + std::to_string(end.exit_code);
 }
 
 /// gnuplot titles the picture "Gnuplot" and each of its plots with a line of the script, which
@@ -154,20 +70,26 @@ std::string with_sharp_pixels(std::string svg) {
 
 FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
                          const std::vector<std::string>& outputs) {
-  const TemporaryFolder folder;
+  const TemporaryFolder folder("gnuplot");
   for (const auto& [name, bytes] : inputs) write_file(folder.path() / name, bytes);
   write_file(folder.path() / kScript, script);
 
-  const Ended ended = spawn_gnuplot(folder.path());
-  if (ended.status != 0) {
-    throw std::runtime_error("gnuplot failed, " + manner_of(ended.status) + ": " + ended.said);
+  const fs::path log = folder / kLog;
+  const ProcessEnd end =
+      ChildProcess({"gnuplot", "--default-settings", kScript},
+                   {.log = log, .output = log, .folder = folder.path()}, kTimeLimit_s)
+          .wait();
+  if (end.exit_code == ChildProcess::not_started) {
+    throw InputError("gnuplot: not found, no charts can be drawn; apt-get install gnuplot-nox");
+  }
+  if (!end.ok()) {
+    throw std::runtime_error("gnuplot failed, " + manner_of(end) + ": " + read_file(log));
   }
   FileContents made;
   for (const std::string& name : outputs) {
-    std::ifstream in(folder.path() / name, std::ios::binary);
-    made[name].assign(std::istreambuf_iterator<char>(in), {});
+    made[name] = read_file(folder / name);
     if (made[name].empty()) {
-      throw std::runtime_error("gnuplot did not make " + name + ": " + ended.said);
+      throw std::runtime_error("gnuplot did not make " + name + ": " + read_file(log));
     }
   }
   return made;

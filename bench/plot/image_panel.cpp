@@ -49,16 +49,38 @@ std::string electrodes(const Sensor& sensor) {
   return out.str();
 }
 
+/// The sheet as an object of gnuplot.
+std::string outline(const Sheet& sheet) {
+  std::ostringstream out;
+  if (sheet.fills_bounds()) {
+    const Eigen::Vector2d low = sheet.bounds().min();
+    const Eigen::Vector2d high = sheet.bounds().max();
+    out << "rectangle from " << low.x() << "," << low.y() << " to " << high.x() << "," << high.y();
+    return out.str();
+  }
+  constexpr int points = 180;
+  for (int i = 0; i <= points; ++i) {
+    const Eigen::Vector2d at = sheet.border_point(sheet.border_length() * i / points);
+    out << (i == 0 ? "polygon from " : " to ") << at.x() << "," << at.y();
+  }
+  return out.str();
+}
+
 }  // namespace
 
 ImagePanels::ImagePanels(Canvas& canvas, const Sensor& sensor, const ColourScale& scale)
-    : canvas_(canvas), scale_(scale), grid_(sensor.image_grid) {
+    : canvas_(canvas),
+      scale_(scale),
+      grid_(sensor.image_grid),
+      low_(sensor.sheet->bounds().min()),
+      high_(sensor.sheet->bounds().max()) {
   files_ = {{"electrodes.txt", electrodes(sensor)}, {"bar.txt", bar_file(scale)}};
   canvas_.out() << palette_command() << "unset key\nunset tics\nunset border\n"
                 << "unset colorbox\nset cbrange [" << scale.low << ":" << scale.high << "]\n"
-                << "set xrange [-1:1]\nset yrange [-1:1]\nset clip two\n"
-                << "set object 1 rectangle from -1,-1 to 1,1 behind fillstyle solid "
-                   "border linecolor '#808080' fillcolor '#e6e6e6'\n";
+                << "set xrange [" << low_.x() << ":" << high_.x() << "]\nset yrange [" << low_.y()
+                << ":" << high_.y() << "]\nset clip two\n"
+                << "set object 1 " << outline(*sensor.sheet)
+                << " behind fillstyle solid border linecolor '#808080' fillcolor '#e6e6e6'\n";
 }
 
 void ImagePanels::image(double left, double top, double side,
@@ -73,8 +95,10 @@ void ImagePanels::image(double left, double top, double side,
     const std::string file = "image" + std::to_string(files_.size()) + ".txt";
     files_[file] = image_file(values, grid_, scale_);
     const int points = kRepeat * grid_;
-    canvas_.out() << gnuplot_string(file) << " matrix using (-1 + 2 * ($1 + 0.5) / " << points
-                  << "):(-1 + 2 * ($2 + 0.5) / " << points << "):3 with image, ";
+    canvas_.out() << gnuplot_string(file) << " matrix using (" << low_.x() << " + "
+                  << high_.x() - low_.x() << " * ($1 + 0.5) / " << points << "):(" << low_.y()
+                  << " + " << high_.y() - low_.y() << " * ($2 + 0.5) / " << points
+                  << "):3 with image, ";
   }
   canvas_.out() << "'electrodes.txt' with points pointtype 7 pointsize 0.25 linecolor 'black'\n"
                 << "unset label\n";

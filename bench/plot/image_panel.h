@@ -28,6 +28,7 @@ class ImagePanels {
   Canvas& canvas_;
   ColourScale scale_;
   int grid_;
+  Eigen::Vector2d low_, high_;  ///< corners of the sheet's bounds
   FileContents files_;
 };
 

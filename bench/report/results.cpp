@@ -40,19 +40,21 @@ std::string description(const DatasetSpec& spec) {
       shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
     }
     text += interval_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
-            interval_text(d->radius) + " (sheet [-1, 1] x [-1, 1]), conductivity " +
-            interval_text(d->conductivity_ratio) + " of the background, placed " +
+            interval_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() +
+            "), conductivity " + interval_text(d->conductivity_ratio) +
+            " of the background, placed " +
             (d->inside ? "inside the sheet" : "with their centres inside the sheet");
   } else {
     text += "listed in the experiment";
   }
-  if (spec.grid == DatasetSpec::grid_auto) {
-    char fraction[64];
-    std::snprintf(fraction, sizeof fraction, "%g", spec.model_error);
-    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
+  if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
+    text += "; voltages from a " + std::to_string(grid->side) + " x " + std::to_string(grid->side) +
+            " grid" + (grid->side == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
   } else {
-    text += "; voltages from a " + std::to_string(spec.grid) + " x " + std::to_string(spec.grid) +
-            " grid" + (spec.grid == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+    char fraction[64];
+    std::snprintf(fraction, sizeof fraction, "%g",
+                  std::get<ContinuousSheet>(spec.model).model_error);
+    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
   }
   if (spec.noise.snr_db) {
     char snr[64];

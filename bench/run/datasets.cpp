@@ -15,9 +15,8 @@ void ensure_datasets(const Experiment& experiment, const Cache& cache) {
   for (const DatasetSpec* spec : experiment.datasets()) {
     const fs::path file = cache.dataset(*spec);
     if (fs::exists(file)) continue;
-    Progress progress(
-        "generating \"" + spec->name + "\" (" + std::to_string(spec->count) + " scenes, grid " +
-        (spec->grid == DatasetSpec::grid_auto ? "auto" : std::to_string(spec->grid)) + ")");
+    Progress progress("generating \"" + spec->name + "\" (" + std::to_string(spec->count) +
+                      " scenes, grid " + text_of(spec->model) + ")");
     generate_dataset(*spec, file, {cores, [&](std::uint64_t done, std::uint64_t total) {
                                      progress.update(done, total);
                                    }});

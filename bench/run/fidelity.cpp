@@ -39,7 +39,7 @@ class Models {
     out.changes.resize(static_cast<Eigen::Index>(scenes.size()), spec.sensor.channels());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       out.solutions.push_back(borders_.solve(scenes[i], [&](const Eigen::VectorXd& change) {
-        return spec.model_error * noise(spec, change);
+        return fidelity_bound(spec) * noise(spec, change);
       }));
       out.changes.row(static_cast<Eigen::Index>(i)) = out.solutions.back().change;
     }
@@ -48,10 +48,11 @@ class Models {
 
   ModelledBlock on_grid(int grid, const DatasetSpec& spec, const std::vector<Scene>& scenes) const {
     const ForwardModel& model = grids_.at(grid);
-    Images sheets(static_cast<Eigen::Index>(scenes.size()), grid * grid);
-    Eigen::VectorXd ratio(grid * grid);
+    const PixelGrid pixels = spec.sensor.sheet->pixels(grid);
+    Images sheets(static_cast<Eigen::Index>(scenes.size()), pixels.count());
+    Eigen::VectorXd ratio(pixels.count());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
-      rasterise(scenes[i], grid, Rasterisation::area, ratio);
+      rasterise(scenes[i], pixels, Rasterisation::area, ratio);
       sheets.row(static_cast<Eigen::Index>(i)) = spec.sensor.background * ratio.transpose();
     }
     ModelledBlock out;
@@ -78,8 +79,7 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
                         .solve(
                             scene,
                             [&](const Eigen::VectorXd& change) {
-                              return reference_share * spec.model_error *
-                                     models.noise(spec, change);
+                              return reference_share * fidelity_bound(spec) * models.noise(spec, change);
                             },
                             reference_points)
                         .change);
@@ -123,7 +123,7 @@ FidelityRecord measure_fidelity(
   const auto count = static_cast<std::uint64_t>(fidelity_scenes(dataset, scenes));
   for (std::uint64_t i = 0; i < count; ++i) {
     Scene scene = dataset.scene(i);
-    const std::vector<ContactArc> arcs = contact_arcs(scene);
+    const std::vector<ContactArc> arcs = contact_arcs(scene, *dataset.sensor.sheet);
     if (arcs.empty()) continue;
     const bool smooth = is_smooth(arcs);
     waiting[smooth].push_back(std::move(scene));

@@ -1,19 +1,14 @@
 #include "bench/run/fitted_solver.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "bench/record/progress_file.h"
 #include "core/atomic_file.h"
-#include "core/errors.h"
+#include "core/file_lock.h"
 #include "core/json_reader.h"
+#include "core/replace_file.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/registry/registry.h"
 
@@ -32,32 +27,21 @@ double seconds_since(Clock::time_point start) {
 /// for. Goes with the lock unless the solver left something in it.
 class WorkFolder {
  public:
-  explicit WorkFolder(fs::path path) : path_(std::move(path)) {
-    while (descriptor_ < 0) {
-      fs::create_directories(path_);
-      descriptor_ = ::open(lock().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-      // The folder may have gone with the lock of another process.
-      if (descriptor_ < 0 && errno != ENOENT) {
-        throw InputError(lock().string() + ": cannot be created: " + std::strerror(errno));
-      }
-    }
-    ::flock(descriptor_, LOCK_EX);
-  }
+  explicit WorkFolder(fs::path path) : path_(std::move(path)), lock_(file(), MissingFolder::make) {}
   WorkFolder(const WorkFolder&) = delete;
   WorkFolder& operator=(const WorkFolder&) = delete;
   ~WorkFolder() {
     std::error_code ignored;
-    fs::remove(lock(), ignored);
+    fs::remove(file(), ignored);
     fs::remove(path_, ignored);
-    ::close(descriptor_);
   }
   const fs::path& path() const { return path_; }
 
  private:
-  fs::path lock() const { return path_ / "lock"; }
+  fs::path file() const { return path_ / "lock"; }
 
   fs::path path_;
-  int descriptor_ = -1;
+  FileLock lock_;
 };
 
 /// The note that stands beside a fitted solver.
@@ -96,10 +80,7 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
 }
 
 void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fitted) {
-  fs::path aside = file;
-  aside += "." + std::to_string(::getpid());
-  fitted.solver->save(aside);
-  fs::rename(aside, file);
+  replace_file(file, [&](const fs::path& aside) { fitted.solver->save(aside); });
   write_file_atomically(note_of(file), json{{"fit_s", fitted.fit_s},
                                             {"parameters", fitted.solver->parameters()},
                                             {"key", Cache::fitted_solver_key(recipe)}}

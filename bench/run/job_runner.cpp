@@ -98,7 +98,7 @@ JobRunner::Running JobRunner::start(const Job& job, int threads) const {
   const std::vector<std::string> options = stage_.options();
   arguments.insert(arguments.end(), options.begin(), options.end());
   return {job,
-          ChildProcess(arguments, records_.file(job, ".log"), stage_.time_limit_s(experiment_))};
+          ChildProcess(arguments, {records_.file(job, ".log")}, stage_.time_limit_s(experiment_))};
 }
 
 void JobRunner::finish_some() {

@@ -28,7 +28,7 @@ struct TestBlock {
 class TestBlocks {
  public:
   TestBlock make(const DatasetSpec& spec, std::uint64_t first, std::uint64_t count) {
-    const auto model = models_.try_emplace(spec.grid, spec.sensor, spec.grid).first;
+    const auto model = models_.try_emplace(text_of(spec.model), spec.sensor, spec.model).first;
     const DatasetBlock block = generate_block(spec, model->second, first, count);
     const Eigen::VectorXd reference =
         recorded_reference(spec.faults, model->second.reference_voltages());
@@ -38,7 +38,7 @@ class TestBlocks {
   }
 
  private:
-  std::map<int, SceneModel> models_;  ///< by grid
+  std::map<std::string, SceneModel> models_;  ///< by text_of their model
 };
 
 /// Images of the block; those that are not usable are NaN.

@@ -1,18 +1,15 @@
 #include "bench/run/reconstruct.h"
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "core/json_reader.h"
+#include "core/process.h"
 #include "core/progress.h"
+#include "core/replace_file.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_layout.h"
 #include "solvers/registry/registry.h"
@@ -58,22 +55,8 @@ void read_everything(const fs::path& path) {
 /// Reads the whole file in a child: the library does not survive every damaged file. What the child
 /// finds wrong in an orderly way, the parent finds again.
 void survive_reading(const fs::path& path) {
-  const pid_t child = ::fork();
-  if (child < 0) return;
-  if (child == 0) {
-    ::signal(SIGABRT, SIG_DFL);
-    ::alarm(600);  // for a library that never comes back
-    const int null = ::open("/dev/null", O_WRONLY);
-    ::dup2(null, STDERR_FILENO);
-    try {
-      read_everything(path);
-    } catch (const std::exception&) {
-    }
-    ::_exit(0);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  constexpr unsigned time_limit_s = 600;  // for a library that never comes back
+  if (!run_in_child([&] { read_everything(path); }, time_limit_s).ok()) {
     throw InputError(path.string() +
                      ": is damaged: the HDF5 library cannot get through it; write it again");
   }
@@ -124,11 +107,9 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
   const FramesFile frames(input);
   const std::unique_ptr<Solver> solver = solver_from(spec_file, frames.sensor, registry);
 
-  fs::path aside = output;
-  aside += "." + std::to_string(::getpid()) + ".part";
   ReconstructSummary summary;
   summary.frames = frames.frames;
-  try {
+  replace_file(output, [&](const fs::path& aside) {
     Hdf5File out = Hdf5File::create(aside);
     const auto grid = static_cast<std::uint64_t>(frames.sensor.image_grid);
     out.create_dataset("/conductivity_change", {frames.frames, grid, grid});
@@ -169,15 +150,7 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
       progress.update(first + count, frames.frames);
     }
     out.flush();
-  } catch (...) {
-    fs::remove(aside, error);
-    throw;
-  }
-  fs::rename(aside, output, error);
-  if (error) {
-    fs::remove(aside);
-    throw InputError(output.string() + ": cannot be put in place: " + error.message());
-  }
+  });
   return summary;
 }
 

@@ -43,7 +43,8 @@ std::vector<Vector2d> corners(const Contact& contact) {
 
 /// Centroid of the strongest contact in the image.
 Vector2d strongest(const Sensor& sensor, const RowVectorXd& size) {
-  const int n = sensor.image_grid;
+  const PixelGrid pixels = sensor.image();
+  const int columns = pixels.columns();
   Eigen::Index peak = 0;
   const double limit = 0.5 * (1 - untouched) * size.maxCoeff(&peak);
   std::vector<int> stack = {static_cast<int>(peak)};
@@ -54,9 +55,9 @@ Vector2d strongest(const Sensor& sensor, const RowVectorXd& size) {
   while (!stack.empty()) {
     const int pixel = stack.back();
     stack.pop_back();
-    const int column = pixel % n;
-    const int row = pixel / n;
-    sum += Vector2d(-1 + (2 * column + 1.0) / n, -1 + (2 * row + 1.0) / n);
+    const int column = pixel % columns;
+    const int row = pixel / columns;
+    sum += pixels.centre(pixel);
     ++count;
     const auto visit = [&](int next) {
       if (seen[static_cast<std::size_t>(next)] || size[next] < limit) return;
@@ -64,9 +65,9 @@ Vector2d strongest(const Sensor& sensor, const RowVectorXd& size) {
       stack.push_back(next);
     };
     if (column > 0) visit(pixel - 1);
-    if (column + 1 < n) visit(pixel + 1);
-    if (row > 0) visit(pixel - n);
-    if (row + 1 < n) visit(pixel + n);
+    if (column + 1 < columns) visit(pixel + 1);
+    if (row > 0) visit(pixel - columns);
+    if (row + 1 < pixels.rows()) visit(pixel + columns);
   }
   return sum / count;
 }

@@ -33,12 +33,11 @@ RowVectorXd thresholded(const RowVectorXd& change, double fraction) {
 /// Centroid of the pixel centres weighted by `change` (C4), domain units.
 std::optional<Vector2d> centroid(const Sensor& sensor, const RowVectorXd& change) {
   if (cancels(change)) return std::nullopt;
-  const int n = sensor.image_grid;
-  const RowVectorXd centres = RowVectorXd::LinSpaced(n, -1 + 1.0 / n, 1 - 1.0 / n);
+  const PixelGrid pixels = sensor.image();
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
-      image(change.data(), n, n);
-  const double x = image.colwise().sum().dot(centres);
-  const double y = image.rowwise().sum().dot(centres);
+      image(change.data(), pixels.rows(), pixels.columns());
+  const double x = image.colwise().sum().dot(pixels.centres_x());
+  const double y = image.rowwise().sum().dot(pixels.centres_y());
   return Vector2d(x, y) / change.sum();
 }
 
@@ -58,13 +57,19 @@ std::optional<Vector2d> area_centroid(const std::vector<Vector2d>& vertices) {
   return Vector2d(origin + moment / (3 * twice_area));
 }
 
+/// Touching the border counts as within.
+bool lies_within(const Contact& contact, const Sheet& sheet) {
+  constexpr double rounding = 1e-12;
+  if (sheet.encloses(contact.bounds(), -rounding)) return true;
+  return contact.shape == Shape::disc &&
+         sheet.depth(contact.centre) >= contact.half_size.x() - rounding;
+}
+
 std::optional<Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
                                     const RowVectorXd& true_change) {
   if (scene.contacts.size() == 1) {
     const Contact& contact = scene.contacts.front();
-    constexpr double border = 1 + 1e-12;
-    const Eigen::AlignedBox2d sheet(Vector2d(-border, -border), Vector2d(border, border));
-    if (sheet.contains(contact.bounds())) {
+    if (lies_within(contact, *sensor.sheet)) {
       std::optional<Vector2d> centre = contact.shape == Shape::polygon
                                            ? area_centroid(contact.vertices)
                                            : std::optional(contact.centre);
@@ -99,7 +104,7 @@ std::optional<double> resolution_of(const Sensor& sensor, const RowVectorXd& cha
   if (is_empty(sensor, change)) return std::nullopt;
   // Areas in pixels. The largest pixel always counts, so the root's argument is never negative.
   const auto bright = (thresholded(change, 0.5).array() != 0).count();
-  const auto total = static_cast<double>(sensor.pixels());
+  const auto total = static_cast<double>(sensor.image().count_on_sheet());
   return (1 - std::sqrt(static_cast<double>(bright - 1) / total)) * 100;
 }
 

@@ -45,7 +45,7 @@ RowMajorMatrix BorderModel::derivatives(const Scene& scene, double resolution) c
   constexpr Index ratio_column = derivatives_per_contact - 1;
   RowMajorMatrix out = RowMajorMatrix::Zero(
       sensor_.channels(), derivatives_per_contact * static_cast<Index>(scene.contacts.size()));
-  const BorderLayout layout = border_layout(map_, electrodes_, scene, BorderCuts::none);
+  const BorderLayout layout = border_layout(*sensor_.sheet, electrodes_, scene, BorderCuts::none);
   for (const ContactArc& arc : layout.arcs) {
     if (!arc.closed) {
       throw InputError("contact " + std::to_string(arc.contact) +
@@ -55,8 +55,8 @@ RowMajorMatrix BorderModel::derivatives(const Scene& scene, double resolution) c
   }
   if (layout.arcs.empty()) return out;
 
-  const BorderSystem system =
-      border_system(map_, layout, electrodes_, ArrayXd::Ones(electrodes_.cols()), resolution);
+  const BorderSystem system = border_system(*sensor_.sheet, layout, electrodes_,
+                                            ArrayXd::Ones(electrodes_.cols()), resolution);
   const BorderPoints& points = system.points;
   const auto factor = system.matrix.partialPivLu();
   const MatrixXd density = factor.solve(system.slopes.transpose());  // [points, drives]

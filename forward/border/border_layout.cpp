@@ -81,12 +81,12 @@ std::vector<Demand> demands(const std::vector<ContactArc>& arcs, const BorderPoi
 
 }  // namespace
 
-BorderLayout border_layout(const SheetMap& map, const Eigen::Array2Xd& electrodes,
+BorderLayout border_layout(const Sheet& sheet, const Eigen::Array2Xd& electrodes,
                            const Scene& scene, BorderCuts cuts) {
-  BorderLayout layout{contact_arcs(scene), {}};
+  BorderLayout layout{contact_arcs(scene, sheet), {}};
   for (const ContactArc& arc : layout.arcs) layout.counts.push_back(least(arc));
   for (int pass = 0; pass < passes; ++pass) {
-    const BorderPoints points = border_points(map, layout.arcs, layout.counts);
+    const BorderPoints points = border_points(sheet, layout.arcs, layout.counts);
     const std::vector<Demand> wanted = demands(layout.arcs, points, electrodes);
     BorderLayout next;
     bool changed = false;

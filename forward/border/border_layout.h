@@ -18,7 +18,7 @@ struct BorderLayout {
 /// to something is cut there, so that points gather at that place and not all round.
 /// `electrodes` [2, L] on the unit circle.
 enum class BorderCuts { where_close, none };
-BorderLayout border_layout(const SheetMap& map, const Eigen::Array2Xd& electrodes,
+BorderLayout border_layout(const Sheet& sheet, const Eigen::Array2Xd& electrodes,
                            const Scene& scene, BorderCuts cuts = BorderCuts::where_close);
 
 }  // namespace ertbench

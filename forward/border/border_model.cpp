@@ -35,7 +35,7 @@ BorderModel::BorderModel(const Sensor& sensor, const VectorXd& displacement)
       channels_(channels_of(sensor)),
       pairs_(reciprocal_pairs(sensor)) {
   for (Index e = 0; e < positions_.cols(); ++e) {
-    const std::complex<double> w = map_({positions_(0, e), positions_(1, e)}).w;
+    const std::complex<double> w = sensor.sheet->to_disc({positions_(0, e), positions_(1, e)}).w;
     electrodes_.col(e) << w.real() / std::abs(w), w.imag() / std::abs(w);
     for (Index f = 0; f < e; ++f) {
       const double distance = (electrodes_.col(e) - electrodes_.col(f)).matrix().norm();
@@ -58,8 +58,11 @@ VectorXd BorderModel::electrode_ratios(const Scene& scene) const {
   VectorXd ratios(positions_.cols());
   for (Index e = 0; e < positions_.cols(); ++e) {
     // Just inside the sheet; where a border ends at the electrode, each side has its share.
-    const std::complex<double> at(positions_(0, e), positions_(1, e));
-    const std::complex<double> inside = (1 - 1e-9) * at;
+    const Eigen::Vector2d middle = sensor_.sheet->bounds().center();
+    const std::complex<double> centre(middle.x(), middle.y());
+    const std::complex<double> at =
+        std::complex<double>(positions_(0, e), positions_(1, e)) - centre;
+    const std::complex<double> inside = centre + (1 - 1e-9) * at;
     const std::complex<double> along = std::complex<double>(0, 1e-9) * at;
     ratios[e] = (ratio_at(scene, inside + along) + ratio_at(scene, inside - along)) / 2;
   }
@@ -72,7 +75,8 @@ BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, cons
   impedance = pair_differences(pair_differences(impedance.transpose()).transpose());
   Solution solution;
   if (!layout.arcs.empty()) {
-    const BorderSystem system = border_system(map_, layout, electrodes_, source, resolution);
+    const BorderSystem system =
+        border_system(*sensor_.sheet, layout, electrodes_, source, resolution);
     impedance += pair_differences(system.potentials *
                                   system.matrix.partialPivLu().solve(system.slopes.transpose()));
     solution.points = static_cast<int>(system.points.size());
@@ -89,7 +93,7 @@ BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, cons
 }
 
 BorderModel::Solution BorderModel::solve_at(const Scene& scene, double resolution) const {
-  return solve_layout(border_layout(map_, electrodes_, scene),
+  return solve_layout(border_layout(*sensor_.sheet, electrodes_, scene),
                       electrode_ratios(scene).array().inverse(), resolution);
 }
 
@@ -101,7 +105,7 @@ BorderModel::Solution BorderModel::solve(const Scene& scene, double tolerance,
 
 BorderModel::Solution BorderModel::solve(const Scene& scene, const Tolerance& tolerance,
                                          int most_points) const {
-  const BorderLayout layout = border_layout(map_, electrodes_, scene);
+  const BorderLayout layout = border_layout(*sensor_.sheet, electrodes_, scene);
   const ArrayXd source = electrode_ratios(scene).array().inverse();
   double resolution = 1 / refinement;
   Solution solution = solve_layout(layout, source, resolution);

@@ -8,7 +8,6 @@
 #include "core/arrays.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
-#include "forward/sheet/sheet_map.h"
 
 namespace ertbench {
 
@@ -25,8 +24,8 @@ struct BorderLayout;
 ///     phi(x) / (2 mu) - sum int d_n(x) N(x, y) phi(y) ds = d_n u0(x),   mu = (r - l) / (r + l).
 ///
 /// The change of the voltages comes out directly, without a difference of large numbers. All is
-/// computed on the unit disc (see SheetMap), where N takes two logarithms. Every scene will do:
-/// contacts with corners, contacts that overlap, that the sheet's border cuts, that cover
+/// computed on the unit disc (see Sheet::to_disc), where N takes two logarithms. Every scene will
+/// do: contacts with corners, contacts that overlap, that the sheet's border cuts, that cover
 /// electrodes.
 ///
 /// All functions are const and thread-safe.
@@ -77,7 +76,6 @@ class BorderModel {
   Eigen::VectorXd voltages(const Eigen::MatrixXd& impedance) const;
 
   Sensor sensor_;
-  SheetMap map_;
   Eigen::Matrix2Xd positions_;  ///< of the electrodes on the sheet
   Eigen::Array2Xd electrodes_;  ///< on the unit circle
   Eigen::MatrixXd neumann_;     ///< N between the electrodes; 0 on the diagonal, never measured

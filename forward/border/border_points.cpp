@@ -15,7 +15,7 @@ Graded graded_parameter(const ContactArc& arc, int index, int count) {
   return {arc.begin + span * up / sum, span * slope};
 }
 
-BorderPoints border_points(const SheetMap& map, const std::vector<ContactArc>& arcs,
+BorderPoints border_points(const Sheet& sheet, const std::vector<ContactArc>& arcs,
                            const std::vector<int>& counts) {
   BorderPoints points;
   points.first.assign(1, 0);
@@ -30,7 +30,7 @@ BorderPoints border_points(const SheetMap& map, const std::vector<ContactArc>& a
     for (int k = 0; k < counts[a]; ++k) {
       const Graded graded = graded_parameter(arcs[a], k, counts[a]);
       const BorderPoint border = arcs[a].piece.at(graded.parameter);
-      const SheetMap::Value value = map(border.z);
+      const DiscPoint value = sheet.to_disc(border.z);
       const std::complex<double> tangent = value.first * border.first;
       const std::complex<double> bend =
           value.second * border.first * border.first + value.first * border.second;

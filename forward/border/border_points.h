@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "forward/border/contact_arcs.h"
-#include "forward/sheet/sheet_map.h"
+#include "forward/sheet/sheet.h"
 
 namespace ertbench {
 
@@ -25,7 +25,7 @@ struct BorderPoints {
 };
 
 /// `counts` [arcs]: points on each.
-BorderPoints border_points(const SheetMap& map, const std::vector<ContactArc>& arcs,
+BorderPoints border_points(const Sheet& sheet, const std::vector<ContactArc>& arcs,
                            const std::vector<int>& counts);
 
 /// The parameter of point `index` of `count` on an arc, and how fast it runs with s in [0, 1].

@@ -47,7 +47,7 @@ MatrixXd pair_differences(const MatrixXd& rows) {
   return out;
 }
 
-BorderSystem border_system(const SheetMap& map, const BorderLayout& layout,
+BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
                            const Eigen::Array2Xd& electrodes, const ArrayXd& source,
                            double resolution) {
   std::vector<int> counts;
@@ -55,7 +55,7 @@ BorderSystem border_system(const SheetMap& map, const BorderLayout& layout,
     counts.push_back(std::max(3, static_cast<int>(std::ceil(resolution * count - 1e-9))));
   }
   BorderSystem system;
-  system.points = border_points(map, layout.arcs, counts);
+  system.points = border_points(sheet, layout.arcs, counts);
   const BorderPoints& points = system.points;
   const Index count = points.size();
   system.left.resize(count);

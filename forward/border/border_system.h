@@ -19,7 +19,7 @@ struct BorderSystem {
 
 /// `resolution` multiplies the layout's counts; `electrodes` [2, L] on the unit circle, `source`
 /// [L] the background over the conductivity that each touches.
-BorderSystem border_system(const SheetMap& map, const BorderLayout& layout,
+BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
                            const Eigen::Array2Xd& electrodes, const Eigen::ArrayXd& source,
                            double resolution);
 

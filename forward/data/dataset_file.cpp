@@ -34,6 +34,18 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
 DatasetFile::DatasetFile(DatasetFile&&) noexcept = default;
 DatasetFile::~DatasetFile() = default;
 
+DatasetSpec DatasetFile::spec() const {
+  nlohmann::json recipe = nlohmann::json::parse(recipe_, nullptr, false);
+  if (!recipe.is_object() || !recipe.contains("name") || !recipe["name"].is_string()) {
+    throw InputError(
+        path_.string() +
+        ": /: attribute \"recipe\" does not say how the set was made; generate it again");
+  }
+  const std::string name = recipe["name"];
+  for (const char* key : {"format_version", "sensor", "name"}) recipe.erase(key);
+  return dataset_spec_from_json(JsonObject(recipe, path_.string(), "/recipe"), sensor_, name);
+}
+
 Frames DatasetFile::voltages(std::uint64_t first, std::uint64_t count) const {
   return file_->read_rows(layout::voltages, first, count);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/arrays.h"
+#include "forward/data/dataset_spec.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
 
@@ -28,6 +29,8 @@ class DatasetFile {
   const std::filesystem::path& path() const { return path_; }
   /// The canonical JSON that determines the file (DatasetSpec, sensor, seeds, versions), as text.
   const std::string& recipe() const { return recipe_; }
+  /// The spec that the recipe describes. Throws InputError where the file has none.
+  DatasetSpec spec() const;
 
   const Eigen::VectorXd& reference_voltages() const { return reference_; }  ///< [channels] V
   Frames voltages(std::uint64_t first, std::uint64_t count) const;          ///< with noise, V

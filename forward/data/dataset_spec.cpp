@@ -11,7 +11,7 @@ namespace ertbench {
 Scene DatasetSpec::scene(std::uint64_t index) const {
   if (const auto* list = std::get_if<std::vector<Scene>>(&scenes)) return (*list)[index];
   RandomStream random(seed, key_of(draws.empty() ? name : draws), index, Purpose::scene);
-  return std::get<SceneDistribution>(scenes).draw(random);
+  return std::get<SceneDistribution>(scenes).draw(random, *sensor.sheet);
 }
 
 RandomStream DatasetSpec::noise_stream(std::uint64_t index) const {
@@ -44,6 +44,34 @@ std::size_t DatasetSpec::most_vertices() const {
   return most;
 }
 
+namespace {
+
+/// Reads "grid" and "model_error".
+SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
+  if (object.has("grid") && object.raw("grid").is_string()) {
+    object.choice("grid", {"auto"});
+    ContinuousSheet sheet;
+    sheet.model_error = object.number_or("model_error", sheet.model_error, {0, 10, true});
+    return sheet;
+  }
+  if (object.has("model_error")) {
+    object.fail("model_error", R"(needs "grid": "auto"; a grid's error is what it is)");
+  }
+  const int side = object.integer_or("grid", sensor.image_grid, 1, 1536);
+  int refined = sensor.image_grid;
+  while (refined < side) refined *= 2;
+  if (refined != side) {
+    object.fail("grid", "must be the image grid times a power of two (" +
+                            std::to_string(sensor.image_grid) + ", " +
+                            std::to_string(2 * sensor.image_grid) + ", " +
+                            std::to_string(4 * sensor.image_grid) + ", ...) or \"auto\", got " +
+                            std::to_string(side));
+  }
+  return GridSheet{side};
+}
+
+}  // namespace
+
 DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
                                    const std::string& name) {
   DatasetSpec spec;
@@ -64,30 +92,11 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
     }
     spec.scenes = std::move(list);
   } else {
-    spec.scenes = scene_distribution_from_json(object.object("scenes"));
+    spec.scenes = scene_distribution_from_json(object.object("scenes"), *sensor.sheet);
     spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
   }
 
-  const bool grid_auto = object.has("grid") && object.raw("grid").is_string();
-  if (grid_auto) {
-    object.choice("grid", {"auto"});
-    spec.grid = DatasetSpec::grid_auto;
-    spec.model_error = object.number_or("model_error", spec.model_error, {0, 10, true});
-  } else {
-    if (object.has("model_error")) {
-      object.fail("model_error", R"(needs "grid": "auto"; a grid's error is what it is)");
-    }
-    spec.grid = object.integer_or("grid", sensor.image_grid, 1, 1536);
-  }
-  int refined = sensor.image_grid;
-  while (refined < spec.grid) refined *= 2;
-  if (!grid_auto && refined != spec.grid) {
-    object.fail("grid", "must be the image grid times a power of two (" +
-                            std::to_string(sensor.image_grid) + ", " +
-                            std::to_string(2 * sensor.image_grid) + ", " +
-                            std::to_string(4 * sensor.image_grid) + ", ...) or \"auto\", got " +
-                            std::to_string(spec.grid));
-  }
+  spec.model = sheet_model_from_json(object, sensor);
   spec.rasterisation = object.choice_or("rasterisation", "area", {"area", "centre"}) == "area"
                            ? Rasterisation::area
                            : Rasterisation::centre;
@@ -102,7 +111,7 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
     object.choice("snr_basis", {"absolute", "difference"});
   }
   if (object.has("faults")) {
-    spec.faults = faults_from_json(object.object("faults"), sensor, grid_auto);
+    spec.faults = faults_from_json(object.object("faults"), sensor, spec.model);
   }
   object.finish();
   return spec;
@@ -114,14 +123,15 @@ nlohmann::json to_json(const DatasetSpec& spec) {
                          {"name", spec.name},
                          {"seed", spec.seed},
                          {"count", spec.count},
-                         {"grid", spec.grid},
+                         {"grid", "auto"},
                          {"rasterisation", name_of(spec.rasterisation)},
                          {"snr_db", nullptr},
                          {"snr_basis", name_of(spec.noise.basis)}};
   if (spec.noise.snr_db) json["snr_db"] = *spec.noise.snr_db;
-  if (spec.grid == DatasetSpec::grid_auto) {
-    json["grid"] = "auto";
-    json["model_error"] = spec.model_error;
+  if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
+    json["grid"] = grid->side;
+  } else {
+    json["model_error"] = std::get<ContinuousSheet>(spec.model).model_error;
   }
   if (!spec.draws.empty()) json["draws_of"] = spec.draws;
   if (spec.faults.any()) json["faults"] = to_json(spec.faults);

@@ -9,6 +9,7 @@
 #include "forward/data/faults.h"
 #include "forward/data/noise.h"
 #include "forward/data/scene_distribution.h"
+#include "forward/data/sheet_model.h"
 #include "forward/sheet/rasterise.h"
 #include "forward/sheet/sensor.h"
 
@@ -26,11 +27,7 @@ struct DatasetSpec {
   std::string draws;
   std::uint64_t seed = 1;
   std::uint64_t count = 0;  ///< scenes
-  int grid = 24;            ///< of the forward model; the truth is always an image_grid image
-  /// For `grid`: no grid but the continuous sheet, scene by scene with as many points as it needs.
-  static constexpr int grid_auto = 0;
-  /// With grid_auto the largest error of a frame, as a fraction of its noise (2-norms).
-  double model_error = 0.25;
+  SheetModel model;         ///< of the voltages; the truth is always an image_grid image
   Rasterisation rasterisation = Rasterisation::area;
   Noise noise;
   Faults faults;

@@ -92,19 +92,23 @@ VectorXd displacements(const Faults& faults, const Sensor& sensor, RandomStream&
   return shift;
 }
 
-VectorXd gradient_factors(const Faults& faults, int grid, RandomStream& random) {
+VectorXd gradient_factors(const Faults& faults, const Sheet& sheet, const PixelGrid& pixels,
+                          RandomStream& random) {
   const double angle = random.uniform(0, 2 * std::numbers::pi);
-  const double slope = faults.background_gradient / std::numbers::sqrt2;
-  const VectorXd centres = VectorXd::LinSpaced(grid, -1 + 1.0 / grid, 1 - 1.0 / grid);
-  VectorXd factors(grid * grid);
-  for (int row = 0; row < grid; ++row) {
-    factors.segment(grid * row, grid) =
-        1 + slope * (std::cos(angle) * centres.array() + std::sin(angle) * centres[row]);
+  const double slope = faults.background_gradient / sheet.radius();
+  const Eigen::Vector2d middle = sheet.bounds().center();
+  const Eigen::ArrayXd x = pixels.centres_x().transpose().array() - middle.x();
+  const Eigen::ArrayXd y = pixels.centres_y().transpose().array() - middle.y();
+  VectorXd factors(pixels.count());
+  for (int row = 0; row < pixels.rows(); ++row) {
+    factors.segment(pixels.columns() * row, pixels.columns()) =
+        1 + slope * (std::cos(angle) * x + std::sin(angle) * y[row]);
   }
   return factors;
 }
 
-Faults faults_from_json(JsonObject object, const Sensor& sensor, bool grid_auto) {
+Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetModel& model) {
+  const bool continuous = std::holds_alternative<ContinuousSheet>(model);
   Faults faults;
   // Five electrodes are the fewest that measure anything.
   faults.dead_electrodes =
@@ -116,8 +120,8 @@ Faults faults_from_json(JsonObject object, const Sensor& sensor, bool grid_auto)
   faults.offset = object.number_or("offset", 0, {0, 10});
   faults.adc_bits = object.integer_or("adc_bits", 0, 0, 24);
   if (faults.adc_bits == 1) object.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
-  const double spacing = 8.0 / sensor.electrode_count;
-  faults.electrode_displacement = object.number_or("electrode_displacement", 0, {0, spacing / 3});
+  faults.electrode_displacement =
+      object.number_or("electrode_displacement", 0, {0, sensor.electrode_spacing() / 3});
   faults.displacement_reference =
       object.choice_or("displacement_reference", "retaken", {"retaken", "stale"}) == "retaken"
           ? DisplacementReference::retaken
@@ -125,11 +129,11 @@ Faults faults_from_json(JsonObject object, const Sensor& sensor, bool grid_auto)
   faults.background_change = object.number_or("background_change", 0, {-0.99, 0.99});
   faults.background_gradient = object.number_or("background_gradient", 0, {0, 0.99});
   object.finish();
-  if (faults.electrode_displacement > 0 && !grid_auto) {
+  if (faults.electrode_displacement > 0 && !continuous) {
     object.fail("electrode_displacement",
                 R"(needs "grid": "auto"; on a grid electrodes sit on its nodes)");
   }
-  if (faults.background_gradient > 0 && grid_auto) {
+  if (faults.background_gradient > 0 && continuous) {
     object.fail("background_gradient", R"(needs a "grid" that is a number, such as 96; "auto" )"
                                        "knows even sheets alone");
   }

@@ -5,6 +5,7 @@
 
 #include "core/arrays.h"
 #include "core/random.h"
+#include "forward/data/sheet_model.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench {
@@ -42,8 +43,9 @@ struct Faults {
   /// The conductivity of the whole sheet, contacts included, is 1 + b times what it was when the
   /// reference was taken.
   double background_change = 0;
-  /// The conductivity at (x, y) is 1 + g (x cos t + y sin t) / sqrt(2) times that of the even
-  /// sheet, t random. The true image stays that of the contacts alone.
+  /// The conductivity at (x, y) is 1 + g (x cos t + y sin t) / r times that of the even
+  /// sheet, t random and r the sheet's radius (sqrt(2) for the square). The true image stays that
+  /// of the contacts alone.
   double background_gradient = 0;
 
   bool any() const { return of_electronics() || of_sheet(); }
@@ -72,15 +74,16 @@ Eigen::VectorXd recorded_reference(const Faults& faults, const Eigen::VectorXd& 
 /// border. `random` is of Purpose::displacement.
 Eigen::VectorXd displacements(const Faults& faults, const Sensor& sensor, RandomStream& random);
 
-/// Factors [grid^2] of the conductivity of a sheet's pixels, by the background's gradient.
+/// Factors [pixels] of the conductivity of a sheet's pixels, by the background's gradient.
 /// `random` is of Purpose::gradient.
-Eigen::VectorXd gradient_factors(const Faults& faults, int grid, RandomStream& random);
+Eigen::VectorXd gradient_factors(const Faults& faults, const Sheet& sheet, const PixelGrid& pixels,
+                                 RandomStream& random);
 
 /// Reads `{"dead_electrodes", "dead_reading", "gain_error", "offset", "adc_bits",
 /// "electrode_displacement", "displacement_reference", "background_change",
-/// "background_gradient"}`, every key optional. `grid_auto`: whether voltages come from the border
-/// integrals, which know electrodes at any place but no gradient; else from a grid.
-Faults faults_from_json(JsonObject object, const Sensor& sensor, bool grid_auto);
+/// "background_gradient"}`, every key optional. Voltages come from `model`: the continuous sheet
+/// knows electrodes at any place but no gradient, a grid the reverse.
+Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetModel& model);
 /// The keys that differ from a faultless frame; an object without keys where none does.
 nlohmann::json to_json(const Faults& faults);
 

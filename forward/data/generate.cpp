@@ -1,14 +1,7 @@
 #include "forward/data/generate.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -16,6 +9,7 @@
 #include <thread>
 
 #include "core/errors.h"
+#include "core/file_lock.h"
 #include "core/hdf5_file.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_layout.h"
@@ -35,7 +29,7 @@ std::uint64_t contact_width(const DatasetSpec& spec) {
 
 /// Of /model_effort, which only "grid": "auto" has.
 std::uint64_t effort_columns(const DatasetSpec& spec) {
-  return spec.grid == DatasetSpec::grid_auto ? layout::effort_columns : 0;
+  return std::holds_alternative<ContinuousSheet>(spec.model) ? layout::effort_columns : 0;
 }
 
 std::uint64_t bytes_of(const DatasetSpec& spec) {
@@ -60,7 +54,8 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   Hdf5File file = Hdf5File::create(part);
   const auto channels = static_cast<std::uint64_t>(spec.sensor.channels());
   const auto grid = static_cast<std::uint64_t>(spec.sensor.image_grid);
-  const auto describe = [&](const std::string& dataset, const char* unit, const char* meaning) {
+  const auto describe = [&](const std::string& dataset, const std::string& unit,
+                            const char* meaning) {
     file.write_text(dataset, "units", unit);
     file.write_text(dataset, "description", meaning);
   };
@@ -72,7 +67,7 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   describe(layout::conductivity, "S/m",
            "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1");
   file.create_dataset(layout::contacts, {spec.count, contact_width(spec), layout::contact_columns});
-  describe(layout::contacts, "domain units (sheet [-1, 1] x [-1, 1]), rad, 1",
+  describe(layout::contacts, "domain units (sheet " + spec.sensor.sheet->extent() + "), rad, 1",
            "columns: kind (0 disc, 1 ellipse, 2 rectangle, 3 polygon), centre x, centre y, size a, "
            "size b, angle, conductivity ratio; NaN rows are absent");
   if (spec.most_vertices() > 0) {
@@ -100,7 +95,8 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   file.write_text("/", "channel_order",
                   "for drive k = 0 ... L-1 (-I at electrode k, +I at k+1): for pair j = 0 ... L-1 "
                   "ascending, V_j - V_(j+1), pairs sharing an electrode with the drive skipped");
-  file.write_text("/", "electrode_order", "clockwise along the border from the top left corner");
+  file.write_text("/", "electrode_order",
+                  "clockwise along the border from " + spec.sensor.sheet->border_start());
   file.flush();
 }
 
@@ -115,37 +111,6 @@ std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& 
     return std::nullopt;  // cut off before its storage was laid out, or another thing altogether
   }
 }
-
-/// The only writer of a file that grows, until it is destroyed. Another process that writes the
-/// same file is waited for.
-class WriterLock {
- public:
-  explicit WriterLock(const fs::path& part) {
-    for (;;) {
-      descriptor_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-      if (descriptor_ < 0) {
-        throw InputError(part.string() + ": cannot be created: " + std::strerror(errno) +
-                         "; check that the folder exists and is writable");
-      }
-      ::flock(descriptor_, LOCK_EX);
-      // Whoever held the lock may have finished and renamed what we opened.
-      struct stat opened {};
-      struct stat named {};
-      const bool same = ::fstat(descriptor_, &opened) == 0 && ::stat(part.c_str(), &named) == 0 &&
-                        opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
-      if (same) return;
-      ::close(descriptor_);
-    }
-  }
-  WriterLock(const WriterLock&) = delete;
-  WriterLock& operator=(const WriterLock&) = delete;
-  ~WriterLock() { ::close(descriptor_); }
-
-  void sync() const { ::fsync(descriptor_); }
-
- private:
-  int descriptor_ = -1;
-};
 
 /// Whether `file` is a whole dataset of this spec.
 bool is_finished(const DatasetSpec& spec, const fs::path& file) {
@@ -174,11 +139,12 @@ DatasetBlock allocate(const DatasetSpec& spec, std::uint64_t count) {
 void fill_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                Eigen::Index begin, Eigen::Index end, DatasetBlock& block) {
   std::vector<Scene> scenes;
-  Eigen::VectorXd image(spec.sensor.pixels());
+  const PixelGrid pixels = spec.sensor.image();
+  Eigen::VectorXd image(pixels.count());
   for (Eigen::Index i = begin; i < end; ++i) {
     scenes.push_back(spec.scene(first + static_cast<std::uint64_t>(i)));
     layout::pack(scenes.back(), block.contacts.row(i), block.vertices.row(i));
-    rasterise(scenes.back(), spec.sensor.image_grid, spec.rasterisation, image);
+    rasterise(scenes.back(), pixels, spec.rasterisation, image);
     block.conductivity.row(i) = spec.sensor.background * image;
   }
   const Eigen::Index count = end - begin;
@@ -219,11 +185,11 @@ DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, st
 
 void generate_dataset(const DatasetSpec& spec, const fs::path& file,
                       const GenerateOptions& options) {
-  const SceneModel model(spec.sensor, spec.grid);
+  const SceneModel model(spec.sensor, spec.model);
   const int threads = std::max(1, options.threads);
   fs::path part = file;
   part += ".part";
-  const WriterLock lock(part);
+  const FileLock lock(part);
   if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
     fs::remove(part);
     return;

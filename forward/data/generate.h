@@ -38,7 +38,7 @@ struct DatasetBlock {
 };
 
 class SceneModel;
-/// `model` has the spec's sensor and grid.
+/// `model` has the spec's sensor and SheetModel.
 DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                             std::uint64_t count);
 

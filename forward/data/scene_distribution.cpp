@@ -18,6 +18,7 @@ constexpr double bar_aspect = 0.12;
 constexpr double ring_hole = 0.55;  ///< inner over outer radius
 constexpr int ring_corners = 30;    ///< of each of its two borders
 constexpr double cross_arm = 0.35;  ///< breadth over length of its bars
+constexpr double rounding = 1e-12;  ///< of lengths, domain units
 
 Shape shape_of(DrawnShape drawn) {
   switch (drawn) {
@@ -67,18 +68,39 @@ void move(Contact& contact, const Eigen::Vector2d& by) {
   for (Eigen::Vector2d& vertex : contact.vertices) vertex += by;
 }
 
+/// A place at random, uniform over the part of the sheet that is at least `margin` from its border.
+Eigen::Vector2d place_on(const Sheet& sheet, double margin, RandomStream& random) {
+  const Eigen::Vector2d low = sheet.bounds().min().array() + margin;
+  const Eigen::Vector2d high = sheet.bounds().max().array() - margin;
+  for (;;) {
+    const double x = random.uniform(low.x(), high.x());
+    const double y = random.uniform(low.y(), high.y());
+    if (sheet.depth({x, y}) >= margin - rounding) return {x, y};
+  }
+}
+
 /// Puts the second contact at `distance` between the centres from the first, which is moved no
-/// farther than both being in the sheet demands. Radii are those of the circles around them.
+/// farther than both being in the sheet's bounds demands, and then towards the sheet's middle until
+/// both are on the sheet. Radii are those of the circles around them.
 void set_apart(Contact& first, double first_radius, Contact& second, double second_radius,
-               const Eigen::Vector2d& distance) {
-  const Eigen::Array2d room = 1 - Eigen::Array2d::Constant(second_radius) - distance.array();
-  const Eigen::Array2d back = -1 + Eigen::Array2d::Constant(second_radius) - distance.array();
-  const Eigen::Vector2d place = first.centre.array()
-                                    .max(back)
-                                    .min(room)
-                                    .max(-1 + first_radius)
-                                    .min(1 - first_radius)
-                                    .matrix();
+               const Eigen::Vector2d& distance, const Sheet& sheet) {
+  const Eigen::Array2d low = sheet.bounds().min();
+  const Eigen::Array2d high = sheet.bounds().max();
+  Eigen::Vector2d place = first.centre.array()
+                              .max(low + second_radius - distance.array())
+                              .min(high - second_radius - distance.array())
+                              .max(low + first_radius)
+                              .min(high - first_radius)
+                              .matrix();
+  const auto fits = [&](const Eigen::Vector2d& at) {
+    return sheet.depth(at) >= first_radius - rounding &&
+           sheet.depth(at + distance) >= second_radius - rounding;
+  };
+  const Eigen::Vector2d from = place;
+  const Eigen::Vector2d inmost = sheet.bounds().center() - distance / 2;
+  for (int step = 1; step <= 64 && !fits(place); ++step) {
+    place = from + step / 64.0 * (inmost - from);
+  }
   move(first, place - first.centre);
   move(second, place + distance - second.centre);
 }
@@ -101,7 +123,7 @@ std::size_t SceneDistribution::most_vertices() const {
   return most;
 }
 
-Scene SceneDistribution::draw(RandomStream& random) const {
+Scene SceneDistribution::draw(RandomStream& random, const Sheet& sheet) const {
   Scene scene;
   if (random.uniform() < blank_fraction) return scene;
   const int count = random.integer(contacts.first, contacts.second);
@@ -112,12 +134,13 @@ Scene SceneDistribution::draw(RandomStream& random) const {
         shapes[static_cast<std::size_t>(random.integer(0, static_cast<int>(shapes.size()) - 1))];
     contact.shape = shape_of(drawn);
     const double size = random.uniform(radius.first, radius.second);
-    const double room = inside ? 1 - size : 1;
-    const double x = centre ? random.uniform(centre->first.first, centre->first.second)
-                            : random.uniform(-room, room);
-    const double y = centre ? random.uniform(centre->second.first, centre->second.second)
-                            : random.uniform(-room, room);
-    contact.centre = {x, y};
+    if (centre) {
+      const double x = random.uniform(centre->first.first, centre->first.second);
+      const double y = random.uniform(centre->second.first, centre->second.second);
+      contact.centre = {x, y};
+    } else {
+      contact.centre = place_on(sheet, inside ? size : 0, random);
+    }
     contact.conductivity_ratio =
         random.uniform(conductivity_ratio.first, conductivity_ratio.second);
     const double shape_ratio = random.uniform(aspect.first, aspect.second);
@@ -164,12 +187,14 @@ Scene SceneDistribution::draw(RandomStream& random) const {
     const double direction = random.uniform(0, 2 * pi);
     const double distance = radii[0] + radii[1] + random.uniform(gap->first, gap->second);
     set_apart(scene.contacts[0], radii[0], scene.contacts[1], radii[1],
-              distance * at_angle(direction));
+              distance * at_angle(direction), sheet);
   }
   return scene;
 }
 
-SceneDistribution scene_distribution_from_json(JsonObject object) {
+SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& sheet) {
+  const Eigen::AlignedBox2d& bounds = sheet.bounds();
+  const double room = sheet.inner_radius();
   SceneDistribution d;
   if (object.has("contacts")) d.contacts = object.integer_interval("contacts", 0, 64);
   if (object.has("shapes")) {
@@ -189,19 +214,22 @@ SceneDistribution scene_distribution_from_json(JsonObject object) {
   d.inside = object.choice_or("placement", "inside", {"inside", "centre-inside"}) == "inside";
   if (object.has("centre")) {
     JsonObject centre = object.object("centre");
-    d.centre.emplace(centre.interval("x", {-1, 1}), centre.interval("y", {-1, 1}));
+    d.centre.emplace(centre.interval("x", {bounds.min().x(), bounds.max().x()}),
+                     centre.interval("y", {bounds.min().y(), bounds.max().y()}));
     centre.finish();
   }
   if (object.has("gap")) {
     d.gap = object.interval("gap", {0, 2});
     if (d.contacts != std::pair(2, 2)) object.fail("gap", R"(needs "contacts": 2)");
     if (d.centre || !d.inside) object.fail("gap", R"(places contacts "inside" the sheet itself)");
-    if (4 * d.radius.second + d.gap->second > 2) {
-      object.fail("gap", "must leave room for both contacts: gap + 4 radius <= 2");
+    if (4 * d.radius.second + d.gap->second > 2 * room) {
+      object.fail("gap", "must leave room for both contacts: gap + 4 radius <= " +
+                             nlohmann::json(2 * room).dump());
     }
   }
-  if (d.inside && !d.centre && d.radius.second > 1) {
-    object.fail("radius", R"(must be <= 1 for contacts placed "inside" the sheet)");
+  if (d.inside && !d.centre && d.radius.second > room) {
+    object.fail("radius", "must be <= " + nlohmann::json(room).dump() +
+                              R"( for contacts placed "inside" the sheet)");
   }
   object.finish();
   return d;

@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "forward/sheet/scene.h"
+#include "forward/sheet/sheet.h"
 
 namespace ertbench {
 
@@ -37,14 +38,14 @@ struct SceneDistribution {
 
   /// Takes the same random numbers for the same contacts whatever the intervals, so that scenes of
   /// two distributions that differ in one interval are paired.
-  Scene draw(RandomStream& random) const;
+  Scene draw(RandomStream& random, const Sheet& sheet) const;
   std::size_t most_vertices() const;  ///< of one contact, 0 where there are no polygons
 };
 
 /// Reads `{"contacts", "shapes", "radius", "aspect", "corners", "conductivity_ratio",
 /// "blank_fraction", "placement", "centre": {"x", "y"}, "gap"}`; an interval is [low, high] or one
 /// number.
-SceneDistribution scene_distribution_from_json(JsonObject object);
+SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& sheet);
 nlohmann::json to_json(const SceneDistribution& distribution);
 
 }  // namespace ertbench

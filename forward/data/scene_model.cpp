@@ -12,18 +12,19 @@ void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
                    std::span<const Scene> scenes, std::uint64_t first,
                    Eigen::Ref<Frames> voltages) {
   // A few scenes at a time: their fine images are the largest arrays here.
-  const Eigen::Index batch = spec.grid <= 48 ? 64 : 16;
+  const PixelGrid pixels = spec.sensor.sheet->pixels(model.grid());
+  const Eigen::Index batch = model.grid() <= 48 ? 64 : 16;
   const auto count = static_cast<Eigen::Index>(scenes.size());
-  Images sheets(std::min(batch, count), spec.grid * spec.grid);
-  Eigen::VectorXd ratio(spec.grid * spec.grid);
+  Images sheets(std::min(batch, count), pixels.count());
+  Eigen::VectorXd ratio(pixels.count());
   for (Eigen::Index start = 0; start < count; start += batch) {
     const Eigen::Index rows = std::min(batch, count - start);
     for (Eigen::Index i = 0; i < rows; ++i) {
       const auto index = static_cast<std::size_t>(start + i);
-      rasterise(scenes[index], spec.grid, spec.rasterisation, ratio);
+      rasterise(scenes[index], pixels, spec.rasterisation, ratio);
       if (spec.faults.background_gradient > 0) {
         RandomStream random = spec.stream(first + index, Purpose::gradient);
-        ratio.array() *= gradient_factors(spec.faults, spec.grid, random).array();
+        ratio.array() *= gradient_factors(spec.faults, *spec.sensor.sheet, pixels, random).array();
       }
       sheets.row(i) = spec.sensor.background * ratio;
     }
@@ -34,6 +35,7 @@ void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
 void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
                       std::span<const Scene> scenes, std::uint64_t first,
                       Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) {
+  const double model_error = std::get<ContinuousSheet>(spec.model).model_error;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     std::optional<BorderModel> displaced;
     if (spec.faults.electrode_displacement > 0) {
@@ -45,8 +47,8 @@ void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
     const Eigen::VectorXd& reference =
         stale ? model.reference_voltages() : nominal.reference_voltages();
     const auto tolerance = [&](const Eigen::VectorXd& change) {
-      return spec.model_error * noise_norm(spec.noise, nominal.reference_voltages(),
-                                           nominal.reference_voltages() + change);
+      return model_error * noise_norm(spec.noise, nominal.reference_voltages(),
+                                      nominal.reference_voltages() + change);
     };
     const BorderModel::Solution solution = model.solve(scenes[i], tolerance);
     const auto row = static_cast<Eigen::Index>(i);
@@ -62,11 +64,12 @@ struct SceneModel::Parts {
   std::optional<BorderModel> borders;
 };
 
-SceneModel::SceneModel(const Sensor& sensor, int grid) : parts_(std::make_unique<Parts>()) {
-  if (grid == DatasetSpec::grid_auto) {
-    parts_->borders.emplace(sensor);
+SceneModel::SceneModel(const Sensor& sensor, const SheetModel& model)
+    : parts_(std::make_unique<Parts>()) {
+  if (const auto* grid = std::get_if<GridSheet>(&model)) {
+    parts_->grid.emplace(sensor, grid->side);
   } else {
-    parts_->grid.emplace(sensor, grid);
+    parts_->borders.emplace(sensor);
   }
 }
 SceneModel::~SceneModel() = default;

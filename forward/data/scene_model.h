@@ -16,8 +16,7 @@ namespace ertbench {
 /// All functions are const and thread-safe.
 class SceneModel {
  public:
-  /// `grid`: pixels along one side, or DatasetSpec::grid_auto.
-  SceneModel(const Sensor& sensor, int grid);
+  SceneModel(const Sensor& sensor, const SheetModel& model);
   ~SceneModel();
   SceneModel(SceneModel&&) noexcept;
 
@@ -25,10 +24,11 @@ class SceneModel {
   const Eigen::VectorXd& reference_voltages() const;
 
   /// Voltages [scenes, channels] V of `scenes`, the dataset's from number `first` on, with its
-  /// faults of the sheet and without noise. `spec` has this model's sensor and grid.
+  /// faults of the sheet and without noise. `spec` has this model's sensor and SheetModel, but for
+  /// the model error, which is the spec's.
   ///
   /// `effort` [scenes, 2], filled with "auto" alone: points of each scene's system, and the
-  /// estimated 2-norm of its voltages' error in V, which is at most `spec.model_error` of the
+  /// estimated 2-norm of its voltages' error in V, which is at most the spec's `model_error` of the
   /// frame's noise except where the model's largest system did not suffice.
   void solve(const DatasetSpec& spec, std::span<const Scene> scenes, std::uint64_t first,
              Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) const;

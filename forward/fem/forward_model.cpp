@@ -3,6 +3,7 @@
 #include <Eigen/SparseCholesky>
 #include <cmath>
 
+#include "core/errors.h"
 #include "forward/fem/condensation.h"
 #include "forward/fem/contact_update.h"
 
@@ -27,8 +28,16 @@ struct ForwardModel::Parts {
   Condensation condensation;
   Eigen::VectorXd reference;
 
+  /// The Green's function of the uniform sheet is that of a square lattice.
+  static const Sensor& require_square(const Sensor& s) {
+    const Eigen::Vector2d sides = s.sheet->bounds().sizes();
+    if (s.sheet->fills_bounds() && sides.x() == sides.y()) return s;
+    throw InputError("sensor: the grid model is of square sheets, not of a " + s.sheet->name() +
+                     R"(; use "grid": "auto")");
+  }
+
   Parts(const Sensor& s, int n)
-      : sensor(s),
+      : sensor(require_square(s)),
         grid(n),
         channels(channels_of(s)),
         electrodes(electrode_nodes(s, n)),

@@ -21,7 +21,7 @@ enum class ForwardMethod { automatic, condensation, contact_update };
 class ForwardModel {
  public:
   /// `grid`: pixels along one side, sensor.image_grid times a power of two.
-  /// Throws InputError where an electrode falls between nodes.
+  /// Throws InputError where an electrode falls between nodes or the sheet is not a square.
   ForwardModel(const Sensor& sensor, int grid);
   ~ForwardModel();
   ForwardModel(ForwardModel&&) noexcept;

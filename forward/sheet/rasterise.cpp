@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace ertbench {
 namespace {
@@ -102,21 +101,21 @@ bool far_from_border(const std::vector<Vector2d>& vertices, const Vector2d& poin
 }
 
 /// Fraction of the pixel that the contact covers.
-double coverage(const Outline& outline, const Vector2d& corner, double side) {
+double coverage(const Outline& outline, const Vector2d& corner, const Vector2d& pixel) {
   const Contact& contact = *outline.contact;
   thread_local std::vector<Vector2d> polygon;
-  const double pixel_area = side * side;
+  const double pixel_area = pixel.prod();
   if (contact.shape == Shape::polygon) {
-    const Vector2d centre = corner.array() + side / 2;
-    if (far_from_border(contact.vertices, centre, side * std::numbers::sqrt2 / 2)) {
+    const Vector2d centre = corner + pixel / 2;
+    if (far_from_border(contact.vertices, centre, pixel.norm() / 2)) {
       return contact.contains(centre) ? 1 : 0;
     }
     polygon = contact.vertices;
-    return std::min(1.0, clipped_area(polygon, corner, corner.array() + side) / pixel_area);
+    return std::min(1.0, clipped_area(polygon, corner, corner + pixel) / pixel_area);
   }
 
-  const Vector2d middle = outline.unit(corner.array() + side / 2);
-  const Eigen::Matrix2d half = outline.to_unit * (side / 2);
+  const Vector2d middle = outline.unit(corner + pixel / 2);
+  const Eigen::Matrix2d half = outline.to_unit * (pixel / 2).asDiagonal();
   const std::array<Vector2d, 4> corners = {
       middle - half.col(0) - half.col(1), middle + half.col(0) - half.col(1),
       middle + half.col(0) + half.col(1), middle - half.col(0) + half.col(1)};
@@ -180,22 +179,22 @@ void crossings(const Outline& outline, double y, std::vector<double>& out) {
 
 /// Mean ratio over a pixel where borders of several contacts meet.
 double mean_ratio(const std::vector<const Outline*>& outlines, double base, bool base_covered,
-                  const Vector2d& corner, double side) {
+                  const Vector2d& corner, const Vector2d& pixel) {
   double sum = 0;
   std::vector<double> cuts;
   std::vector<std::size_t> start;
   std::vector<double> stops;
   for (int line = 0; line < overlap_lines; ++line) {
-    const double y = corner.y() + side * (line + 0.5) / overlap_lines;
+    const double y = corner.y() + pixel.y() * (line + 0.5) / overlap_lines;
     cuts.clear();
     start.assign(1, 0);
     for (const Outline* outline : outlines) {
       crossings(*outline, y, cuts);
       start.push_back(cuts.size());
     }
-    stops = {corner.x(), corner.x() + side};
+    stops = {corner.x(), corner.x() + pixel.x()};
     for (const double x : cuts) {
-      if (x > corner.x() && x < corner.x() + side) stops.push_back(x);
+      if (x > corner.x() && x < corner.x() + pixel.x()) stops.push_back(x);
     }
     std::sort(stops.begin(), stops.end());
     for (std::size_t s = 0; s + 1 < stops.size(); ++s) {
@@ -213,7 +212,7 @@ double mean_ratio(const std::vector<const Outline*>& outlines, double base, bool
       sum += lowest * (stops[s + 1] - stops[s]);
     }
   }
-  return sum / (side * overlap_lines);
+  return sum / (pixel.x() * overlap_lines);
 }
 
 /// One contact's share of one pixel; the shares of a pixel are a linked list.
@@ -225,7 +224,7 @@ struct Share {
 };
 
 double ratio_of(const std::vector<Share>& shares, int head, const std::vector<Outline>& outlines,
-                const Vector2d& corner, double side) {
+                const Vector2d& corner, const Vector2d& pixel) {
   const auto ratio = [&](const Share& share) {
     return outlines[static_cast<std::size_t>(share.contact)].contact->conductivity_ratio;
   };
@@ -250,35 +249,35 @@ double ratio_of(const std::vector<Share>& shares, int head, const std::vector<Ou
   if (partial.size() == 1) {
     return base + fraction * (partial[0]->contact->conductivity_ratio - base);
   }
-  return mean_ratio(partial, base, covered, corner, side);
+  return mean_ratio(partial, base, covered, corner, pixel);
 }
 
 }  // namespace
 
-void rasterise(const Scene& scene, int grid, Rasterisation rule, Eigen::Ref<VectorXd> ratio) {
-  const double side = 2.0 / grid;
+void rasterise(const Scene& scene, const PixelGrid& pixels, Rasterisation rule,
+               Eigen::Ref<VectorXd> ratio) {
+  const Vector2d& side = pixels.pixel();
   ratio.setOnes();
   std::vector<Outline> outlines;
   for (const Contact& contact : scene.contacts) outlines.emplace_back(contact);
   std::vector<Share> shares;
   thread_local std::vector<int> heads;
-  heads.assign(static_cast<std::size_t>(grid * grid), -1);
-  const auto corner_of = [&](int pixel) {
-    return Vector2d(-1 + side * (pixel % grid), -1 + side * (pixel / grid));
-  };
+  heads.assign(static_cast<std::size_t>(pixels.count()), -1);
   for (std::size_t k = 0; k < outlines.size(); ++k) {
     const Eigen::AlignedBox2d box = outlines[k].contact->bounds();
-    const auto index = [&](double x) {
-      return static_cast<int>(std::clamp(std::floor((x + 1) / side), 0.0, grid - 1.0));
-    };
-    for (int row = index(box.min().y()); row <= index(box.max().y()); ++row) {
-      for (int column = index(box.min().x()); column <= index(box.max().x()); ++column) {
-        const int pixel = column + grid * row;
-        const Vector2d corner = corner_of(pixel);
-        const double fraction =
-            rule == Rasterisation::area
-                ? coverage(outlines[k], corner, side)
-                : double(outlines[k].contact->contains(corner.array() + side / 2));
+    const Eigen::Array2d last(pixels.columns() - 1, pixels.rows() - 1);
+    const Eigen::Array2i low =
+        pixels.place(box.min()).array().floor().max(0.0).min(last).cast<int>();
+    const Eigen::Array2i high =
+        pixels.place(box.max()).array().floor().max(0.0).min(last).cast<int>();
+    for (int row = low.y(); row <= high.y(); ++row) {
+      for (int column = low.x(); column <= high.x(); ++column) {
+        const int pixel = column + pixels.columns() * row;
+        if (!pixels.on_sheet(pixel)) continue;
+        const Vector2d corner = pixels.corner(column, row);
+        const double fraction = rule == Rasterisation::area
+                                    ? coverage(outlines[k], corner, side)
+                                    : double(outlines[k].contact->contains(corner + side / 2));
         if (fraction <= 0) continue;
         int& head = heads[static_cast<std::size_t>(pixel)];
         shares.push_back({pixel, static_cast<int>(k), fraction, head});
@@ -290,7 +289,7 @@ void rasterise(const Scene& scene, int grid, Rasterisation rule, Eigen::Ref<Vect
     const int pixel = shares[s].pixel;
     const int head = heads[static_cast<std::size_t>(pixel)];
     if (head != static_cast<int>(s)) continue;  // one visit for each pixel
-    ratio[pixel] = ratio_of(shares, head, outlines, corner_of(pixel), side);
+    ratio[pixel] = ratio_of(shares, head, outlines, pixels.corner(pixel), side);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "forward/sheet/pixel_grid.h"
 #include "forward/sheet/scene.h"
 
 namespace ertbench {
@@ -12,12 +13,14 @@ enum class Rasterisation {
   centre,  ///< by what covers its centre
 };
 
-/// Conductivity ratios sigma / background [grid^2] of a scene, 1 where nothing presses.
+/// Conductivity ratios sigma / background [pixels] of a scene, 1 where nothing presses and off the
+/// sheet.
 ///
 /// With `area` a pixel's ratio is the mean over its area. The covered fraction is exact for every
 /// shape; only in pixels where the borders of two or more contacts meet is it integrated over
 /// `overlap_lines` lines across the pixel, exactly along each line.
-void rasterise(const Scene& scene, int grid, Rasterisation rule, Eigen::Ref<Eigen::VectorXd> ratio);
+void rasterise(const Scene& scene, const PixelGrid& pixels, Rasterisation rule,
+               Eigen::Ref<Eigen::VectorXd> ratio);
 
 inline constexpr int overlap_lines = 64;
 

@@ -11,7 +11,7 @@ class JsonObject;
 
 enum class Shape { disc = 0, ellipse = 1, rectangle = 2, polygon = 3 };
 
-/// One pressed region of the sheet. Lengths in domain units, the sheet being [-1, 1] x [-1, 1].
+/// One pressed region of the sheet. Lengths in domain units (see Sheet).
 struct Contact {
   Shape shape = Shape::disc;
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< unused for a polygon

@@ -16,6 +16,12 @@ bool shares_electrode(int drive, int measurement, int count) {
 
 }  // namespace
 
+bool Sensor::operator==(const Sensor& other) const {
+  return image_grid == other.image_grid && electrode_count == other.electrode_count &&
+         electrode_offset == other.electrode_offset && drive_current == other.drive_current &&
+         background == other.background && sheet->name() == other.sheet->name();
+}
+
 std::vector<Channel> channels_of(const Sensor& sensor) {
   std::vector<Channel> channels;
   const int count = sensor.electrode_count;
@@ -53,32 +59,19 @@ Eigen::Matrix2Xd electrode_positions(const Sensor& sensor) {
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement) {
   Eigen::Matrix2Xd positions(2, sensor.electrode_count);
   for (int e = 0; e < sensor.electrode_count; ++e) {
-    const double along =
-        sensor.electrode_offset + 8.0 * e / sensor.electrode_count + displacement[e];
-    const int side = (static_cast<int>(std::floor(along / 2)) % 4 + 4) % 4;
-    const double t = along - 2 * std::floor(along / 2) - 1;
-    switch (side) {
-      case 0:
-        positions.col(e) << t, 1;
-        break;
-      case 1:
-        positions.col(e) << 1, -t;
-        break;
-      case 2:
-        positions.col(e) << -t, -1;
-        break;
-      default:
-        positions.col(e) << -1, t;
-    }
+    positions.col(e) = sensor.sheet->border_point(
+        sensor.electrode_offset + sensor.sheet->border_length() * e / sensor.electrode_count +
+        displacement[e]);
   }
   return positions;
 }
 
 std::vector<int> electrode_nodes(const Sensor& sensor, int grid) {
+  const PixelGrid pixels = sensor.sheet->pixels(grid);
   const Eigen::Matrix2Xd positions = electrode_positions(sensor);
   std::vector<int> nodes;
   for (int e = 0; e < sensor.electrode_count; ++e) {
-    const Eigen::Vector2d at = (positions.col(e).array() + 1) * (grid / 2.0);
+    const Eigen::Vector2d at = pixels.place(positions.col(e));
     const Eigen::Vector2d nearest = at.array().round();
     if ((at - nearest).cwiseAbs().maxCoeff() > 1e-9) {
       throw InputError("sensor: electrode " + std::to_string(e) +
@@ -95,14 +88,14 @@ Sensor sensor_from_json(JsonObject object) {
   Sensor sensor;
   sensor.image_grid = object.integer_or("image_grid", sensor.image_grid, 4, 96);
   sensor.electrode_count = object.integer_or("electrode_count", sensor.electrode_count, 5, 64);
-  sensor.electrode_offset =
-      object.number_or("electrode_offset", 4.0 / sensor.electrode_count, {0, 8});
+  sensor.electrode_offset = object.number_or("electrode_offset", sensor.electrode_spacing() / 2,
+                                             {0, sensor.sheet->border_length()});
   sensor.drive_current = object.number_or("drive_current", sensor.drive_current, Range::positive());
   sensor.background = object.number_or("background", sensor.background, Range::positive());
   object.finish();
-  if (sensor.electrode_offset >= 8.0 / sensor.electrode_count) {
+  if (sensor.electrode_offset >= sensor.electrode_spacing()) {
     object.fail("electrode_offset", "must be less than the distance between electrodes, " +
-                                        std::to_string(8.0 / sensor.electrode_count));
+                                        std::to_string(sensor.electrode_spacing()));
   }
   try {
     electrode_nodes(sensor, sensor.image_grid);

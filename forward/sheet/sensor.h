@@ -2,31 +2,42 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
+
+#include "forward/sheet/sheet.h"
 
 namespace ertbench {
 
 class JsonObject;
 
-/// A square resistive sheet [-1, 1] x [-1, 1] with point electrodes on its border, driven and
-/// measured by adjacent pairs. The defaults are EIDORS's stock model `d2s` with 16 electrodes.
+/// A resistive sheet with point electrodes on its border, driven and measured by adjacent pairs.
+/// The defaults are EIDORS's stock model `d2s` with 16 electrodes.
 ///
 /// Electrodes run clockwise at equal distances along the border, from `electrode_offset` past the
-/// top left corner (-1, 1). Drive k sends -I into electrode k and +I into k+1 (mod L); measurement
-/// j is V_j - V_(j+1). Pairs that share an electrode with the drive are skipped.
+/// sheet's start of the border: the top left corner (-1, 1) of the square. Drive k sends -I into
+/// electrode k and +I into k+1 (mod L); measurement j is V_j - V_(j+1). Pairs that share an
+/// electrode with the drive are skipped.
 struct Sensor {
   int image_grid = 24;             ///< pixels along one side of the image
   int electrode_count = 16;        ///< L
-  double electrode_offset = 0.25;  ///< along the border from the top left corner, domain units
+  double electrode_offset = 0.25;  ///< along the border from its start, domain units
   double drive_current = 0.025;    ///< A
   double background = 0.06;        ///< conductivity of the untouched sheet, S/m
 
   int pixels() const { return image_grid * image_grid; }
   int channels() const { return electrode_count * (electrode_count - 3); }
 
-  bool operator==(const Sensor&) const = default;
+  /// Never null. Sensors are compared by its name.
+  std::shared_ptr<const Sheet> sheet = square_sheet();
+
+  /// The pixels of the sensor's images.
+  PixelGrid image() const { return sheet->pixels(image_grid); }
+  double electrode_spacing() const { return sheet->border_length() / electrode_count; }
+
+  bool operator==(const Sensor& other) const;
 };
 
 /// One measured voltage: the drive pair and the measuring pair, both 0 ... L-1.

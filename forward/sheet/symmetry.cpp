@@ -12,7 +12,8 @@ namespace {
 /// Where each electrode goes, or nothing where one would fall between two.
 std::optional<std::vector<int>> electrode_map(const Sensor& sensor, const Eigen::Matrix2d& turn) {
   const Eigen::Matrix2Xd places = electrode_positions(sensor);
-  const Eigen::Matrix2Xd turned = turn * places;
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  const Eigen::Matrix2Xd turned = (turn * (places.colwise() - middle)).colwise() + middle;
   std::vector<int> to;
   for (Eigen::Index e = 0; e < places.cols(); ++e) {
     Eigen::Index nearest = 0;
@@ -48,16 +49,15 @@ std::vector<int> channel_map(const Sensor& sensor, const std::vector<int>& to) {
   return from;
 }
 
-std::vector<int> pixel_map(int grid, const Eigen::Matrix2d& turn) {
-  std::vector<int> from(static_cast<std::size_t>(grid * grid));
-  const double middle = (grid - 1) / 2.0;
-  for (int row = 0; row < grid; ++row) {
-    for (int column = 0; column < grid; ++column) {
-      const Eigen::Vector2d place = turn * Eigen::Vector2d(column - middle, row - middle);
-      const int to_column = static_cast<int>(std::lround(place.x() + middle));
-      const int to_row = static_cast<int>(std::lround(place.y() + middle));
-      from[static_cast<std::size_t>(to_column + grid * to_row)] = column + grid * row;
-    }
+std::vector<int> pixel_map(const PixelGrid& pixels, const Eigen::Vector2d& middle,
+                           const Eigen::Matrix2d& turn) {
+  std::vector<int> from(static_cast<std::size_t>(pixels.count()));
+  for (int p = 0; p < pixels.count(); ++p) {
+    const Eigen::Vector2d place =
+        pixels.place(middle + turn * (pixels.centre(p) - middle)).array() - 0.5;
+    const int column = static_cast<int>(std::lround(place.x()));
+    const int row = static_cast<int>(std::lround(place.y()));
+    from[static_cast<std::size_t>(column + pixels.columns() * row)] = p;
   }
   return from;
 }
@@ -66,14 +66,11 @@ std::vector<int> pixel_map(int grid, const Eigen::Matrix2d& turn) {
 
 std::vector<Symmetry> symmetries(const Sensor& sensor) {
   std::vector<Symmetry> out;
-  const Eigen::Matrix2d quarter{{0, -1}, {1, 0}};
-  const Eigen::Matrix2d mirror{{-1, 0}, {0, 1}};
-  for (const bool reflected : {false, true}) {
-    Eigen::Matrix2d turn = reflected ? mirror : Eigen::Matrix2d::Identity();
-    for (int rotation = 0; rotation < 4; ++rotation, turn = quarter * turn) {
-      if (const auto to = electrode_map(sensor, turn)) {
-        out.push_back({pixel_map(sensor.image_grid, turn), channel_map(sensor, *to)});
-      }
+  const PixelGrid pixels = sensor.image();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  for (const Eigen::Matrix2d& turn : sensor.sheet->symmetries()) {
+    if (const auto to = electrode_map(sensor, turn)) {
+      out.push_back({pixel_map(pixels, middle, turn), channel_map(sensor, *to)});
     }
   }
   return out;

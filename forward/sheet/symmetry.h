@@ -13,9 +13,9 @@ struct Symmetry {
   std::vector<int> channels;  ///< [channels], `from` of a frame; no channel changes its sign
 };
 
-/// The symmetries of the sensor, the identity first: all eight of the square where the electrodes
-/// lie symmetric to its middle lines, the four rotations otherwise, fewer where their number is not
-/// a multiple of four.
+/// Those symmetries of the sheet that are the sensor's too, the identity first. Of the square all
+/// eight where the electrodes lie symmetric to its middle lines, the four rotations otherwise,
+/// fewer where their number is not a multiple of four.
 std::vector<Symmetry> symmetries(const Sensor& sensor);
 
 }  // namespace ertbench

@@ -50,7 +50,7 @@ DatasetSpec discs(const std::string& name, std::uint64_t count) {
 const Frames& frames() {
   static const Frames changes = [] {
     const DatasetSpec spec = discs("test", most_frames);
-    const SceneModel model(spec.sensor, spec.grid);
+    const SceneModel model(spec.sensor, spec.model);
     Frames voltages = generate_block(spec, model, 0, spec.count).voltages;
     voltages.rowwise() -= model.reference_voltages().transpose();
     return voltages;

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "core/replace_file.h"
 #include "models/networks/reduced_precision.h"
 #include "models/training/training_log.h"
 
@@ -237,7 +238,7 @@ class Training {
 
   void save() {
     saved_ = {};
-    replace_file(checkpoint(), [&](const fs::path& aside) {
+    const auto write = [&](const fs::path& aside) {
       OutputArchive archive;
       const nlohmann::json state = {{"result", to_json(result_)}, {"log", log_.rows()}};
       archive.write("state", torch::IValue(state.dump()));
@@ -251,7 +252,9 @@ class Training {
       for (std::size_t i = 0; i < best_.size(); ++i) best.write(std::to_string(i), best_[i]);
       archive.write("best", best);
       archive.save_to(aside.string());
-    });
+    };
+    fs::path aside = checkpoint();
+    replace_file(checkpoint(), write, aside += ".part");
   }
 
   void resume() {

@@ -4,11 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/replace_file.h"
 
 namespace ertbench {
 
 void TrainingLog::write(const std::filesystem::path& folder) const {
-  replace_file(folder / "training.csv", [&](const std::filesystem::path& aside) {
+  const auto write = [&](const std::filesystem::path& aside) {
     std::ofstream out(aside);
     out.precision(9);
     const char* separator = "";
@@ -26,7 +27,8 @@ void TrainingLog::write(const std::filesystem::path& folder) const {
     out << "\n";
     out.close();
     if (!out) throw InputError(aside.string() + ": cannot be written; is the disk full?");
-  });
+  };
+  replace_file(folder / "training.csv", write, folder / "training.csv.part");
 }
 
 nlohmann::json TrainingLog::rows() const { return rows_; }

@@ -25,13 +25,4 @@ class TrainingLog {
   std::vector<std::vector<double>> rows_;
 };
 
-/// Writes a file aside by `write(path)` and renames it to `file`.
-template <typename Write>
-void replace_file(const std::filesystem::path& file, Write&& write) {
-  std::filesystem::path aside = file;
-  aside += ".part";
-  write(aside);
-  std::filesystem::rename(aside, file);
-}
-
 }  // namespace ertbench

@@ -1,11 +1,9 @@
 #include "models/training/training_set.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 #include "forward/data/noise.h"
@@ -15,19 +13,11 @@ namespace {
 
 constexpr std::uint64_t block = 1024;
 
-DatasetSpec spec_of(const DatasetFile& file) {
-  nlohmann::json recipe = nlohmann::json::parse(file.recipe());
-  const std::string name = recipe.at("name");
-  for (const char* key : {"format_version", "sensor", "name"}) recipe.erase(key);
-  return dataset_spec_from_json(JsonObject(recipe, file.path().string(), "/recipe"), file.sensor(),
-                                name);
-}
-
 }  // namespace
 
 TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standardisation,
                          const TrainingSettings& settings)
-    : spec_(spec_of(file)),
+    : spec_(file.spec()),
       standardisation_(standardisation),
       seed_(settings.seed),
       new_scenes_(settings.new_scenes),
@@ -43,7 +33,7 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
                        ": its scenes are listed, so that \"new_scenes\" cannot draw others; leave "
                        "it out or give the training set a distribution");
     }
-    model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.grid);
+    model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.model);
   }
   for (std::uint64_t first = 0; first < size(); first += block) {
     const std::uint64_t count = std::min(block, size() - first);

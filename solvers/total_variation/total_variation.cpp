@@ -6,7 +6,10 @@
 namespace ertbench {
 
 TotalVariation::TotalVariation(const Sensor& sensor)
-    : reciprocity_(sensor), edges_(sensor.image_grid), laplacian_(sensor.image_grid) {
+    : reciprocity_(sensor),
+      edges_(sensor.image_grid),
+      edge_length_(sensor.image().pixel().x()),
+      laplacian_(sensor.image_grid) {
   const DenseSvd svd =
       dense_svd(reciprocity_.reduce_rows(ForwardModel(sensor, sensor.image_grid).jacobian()));
   scale_ = svd.values[0];

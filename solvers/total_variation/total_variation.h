@@ -24,7 +24,7 @@ class TotalVariation {
   TotalVariation(const TotalVariation& whole, const Sensor& sensor, ElectrodeSet masked);
 
   const PixelEdges& edges() const { return edges_; }
-  double edge_length() const { return 2.0 / edges_.grid(); }  ///< domain units
+  double edge_length() const { return edge_length_; }  ///< domain units
 
   Eigen::Index channels() const { return singular_values_.size(); }
   /// Largest singular value of J, V per S/m.
@@ -48,6 +48,7 @@ class TotalVariation {
 
   Reciprocity reciprocity_;
   PixelEdges edges_;
+  double edge_length_;
   GridLaplacian laplacian_;
   double scale_ = 1;
   Eigen::MatrixXd left_;   ///< [pairs, channels], zero in the rows of masked pairs

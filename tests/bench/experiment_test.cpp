@@ -111,21 +111,22 @@ TEST(Experiment, FineGridIsWithinAQuarterOfTheNoise) {
   SolverRegistry registry;
   const DatasetSpec set =
       read_experiment(experiments / "table_c1_fine.json", registry).tests.front();
-  const auto change_on = [&](int grid, const Scene& scene) {
-    const ForwardModel model(set.sensor, grid);
-    Eigen::VectorXd ratio(grid * grid);
-    rasterise(scene, grid, Rasterisation::area, ratio);
+  const int grid = std::get<GridSheet>(set.model).side;
+  const auto change_on = [&](int side, const Scene& scene) {
+    const ForwardModel model(set.sensor, side);
+    Eigen::VectorXd ratio(side * side);
+    rasterise(scene, square_sheet()->pixels(side), Rasterisation::area, ratio);
     const Frames voltages = model.solve(set.sensor.background * ratio.transpose());
     return Eigen::VectorXd(voltages.row(0).transpose() - model.reference_voltages());
   };
   const double noise = std::pow(10, -*set.noise.snr_db / 20) *
-                       ForwardModel(set.sensor, set.grid).reference_voltages().norm();
+                       ForwardModel(set.sensor, grid).reference_voltages().norm();
   // Cut pixels make the error first order in the pixel's side: what is left on this grid is about
   // twice what changes on the next one.
   double largest = 0;
   for (std::uint64_t index = 0; index < 12; ++index) {
     const Scene scene = set.scene(index);
-    const double difference = (change_on(set.grid, scene) - change_on(2 * set.grid, scene)).norm();
+    const double difference = (change_on(grid, scene) - change_on(2 * grid, scene)).norm();
     EXPECT_LT(2 * difference, noise / 4) << "scene " << index;
     largest = std::max(largest, difference);
   }

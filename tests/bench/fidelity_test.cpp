@@ -21,7 +21,7 @@ TEST(Fidelity, AutoKeepsItsPromiseAndGridsConverge) {
   DatasetSpec mixed;
   mixed.name = "mixed";
   mixed.count = 24;
-  mixed.grid = DatasetSpec::grid_auto;
+  mixed.model = ContinuousSheet{};
   mixed.noise.snr_db = 50;
   SceneDistribution distribution;
   distribution.blank_fraction = 0.1;

@@ -26,7 +26,7 @@ Contact contact(Shape shape, Vector2d centre, Vector2d half_size, double angle =
 
 RowVectorXd conductivity_of(const Scene& scene) {
   Eigen::VectorXd ratio(576);
-  rasterise(scene, 24, Rasterisation::area, ratio);
+  rasterise(scene, square_sheet()->pixels(24), Rasterisation::area, ratio);
   return 0.06 * ratio.transpose();
 }
 

@@ -26,7 +26,7 @@ Contact disc(double x, double y, double radius, double ratio = 0.6) {
 
 RowVectorXd true_image(const Scene& scene) {
   Eigen::VectorXd ratio(kSensor.pixels());
-  rasterise(scene, kSensor.image_grid, Rasterisation::area, ratio);
+  rasterise(scene, square_sheet()->pixels(kSensor.image_grid), Rasterisation::area, ratio);
   return kSensor.background * ratio.transpose();
 }
 

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <string>
 
+#include "core/temporary_folder.h"
+
 namespace ertbench::testing {
 
 namespace fs = std::filesystem;
@@ -37,24 +39,7 @@ inline Outcome run_program(const fs::path& folder, const std::string& arguments,
   return outcome;
 }
 
-/// A folder that vanishes with the test.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const std::string& name)
-      : path_(fs::temp_directory_path() / ("ertbench_" + name + "_" + std::to_string(::getpid()))) {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() { fs::remove_all(path_); }
-
-  const fs::path& path() const { return path_; }
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using ertbench::TemporaryFolder;
 
 inline std::string read_text(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);

@@ -35,19 +35,20 @@ std::string auto_refusal(nlohmann::json object) {
 
 TEST(AutoDataset, VoltagesAreThoseOfTheContinuousSheet) {
   const DatasetSpec spec = auto_spec(auto_set(20));
-  const SceneModel model(spec.sensor, spec.grid);
+  const SceneModel model(spec.sensor, spec.model);
   const DatasetBlock block = generate_block(spec, model, 0, spec.count);
   const BorderModel borders(spec.sensor);
+  const double model_error = std::get<ContinuousSheet>(spec.model).model_error;
   EXPECT_EQ(model.reference_voltages(), borders.reference_voltages());
   for (Eigen::Index i = 0; i < block.effort.rows(); ++i) {
     const Scene scene = spec.scene(static_cast<std::uint64_t>(i));
     const Eigen::VectorXd clean = block.clean_voltages.row(i);
     const double noise = (block.voltages.row(i) - block.clean_voltages.row(i)).norm();
     EXPECT_EQ(block.effort(i, 0) == 0, scene.contacts.empty());
-    EXPECT_LE(block.effort(i, 1), spec.model_error * noise);
+    EXPECT_LE(block.effort(i, 1), model_error * noise);
     const Eigen::VectorXd exact =
         model.reference_voltages() + borders.solve(scene, 1e-2 * noise).change;
-    EXPECT_LE((clean - exact).norm(), spec.model_error * noise) << "scene " << i;
+    EXPECT_LE((clean - exact).norm(), model_error * noise) << "scene " << i;
   }
 }
 
@@ -71,7 +72,7 @@ TEST(AutoDataset, FinerBoundTakesMorePoints) {
   const DatasetSpec coarse = auto_spec(object);
   object["model_error"] = 0.01;
   const DatasetSpec fine = auto_spec(object);
-  const SceneModel model(coarse.sensor, coarse.grid);
+  const SceneModel model(coarse.sensor, coarse.model);
   EXPECT_GT(generate_block(fine, model, 0, 20).effort.col(0).sum(),
             generate_block(coarse, model, 0, 20).effort.col(0).sum());
 }

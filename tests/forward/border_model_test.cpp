@@ -11,6 +11,7 @@
 #include "forward/data/scene_distribution.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/rasterise.h"
+#include "forward/sheet/square_map.h"
 #include "reference_data.h"
 
 namespace ertbench {
@@ -61,7 +62,7 @@ double noise_50_db(const BorderModel& model) {
 
 VectorXd change_on_grid(const ForwardModel& model, const Scene& scene) {
   VectorXd ratio(model.grid() * model.grid());
-  rasterise(scene, model.grid(), Rasterisation::area, ratio);
+  rasterise(scene, square_sheet()->pixels(model.grid()), Rasterisation::area, ratio);
   Images sheet(1, ratio.size());
   sheet.row(0) = model.sensor().background * ratio.transpose();
   return model.solve(sheet).row(0).transpose() - model.reference_voltages();
@@ -168,7 +169,7 @@ double broken_promises(const SceneDistribution& distribution, int count, std::ui
   int broken = 0;
   for (int i = 0; i < count; ++i) {
     RandomStream random(seed, key_of("promises"), static_cast<std::uint64_t>(i), Purpose::scene);
-    const Scene scene = distribution.draw(random);
+    const Scene scene = distribution.draw(random, *square_sheet());
     const BorderModel::Solution solution = model.solve(scene, tolerance);
     const BorderModel::Solution exact = model.solve(scene, tolerance / 1000, 2000);
     if ((solution.change - exact.change).norm() > tolerance) ++broken;
@@ -260,28 +261,32 @@ TEST(BorderModel, DerivativesAreForSmoothWholeContacts) {
 
 TEST(ContactArcs, LeaveOutWhatDoesNotShow) {
   // A disc within a stronger one shows nothing; within a weaker one it shows whole.
-  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.1, 0.5)}}).size(), 1u);
-  const auto nested = contact_arcs({{disc(0, 0, 0.3, 0.5), disc(0, 0, 0.1, 0.2)}});
+  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.1, 0.5)}}, *square_sheet()).size(),
+            1u);
+  const auto nested = contact_arcs({{disc(0, 0, 0.3, 0.5), disc(0, 0, 0.1, 0.2)}}, *square_sheet());
   ASSERT_EQ(nested.size(), 2u);
   EXPECT_EQ(nested[1].left, 0.2);
   EXPECT_EQ(nested[1].right, 0.5);
   // The same contact twice is there once; so is a side that two rectangles share.
-  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.3, 0.2)}}).size(), 1u);
+  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.3, 0.2)}}, *square_sheet()).size(),
+            1u);
   EXPECT_EQ(
-      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.5)}})
+      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.5)}},
+                   *square_sheet())
           .size(),
       6u);
   EXPECT_EQ(
-      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.3)}})
+      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.3)}},
+                   *square_sheet())
           .size(),
       7u);
   // A side on the sheet's border is insulated already.
-  EXPECT_EQ(contact_arcs({{rectangle(0.8, 0, 0.2, 0.2, 0, 0.5)}}).size(), 3u);
-  EXPECT_TRUE(contact_arcs({{disc(3, 0, 0.5, 0.5)}}).empty());
+  EXPECT_EQ(contact_arcs({{rectangle(0.8, 0, 0.2, 0.2, 0, 0.5)}}, *square_sheet()).size(), 3u);
+  EXPECT_TRUE(contact_arcs({{disc(3, 0, 0.5, 0.5)}}, *square_sheet()).empty());
 }
 
-TEST(SheetMap, TakesTheSquareToTheDisc) {
-  const SheetMap map;
+TEST(SquareMap, TakesTheSquareToTheDisc) {
+  const SquareMap map;
   EXPECT_NEAR(std::abs(map({1, 1}).w - 1.0), 0, 1e-14);
   EXPECT_NEAR(std::abs(map({-1, 1}).w - std::complex<double>(0, 1)), 0, 1e-14);
   for (int i = 0; i <= 20; ++i) EXPECT_NEAR(std::abs(map({1, -1 + 0.1 * i}).w), 1, 1e-14);

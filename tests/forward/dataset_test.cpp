@@ -67,8 +67,8 @@ TEST_F(Dataset, HoldsWhatItsSpecSays) {
     Eigen::VectorXd coarse(576);
     const Scene& scene = scenes[static_cast<std::size_t>(i)];
     blank += scene.contacts.empty();
-    rasterise(scene, 48, Rasterisation::area, fine);
-    rasterise(scene, 24, Rasterisation::area, coarse);
+    rasterise(scene, square_sheet()->pixels(48), Rasterisation::area, fine);
+    rasterise(scene, square_sheet()->pixels(24), Rasterisation::area, coarse);
     EXPECT_LT((truth.row(i).transpose() - 0.06 * coarse).cwiseAbs().maxCoeff(), 1e-12);
     EXPECT_LT((clean.row(i) - model.solve(0.06 * fine.transpose())).norm(),
               1e-9 * clean.row(i).norm());

@@ -32,7 +32,7 @@ DatasetSpec spec_of(nlohmann::json faults, nlohmann::json snr_db = nullptr) {
 }
 
 DatasetBlock block_of(const DatasetSpec& spec) {
-  return generate_block(spec, SceneModel(spec.sensor, spec.grid), 0, spec.count);
+  return generate_block(spec, SceneModel(spec.sensor, spec.model), 0, spec.count);
 }
 
 std::string faults_refusal(const nlohmann::json& faults) {
@@ -153,12 +153,13 @@ TEST(Faults, BackgroundDividesVoltagesAndKeepsTheTruth) {
   const DatasetBlock tilted = block_of(spec);
   EXPECT_EQ(tilted.conductivity, even.conductivity);
   RandomStream random = spec.stream(0, Purpose::gradient);
-  const VectorXd factors = gradient_factors(spec.faults, 48, random);
+  const VectorXd factors =
+      gradient_factors(spec.faults, *square_sheet(), square_sheet()->pixels(48), random);
   EXPECT_NEAR(factors.mean(), 1, 1e-12);
   EXPECT_LE((factors.array() - 1).abs().maxCoeff(), 0.3);
   EXPECT_GE((factors.array() - 1).abs().maxCoeff(), 0.3 / std::sqrt(2.0) * 47 / 48 - 1e-12);
   VectorXd ratio(48 * 48);
-  rasterise(spec.scene(0), 48, Rasterisation::area, ratio);
+  rasterise(spec.scene(0), square_sheet()->pixels(48), Rasterisation::area, ratio);
   const Images sheet = 0.06 * (ratio.array() * factors.array()).transpose();
   EXPECT_LT((ForwardModel(Sensor{}, 48).solve(sheet) - tilted.clean_voltages.row(0)).norm(),
             1e-12 * tilted.clean_voltages.row(0).norm());

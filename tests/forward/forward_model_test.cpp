@@ -33,7 +33,7 @@ Eigen::VectorXd sheet_with_disc(int grid, double x, double y, double radius, dou
   contact.half_size.setConstant(radius);
   contact.conductivity_ratio = ratio;
   Eigen::VectorXd image(grid * grid);
-  rasterise({{contact}}, grid, Rasterisation::area, image);
+  rasterise({{contact}}, square_sheet()->pixels(grid), Rasterisation::area, image);
   return 0.06 * image;
 }
 
@@ -246,7 +246,7 @@ TEST(ForwardModel, VoltageChangesConvergeToTheContinuousSheet) {
         scene.contacts.push_back(contact);
       }
       Eigen::VectorXd ratio(grid * grid);
-      rasterise(scene, grid, Rasterisation::area, ratio);
+      rasterise(scene, square_sheet()->pixels(grid), Rasterisation::area, ratio);
       const Eigen::VectorXd change =
           model.solve(0.06 * ratio.transpose()).row(0).transpose() - model.reference_voltages();
       sum += (change - exact.row(s).transpose()).norm() / noise;

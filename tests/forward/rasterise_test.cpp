@@ -38,7 +38,7 @@ Contact polygon(std::vector<Vector2d> vertices, double ratio = 0.5) {
 
 Eigen::VectorXd ratios(const Scene& scene, int grid, Rasterisation rule = Rasterisation::area) {
   Eigen::VectorXd out(grid * grid);
-  rasterise(scene, grid, rule, out);
+  rasterise(scene, square_sheet()->pixels(grid), rule, out);
   return out;
 }
 
@@ -85,7 +85,7 @@ TEST(Rasterise, CoverageEqualsCounting) {
   for (std::uint64_t s = 0; s < 24; ++s) {
     SCOPED_TRACE(s);
     RandomStream random(3, 0, s, Purpose::scene);
-    const Scene scene = distribution.draw(random);
+    const Scene scene = distribution.draw(random, *square_sheet());
     const Contact& contact = scene.contacts[0];
     const Eigen::VectorXd image = ratios(scene, grid);
     for (int p = 0; p < grid * grid; ++p) {
@@ -151,7 +151,7 @@ TEST(SceneDistribution, KeepsItsPromises) {
   constexpr int scenes = 4000;
   for (std::uint64_t s = 0; s < scenes; ++s) {
     RandomStream random(8, key_of("train"), s, Purpose::scene);
-    const Scene scene = distribution.draw(random);
+    const Scene scene = distribution.draw(random, *square_sheet());
     blank += scene.contacts.empty();
     ASSERT_LE(scene.contacts.size(), 3u);
     for (const Contact& contact : scene.contacts) {
@@ -178,7 +178,7 @@ Scene drawn(SceneDistribution distribution, DrawnShape shape, std::uint64_t inde
   distribution.contacts = {1, 1};
   distribution.shapes = {shape};
   RandomStream random(8, key_of("test"), index, Purpose::scene);
-  return distribution.draw(random);
+  return distribution.draw(random, *square_sheet());
 }
 
 TEST(SceneDistribution, DrawsRingsCrossesAndBars) {
@@ -223,7 +223,7 @@ TEST(SceneDistribution, SetsTwoContactsApart) {
     distribution.gap = {gap, gap};
     for (std::uint64_t s = 0; s < 200; ++s) {
       RandomStream random(8, key_of("test"), s, Purpose::scene);
-      const Scene scene = distribution.draw(random);
+      const Scene scene = distribution.draw(random, *square_sheet());
       ASSERT_EQ(scene.contacts.size(), 2u);
       const Contact& a = scene.contacts[0];
       const Contact& b = scene.contacts[1];
@@ -237,7 +237,7 @@ TEST(SceneDistribution, SetsTwoContactsApart) {
 
 TEST(SceneDistribution, WritesNewKeysOnlyWhereTheyAreUsed) {
   const auto round_trip = [](const nlohmann::json& json) {
-    return to_json(scene_distribution_from_json(JsonObject(json, "", "")));
+    return to_json(scene_distribution_from_json(JsonObject(json, "", ""), *square_sheet()));
   };
   const nlohmann::json plain = round_trip(nlohmann::json::object());
   EXPECT_FALSE(plain.contains("centre"));

@@ -35,7 +35,7 @@ inline Frames fresh_changes(std::uint64_t count, double snr_db = 50) {
   DatasetSpec spec = random_contacts(count, {}, 0.05);
   spec.name = "fresh";
   spec.noise.snr_db = snr_db;
-  const SceneModel model(Sensor{}, 24);
+  const SceneModel model(Sensor{}, GridSheet{24});
   return generate_block(spec, model, 0, count).voltages.rowwise() -
          model.reference_voltages().transpose();
 }

@@ -32,7 +32,7 @@ class Check : public ::testing::Test {
   static Frames of_scene(const nlohmann::json& scene, double background_change = 0) {
     const nlohmann::json spec = {
         {"count", 100}, {"seed", 5}, {"snr_db", 50}, {"snr_basis", "absolute"}, {"scenes", scene}};
-    const SceneModel model(Sensor{}, 24);
+    const SceneModel model(Sensor{}, GridSheet{24});
     const DatasetSpec dataset = dataset_spec_from_json(JsonObject(spec, "test", ""), {}, "test");
     const Frames voltages =
         generate_block(dataset, model, 0, 100).voltages / (1 + background_change);

@@ -12,6 +12,7 @@
 #include "core/arrays.h"
 #include "core/hdf5_file.h"
 #include "core/json_reader.h"
+#include "core/temporary_folder.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/data/generate.h"
@@ -78,29 +79,11 @@ inline DatasetSpec random_contacts(std::uint64_t count, const Sensor& sensor = {
 }
 
 inline Frames random_changes(std::uint64_t count, const Sensor& sensor = {}) {
-  const SceneModel model(sensor, sensor.image_grid);
+  const SceneModel model(sensor, GridSheet{sensor.image_grid});
   Frames changes = generate_block(random_contacts(count, sensor), model, 0, count).voltages;
   changes.rowwise() -= model.reference_voltages().transpose();
   return changes;
 }
-
-/// A folder that is removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("ertbench_solvers_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// What `call` says when it throws `Error`; empty where it does not.
 template <typename Error, typename Call>

@@ -1,4 +1,4 @@
-#include "forward/sheet/sheet_map.h"
+#include "forward/sheet/square_map.h"
 
 #include <numbers>
 
@@ -13,7 +13,7 @@ const std::complex<double> turn =
 
 }  // namespace
 
-SheetMap::SheetMap() : series_(terms, 0.0) {
+SquareMap::SquareMap() : series_(terms, 0.0) {
   // sl'' = -2 sl^3, coefficient by coefficient.
   series_[0] = 1;
   std::vector<double> square(terms, 0.0);
@@ -26,7 +26,7 @@ SheetMap::SheetMap() : series_(terms, 0.0) {
   }
 }
 
-SheetMap::Value SheetMap::operator()(std::complex<double> z) const {
+DiscPoint SquareMap::operator()(std::complex<double> z) const {
   const std::complex<double> t = turn * z;
   const double re = t.real() * t.real() - t.imag() * t.imag();
   const double im = 2 * t.real() * t.imag();

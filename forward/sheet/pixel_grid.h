@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+namespace ertbench {
+
+/// The pixels of an image: equal boxes in rows and columns over the smallest box around a sheet.
+/// Pixel 0 is at the corner of least x and y, the next one beside it in x: row-major, rows upwards.
+/// Lengths in domain units.
+class PixelGrid {
+ public:
+  PixelGrid(const Eigen::AlignedBox2d& box, int columns, int rows)
+      : columns_(columns),
+        rows_(rows),
+        low_(box.min()),
+        pixel_(box.sizes().x() / columns, box.sizes().y() / rows) {}
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  int count() const { return columns_ * rows_; }
+  const Eigen::Vector2d& pixel() const { return pixel_; }  ///< its two sides
+  double pixel_area() const { return pixel_.prod(); }
+
+  /// The corner of least x and y. Nodes between pixels are corners too, with a column and a row
+  /// more than there are pixels.
+  Eigen::Vector2d corner(int column, int row) const {
+    return low_ + pixel_.cwiseProduct(Eigen::Vector2d(column, row));
+  }
+  Eigen::Vector2d corner(int index) const { return corner(index % columns_, index / columns_); }
+  Eigen::Vector2d centre(int index) const { return corner(index) + pixel_ / 2; }
+  /// x of the columns' centres [columns] and y of the rows' [rows].
+  Eigen::RowVectorXd centres_x() const { return centres(0, columns_); }
+  Eigen::RowVectorXd centres_y() const { return centres(1, rows_); }
+  /// Columns and rows from the corner of the image to the point, with fractions.
+  Eigen::Vector2d place(const Eigen::Vector2d& point) const {
+    return (point - low_).cwiseQuotient(pixel_);
+  }
+
+  /// Whether a pixel's centre is on the sheet. Elsewhere an image has no change.
+  bool on_sheet(int index) const {
+    return off_.empty() || off_[static_cast<std::size_t>(index)] == 0;
+  }
+  bool all_on_sheet() const { return off_.empty(); }
+  int count_on_sheet() const { return count() - off_count_; }
+  void set_off_sheet(int index) {
+    if (off_.empty()) off_.assign(static_cast<std::size_t>(count()), 0);
+    off_count_ += off_[static_cast<std::size_t>(index)] == 0;
+    off_[static_cast<std::size_t>(index)] = 1;
+  }
+
+ private:
+  Eigen::RowVectorXd centres(int axis, int number) const {
+    const double first = low_[axis] + pixel_[axis] / 2;
+    return Eigen::RowVectorXd::LinSpaced(number, first,
+                                         low_[axis] + number * pixel_[axis] - pixel_[axis] / 2);
+  }
+
+  int columns_;
+  int rows_;
+  Eigen::Vector2d low_;
+  Eigen::Vector2d pixel_;
+  std::vector<char> off_;  ///< [count], 1 off the sheet; empty where all are on it
+  int off_count_ = 0;
+};
+
+}  // namespace ertbench

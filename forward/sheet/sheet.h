@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <complex>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "forward/sheet/border_piece.h"
+#include "forward/sheet/pixel_grid.h"
+
+namespace ertbench {
+
+/// A point of the sheet taken to the unit disc: w = S(z), and the derivatives S' and S''.
+struct DiscPoint {
+  std::complex<double> w, first, second;
+};
+
+/// The shape of a resistive sheet, and all that follows from it. Everything else asks the sheet
+/// and takes no shape for granted: another sheet is another class of this kind.
+///
+/// Lengths are in domain units, in which a sheet is about 2 across; `unit_mm` says how long one
+/// is. A sheet is convex and the middle of its bounds lies in it.
+class Sheet {
+ public:
+  virtual ~Sheet() = default;
+
+  /// Sheets of the same name are the same: "square".
+  virtual std::string name() const = 0;
+  /// As it stands in descriptions: "[-1, 1] x [-1, 1]".
+  virtual std::string extent() const = 0;
+
+  const Eigen::AlignedBox2d& bounds() const { return bounds_; }
+  double unit_mm() const { return unit_mm_; }  ///< length of a domain unit, mm
+  Eigen::Vector2d size_mm() const { return unit_mm_ * bounds_.sizes(); }
+  virtual double area() const = 0;
+  /// From the middle of the bounds to the farthest point of the border; twice that is the longest
+  /// error a place on the sheet can have.
+  virtual double radius() const = 0;
+  virtual double inner_radius() const = 0;  ///< of the largest disc around the middle
+
+  /// Distance of a point to the border, positive on the sheet, negative beyond it.
+  virtual double depth(const Eigen::Vector2d& point) const = 0;
+  /// Whether a box lies in the sheet, at least `margin` from its border.
+  bool encloses(const Eigen::AlignedBox2d& box, double margin = 0) const;
+
+  /// The border, piece by piece.
+  virtual const std::vector<BorderPiece>& border() const = 0;
+  virtual double border_length() const = 0;
+  /// The point of the border at a distance along it, clockwise from where electrodes are counted
+  /// from; any number, the border is gone round as often as it takes.
+  virtual Eigen::Vector2d border_point(double along) const = 0;
+  virtual std::string border_start() const = 0;  ///< "the top left corner"
+
+  /// The conformal map of the sheet onto the unit disc, under which div(sigma grad u) = 0 keeps its
+  /// form. For points of the closed sheet; analytic beyond the border, so that contacts may touch
+  /// it.
+  virtual DiscPoint to_disc(std::complex<double> point) const = 0;
+
+  /// The rotations and reflections about the middle that leave the sheet as it is, the identity
+  /// first.
+  virtual std::vector<Eigen::Matrix2d> symmetries() const = 0;
+
+  /// An image of `side` x `side` pixels. Costs a look at every pixel unless the sheet fills its
+  /// bounds: make it once for many images.
+  PixelGrid pixels(int side) const;
+  bool fills_bounds() const;
+
+ protected:
+  Sheet(const Eigen::AlignedBox2d& bounds, double unit_mm) : bounds_(bounds), unit_mm_(unit_mm) {}
+  Sheet(const Sheet&) = default;
+  Sheet& operator=(const Sheet&) = default;
+
+ private:
+  Eigen::AlignedBox2d bounds_;
+  double unit_mm_;
+};
+
+/// The square [-1, 1] x [-1, 1] of 200 mm on each side (Zheng et al.'s skin), the sheet of every
+/// sensor that names no other.
+const std::shared_ptr<const Sheet>& square_sheet();
+
+}  // namespace ertbench
