@@ -15,6 +15,7 @@
 #include <optional>
 #include <thread>
 
+#include "bench/charts/chart_types.h"
 #include "bench/check/baseline.h"
 #include "bench/check/check_command.h"
 #include "bench/experiment/experiment.h"
@@ -79,7 +80,7 @@ std::string list_of(const std::vector<std::string>& names) {
 
 int run(const Arguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
   RunOptions options;
   options.out =
       arguments.out.empty() ? fs::path("results") / experiment.name : fs::path(arguments.out);
@@ -105,7 +106,7 @@ int run(const Arguments& arguments) {
 
 int check(const Arguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
   CheckOptions options;
   options.out = arguments.out;
   options.baseline = arguments.baseline;
@@ -120,7 +121,7 @@ int check(const Arguments& arguments) {
 
 int generate(const Arguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
   const Cache cache = Cache::standard();
   if (arguments.dataset.empty() && arguments.out.empty()) {
     ensure_datasets(experiment, cache);
@@ -198,7 +199,7 @@ int list() {
   }
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
-    const Experiment experiment = read_experiment(file, registry);
+    const Experiment experiment = read_experiment(file, registry, chart_types());
     std::printf("\n  experiments/%s\n      %s\n", file.filename().c_str(),
                 experiment.question.c_str());
   }
@@ -215,7 +216,8 @@ int timing(const Arguments& arguments) {
 
 int fidelity(const Arguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  const Experiment experiment =
+      read_experiment(arguments.experiment, registry, chart_types(), SolverCheck::none);
   const fs::path out =
       arguments.out.empty() ? fs::path("results") / experiment.name : fs::path(arguments.out);
   report_fidelity(experiment, measure_fidelity(experiment, arguments.scenes), out);
@@ -225,7 +227,8 @@ int fidelity(const Arguments& arguments) {
 int trial(const Arguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
-  const Experiment experiment = read_experiment(arguments.experiment, registry, SolverCheck::none);
+  const Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
   const Cache cache = arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache);
   for (const SolverEntry& entry : experiment.solvers) {
     if (entry.label != arguments.label || entry.seed != arguments.seed) continue;

@@ -48,7 +48,8 @@ SolverRegistry::SolverRegistry() {
         inference_precision,
         inference_averaging,
         inference_check},
-       make_solver<OneStepGaussNewton>});
+       make_solver<OneStepGaussNewton>,
+       /*yardstick=*/true});
   add(TruncatedSvd::type,
       {"truncated singular value decomposition of J",
        {{"rank", "singular values kept, 1 ... channels / 2 or \"auto\" (the default)"},

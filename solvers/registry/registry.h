@@ -26,6 +26,8 @@ struct SolverInfo {
   std::vector<ParameterInfo> parameters;
   /// Reads its own keys from the object ("type" and "label" are taken already) and calls `finish`.
   std::function<std::unique_ptr<Solver>(JsonObject)> make;
+  /// Whether other solvers' costs are held against its own unless an experiment says otherwise.
+  bool yardstick = false;
 };
 
 /// The solvers that an experiment can name. Types that live in a plugin are known by name and the

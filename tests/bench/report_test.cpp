@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "bench/plot/heat_map.h"
+#include "bench/charts/heat_map.h"
 #include "bench/plot/svg_tooltips.h"
 #include "bench/report/experiment_report.h"
 #include "bench/report/inline_svg.h"

@@ -1,4 +1,4 @@
-#include "bench/plot/training_chart.h"
+#include "bench/charts/training_chart.h"
 
 #include <algorithm>
 #include <cmath>

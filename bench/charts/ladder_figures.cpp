@@ -1,4 +1,4 @@
-#include "bench/plot/ladder_figures.h"
+#include "bench/charts/ladder_figures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "bench/plot/ladder_chart.h"
+#include "bench/charts/ladder_chart.h"
 
 #include <algorithm>
 #include <cmath>

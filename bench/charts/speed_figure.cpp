@@ -1,14 +1,14 @@
-#include "bench/plot/speed_chart.h"
+#include "bench/charts/speed_figure.h"
 
 #include <algorithm>
 #include <map>
 #include <sstream>
 
 #include "bench/analysis/chart_text.h"
+#include "bench/charts/speed_panel.h"
 #include "bench/plot/canvas.h"
 #include "bench/plot/label_layout.h"
 #include "bench/plot/palette.h"
-#include "bench/plot/speed_panel.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -252,8 +252,8 @@ class Drawing {
 
 }  // namespace
 
-void draw_speed_chart(const SpeedAccuracy& chart, const std::string& title,
-                      const std::filesystem::path& stem) {
+void draw_speed_figure(const SpeedAccuracy& chart, const std::string& title,
+                       const std::filesystem::path& stem) {
   Drawing(chart, title).draw(stem);
 }
 

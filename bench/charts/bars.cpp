@@ -1,4 +1,4 @@
-#include "bench/plot/bar_chart.h"
+#include "bench/charts/bars.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,7 +49,7 @@ struct Layout {
 };
 
 /// What stands below a bar.
-std::string caption(const BarChart& chart, std::size_t variant) {
+std::string caption(const Bars& chart, std::size_t variant) {
   const std::string& status = chart.statuses[variant];
   return chart.labels[variant] + (status.empty() ? "" : " (" + status + ")");
 }
@@ -61,7 +61,7 @@ std::size_t longest_word(const std::string& text) {
   return longest;
 }
 
-Layout layout_for(const BarChart& chart) {
+Layout layout_for(const Bars& chart) {
   constexpr double least_slot = 46;
   constexpr int widest = 640;
   std::size_t word = 0;
@@ -119,7 +119,7 @@ Colour colour_of(std::size_t variant, std::size_t count) {
 
 class Drawing {
  public:
-  explicit Drawing(const BarChart& chart)
+  explicit Drawing(const Bars& chart)
       : chart_(chart), layout_(layout_for(chart)), canvas_(layout_.width(), layout_.height()) {}
 
   void draw(const std::filesystem::path& stem) {
@@ -252,7 +252,7 @@ class Drawing {
     return "'" + name + "'";
   }
 
-  const BarChart& chart_;
+  const Bars& chart_;
   Layout layout_;
   Canvas canvas_;
   FileContents files_;
@@ -260,7 +260,7 @@ class Drawing {
 
 }  // namespace
 
-void draw_bar_chart(const BarChart& chart, const std::filesystem::path& stem) {
+void draw_bars(const Bars& chart, const std::filesystem::path& stem) {
   const auto refuse = [](const std::string& what) {
     throw std::invalid_argument("bar chart: " + what);
   };

@@ -1,4 +1,4 @@
-#include "bench/plot/reconstruction_figure.h"
+#include "bench/charts/reconstruction_figure.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "bench/plot/heat_map.h"
+#include "bench/charts/heat_map.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "bench/plot/speed_panel.h"
+#include "bench/charts/speed_panel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "bench/plot/fidelity_chart.h"
+#include "bench/charts/fidelity_chart.h"
 
 #include <algorithm>
 #include <cmath>
