@@ -4,13 +4,16 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "bench/plot/canvas.h"
-#include "bench/plot/palette.h"
+#include "bench/plot/category_names.h"
+#include "bench/plot/colour_bar.h"
 #include "core/quantile.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
+
+constexpr LineStyle best_line{rgb(0xd40000), 1.8};
+constexpr LineStyle published_line{ink::black, 1.4, 2};
 
 /// Places and sizes in px.
 struct Layout {
@@ -20,29 +23,27 @@ struct Layout {
   double cell_width;
   double cell_height;
   double notes_width;
-  double left;  ///< of the first panel: the names of the rows stand there
+  double left;          ///< of the first panel: the names of the rows stand there
+  double names_height;  ///< of the columns, below each panel
 
-  static constexpr int kTop = 34;
-  static constexpr int kTitle = 26;
-  static constexpr int kBelow = 50;  ///< names of the columns
-  static constexpr int kBar = 74;    ///< colour bar with its ticks
-  static constexpr int kNotes = 52;  ///< what the marks mean
+  static constexpr double top = 34;
+  static constexpr double title = 26;
+  static constexpr double x_name = 34;  ///< below the names of the columns
+  static constexpr double bar = 84;     ///< colour bar with its ticks
+  static constexpr double notes = 52;   ///< what the marks mean
 
   int across() const { return std::min(panels, 2); }
   double panel_width() const { return columns * cell_width; }
   double panel_height() const { return rows * cell_height; }
-  int width() const {
-    return static_cast<int>(std::max(notes_width, across() * (left + panel_width() + kBar)));
+  double below() const { return names_height + x_name; }
+  double width() const { return std::max(notes_width, across() * (left + panel_width() + bar)); }
+  double height() const {
+    return top + (panels + 1) / 2 * (title + panel_height() + below()) + notes;
   }
-  int height() const {
-    const int down = (panels + 1) / 2;
-    return static_cast<int>(kTop + down * (kTitle + panel_height() + kBelow) + kNotes);
-  }
-  double left_of(int panel) const {
-    return left + (panel % across()) * (left + panel_width() + kBar);
-  }
-  double top_of(int panel) const {
-    return kTop + kTitle + (panel / across()) * (kTitle + panel_height() + kBelow);
+  Box box(int panel) const {
+    return Box::sized(left + panel % across() * (left + panel_width() + bar),
+                      top + title + panel / across() * (title + panel_height() + below()),
+                      panel_width(), panel_height());
   }
 };
 
@@ -55,12 +56,12 @@ Layout layout_for(const HeatMap& map) {
                                  [](const HeatMapPanel& panel) { return !panel.texts.empty(); });
   layout.cell_width = std::clamp(420.0 / layout.columns, texts ? 66.0 : 12.0, texts ? 66.0 : 62.0);
   layout.cell_height = std::clamp(320.0 / layout.rows, texts ? 19.0 : 12.0, 40.0);
-  std::size_t longest = 0;
-  for (const std::string& value : map.y_values) longest = std::max(longest, character_count(value));
-  layout.left = 38 + 6.0 * static_cast<double>(longest);
-  const std::size_t note =
-      std::max(character_count(map.best_note), character_count(map.published_note));
-  layout.notes_width = layout.left + 40 + 6.0 * static_cast<double>(note);
+  double longest = 0;
+  for (const std::string& value : map.y_values) longest = std::max(longest, text_width(value, 10));
+  layout.left = 38 + longest;
+  layout.names_height = CategoryNames(map.x_values, layout.cell_width).height();
+  layout.notes_width = layout.left + 40 +
+                       std::max(text_width(map.best_note, 10), text_width(map.published_note, 10));
   return layout;
 }
 
@@ -103,81 +104,74 @@ class Drawing {
       : map_(map), layout_(layout_for(map)), canvas_(layout_.width(), layout_.height()) {}
 
   void draw(const std::filesystem::path& stem) {
-    canvas_.out() << "set multiplot\n";
-    canvas_.label(one_line(map_.title, static_cast<std::size_t>(layout_.width() / 7)),
-                  layout_.width() / 2.0, 16, 12, "center");
-    for (int p = 0; p < layout_.panels; ++p) panel(p);
+    canvas_.title(map_.title);
+    for (int p = 0; p < layout_.panels; ++p) {
+      panel(map_.panels[static_cast<std::size_t>(p)], layout_.box(p));
+    }
     notes();
-    canvas_.finish_marks();
-    canvas_.out() << "unset multiplot\n";
-    canvas_.draw({}, stem);
+    canvas_.draw(stem);
   }
 
  private:
-  double x_of(int p, int x) const { return layout_.left_of(p) + x * layout_.cell_width; }
-  double y_of(int p, int y) const {
-    return layout_.top_of(p) + (layout_.rows - 1 - y) * layout_.cell_height;
+  Box cell_of(const Box& box, int x, int y) const {
+    return Box::sized(box.left + x * layout_.cell_width,
+                      box.top + (layout_.rows - 1 - y) * layout_.cell_height, layout_.cell_width,
+                      layout_.cell_height);
   }
 
-  void panel(int p) {
-    const HeatMapPanel& panel = map_.panels[static_cast<std::size_t>(p)];
+  void panel(const HeatMapPanel& panel, const Box& box) {
     const Scale scale = scale_for(map_, panel);
-    const double middle = layout_.left_of(p) + layout_.panel_width() / 2;
     const std::string coloured =
         panel.quantity == panel.title ? "" : ", coloured by " + panel.quantity;
-    canvas_.label(panel.title + coloured, middle, layout_.top_of(p) - 12, 11, "center");
+    canvas_.text(panel.title + coloured, box.middle(), box.top - 12, {.size = 11});
     any_ = std::any_of(panel.values.begin(), panel.values.end(),
                        [](const auto& value) { return value.has_value(); });
     for (int y = 0; y < layout_.rows; ++y) {
-      for (int x = 0; x < layout_.columns; ++x) cell(p, panel, scale, x, y);
+      for (int x = 0; x < layout_.columns; ++x) cell(panel, scale, cell_of(box, x, y), x, y);
     }
-    axes(p);
+    axes(box);
     if (any_) {
-      colour_bar(p, panel, scale);
+      colour_bar(panel, scale, box);
     } else {
-      canvas_.rectangle(middle - 60, layout_.top_of(p) + layout_.panel_height() / 2 - 11, 120, 22,
-                        "front fillstyle solid border linecolor '#404040' fillcolor 'white'");
-      canvas_.label("no results yet", middle, layout_.top_of(p) + layout_.panel_height() / 2, 11,
-                    "center front");
+      canvas_.rectangle(
+          {box.middle() - 60, box.centre() - 11, box.middle() + 60, box.centre() + 11},
+          {.fill = ink::white, .border = LineStyle{}, .front = true});
+      canvas_.text("no results yet", box.middle(), box.centre(), {.size = 11});
     }
-    if (map_.published) mark(x_of(p, map_.published->x), y_of(p, map_.published->y), true);
-    if (map_.best) mark(x_of(p, map_.best->x), y_of(p, map_.best->y), false);
+    if (map_.published) mark(cell_of(box, map_.published->x, map_.published->y), true);
+    if (map_.best) mark(cell_of(box, map_.best->x, map_.best->y), false);
   }
 
-  void cell(int p, const HeatMapPanel& panel, const Scale& scale, int x, int y) {
+  void cell(const HeatMapPanel& panel, const Scale& scale, const Box& box, int x, int y) {
     const auto index = static_cast<std::size_t>(y * layout_.columns + x);
-    const double left = x_of(p, x);
-    const double top = y_of(p, y);
-    const double width = layout_.cell_width;
-    const double height = layout_.cell_height;
-    const auto fill = [&](const std::string& colour) {
-      canvas_.rectangle(left, top, width, height,
-                        "fillstyle solid border linecolor 'white' fillcolor '" + colour + "'");
-    };
-    canvas_.tooltip(left, top, width, height, value_text(panel, x, y));
+    canvas_.tooltip(box, value_text(panel, x, y));
     const std::string& status = map_.statuses[index];
     const auto& value = panel.values[index];
     const auto& colour_value = panel.colours[index];
     if (!status.empty() || !value || !colour_value || !std::isfinite(*colour_value)) {
-      fill("#d0d0d0");
-      const std::string line = "linecolor '#8a8a8a' linewidth 0.8";
-      canvas_.line(left + 2, top + 2, left + width - 2, top + height - 2, line);
-      canvas_.line(left + 2, top + height - 2, left + width - 2, top + 2, line);
-      const std::string word = status.empty() ? "undefined" : status;
-      if (any_ && 4.6 * static_cast<double>(word.size()) < width + 2 && height >= 16) {
-        canvas_.label(word, left + width / 2, top + height / 2, 8, "center front");
-      }
+      crossed_out(box, status.empty() ? "undefined" : status);
       return;
     }
     const Colour colour = viridis(scale.place(*colour_value));
-    fill(colour.hex());
+    canvas_.rectangle(box, {.fill = colour, .border = LineStyle{ink::white}});
     const std::string text =
         panel.texts.empty() ? fixed(*value, panel.decimals) : panel.texts[index];
-    const double size = width >= 46 ? 10 : 8;
-    if (0.58 * size * static_cast<double>(character_count(text)) > width - 3 || height < 14) return;
-    canvas_.label(text, left + width / 2, top + height / 2, static_cast<int>(size),
-                  std::string("center front textcolor '") +
-                      (colour.lightness() > 0.55 ? "black" : "white") + "'");
+    write(text, box, box.width() >= 46 ? 10 : 8,
+          colour.lightness() > 0.55 ? ink::black : ink::white);
+  }
+
+  void crossed_out(const Box& box, const std::string& word) {
+    canvas_.rectangle(box, {.fill = rgb(0xd0d0d0), .border = LineStyle{ink::white}});
+    const LineStyle line{rgb(0x8a8a8a), 0.8};
+    canvas_.line(box.left + 2, box.top + 2, box.right - 2, box.bottom - 2, line);
+    canvas_.line(box.left + 2, box.bottom - 2, box.right - 2, box.top + 2, line);
+    if (any_) write(word, box, 8, ink::black);
+  }
+
+  /// In the middle of the cell, where it has room.
+  void write(const std::string& text, const Box& cell, int size, const Colour& colour) {
+    if (text_width(text, size) > cell.width() - 2 || cell.height() < 14) return;
+    canvas_.text(text, cell.middle(), cell.centre(), {.size = size, .colour = colour});
   }
 
   /// "alpha = 0.001, beta = 0.1" and below it "AR: 1.02; |AR − 1|: 0.020".
@@ -197,69 +191,49 @@ class Drawing {
     return text;
   }
 
-  void axes(int p) {
-    const double bottom = layout_.top_of(p) + layout_.panel_height();
-    for (int x = 0; x < layout_.columns; ++x) {
-      const std::string& text = map_.x_values[static_cast<std::size_t>(x)];
-      const double middle = x_of(p, x) + layout_.cell_width / 2;
-      const bool fits = 5.8 * static_cast<double>(character_count(text)) < layout_.cell_width;
-      canvas_.label(text, middle, bottom + (fits ? 10 : 4), fits ? 10 : 8,
-                    fits ? "center" : "right rotate by 90");
-    }
+  void axes(const Box& box) {
+    CategoryNames(map_.x_values, layout_.cell_width).draw(canvas_, box.left, box.bottom);
     for (int y = 0; y < layout_.rows; ++y) {
-      canvas_.label(map_.y_values[static_cast<std::size_t>(y)], layout_.left_of(p) - 5,
-                    y_of(p, y) + layout_.cell_height / 2, layout_.cell_height >= 14 ? 10 : 8,
-                    "right");
+      canvas_.text(map_.y_values[static_cast<std::size_t>(y)], box.left - 5,
+                   cell_of(box, 0, y).centre(),
+                   {.size = layout_.cell_height >= 14 ? 10 : 8, .align = Align::right});
     }
-    canvas_.label(map_.x_name, layout_.left_of(p) + layout_.panel_width() / 2, bottom + 32, 11,
-                  "center");
-    canvas_.label(map_.y_name, layout_.left_of(p) - layout_.left + 16,
-                  layout_.top_of(p) + layout_.panel_height() / 2, 11, "center rotate by 90");
+    canvas_.text(map_.x_name, box.middle(), box.bottom + layout_.names_height + 12, {.size = 11});
+    canvas_.text(map_.y_name, box.left - layout_.left + 16, box.centre(),
+                 {.size = 11, .upright = true});
   }
 
-  void colour_bar(int p, const HeatMapPanel& panel, const Scale& scale) {
-    constexpr int steps = 64;
-    constexpr int ticks = 4;
-    const double left = layout_.left_of(p) + layout_.panel_width() + 10;
-    const double top = layout_.top_of(p);
-    const double height = layout_.panel_height();
-    for (int i = 0; i < steps; ++i) {
-      canvas_.rectangle(
-          left, top + height * (steps - 1 - i) / steps, 11, height / steps + 0.4,
-          "fillstyle solid noborder fillcolor '" + viridis((i + 0.5) / steps).hex() + "'");
+  void colour_bar(const HeatMapPanel& panel, const Scale& scale, const Box& box) {
+    constexpr int steps = 4;
+    Axis axis{scale.low, scale.high};
+    for (int i = 0; i <= steps; ++i) {
+      const double value = scale.low + (scale.high - scale.low) * i / steps;
+      const std::string above = i == steps && scale.clipped ? "≥ " : "";
+      axis.ticks.push_back({value, above + fixed(value, panel.decimals)});
     }
-    for (int i = 0; i <= ticks; ++i) {
-      const double y = top + height * (1 - double(i) / ticks);
-      const double value = scale.low + (scale.high - scale.low) * i / ticks;
-      const std::string above = i == ticks && scale.clipped ? "≥ " : "";
-      canvas_.line(left + 11, y, left + 14, y, "linecolor '#404040'");
-      canvas_.label(above + fixed(value, panel.decimals), left + 17, y, 9, "left");
-    }
+    draw_colour_bar(canvas_, {box.right + 10, box.top, box.right + 21, box.bottom}, axis);
   }
 
   /// An outline: the paper's dashed, ours whole; light beside dark, so that any cell shows it.
-  void mark(double left, double top, bool published) {
+  void mark(const Box& cell, bool published) {
     const double inset = published ? 4.5 : 1.5;
-    const auto outline = [&](const std::string& style) {
-      canvas_.rectangle(left + inset, top + inset, layout_.cell_width - 2 * inset,
-                        layout_.cell_height - 2 * inset, "front fillstyle empty border " + style);
-    };
-    outline("linecolor 'white' linewidth 3.4");
-    outline(published ? "linecolor 'black' linewidth 1.4 dashtype (4,3)"
-                      : "linecolor '#d40000' linewidth 1.8");
+    const Box box{cell.left + inset, cell.top + inset, cell.right - inset, cell.bottom - inset};
+    canvas_.rectangle(box, {.border = LineStyle{ink::white, 3.4}, .front = true});
+    canvas_.rectangle(box, {.border = published ? published_line : best_line, .front = true});
   }
 
   void notes() {
-    const double y = layout_.height() - Layout::kNotes + 14;
-    const auto note = [&](double at, const std::string& style, const std::string& text) {
-      canvas_.rectangle(layout_.left, at - 6, 18, 12, "fillstyle empty border " + style);
-      canvas_.label(text, layout_.left + 25, at, 10, "left");
+    const double y = canvas_.height() - Layout::notes + 14;
+    const TextStyle style{.align = Align::left};
+    const auto note = [&](double at, const LineStyle& line, const std::string& text) {
+      canvas_.rectangle(Box::sized(layout_.left, at - 6, 18, 12), {.border = line});
+      canvas_.text(text, layout_.left + 25, at, style);
     };
-    if (map_.best) note(y, "linecolor '#d40000' linewidth 1.8", map_.best_note);
+    if (map_.best) note(y, best_line, map_.best_note);
     if (map_.published) {
-      note(y + 18, "linecolor 'black' linewidth 1.4 dashtype (4,3)", map_.published_note);
+      note(y + 18, published_line, map_.published_note);
     } else if (!map_.published_note.empty()) {
-      canvas_.label(map_.published_note, layout_.left, y + 18, 10, "left");
+      canvas_.text(map_.published_note, layout_.left, y + 18, style);
     }
   }
 

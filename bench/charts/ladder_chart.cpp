@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "bench/plot/axis_ticks.h"
-#include "bench/plot/canvas.h"
-#include "bench/plot/label_layout.h"
-#include "bench/plot/palette.h"
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -19,16 +16,92 @@ constexpr int width = 760;
 constexpr Box share_box{70, 44, 740, 244};
 constexpr Box error_box{70, 270, 740, 490};
 constexpr double legend_top = 556;
-constexpr double legend_line = 18;
-constexpr int legend_columns = 3;
 
-constexpr int shapes[] = {7, 5, 9, 11, 13, 15, 6, 4};
-constexpr int dashes[] = {1, 2, 4, 5, 3};
+constexpr LineStyle limit_line{ink::dark, 1.2, 3};
 
 struct Series {
   std::string label;
   const LadderClimb* climb = nullptr;
   std::size_t index = 0;  ///< among all solvers, which sets its colour
+
+  Colour colour() const { return hue(index); }
+  LineStyle line() const {
+    constexpr int dashes[] = {1, 2, 4, 5, 3};
+    return {colour(), 1.3, dashes[index % std::size(dashes)]};
+  }
+  MarkStyle mark() const {
+    const bool again = index / std::size(shapes) % 2 == 1;
+    return {again ? hollow(index) : filled(index), colour(), 0.7, 1.2};
+  }
+};
+
+std::vector<Series> series_of(const LadderAxis& axis, const std::vector<LadderOutcome>& outcomes) {
+  std::vector<Series> out;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const LadderClimb* climb = outcomes[i].record ? outcomes[i].record->find(axis.name) : nullptr;
+    if (climb) out.push_back({outcomes[i].entry->label, climb, i});
+  }
+  return out;
+}
+
+/// The levels, from the mildest on the left.
+class LevelAxis {
+ public:
+  LevelAxis(const LadderAxis& axis, std::size_t series) : axis_(axis), series_(series) {
+    first_ = of_file(0);
+    last_ = of_file(axis.levels.size() - 1);
+    const double range = scaled(last_) - scaled(first_);
+    constexpr double margin = 0.04;
+    low_ = axis.categories ? -0.5 : unscaled(scaled(first_) - margin * range);
+    high_ = axis.categories ? last_ + 0.5 : unscaled(scaled(last_) + margin * range);
+  }
+
+  /// Where a level of the climb lies, a little beside those of the other series, so that marks of
+  /// one level do not hide each other.
+  double place(const LadderClimb& climb, std::size_t level, std::size_t series) const {
+    const double x = axis_.categories ? static_cast<double>(level) : climb.levels[level].number();
+    const double step = axis_.categories ? 0.6 / static_cast<double>(series_)
+                                         : 0.004 * (scaled(last_) - scaled(first_));
+    const double middle = (static_cast<double>(series_) - 1) / 2;
+    return unscaled(scaled(x) + (static_cast<double>(series) - middle) * step);
+  }
+
+  /// With the levels' names, or without where another panel below has them.
+  Axis axis(bool names) const {
+    Axis out{low_, high_, axis_.logarithmic};
+    out.slanted = axis_.levels.size() > 12;
+    double taken = -1e9;  // px to which the last name reaches
+    for (std::size_t i = 0; i < axis_.levels.size(); ++i) {
+      std::string text = names ? one_line(level_text(axis_.levels[i]), 16) : "";
+      const double half = out.slanted ? 9 : text_width(text, 11) / 2 + 1;
+      const double middle = error_box.width() * out.share(of_file(i));
+      if (middle - half < taken) text.clear();
+      if (!text.empty()) taken = middle + half;
+      out.ticks.push_back({of_file(i), text});
+    }
+    if (names) out.title = axis_.unit.empty() ? "level" : "level (" + axis_.unit + ")";
+    return out;
+  }
+
+  /// Whether the file names the level, which is no step of the search between two others.
+  bool named(const LadderLevel& level) const {
+    return std::find(axis_.levels.begin(), axis_.levels.end(), level.level) != axis_.levels.end();
+  }
+
+ private:
+  double scaled(double x) const { return axis_.logarithmic ? std::log(x) : x; }
+  double unscaled(double x) const { return axis_.logarithmic ? std::exp(x) : x; }
+  double of_file(std::size_t i) const {
+    return axis_.categories ? static_cast<double>(i)
+                            : nlohmann::json::parse(axis_.levels[i]).get<double>();
+  }
+
+  const LadderAxis& axis_;
+  std::size_t series_;
+  double first_ = 0;
+  double last_ = 1;
+  double low_ = 0;
+  double high_ = 1;
 };
 
 class Drawing {
@@ -38,7 +111,9 @@ class Drawing {
       : ladders_(ladders),
         axis_(axis),
         series_(series_of(axis, outcomes)),
-        canvas_(width, height()) {
+        levels_(axis, series_.size()),
+        legend_(legend()),
+        canvas_(width, legend_top + legend_.height()) {
     const bool any = std::any_of(series_.begin(), series_.end(), [](const Series& series) {
       const auto& levels = series.climb->levels;
       return std::any_of(levels.begin(), levels.end(), [](const LadderLevel& level) {
@@ -46,192 +121,104 @@ class Drawing {
       });
     });
     value_ = any ? &JudgedFrame::error : &JudgedFrame::peak;
-    first_ = x_of_level(0);
-    last_ = x_of_level(axis.levels.size() - 1);
-    const double margin = 0.04;
-    const double range = scaled(last_) - scaled(first_);
-    left_ = axis.categories ? -0.5 : unscaled(scaled(first_) - margin * range);
-    right_ = axis.categories ? last_ + 0.5 : unscaled(scaled(last_) + margin * range);
   }
 
   void draw(const std::filesystem::path& stem) {
-    canvas_.out() << "set multiplot\nset errorbars small\n";
+    canvas_.title(axis_.title);
     shares();
     errors();
-    canvas_.label(one_line(axis_.title, 110), width / 2.0, 18, 13, "center");
-    legend();
-    canvas_.finish_marks();
-    canvas_.out() << "unset multiplot\n";
-    canvas_.draw(files_, stem);
+    legend_.draw(canvas_, legend_top);
+    canvas_.draw(stem);
   }
 
  private:
-  static std::vector<Series> series_of(const LadderAxis& axis,
-                                       const std::vector<LadderOutcome>& outcomes) {
-    std::vector<Series> out;
-    for (std::size_t i = 0; i < outcomes.size(); ++i) {
-      const LadderClimb* climb = outcomes[i].record ? outcomes[i].record->find(axis.name) : nullptr;
-      if (climb) out.push_back({outcomes[i].entry->label, climb, i});
-    }
-    return out;
-  }
-
-  int height() const {
-    const std::size_t entries = series_.size() + 1;
-    const std::size_t lines = (entries + legend_columns - 1) / legend_columns;
-    return static_cast<int>(legend_top + legend_line * static_cast<double>(lines) + 4);
-  }
-
-  double scaled(double x) const { return axis_.logarithmic ? std::log(x) : x; }
-  double unscaled(double x) const { return axis_.logarithmic ? std::exp(x) : x; }
-  double x_of_level(std::size_t i) const {
-    return axis_.categories ? static_cast<double>(i)
-                            : nlohmann::json::parse(axis_.levels[i]).get<double>();
-  }
-  double x_of(const Series& series, std::size_t level) const {
-    return axis_.categories ? static_cast<double>(level) : series.climb->levels[level].number();
-  }
-  /// A little beside the others, so that marks of one level do not hide each other.
-  double beside(double x, std::size_t place) const {
-    const double step = axis_.categories ? 0.6 / static_cast<double>(series_.size())
-                                         : 0.004 * (scaled(last_) - scaled(first_));
-    const double middle = (static_cast<double>(series_.size()) - 1) / 2;
-    return unscaled(scaled(x) + (static_cast<double>(place) - middle) * step);
-  }
-  bool is_of_file(const LadderLevel& level) const {
-    return std::find(axis_.levels.begin(), axis_.levels.end(), level.level) != axis_.levels.end();
-  }
-
-  /// Where a level lies, 0 at the left edge to 1 at the right.
-  double across(double x) const {
-    return (scaled(x) - scaled(left_)) / (scaled(right_) - scaled(left_));
-  }
-
-  std::string colour(const Series& series) const { return "'" + hue(series.index).hex() + "'"; }
-  int shape(const Series& series) const { return shapes[series.index % std::size(shapes)]; }
-  int dash(const Series& series) const { return dashes[series.index % std::size(dashes)]; }
-
-  void axes(const Box& box, bool lower) {
-    canvas_.area(box.left, box.top, box.right - box.left, box.bottom - box.top);
-    std::ostream& out = canvas_.out();
-    out << "unset key\nset border 3 linecolor '#606060'\nset grid xtics ytics linetype 1 "
-           "linecolor '#e4e4e4' linewidth 0.6\nset tics nomirror scale 0.5\nset xrange ["
-        << left_ << ":" << right_ << "]\n"
-        << (axis_.logarithmic ? "set logscale x\n" : "unset logscale x\n");
-    out << "set xtics (";
-    const bool many = axis_.levels.size() > 12;
-    double taken = -1e9;  // px to which the last label reaches
-    for (std::size_t i = 0; i < axis_.levels.size(); ++i) {
-      std::string text = lower ? one_line(level_text(axis_.levels[i]), 16) : "";
-      const double half = many ? 9 : 3.6 * static_cast<double>(character_count(text));
-      const double middle = across(x_of_level(i)) * (box.right - box.left);
-      if (middle - half < taken) text.clear();
-      if (!text.empty()) taken = middle + half;
-      out << (i > 0 ? ", " : "") << gnuplot_string(text) << " " << x_of_level(i);
-    }
-    out << ")" << (many ? " rotate by 45 right" : " norotate") << "\n";
-    const std::string name = axis_.unit.empty() ? "level" : "level (" + axis_.unit + ")";
-    out << "set xlabel " << gnuplot_string(lower ? name : "") << " offset 0,0.3\n";
-  }
-
   void shares() {
-    axes(share_box, false);
-    canvas_.out() << "set yrange [-2:102]\nset ytics 0,25,100\nset ylabel "
-                  << gnuplot_string("failing frames (%)") << " offset 1,0\n";
-    std::string plots = level_line(100 * ladders_.failure.share);
-    for (std::size_t s = 0; s < series_.size(); ++s) {
-      std::ostringstream line;
-      std::ostringstream marks;
-      for (std::size_t i = 0; i < series_[s].climb->levels.size(); ++i) {
-        const LadderLevel& level = series_[s].climb->levels[i];
-        const double x = x_of(series_[s], i);
-        line << x << ' ' << 100 * level.share() << '\n';
-        if (!is_of_file(level)) continue;
-        marks << beside(x, s) << ' ' << 100 * level.share() << '\n';
-        tooltip(share_box, beside(x, s), 1 - (100 * level.share() + 2) / 104, series_[s], level);
-      }
-      if (!axis_.categories) plots += curve(series_[s], line.str());
-      plots += points(series_[s], marks.str());
+    Axis axis{-2, 102, false, {}, "failing frames (%)"};
+    for (const double tick : even_ticks({0, 100}, 4)) {
+      axis.ticks.push_back({tick, number_text(tick)});
     }
-    plot(plots);
+    Panel panel(canvas_, share_box, levels_.axis(false), axis);
+    panel.level(100 * ladders_.failure.share, limit_line);
+    for (std::size_t s = 0; s < series_.size(); ++s) {
+      add(panel, s, [](const LadderLevel& level) { return std::optional(100 * level.share()); });
+    }
+    panel.draw();
   }
 
   void errors() {
-    const double limit =
-        blank() ? ladders_.failure.contact_threshold : ladders_.failure.relative_error;
-    double low = limit;
-    double high = limit;
+    const Axis axis = error_axis();
+    Panel panel(canvas_, error_box, levels_.axis(true), axis);
+    panel.level(limit(), limit_line);
+    for (std::size_t s = 0; s < series_.size(); ++s) {
+      add_whiskers(panel, s, axis);
+      add(panel, s, [&](const LadderLevel& level) {
+        const auto found = quantiles(level, value_);
+        return found ? std::optional(axis.capped(found->median)) : std::nullopt;
+      });
+    }
+    panel.draw();
+  }
+
+  /// The curve of a series, and marks at the levels that the file names.
+  template <typename Value>
+  void add(Panel& panel, std::size_t s, const Value& value_of) {
+    const Series& series = series_[s];
+    Points line;
+    Points marks;
+    for (std::size_t i = 0; i < series.climb->levels.size(); ++i) {
+      const LadderLevel& level = series.climb->levels[i];
+      const std::optional<double> value = value_of(level);
+      if (!value) continue;
+      const double x = levels_.place(*series.climb, i, s);
+      line.emplace_back(x, *value);
+      if (!levels_.named(level)) continue;
+      marks.emplace_back(x, *value);
+      panel.tooltip(x, *value, description(series, level));
+    }
+    if (!axis_.categories) panel.line(line, series.line());
+    panel.marks(marks, series.mark());
+  }
+
+  void add_whiskers(Panel& panel, std::size_t s, const Axis& axis) const {
+    const Series& series = series_[s];
+    std::vector<Whisker> whiskers;
+    for (std::size_t i = 0; i < series.climb->levels.size(); ++i) {
+      const LadderLevel& level = series.climb->levels[i];
+      const auto found = quantiles(level, value_);
+      if (!found || !levels_.named(level)) continue;
+      whiskers.push_back(
+          {levels_.place(*series.climb, i, s), axis.capped(found->low), axis.capped(found->high)});
+    }
+    panel.whiskers(whiskers, {series.colour().towards_white(0.45), 1});
+  }
+
+  /// Around all medians and whiskers; what is ten times worse than the limit need not be told from
+  /// what is a hundred times.
+  Axis error_axis() const {
+    Span span{limit(), limit()};
     for (const Series& series : series_) {
       for (const LadderLevel& level : series.climb->levels) {
-        const auto found = quantiles(level, value_);
-        if (!found) continue;
-        low = std::min(low, found->low);
-        high = std::max(high, found->high);
+        if (const auto found = quantiles(level, value_)) {
+          span.extend(found->low);
+          span.extend(found->high);
+        }
       }
     }
-    // What is ten times worse than nothing need not be told from what is a hundred times.
-    low = std::max(low / 1.15, 0.01 * limit);
-    high = std::min(high * 1.15, 10 * limit);
-    axes(error_box, true);
-    canvas_.out() << "set logscale y\nset yrange [" << low << ":" << high << "]\nset ytics ("
-                  << tick_list(log_ticks({low, high})) << ")\nset ylabel "
-                  << gnuplot_string(blank() ? "largest change over c₀" : "relative error of δσ")
-                  << " offset 1,0\n";
-    std::string plots = level_line(limit);
-    for (std::size_t s = 0; s < series_.size(); ++s) {
-      std::ostringstream line;
-      std::ostringstream marks;
-      std::ostringstream whiskers;
-      for (std::size_t i = 0; i < series_[s].climb->levels.size(); ++i) {
-        const LadderLevel& level = series_[s].climb->levels[i];
-        const auto found = quantiles(level, value_);
-        if (!found) continue;
-        const double x = x_of(series_[s], i);
-        const double y = std::min(found->median, high);
-        line << x << ' ' << y << '\n';
-        if (!is_of_file(level)) continue;
-        marks << beside(x, s) << ' ' << y << '\n';
-        whiskers << beside(x, s) << ' ' << y << ' ' << std::max(found->low, low) << ' '
-                 << std::min(found->high, high) << '\n';
-        tooltip(error_box, beside(x, s), std::log(high / y) / std::log(high / low), series_[s],
-                level);
-      }
-      if (!whiskers.str().empty()) {
-        plots += file(whiskers.str()) + " with yerrorbars pointtype 0 linewidth 1 linecolor '" +
-                 hue(series_[s].index).towards_white(0.45).hex() + "', ";
-      }
-      if (!axis_.categories) plots += curve(series_[s], line.str());
-      plots += points(series_[s], marks.str());
-    }
-    plot(plots);
-    canvas_.out() << "unset logscale\n";
+    const double most = 10 * limit();
+    const bool capped = span.high > most;
+    span = {std::max(span.low / 1.15, 0.01 * limit()), std::min(span.high * 1.15, most)};
+    Axis axis = Axis::logarithms(span, blank() ? "largest change over c₀" : "relative error of δσ");
+    if (capped) axis.cap();
+    return axis;
   }
 
   /// Whether no frame has an error, as none has a contact: then the changes are shown.
   bool blank() const { return value_ == &JudgedFrame::peak; }
-
-  std::string level_line(double y) {
-    std::ostringstream ends;
-    ends.precision(10);
-    ends << left_ << ' ' << y << '\n' << right_ << ' ' << y << '\n';
-    return file(ends.str()) + " with lines dashtype 3 linewidth 1.2 linecolor '#303030', ";
-  }
-  std::string curve(const Series& series, const std::string& data) {
-    if (data.empty()) return "";
-    return file(data) + " with lines linewidth 1.3 dashtype " + std::to_string(dash(series)) +
-           " linecolor " + colour(series) + ", ";
-  }
-  std::string points(const Series& series, const std::string& data) {
-    if (data.empty()) return "";
-    return file(data) + " with points pointsize 0.7 linewidth 1.2 pointtype " +
-           std::to_string(shape(series)) + " linecolor " + colour(series) + ", ";
-  }
-  void plot(const std::string& plots) {
-    canvas_.out() << "plot " << plots << "NaN notitle\nunset grid\nunset xlabel\nunset ylabel\n";
+  double limit() const {
+    return blank() ? ladders_.failure.contact_threshold : ladders_.failure.relative_error;
   }
 
-  void tooltip(const Box& box, double x, double down, const Series& series,
-               const LadderLevel& level) {
+  std::string description(const Series& series, const LadderLevel& level) const {
     const auto errors = quantiles(level, value_);
     std::string text = series.label + ", " + level_text(level.level) + " " + axis_.unit + "\n" +
                        fixed(100 * level.share(), 1) + " % fail";
@@ -239,47 +226,23 @@ class Drawing {
       text += (blank() ? "\nlargest change " : "\nerror ") + three_digits(errors->median) + " (" +
               three_digits(errors->low) + " … " + three_digits(errors->high) + ")";
     }
-    canvas_.tooltip_at(box.left + across(x) * (box.right - box.left),
-                       box.top + down * (box.bottom - box.top), text);
+    return text;
   }
 
-  void legend() {
-    std::size_t entry = 0;
-    const auto place = [&] {
-      const std::size_t at = entry++;
-      return std::pair(share_box.left - 20 + static_cast<double>(at % legend_columns) * 235,
-                       legend_top + legend_line * static_cast<double>(at / legend_columns));
-    };
-    for (const Series& series : series_) {
-      const auto [x, y] = place();
-      canvas_.line(x, y, x + 34, y,
-                   "linewidth 1.3 dashtype " + std::to_string(dash(series)) + " linecolor rgb " +
-                       colour(series));
-      canvas_.out() << "set label \"\" at " << canvas_.screen(x + 17, y) << " point pointtype "
-                    << shape(series) << " pointsize 0.8 linecolor rgb " << colour(series) << "\n";
-      canvas_.label(one_line(series.label, 30), x + 41, y, 10, "left");
-    }
-    const auto [x, y] = place();
-    canvas_.line(x, y, x + 34, y, "linewidth 1.2 dashtype 3 linecolor rgb '#303030'");
-    canvas_.label("limits; whiskers: 5 to 95 %", x + 41, y, 10, "left");
-  }
-
-  std::string file(const std::string& text) {
-    const std::string name = "points" + std::to_string(files_.size()) + ".txt";
-    files_[name] = text;
-    return "'" + name + "'";
+  Legend legend() const {
+    Legend legend(share_box.left - 20, share_box.right + 15, 3);
+    for (const Series& series : series_) legend.add({series.label, series.line(), series.mark()});
+    legend.add({"limits; whiskers: 5 to 95 %", limit_line});
+    return legend;
   }
 
   const Ladders& ladders_;
   const LadderAxis& axis_;
   std::vector<Series> series_;
+  LevelAxis levels_;
   std::optional<double> JudgedFrame::*value_ = &JudgedFrame::error;  ///< of the lower panel
-  double first_ = 0;
-  double last_ = 1;
-  double left_ = 0;
-  double right_ = 1;
+  Legend legend_;
   Canvas canvas_;
-  FileContents files_;
 };
 
 }  // namespace
