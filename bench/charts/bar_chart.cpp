@@ -7,7 +7,8 @@
 namespace ertbench {
 BarChart::BarChart(const ChartRequest& request)
     : BarChart(request.place, read_row_labels(request.object, request.experiment),
-               read_metrics(request.object, {kPublishedMetrics.begin(), kPublishedMetrics.end()})) {}
+               read_metrics(request.object, {kPublishedMetrics.begin(), kPublishedMetrics.end()})) {
+}
 
 BarChart::BarChart(ChartPlace place, std::vector<std::string> labels, std::vector<Metric> metrics)
     : Chart(std::move(place)), labels_(std::move(labels)), metrics_(std::move(metrics)) {}

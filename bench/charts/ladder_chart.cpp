@@ -134,8 +134,8 @@ class Drawing {
  private:
   void shares() {
     Axis axis{-2, 102, false, {}, "failing frames (%)"};
-    for (const double tick : even_ticks({0, 100}, 4)) {
-      axis.ticks.push_back({tick, number_text(tick)});
+    for (int percent = 0; percent <= 100; percent += 25) {
+      axis.ticks.push_back({double(percent), std::to_string(percent)});
     }
     Panel panel(canvas_, share_box, levels_.axis(false), axis);
     panel.level(100 * ladders_.failure.share, limit_line);

@@ -69,7 +69,7 @@ void Canvas::mark(double x, double y, const MarkStyle& style) {
 }
 
 void Canvas::tooltip(const Box& box, std::string text) {
-  tooltips_.push_back({box.left, box.top, box.width(), box.height(), std::move(text)});
+  tooltips_.push_back({box, std::move(text)});
 }
 
 void Canvas::tooltip_at(double x, double y, std::string text) {

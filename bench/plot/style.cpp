@@ -17,8 +17,8 @@ std::string quoted(const Colour& colour) { return "'" + colour.hex() + "'"; }
 }  // namespace
 
 std::string LineStyle::text() const {
-  std::ostringstream out;
-  out << "linewidth " << width << " dashtype " << dash << " linecolor rgb " << quoted(colour);
+  std::ostringstream out;  // the colour first: a rectangle's border knows no other order
+  out << "linecolor rgb " << quoted(colour) << " linewidth " << width << " dashtype " << dash;
   return out.str();
 }
 
