@@ -13,7 +13,7 @@ namespace ertbench {
 namespace {
 
 constexpr LineStyle best_line{rgb(0xd40000), 1.8};
-constexpr LineStyle published_line{ink::black, 1.4, 2};
+constexpr LineStyle published_line{ink::black, 1.4, 3};
 
 /// Places and sizes in px.
 struct Layout {
@@ -214,7 +214,7 @@ class Drawing {
     draw_colour_bar(canvas_, {box.right + 10, box.top, box.right + 21, box.bottom}, axis);
   }
 
-  /// An outline: the paper's dashed, ours whole; light beside dark, so that any cell shows it.
+  /// An outline: the paper's dotted, ours whole; light beside dark, so that any cell shows it.
   void mark(const Box& cell, bool published) {
     const double inset = published ? 4.5 : 1.5;
     const Box box{cell.left + inset, cell.top + inset, cell.right - inset, cell.bottom - inset};
