@@ -17,16 +17,6 @@ std::string rate_text(double per_second) {
   return three_digits(per_second / 1e6) + " M";
 }
 
-std::string time_tics() {
-  return "'0.1 µs' 0.1, '1 µs' 1, '10 µs' 10, '100 µs' 100, '1 ms' 1e3, '10 ms' 1e4, "
-         "'100 ms' 1e5, '1 s' 1e6, '10 s' 1e7, '100 s' 1e8";
-}
-
-std::string rate_tics() {
-  return "'0.1' 0.1, '1' 1, '10' 10, '100' 100, '1 k' 1e3, '10 k' 1e4, '100 k' 1e5, '1 M' 1e6, "
-         "'10 M' 1e7";
-}
-
 std::string description(const SpeedPoint& point, const SpeedAccuracy& chart) {
   std::string text = point.label;
   const auto add = [&](const std::string& line) { text += "\n" + line; };

@@ -14,10 +14,6 @@ std::string time_text(double microseconds);
 /// "637 k", "2.10 k", "42".
 std::string rate_text(double per_second);
 
-/// Ticks of a logarithmic axis as gnuplot takes them, one each decade.
-std::string time_tics();  ///< of an axis in µs
-std::string rate_tics();
-
 /// All that is known of one configuration, in lines.
 std::string description(const SpeedPoint& point, const SpeedAccuracy& chart);
 

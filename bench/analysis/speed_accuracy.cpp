@@ -170,17 +170,17 @@ json label_or_null(const SpeedAccuracy& chart, const std::optional<std::size_t>&
 
 }  // namespace
 
-SpeedAccuracy speed_accuracy_of(const ChartSpec& spec, std::span<const ResultRow> rows) {
+SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const ResultRow> rows) {
   SpeedAccuracy chart;
-  chart.metric = spec.metrics.front();
-  chart.dataset = spec.dataset;
-  chart.right_sizing = spec.right_sizing;
-  for (const std::string& label : spec.labels) {
-    const ResultRow* row = find_row(rows, label, spec.dataset);
-    chart.points.push_back(point_of(row, label, chart.metric, spec.right_sizing));
+  chart.metric = question.metric;
+  chart.dataset = question.dataset;
+  chart.right_sizing = question.right_sizing;
+  for (const std::string& label : question.labels) {
+    const ResultRow* row = find_row(rows, label, question.dataset);
+    chart.points.push_back(point_of(row, label, chart.metric, question.right_sizing));
     if (row) chart.batch = std::max(chart.batch, row->throughput_batch);
   }
-  if (const ResultRow* nothing = find_row(rows, "no-contact", spec.dataset)) {
+  if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {
     chart.nothing = nothing->metrics[chart.metric].median;
   }
   mark_frontier(chart.points, &SpeedPoint::frontier, [](const SpeedPoint& p) {
@@ -189,10 +189,10 @@ SpeedAccuracy speed_accuracy_of(const ChartSpec& spec, std::span<const ResultRow
   mark_frontier(chart.points, &SpeedPoint::batch_frontier, [](const SpeedPoint& p) {
     return p.frames_per_s ? std::optional(1 / *p.frames_per_s) : std::nullopt;
   });
-  for (const double us : spec.budgets_us) chart.budgets.push_back({us, {}});
+  for (const double us : question.budgets_us) chart.budgets.push_back({us, {}});
   choose_by_margin(chart);
   choose_sizes(chart);
-  for (const std::string& reference : spec.break_even_against) add_break_even(chart, reference);
+  for (const std::string& reference : question.break_even_against) add_break_even(chart, reference);
   return chart;
 }
 

@@ -6,10 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "bench/experiment/chart_spec.h"
+#include "bench/experiment/right_sizing.h"
 #include "bench/record/result_row.h"
 
 namespace ertbench {
+
+/// What is asked of the rows.
+struct SpeedQuestion {
+  std::string dataset;
+  std::vector<std::string> labels;  ///< of the rows, in order
+  Metric metric = Metric::relative_error;
+  std::vector<double> budgets_us;  ///< for one frame; the method to take for each
+  std::optional<RightSizing> right_sizing;
+  std::vector<std::string> break_even_against;  ///< labels that longer fits are held against
+};
 
 /// Whether a configuration may be recommended.
 enum class Standing {
@@ -79,9 +89,9 @@ struct SpeedAccuracy {
   int batch = 0;  ///< frames in a call for frames_per_s
 };
 
-/// Of the spec's rows. A configuration that failed or did not converge has its point, and is
+/// Of the rows asked for. A configuration that failed or did not converge has its point, and is
 /// neither on the frontier nor chosen by anything.
-SpeedAccuracy speed_accuracy_of(const ChartSpec& spec, std::span<const ResultRow> rows);
+SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const ResultRow> rows);
 
 /// What summary.json keeps of it: `{"dataset", "metric", "frontier": [labels], "within_margin":
 /// [{"margin", "label"}], "within_budget": [{"budget_us", "label"}], "right_sizes": [{"family",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bench/charts/chart_types.h"
 #include "bench/experiment/experiment.h"
 #include "core/atomic_file.h"
 #include "core/json_reader.h"
@@ -66,7 +67,7 @@ std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experime
   const fs::path file = seeds.out / (experiment.name + ".json");
   write_file_atomically(file, experiment_over_seeds(experiment, labels, count).dump(2) + "\n");
   SolverRegistry registry;  // into which no plugin has been loaded yet
-  const Experiment copy = read_experiment(file, registry);
+  const Experiment copy = read_experiment(file, registry, chart_types());
   const ExperimentResults results = run_experiment(copy, cache, seeds);
   report_experiment(copy, cache, results, seeds.out);
   if (results.failures > 0) return std::nullopt;

@@ -160,7 +160,7 @@ std::vector<std::span<const SolverEntry>> Experiment::rows() const {
 }
 
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
-                           SolverCheck check) {
+                           const ChartTypes& charts, SolverCheck check) {
   const nlohmann::json json = read_json_file(file);
   JsonObject root(json, file.string(), "");
   Experiment experiment;
@@ -178,7 +178,9 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
   read_figure(root, experiment);
   read_published(root, experiment);
-  experiment.charts = read_charts(root, experiment);
+  if (root.has("charts") && !charts.empty()) {
+    experiment.charts = read_charts(root, experiment, charts, registry);
+  }
   experiment.ladders = read_ladders(root, experiment, registry, check);
   root.finish();
   return experiment;

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "bench/experiment/chart_spec.h"
+#include "bench/experiment/chart_type.h"
 #include "bench/experiment/ladder_spec.h"
 #include "bench/experiment/published_table.h"
 #include "bench/experiment/right_sizing.h"
@@ -42,7 +43,7 @@ struct Experiment {
   double time_limit_s = 3600;      ///< for one trial
   std::vector<int> figure_scenes;  ///< of the first test set
   PublishedTable published;
-  std::vector<ChartSpec> charts;
+  std::vector<std::shared_ptr<const Chart>> charts;
   std::optional<RightSizing> right_sizing;
   std::optional<Ladders> ladders;
 
@@ -57,8 +58,10 @@ enum class SolverCheck { all, none };
 
 /// Reads and checks an experiment file whole: unknown keys, types, ranges, solvers' parameters.
 /// Throws InputError naming file, JSON path and remedy. Solvers of a plugin that is absent are left
-/// to their trials, so that the other rows come out.
+/// to their trials, so that the other rows come out. `charts` are the types of charts that there
+/// are (chart_types()); where the list is empty the charts are left unread, for processes that draw
+/// none.
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
-                           SolverCheck check = SolverCheck::all);
+                           const ChartTypes& charts, SolverCheck check = SolverCheck::all);
 
 }  // namespace ertbench

@@ -1,19 +1,18 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
-#include "bench/experiment/chart_spec.h"
+#include "bench/experiment/chart_type.h"
 
 namespace ertbench {
 
-class JsonObject;
-struct Experiment;
-
-/// Reads "charts" of an experiment file: `{"type": "bars", "name", "solvers": [labels], "metrics",
-/// "dataset"}` and `{"type": "heat-map", "name", "solver": the label of a sweep of two parameters,
-/// "metrics", "dataset", "published_optimum": [first, second]}` and `{"type": "speed-accuracy",
-/// "name", "solvers", "metric", "dataset", "budgets_us", "break_even_against": [labels]}`. Solvers
-/// and datasets must be read already. Throws InputError.
-std::vector<ChartSpec> read_charts(JsonObject& root, const Experiment& experiment);
+/// Reads "charts" of an experiment file, objects with a "type", a "name", a "dataset" (by default
+/// the first test set) and the keys of their type. Solvers, datasets and timing must be read
+/// already. Throws InputError.
+std::vector<std::shared_ptr<const Chart>> read_charts(JsonObject& root,
+                                                      const Experiment& experiment,
+                                                      const ChartTypes& types,
+                                                      SolverRegistry& registry);
 
 }  // namespace ertbench

@@ -5,8 +5,24 @@
 #include "core/text.h"
 
 namespace ertbench {
+namespace {
 
-Canvas::Canvas(int width, int height) : width_(width), height_(height) { out_.precision(10); }
+std::string margins(const Box& box, double width, double height) {
+  std::ostringstream out;
+  out.precision(10);
+  out << "set lmargin at screen " << box.left / width << "\nset rmargin at screen "
+      << box.right / width << "\nset tmargin at screen " << 1 - box.top / height
+      << "\nset bmargin at screen " << 1 - box.bottom / height << "\n";
+  return out.str();
+}
+
+}  // namespace
+
+Canvas::Canvas(double width, double height)
+    : width_(static_cast<int>(width)), height_(static_cast<int>(height)) {
+  plots_.precision(10);
+  marks_.precision(10);
+}
 
 std::string Canvas::screen(double x, double y) const {
   std::ostringstream place;
@@ -15,53 +31,68 @@ std::string Canvas::screen(double x, double y) const {
   return place.str();
 }
 
-void Canvas::label(const std::string& text, double x, double y, int size,
-                   const std::string& options) {
-  out_ << "set label " << gnuplot_string(text) << " at " << screen(x, y) << " font '," << size
-       << "' " << options << "\n";
+void Canvas::text(const std::string& text, double x, double y, const TextStyle& style) {
+  marks_ << "set label " << gnuplot_string(text) << " at " << screen(x, y) << " font ',"
+         << style.size << "' " << style.text() << "\n";
 }
 
-void Canvas::lines(const std::string& text, std::size_t characters, double x, double y, int size) {
+void Canvas::lines(const std::string& text, std::size_t characters, double x, double y,
+                   const TextStyle& style) {
   for (const std::string& line : wrapped(text, characters)) {
-    label(line, x, y, size, "center");
-    y += size + 2;
+    this->text(line, x, y, style);
+    y += style.size + 2;
   }
 }
 
-void Canvas::line(double x1, double y1, double x2, double y2, const std::string& style) {
-  out_ << "set arrow from " << screen(x1, y1) << " to " << screen(x2, y2) << " nohead " << style
-       << "\n";
+void Canvas::title(const std::string& text) {
+  constexpr int size = 12;
+  this->text(one_line(text, characters_in(width_, size)), width_ / 2.0, 16, {.size = size});
 }
 
-void Canvas::rectangle(double left, double top, double width, double height,
-                       const std::string& style) {
-  out_ << "set object rectangle from " << screen(left, top + height) << " to "
-       << screen(left + width, top) << " " << style << "\n";
+void Canvas::letter(int index, double y) {
+  const std::string text = std::string("(") + static_cast<char>('a' + index % 26) + ")";
+  this->text(text, 14, y, {.size = 12, .align = Align::left});
 }
 
-void Canvas::area(double left, double top, double width, double height) {
-  out_ << "set lmargin at screen " << left / width_ << "\nset rmargin at screen "
-       << (left + width) / width_ << "\nset tmargin at screen " << 1 - top / height_
-       << "\nset bmargin at screen " << 1 - (top + height) / height_ << "\n";
+void Canvas::line(double x1, double y1, double x2, double y2, const LineStyle& style) {
+  marks_ << "set arrow from " << screen(x1, y1) << " to " << screen(x2, y2) << " nohead "
+         << style.text() << "\n";
 }
 
-void Canvas::finish_marks() {
-  area(0, 0, width_, height_);
-  out_ << "unset key\nunset tics\nunset border\nset xrange [0:1]\nset yrange [0:1]\n"
-       << "plot NaN notitle\nunset label\nunset arrow\nunset object\n";
+void Canvas::rectangle(const Box& box, const BoxStyle& style) {
+  marks_ << "set object rectangle from " << screen(box.left, box.bottom) << " to "
+         << screen(box.right, box.top) << " " << style.text() << "\n";
 }
 
-void Canvas::tooltip(double left, double top, double width, double height, std::string text) {
-  tooltips_.push_back({left, top, width, height, std::move(text)});
+void Canvas::mark(double x, double y, const MarkStyle& style) {
+  marks_ << "set label \"\" at " << screen(x, y) << " point " << style.text() << "\n";
+}
+
+void Canvas::tooltip(const Box& box, std::string text) {
+  tooltips_.push_back({box, std::move(text)});
 }
 
 void Canvas::tooltip_at(double x, double y, std::string text) {
   constexpr double reach = 6;
-  tooltip(x - reach, y - reach, 2 * reach, 2 * reach, std::move(text));
+  tooltip(Box::around(x, y, reach), std::move(text));
 }
 
-void Canvas::draw(const FileContents& inputs, const std::filesystem::path& stem) const {
-  draw_chart(text(), inputs, width_, height_, stem, tooltips_);
+void Canvas::area(const Box& box) { plots_ << margins(box, width_, height_); }
+
+std::string Canvas::data(const std::string& text) {
+  const std::string name = "data" + std::to_string(files_.size()) + ".txt";
+  files_[name] = text;
+  return "'" + name + "'";
+}
+
+void Canvas::draw(const std::filesystem::path& stem) const {
+  // The marks belong to a last plot, of nothing, over the whole picture.
+  const std::string commands =
+      "set multiplot\nset style textbox opaque noborder fillcolor 'white' margins 0.3,0.3\n" +
+      plots_.str() + margins({0, 0, double(width_), double(height_)}, width_, height_) +
+      "unset key\nunset tics\nunset border\nset xrange [0:1]\nset yrange [0:1]\n" + marks_.str() +
+      "plot NaN notitle\nunset multiplot\n";
+  draw_chart(commands, files_, width_, height_, stem, tooltips_);
 }
 
 }  // namespace ertbench

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/plot/axis.h"
+
 namespace ertbench {
 namespace {
 
@@ -18,16 +20,6 @@ struct Bounds {
     }
   }
 };
-
-/// The smallest of 1, 2 or 5 times a power of ten that divides `span` into at most `ticks` steps.
-double step_for(double span, int ticks) {
-  const double rough = span / ticks;
-  const double power = std::pow(10.0, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= rough * (1 - 1e-9)) return factor * power;
-  }
-  return 10 * power;
-}
 
 }  // namespace
 
@@ -48,7 +40,7 @@ ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimat
   if (shown.high - shown.low < 1e-9) shown = {-0.1, 0.1};
 
   ColourScale scale;
-  scale.step = step_for(shown.high - shown.low, ticks);
+  scale.step = round_step(shown.high - shown.low, ticks);
   scale.low = scale.step * std::floor(shown.low / scale.step + slack);
   scale.high = scale.step * std::ceil(shown.high / scale.step - slack);
   scale.below = all.low < scale.low - slack * scale.step;

@@ -12,24 +12,24 @@ namespace ertbench {
 /// bottom; what is not finite stays grey.
 class ImagePanels {
  public:
-  /// Begins the drawing; `canvas` must be in multiplot mode and outlive this.
+  static constexpr double bar_width = 11;  ///< of a colour bar without its ticks, px
+
+  /// `canvas` must outlive this.
   ImagePanels(Canvas& canvas, const Sensor& sensor, const ColourScale& scale);
 
-  /// A square of `side` px with an image [pixels], or none where that is empty, and a text in its
-  /// middle.
-  void image(double left, double top, double side,
-             const Eigen::Ref<const Eigen::RowVectorXd>& values, const std::string& inside);
-  /// A strip of the palette with its ticks; the last to be drawn.
-  void colour_bar(double left, double top, double height, const std::string& quantity);
-
-  const FileContents& files() const { return files_; }  ///< for the canvas to be drawn with
+  /// An image [pixels], or none where that is empty, in a square box, and a text in its middle.
+  void image(const Box& box, const Eigen::Ref<const Eigen::RowVectorXd>& values,
+             const std::string& inside);
+  /// A strip of the palette with its ticks.
+  void colour_bar(const Box& box, const std::string& quantity);
 
  private:
   Canvas& canvas_;
   ColourScale scale_;
   int grid_;
   Eigen::Vector2d low_, high_;  ///< corners of the sheet's bounds
-  FileContents files_;
+  std::string outline_;         ///< the sheet as an object of gnuplot
+  std::string electrodes_;      ///< name of their file
 };
 
 }  // namespace ertbench

@@ -4,13 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/text.h"
+#include "bench/plot/style.h"
 
 namespace ertbench {
 namespace {
 
-/// Of a character, as a part of the font's size; a little more than a sans-serif font takes.
-constexpr double character_width = 0.58;
 constexpr double nearest = 8;  ///< from the point to the label's edge, px
 constexpr double farthest = 110;
 constexpr int directions = 16;
@@ -39,8 +37,7 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
   // Right, left, above, below, then what lies between.
   constexpr int order[directions] = {0, 8, 12, 4, 14, 2, 10, 6, 15, 1, 9, 7, 13, 11, 3, 5};
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    const double width =
-        character_width * font_size * static_cast<double>(character_count(labels[i].text)) + 4;
+    const double width = text_width(labels[i].text, font_size) + 4;
     const double height = font_size + 3;
     for (double distance = nearest; distance <= farthest && !out[i]; distance += 6) {
       for (const int direction : order) {

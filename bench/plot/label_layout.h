@@ -4,19 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "bench/plot/box.h"
+
 namespace ertbench {
-
-/// A rectangle of a chart, px from its top left corner.
-struct Box {
-  double left = 0;
-  double top = 0;
-  double right = 0;
-  double bottom = 0;
-
-  bool overlaps(const Box& other) const {
-    return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
-  }
-};
 
 /// A text that is to stand near its point.
 struct PointLabel {

@@ -8,16 +8,12 @@
 namespace ertbench {
 namespace {
 
-constexpr Colour from(int rgb) {
-  return {(rgb >> 16 & 0xff) / 255.0, (rgb >> 8 & 0xff) / 255.0, (rgb & 0xff) / 255.0};
-}
+constexpr std::array kViridis = {rgb(0x440154), rgb(0x482878), rgb(0x3e4a89), rgb(0x31688e),
+                                 rgb(0x26828e), rgb(0x1f9e89), rgb(0x35b779), rgb(0x6ece58),
+                                 rgb(0xb5de2b), rgb(0xfde725)};
 
-constexpr std::array kViridis = {from(0x440154), from(0x482878), from(0x3e4a89), from(0x31688e),
-                                 from(0x26828e), from(0x1f9e89), from(0x35b779), from(0x6ece58),
-                                 from(0xb5de2b), from(0xfde725)};
-
-constexpr std::array kHues = {from(0x0072b2), from(0xd55e00), from(0x009e73), from(0xcc79a7),
-                              from(0xe69f00), from(0x56b4e9), from(0x000000)};
+constexpr std::array kHues = {rgb(0x0072b2), rgb(0xd55e00), rgb(0x009e73), rgb(0xcc79a7),
+                              rgb(0xe69f00), rgb(0x56b4e9), rgb(0x000000)};
 
 Colour mixed(const Colour& a, const Colour& b, double share) {
   const auto part = [share](double x, double y) { return x + share * (y - x); };

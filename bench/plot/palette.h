@@ -16,6 +16,21 @@ struct Colour {
   Colour towards_white(double fraction) const;
 };
 
+/// "0x440154" as a colour.
+constexpr Colour rgb(int number) {
+  return {(number >> 16 & 0xff) / 255.0, (number >> 8 & 0xff) / 255.0, (number & 0xff) / 255.0};
+}
+
+/// What is drawn beside the data.
+namespace ink {
+inline constexpr Colour black = rgb(0x000000);
+inline constexpr Colour white = rgb(0xffffff);
+inline constexpr Colour dark = rgb(0x303030);   ///< frames, limits
+inline constexpr Colour note = rgb(0x404040);   ///< small print
+inline constexpr Colour light = rgb(0x909090);  ///< lines from a text to its point
+inline constexpr Colour alarm = rgb(0xa00000);  ///< what failed
+}  // namespace ink
+
 /// Viridis: perceptually uniform, rising in lightness, so that it reads in grey too.
 Colour viridis(double fraction);
 

@@ -14,9 +14,10 @@ std::string with_tooltips(const std::string& svg, const std::vector<Tooltip>& to
   std::ostringstream out;
   out << svg.substr(0, end) << "<g class=\"tooltips\" fill=\"none\" pointer-events=\"all\">\n";
   for (const Tooltip& tooltip : tooltips) {
-    out << "<rect x=\"" << tooltip.left << "\" y=\"" << tooltip.top << "\" width=\""
-        << tooltip.width << "\" height=\"" << tooltip.height << "\"><title>"
-        << html_escaped(tooltip.text) << "</title></rect>\n";
+    const Box& box = tooltip.box;
+    out << "<rect x=\"" << box.left << "\" y=\"" << box.top << "\" width=\"" << box.width()
+        << "\" height=\"" << box.height() << "\"><title>" << html_escaped(tooltip.text)
+        << "</title></rect>\n";
   }
   out << "</g>\n" << svg.substr(end);
   return out.str();

@@ -3,15 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "bench/plot/box.h"
+
 namespace ertbench {
 
-/// An invisible rectangle of a chart, px from its top left corner, over which the pointer shows
-/// `text`; may have several lines.
+/// An invisible rectangle of a chart, over which the pointer shows `text`; may have several lines.
 struct Tooltip {
-  double left = 0;
-  double top = 0;
-  double width = 0;
-  double height = 0;
+  Box box;
   std::string text;
 };
 

@@ -2,8 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/analysis/chart_text.h"
-#include "bench/analysis/speed_tables.h"
+#include "bench/charts/chart.h"
 #include "bench/report/table_cells.h"
 
 namespace ertbench {
@@ -42,44 +41,27 @@ ReportSection reading_section(const std::vector<ResultRow>& rows, const TableTex
   return section;
 }
 
-std::string caption_of(const ChartSpec& chart) {
-  std::string what;
-  switch (chart.type) {
-    case ChartSpec::Type::bars:
-      what = "means with their 95 % intervals";
-      break;
-    case ChartSpec::Type::heat_map:
-      what = "means over the swept parameters";
-      break;
-    case ChartSpec::Type::speed_accuracy:
-      what = "medians of the " + axis_title(chart.metrics.front()) + " over the time of a frame";
-      break;
-  }
-  return what + ", test set " + chart.dataset;
-}
-
-/// Charts without tables share a section; one of speed and accuracy has its own.
+/// Charts without a section of their own share one.
 std::vector<ReportSection> chart_sections(const Experiment& experiment,
                                           const std::vector<ResultRow>& rows,
                                           const std::filesystem::path& folder) {
-  ReportSection charts;
-  charts.title = "Charts";
+  ReportSection shared;
+  shared.title = "Charts";
   std::vector<ReportSection> sections;
-  for (const ChartSpec& spec : experiment.charts) {
-    const ReportFigure figure{spec.name, folder / (spec.name + ".svg"), caption_of(spec)};
-    if (spec.type != ChartSpec::Type::speed_accuracy) {
-      charts.figures.push_back(figure);
+  for (const auto& chart : experiment.charts) {
+    const ReportFigure figure{chart->name(), folder / (chart->name() + ".svg"), chart->caption()};
+    if (chart->section().empty()) {
+      shared.figures.push_back(figure);
       continue;
     }
-    const SpeedAccuracy speed = speed_accuracy_of(spec, rows);
-    ReportSection section;
-    section.title = "Speed and accuracy: " + spec.dataset;
-    section.text = speed_notes(speed);
-    section.tables = speed_tables(speed);
-    section.figures = {figure};
-    sections.push_back(section);
+    ReportSection own;
+    own.title = chart->section();
+    own.text = chart->notes(rows);
+    own.tables = chart->tables(rows);
+    own.figures = {figure};
+    sections.push_back(own);
   }
-  if (!charts.figures.empty()) sections.insert(sections.begin(), charts);
+  if (!shared.figures.empty()) sections.insert(sections.begin(), shared);
   return sections;
 }
 

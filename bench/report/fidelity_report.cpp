@@ -4,7 +4,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "bench/plot/fidelity_chart.h"
+#include "bench/charts/fidelity_chart.h"
 #include "bench/record/provenance.h"
 #include "bench/table/text_table.h"
 #include "core/atomic_file.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "bench/analysis/detection.h"
-#include "bench/plot/ladder_chart.h"
-#include "bench/plot/ladder_figures.h"
+#include "bench/charts/ladder_chart.h"
+#include "bench/charts/ladder_figures.h"
 #include "core/atomic_file.h"
 
 namespace ertbench {

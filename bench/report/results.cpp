@@ -4,9 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "bench/analysis/speed_accuracy.h"
-#include "bench/plot/charts.h"
-#include "bench/plot/reconstruction_figure.h"
+#include "bench/charts/chart.h"
+#include "bench/charts/reconstruction_figure.h"
 #include "bench/record/provenance.h"
 #include "bench/report/experiment_report.h"
 #include "bench/report/table.h"
@@ -147,10 +146,9 @@ void write_results(const Experiment& experiment, const Cache& cache,
   write_file_atomically(folder / "table.csv", csv_table(results.rows, experiment.published));
   write_file_atomically(folder / "table.tex", latex_table(results.rows, text));
   draw_figure(experiment, cache, results, folder);
-  for (const ChartSpec& chart : experiment.charts) {
-    draw(chart, results.rows, experiment.title, folder);
-    if (chart.type != ChartSpec::Type::speed_accuracy) continue;
-    summary["speed_accuracy"][chart.name] = to_json(speed_accuracy_of(chart, results.rows));
+  for (const auto& chart : experiment.charts) {
+    chart->draw(results.rows, experiment.title, folder);
+    chart->summarise(results.rows, summary);
   }
   std::vector<std::string> trained;
   for (const auto& [label, sources] : results.training) {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "bench/plot/training_chart.h"
+#include "bench/charts/training_chart.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
 

@@ -1,5 +1,3 @@
-#include "bench/plot/charts.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,8 @@
 #include <stdexcept>
 
 #include "bench/analysis/training_curves.h"
+#include "bench/charts/bar_chart.h"
+#include "bench/charts/heat_map_chart.h"
 #include "bench/plot/palette.h"
 #include "bench/report/training_results.h"
 #include "core/errors.h"
@@ -50,25 +50,21 @@ ResultRow truth() {
   return row;
 }
 
-ChartSpec bars(std::vector<std::string> labels) {
-  ChartSpec spec;
-  spec.name = "ablation";
-  spec.dataset = "test";
-  spec.labels = std::move(labels);
-  spec.metrics = {Metric::AR, Metric::RES, Metric::PE, Metric::RIE};
-  return spec;
+BarChart bars(std::vector<std::string> labels) {
+  return {
+      {"ablation", "test"}, std::move(labels), {Metric::AR, Metric::RES, Metric::PE, Metric::RIE}};
 }
 
 TEST_F(Charts, BarsShowEveryVariantAndItsValue) {
   const std::vector<ResultRow> rows = {truth(), row_of("L1", 0.9, 0.7),
                                        row_of("L1 + adversarial", 1.123, 0.6)};
-  const ChartSpec spec = bars({"L1", "L1 + adversarial"});
-  const BarChart chart = bar_chart_of(spec, rows, "Ablation");
-  ASSERT_EQ(chart.panels.size(), 4u);
-  EXPECT_EQ(chart.panels[0].ideal, 1);
-  EXPECT_EQ(chart.panels[1].ideal, 82.78);
-  EXPECT_EQ(chart.panels[2].ideal, 0);
-  draw(spec, rows, "Ablation", results());
+  const BarChart chart = bars({"L1", "L1 + adversarial"});
+  const Bars shown = chart.bars_of(rows, "Ablation");
+  ASSERT_EQ(shown.panels.size(), 4u);
+  EXPECT_EQ(shown.panels[0].ideal, 1);
+  EXPECT_EQ(shown.panels[1].ideal, 82.78);
+  EXPECT_EQ(shown.panels[2].ideal, 0);
+  chart.draw(rows, "Ablation", results());
   const std::string text = svg("ablation");
   for (const char* word : {"Ablation", "(a)", "(b)", "0.900", "1.123", "truth 82.78", "ideal 1",
                            "adversarial", "95 %"}) {
@@ -88,7 +84,7 @@ TEST_F(Charts, BarsKeepWhatFailedOrIsMissing) {
   ResultRow undefined = row_of("empty", 0, 1);
   undefined.metrics[Metric::PE] = {};
   const std::vector<ResultRow> rows = {failed, diverged, undefined};
-  draw(bars({"frozen", "random", "empty", "absent"}), rows, "Ablation", results());
+  bars({"frozen", "random", "empty", "absent"}).draw(rows, "Ablation", results());
   const std::string text = svg("ablation");
   EXPECT_GE(count(text, "timed out"), 4u);
   EXPECT_GE(count(text, "not run"), 4u);
@@ -104,40 +100,39 @@ TEST_F(Charts, BarsOfManyVariantsAndOfNone) {
     labels.push_back("dd-ert alpha=0.000" + std::to_string(i));
     rows.push_back(row_of(labels.back(), 1 + 0.01 * i, 0.5));
   }
-  draw(bars(labels), rows, "Many", results());
+  bars(labels).draw(rows, "Many", results());
   EXPECT_EQ(count(svg("ablation"), ">dd-ert alpha=0.0007<"), 4u);
-  draw(bars({"absent"}), {}, "None", results());
+  bars({"absent"}).draw({}, "None", results());
   EXPECT_NE(svg("ablation").find("not run"), std::string::npos);
-  EXPECT_THROW(draw_bar_chart({}, results() / "x"), std::invalid_argument);
+  EXPECT_THROW(draw_bars({}, results() / "x"), std::invalid_argument);
 }
 
 /// A sweep of alpha and beta over powers of ten, the least error at (0.01, 1).
 struct Sweep {
-  ChartSpec spec;
   std::vector<ResultRow> rows;
+  std::vector<std::string> labels;
+  HeatMapChart::Optimum published = {"0.001", "0.1"};
 
   Sweep() {
-    spec.type = ChartSpec::Type::heat_map;
-    spec.name = "alpha_beta";
-    spec.dataset = "test";
-    spec.metrics = {Metric::AR, Metric::PE};
-    spec.published_optimum = {"0.001", "0.1"};
     for (const double alpha : {0.01, 0.001, 10.0}) {
       for (const double beta : {0.1, 1.0}) {
         const double error = 0.5 + std::abs(alpha - 0.01) + std::abs(beta - 1);
         ResultRow row = row_of("net " + std::to_string(rows.size()), 1 + error / 10, error);
         row.sweep = nlohmann::json{{"alpha", alpha}, {"beta", beta}};
-        spec.labels.push_back(row.label);
+        labels.push_back(row.label);
         rows.push_back(std::move(row));
       }
     }
+  }
+  HeatMapChart chart() const {
+    return {{"alpha_beta", "test"}, labels, {Metric::AR, Metric::PE}, published};
   }
   ResultRow& at(std::size_t alpha, std::size_t beta) { return rows[2 * alpha + beta]; }
 };
 
 TEST_F(Charts, HeatMapMarksThePapersChoiceAndTheBest) {
   const Sweep sweep;
-  const HeatMap map = heat_map_of(sweep.spec, sweep.rows, "Weights");
+  const HeatMap map = sweep.chart().map_of(sweep.rows, "Weights");
   EXPECT_EQ(map.x_name, "alpha");
   EXPECT_EQ(map.x_values, (std::vector<std::string>{"0.001", "0.01", "10"}));  // sorted
   EXPECT_EQ(map.y_values, (std::vector<std::string>{"0.1", "1"}));
@@ -147,7 +142,7 @@ TEST_F(Charts, HeatMapMarksThePapersChoiceAndTheBest) {
   // AR is coloured by its distance from one.
   EXPECT_NEAR(map.panels[0].colours[4].value(), 0.05, 1e-12);
   EXPECT_NEAR(map.panels[0].values[4].value(), 1.05, 1e-12);
-  draw(sweep.spec, sweep.rows, "Weights", results());
+  sweep.chart().draw(sweep.rows, "Weights", results());
   const std::string text = svg("alpha_beta");
   for (const char* word : {"1.050", "alpha", "best here: alpha = 0.01, beta = 1", "|AR − 1|",
                            "choice: alpha = 0.001, beta = 0.1"}) {
@@ -162,11 +157,11 @@ TEST_F(Charts, HeatMapCrossesOutWhatFailedAndTakesTheBestOfTheRest) {
   sweep.at(0, 1).status = "diverged";
   sweep.at(2, 0).status = "not run";
   sweep.at(2, 0).metrics = {};
-  sweep.spec.published_optimum = {"0.5", "0.1"};
-  const HeatMap map = heat_map_of(sweep.spec, sweep.rows, "Weights");
+  sweep.published = {"0.5", "0.1"};
+  const HeatMap map = sweep.chart().map_of(sweep.rows, "Weights");
   EXPECT_EQ(std::pair(map.best->x, map.best->y), std::pair(0, 1));
   EXPECT_FALSE(map.published);
-  draw(sweep.spec, sweep.rows, "Weights", results());
+  sweep.chart().draw(sweep.rows, "Weights", results());
   const std::string text = svg("alpha_beta");
   EXPECT_EQ(count(text, ">diverged<"), 2u);
   EXPECT_EQ(count(text, ">not run<"), 2u);
@@ -179,7 +174,7 @@ TEST_F(Charts, HeatMapWithoutAnyResultSaysSo) {
     row.status = "not run";
     row.metrics = {};
   }
-  draw(sweep.spec, sweep.rows, "Weights", results());
+  sweep.chart().draw(sweep.rows, "Weights", results());
   EXPECT_EQ(count(svg("alpha_beta"), "no results yet"), 2u);
 }
 

@@ -8,6 +8,8 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
+#include "bench/charts/chart_types.h"
+#include "bench/charts/speed_chart.h"
 #include "bench/record/accuracy_record.h"
 #include "bench/record/cache.h"
 #include "core/errors.h"
@@ -61,7 +63,7 @@ std::string schema_complaint(const json& value) {
 std::string refusal(const std::filesystem::path& file) {
   SolverRegistry registry;
   try {
-    read_experiment(file, registry);
+    read_experiment(file, registry, chart_types());
   } catch (const InputError& e) {
     return e.what();
   }
@@ -84,14 +86,16 @@ TEST(Experiment, ReadmesExampleIsValid) {
 
 TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
   SolverRegistry registry;
-  const Experiment c1 = read_experiment(experiments / "table_c1.json", registry);
-  const Experiment fine = read_experiment(experiments / "table_c1_fine.json", registry);
-  const Experiment literal = read_experiment(experiments / "table_c1_literal.json", registry);
+  const Experiment c1 = read_experiment(experiments / "table_c1.json", registry, chart_types());
+  const Experiment fine =
+      read_experiment(experiments / "table_c1_fine.json", registry, chart_types());
+  const Experiment literal =
+      read_experiment(experiments / "table_c1_literal.json", registry, chart_types());
   const Cache cache("c");
   EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*fine.training));
   EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*literal.training));
   for (const char* name : {"ablation.json", "grid_alpha_beta.json"}) {
-    const Experiment other = read_experiment(experiments / name, registry);
+    const Experiment other = read_experiment(experiments / name, registry, chart_types());
     EXPECT_EQ(cache.dataset(*c1.training), cache.dataset(*other.training)) << name;
     EXPECT_EQ(cache.dataset(*c1.validation), cache.dataset(*other.validation)) << name;
     EXPECT_EQ(cache.dataset(c1.tests[0]), cache.dataset(other.tests[0])) << name;
@@ -110,7 +114,7 @@ TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
 TEST(Experiment, FineGridIsWithinAQuarterOfTheNoise) {
   SolverRegistry registry;
   const DatasetSpec set =
-      read_experiment(experiments / "table_c1_fine.json", registry).tests.front();
+      read_experiment(experiments / "table_c1_fine.json", registry, chart_types()).tests.front();
   const int grid = std::get<GridSheet>(set.model).side;
   const auto change_on = [&](int side, const Scene& scene) {
     const ForwardModel model(set.sensor, side);
@@ -360,7 +364,7 @@ TEST(Experiment, SeedsAndSweepsBecomeTrials) {
   EXPECT_EQ(schema_complaint(value), "");
   write_text(folder / "e.json", value.dump());
   SolverRegistry registry;
-  const Experiment e = read_experiment(folder / "e.json", registry);
+  const Experiment e = read_experiment(folder / "e.json", registry, chart_types());
   std::vector<std::string> stems;
   for (const SolverEntry& entry : e.solvers) stems.push_back(entry.stem());
   EXPECT_EQ(stems, (std::vector<std::string>{
@@ -391,7 +395,8 @@ TEST(Experiment, FamiliesAndSweptListsMakeTheirRows) {
   EXPECT_EQ(schema_complaint(value), "");
   write_text(folder / "e.json", value.dump());
   SolverRegistry registry;
-  const Experiment e = read_experiment(folder / "e.json", registry, SolverCheck::none);
+  const Experiment e =
+      read_experiment(folder / "e.json", registry, chart_types(), SolverCheck::none);
   ASSERT_EQ(e.solvers.size(), 5u);
   EXPECT_EQ(e.solvers[1].family, "linear");
   EXPECT_EQ(e.solvers[1].label, "tsvd rank=20");
@@ -399,11 +404,13 @@ TEST(Experiment, FamiliesAndSweptListsMakeTheirRows) {
   EXPECT_FALSE(e.solvers[2].spec->contains("family"));
   EXPECT_EQ(e.solvers[3].label, "fcnn widths=16-8");
   EXPECT_EQ(e.solvers[3].spec->at("widths"), json({16, 8}));
-  EXPECT_EQ(e.charts[0].break_even_against, std::vector<std::string>{"one-step-gn"});
-  EXPECT_EQ(e.charts[0].budgets_us, std::vector<double>{50});
-  EXPECT_EQ(e.charts[1].labels,
+  const SpeedQuestion& all = dynamic_cast<const SpeedChart&>(*e.charts.at(0)).question();
+  EXPECT_EQ(all.break_even_against, std::vector<std::string>{"one-step-gn"});
+  EXPECT_EQ(all.budgets_us, std::vector<double>{50});
+  const SpeedQuestion& linear = dynamic_cast<const SpeedChart&>(*e.charts.at(1)).question();
+  EXPECT_EQ(linear.labels,
             (std::vector<std::string>{"tsvd rank=10", "tsvd rank=20", "one-step-gn"}));
-  EXPECT_EQ(e.charts[1].metrics, std::vector<Metric>{Metric::PE});
+  EXPECT_EQ(linear.metric, Metric::PE);
 }
 
 TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
@@ -415,7 +422,7 @@ TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
       {"type": "tsvd", "label": "b", "rank": 11}])");
   write_text(folder / "e.json", value.dump());
   SolverRegistry registry;
-  const Experiment e = read_experiment(folder / "e.json", registry);
+  const Experiment e = read_experiment(folder / "e.json", registry, chart_types());
   const Cache cache("c");
   EXPECT_EQ(cache.fitted_solver(fit_recipe(e, e.solvers[0])),
             cache.fitted_solver(fit_recipe(e, e.solvers[1])));
@@ -463,7 +470,7 @@ TEST(Cache, ASeedOfManyHasTheKeyOfTheEntryWithThatSeedAlone) {
   const auto file = [&](const json& more, std::size_t entry) {
     write_text(folder / "e.json", learned(more).dump());
     SolverRegistry registry;
-    const Experiment e = read_experiment(folder / "e.json", registry);
+    const Experiment e = read_experiment(folder / "e.json", registry, chart_types());
     return cache.fitted_solver(fit_recipe(e, e.solvers.at(entry)));
   };
   const auto alone = file({{"seed", 2}, {"level", 0.5}, {"label", "other"}}, 0);
@@ -523,7 +530,7 @@ TEST(Cache, KeyFollowsWhatDeterminesTheNumbersAndNothingElse) {
   const auto keys = [&](const json& value) {
     write_text(folder / "e.json", value.dump());
     SolverRegistry registry;
-    const Experiment e = read_experiment(folder / "e.json", registry);
+    const Experiment e = read_experiment(folder / "e.json", registry, chart_types());
     return std::pair{cache.dataset(*e.validation),
                      cache.fitted_solver(fit_recipe(e, e.solvers[1]))};
   };

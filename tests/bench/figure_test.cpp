@@ -13,7 +13,7 @@
 
 #include "bench/plot/colour_scale.h"
 #include "bench/plot/gnuplot.h"
-#include "bench/plot/reconstruction_figure.h"
+#include "bench/charts/reconstruction_figure.h"
 #include "core/errors.h"
 #include "tests/bench/figure_testing.h"
 

@@ -26,7 +26,7 @@ Experiment read(const json& object) {
   const TemporaryFolder folder("ladder");
   testing::write_text(folder / "x.json", object.dump());
   SolverRegistry registry;
-  return read_experiment(folder / "x.json", registry);
+  return read_experiment(folder / "x.json", registry, {});
 }
 
 std::string refusal(const json& axis) {

@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "bench/plot/heat_map.h"
+#include "bench/charts/heat_map.h"
 #include "bench/plot/svg_tooltips.h"
 #include "bench/report/experiment_report.h"
 #include "bench/report/inline_svg.h"
@@ -66,11 +66,11 @@ TEST(InlineSvg, RefusesWhatIsNoPicture) {
 TEST(SvgTooltips, StandAboveAllThatIsDrawn) {
   EXPECT_EQ(with_tooltips("<svg><g/></svg>\n", {}), "<svg><g/></svg>\n");
   EXPECT_EQ(
-      with_tooltips("<svg><g/></svg>\n", {{1, 2.5, 3, 4, "a <b>\nc"}}),
+      with_tooltips("<svg><g/></svg>\n", {{{1, 2.5, 4, 6.5}, "a <b>\nc"}}),
       "<svg><g/><g class=\"tooltips\" fill=\"none\" pointer-events=\"all\">\n"
       "<rect x=\"1\" y=\"2.5\" width=\"3\" height=\"4\"><title>a &lt;b&gt;\nc</title></rect>\n"
       "</g>\n</svg>\n");
-  EXPECT_THROW(with_tooltips("", {{0, 0, 1, 1, "a"}}), std::invalid_argument);
+  EXPECT_THROW(with_tooltips("", {{{0, 0, 1, 1}, "a"}}), std::invalid_argument);
 }
 
 class ReportPage : public testing::FigureTest {

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/analysis/speed_tables.h"
+#include "bench/charts/speed_figure.h"
+#include "bench/charts/speed_panel.h"
 #include "bench/plot/label_layout.h"
-#include "bench/plot/speed_chart.h"
-#include "bench/plot/speed_panel.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {
@@ -38,7 +38,7 @@ ResultRow row_of(const std::string& label, double p50, double error, double vali
 
 struct Sample {
   std::vector<ResultRow> rows;
-  ChartSpec spec;
+  SpeedQuestion question;
 
   Sample() {
     rows = {row_of("no-contact", 1, 1),     row_of("gn", 4, 0.7, 0.72),
@@ -51,19 +51,17 @@ struct Sample {
     rows[8].frames_not_converged = 11;  // more than 1 %
     rows[9].frames_not_converged = 10;
     rows[10].status = "diverged";
-    spec.type = ChartSpec::Type::speed_accuracy;
-    spec.name = "speed";
-    spec.dataset = "test";
-    for (const ResultRow& row : rows) spec.labels.push_back(row.label);
-    spec.labels.erase(spec.labels.begin());
-    spec.labels.push_back("never run");
-    spec.metrics = {Metric::relative_error};
-    spec.budgets_us = {0.1, 5, 1000};
-    spec.break_even_against = {"gn"};
-    spec.right_sizing = RightSizing{0.05, Metric::relative_error};
+    question.dataset = "test";
+    for (const ResultRow& row : rows) question.labels.push_back(row.label);
+    question.labels.erase(question.labels.begin());
+    question.labels.push_back("never run");
+    question.metric = Metric::relative_error;
+    question.budgets_us = {0.1, 5, 1000};
+    question.break_even_against = {"gn"};
+    question.right_sizing = RightSizing{0.05, Metric::relative_error};
   }
 
-  SpeedAccuracy chart() const { return speed_accuracy_of(spec, rows); }
+  SpeedAccuracy chart() const { return speed_accuracy_of(question, rows); }
 };
 
 std::vector<std::string> frontier(const SpeedAccuracy& chart) {
@@ -78,8 +76,8 @@ TEST(SpeedAccuracy, TheFrontierHoldsWhatNothingFasterBeats) {
 TEST(SpeedAccuracy, AThousandthIsNoGain) {
   Sample sample;
   sample.rows.push_back(row_of("gn exact", 5, 0.7 * (1 - 5e-4)));
-  sample.spec.labels.push_back("gn exact");
-  sample.spec.budgets_us = {8};
+  sample.question.labels.push_back("gn exact");
+  sample.question.budgets_us = {8};
   const SpeedAccuracy chart = sample.chart();
   for (const SpeedPoint& point : chart.points) {
     EXPECT_FALSE(point.frontier && point.label == "gn exact");
@@ -91,7 +89,7 @@ TEST(SpeedAccuracy, AThousandthIsNoGain) {
 TEST(SpeedAccuracy, WhatFailedOrDidNotConvergeIsShownAndNeverChosen) {
   const Sample sample;
   const SpeedAccuracy chart = sample.chart();
-  ASSERT_EQ(chart.points.size(), sample.spec.labels.size());
+  ASSERT_EQ(chart.points.size(), sample.question.labels.size());
   const auto point = [&](const std::string& label) {
     return *std::find_if(chart.points.begin(), chart.points.end(),
                          [&](const SpeedPoint& p) { return p.label == label; });
@@ -154,10 +152,10 @@ TEST(SpeedAccuracy, TheStaircaseGoesDownAndOutToTheFarSide) {
 TEST(SpeedAccuracy, AnErrorBeyondDoingNothingDoesNotStretchTheScale) {
   Sample sample;
   sample.rows.push_back(row_of("svd 104", 4.5, 9752));
-  sample.spec.labels.push_back("svd 104");
-  const ErrorAxis axis = ErrorAxis::of(sample.chart());
-  EXPECT_LT(axis.high, 1.2);
-  EXPECT_FALSE(axis.holds(9752));
+  sample.question.labels.push_back("svd 104");
+  const SpeedPanel panel = latency_panel(sample.chart(), {0, 0, 600, 400});
+  EXPECT_LT(panel.errors.high, 1.2);
+  EXPECT_FALSE(panel.holds(9752));
 }
 
 TEST(LabelLayout, LabelsMeetNeitherEachOtherNorWhatIsTaken) {
@@ -189,7 +187,7 @@ class SpeedChart : public testing::FigureTest {};
 
 TEST_F(SpeedChart, EveryConfigurationIsThereWithItsValues) {
   const SpeedAccuracy chart = Sample().chart();
-  draw_speed_chart(chart, "Speed & accuracy", results() / "speed");
+  draw_speed_figure(chart, "Speed & accuracy", results() / "speed");
   const std::string svg = read("speed.svg");
   EXPECT_EQ(read("speed.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
   for (const SpeedPoint& point : chart.points) {
@@ -201,8 +199,8 @@ TEST_F(SpeedChart, EveryConfigurationIsThereWithItsValues) {
 }
 
 TEST_F(SpeedChart, NothingMeasuredIsStillAChart) {
-  ChartSpec spec = Sample().spec;
-  draw_speed_chart(speed_accuracy_of(spec, {}), "Empty", results() / "speed");
+  SpeedQuestion question = Sample().question;
+  draw_speed_figure(speed_accuracy_of(question, {}), "Empty", results() / "speed");
   EXPECT_NE(read("speed.svg").find("net wide: not run"), std::string::npos);
 }
 

@@ -12,7 +12,7 @@ namespace ertbench {
 /// in batches. A line joins each family, a staircase the configurations that no faster one beats. A
 /// configuration that failed or did not converge is hollow or, without numbers, named above the
 /// chart. Throws InputError where gnuplot is missing or a file cannot be written.
-void draw_speed_chart(const SpeedAccuracy& chart, const std::string& title,
-                      const std::filesystem::path& stem);
+void draw_speed_figure(const SpeedAccuracy& chart, const std::string& title,
+                       const std::filesystem::path& stem);
 
 }  // namespace ertbench

@@ -1,8 +1,9 @@
-#include "bench/plot/speed_panel.h"
+#include "bench/charts/speed_panel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "bench/analysis/chart_text.h"
 #include "core/quantile.h"
@@ -14,10 +15,14 @@ namespace {
 constexpr double mark_radius = 5;  ///< px
 constexpr double ring_radius = 9;
 
-LogAxis log_axis(const std::vector<double>& values) {
-  if (values.empty()) return {};
+/// A logarithmic axis around the values.
+Axis axis_around(const std::vector<double>& values, std::vector<Tick> ticks, std::string title) {
+  Axis axis{1, 10, true, std::move(ticks), std::move(title)};
+  if (values.empty()) return axis;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return {*least / 1.6, *most * 1.6};
+  axis.low = *least / 1.6;
+  axis.high = *most * 1.6;
+  return axis;
 }
 
 std::vector<std::size_t> by_error(const SpeedAccuracy& chart) {
@@ -31,12 +36,7 @@ std::vector<std::size_t> by_error(const SpeedAccuracy& chart) {
 
 }  // namespace
 
-double LogAxis::place(double value, const Box& panel) const {
-  const double share = std::log(value / low) / std::log(high / low);
-  return panel.left + share * (panel.right - panel.left);
-}
-
-ErrorAxis ErrorAxis::of(const SpeedAccuracy& chart) {
+Axis error_axis(const SpeedAccuracy& chart) {
   double least = INFINITY;
   double most = 0;
   std::vector<double> errors;
@@ -46,44 +46,37 @@ ErrorAxis ErrorAxis::of(const SpeedAccuracy& chart) {
     least = std::min(least, point.error_ci95 ? point.error_ci95->low : *point.error);
     most = std::max(most, point.error_ci95 ? point.error_ci95->high : *point.error);
   }
-  if (most == 0) return {};
-  ErrorAxis axis{0.85 * least, most + 0.08 * (most - 0.85 * least)};
+  if (most == 0) return Axis::even({0, 1});
+  Span span{0.85 * least, most + 0.08 * (most - 0.85 * least)};
   const double limit = 1.12 * chart.nothing.value_or(3 * median(errors));
-  if (axis.high > 0.85 * limit) axis.high = limit;
-  if (axis.low < 0.4 * axis.high) axis.low = 0;
-  return axis;
-}
-
-double ErrorAxis::place(double value, const Box& panel) const {
-  return panel.top + (panel.bottom - panel.top) * (high - std::min(value, high)) / (high - low);
+  if (span.high > 0.85 * limit) span.high = limit;
+  if (span.low < 0.4 * span.high) span.low = 0;
+  return Axis::even(span);
 }
 
 SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box) {
   SpeedPanel panel{box,
                    {},
-                   ErrorAxis::of(chart),
+                   error_axis(chart),
                    "latency of one frame, one thread: lower left is better",
-                   "time of one frame, p50 with a whisker to p99",
-                   time_tics(),
                    {},
                    &SpeedPoint::frontier,
                    false};
+  panel.errors.title = "median " + axis_title(chart.metric);
   std::vector<double> ends;
   for (const SpeedPoint& point : chart.points) {
     panel.x.push_back(point.latency ? std::optional(point.latency->p50) : std::nullopt);
     if (point.measured()) ends.insert(ends.end(), {point.latency->p50, point.latency->p99});
   }
-  panel.axis = log_axis(ends);
+  panel.axis = axis_around(ends, time_ticks(), "time of one frame, p50 with a whisker to p99");
   return panel;
 }
 
 SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box) {
   SpeedPanel panel{box,
                    {},
-                   ErrorAxis::of(chart),
+                   error_axis(chart),
                    "throughput, one thread: lower right is better",
-                   "frames per second, " + std::to_string(chart.batch) + " at a time",
-                   rate_tics(),
                    {},
                    &SpeedPoint::batch_frontier,
                    true};
@@ -92,7 +85,8 @@ SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box) {
     panel.x.push_back(point.frames_per_s);
     if (point.frames_per_s && point.error) ends.push_back(*point.frames_per_s);
   }
-  panel.axis = log_axis(ends);
+  panel.axis = axis_around(ends, rate_ticks(),
+                           "frames per second, " + std::to_string(chart.batch) + " at a time");
   return panel;
 }
 
@@ -121,12 +115,12 @@ std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
   for (std::size_t i = 0; i < chart.points.size(); ++i) {
     if (!panel.shows(chart, i)) continue;
     const SpeedPoint& point = chart.points[i];
-    const double x = panel.x_of(i);
+    const double x = panel.x_of(*panel.x[i]);
     const double y = panel.y_of(*point.error);
     const double r = point.right_size ? ring_radius : mark_radius;
-    out.push_back({x - r, y - r, x + r, y + r});
+    out.push_back(Box::around(x, y, r));
     if (!panel.batches) {
-      out.push_back({x, y - 2, panel.axis.place(point.latency->p99, panel.box) + 2, y + 2});
+      out.push_back({x, y - 2, panel.x_of(point.latency->p99) + 2, y + 2});
     }
     if (point.error_ci95) {
       out.push_back(
@@ -135,8 +129,8 @@ std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
   }
   const auto steps = staircase(chart, panel);
   for (std::size_t i = 1; i < steps.size(); ++i) {
-    const double x1 = panel.axis.place(steps[i - 1].first, panel.box);
-    const double x2 = panel.axis.place(steps[i].first, panel.box);
+    const double x1 = panel.x_of(steps[i - 1].first);
+    const double x2 = panel.x_of(steps[i].first);
     const double y1 = panel.y_of(steps[i - 1].second);
     const double y2 = panel.y_of(steps[i].second);
     out.push_back(
@@ -149,7 +143,7 @@ std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& 
   std::vector<PointLabel> labels;
   std::vector<std::string> named;
   const auto add = [&](std::size_t i, const std::string& text) {
-    labels.push_back({text, panel.x_of(i), panel.y_of(*chart.points[i].error)});
+    labels.push_back({text, panel.x_of(*panel.x[i]), panel.y_of(*chart.points[i].error)});
     named.push_back(chart.points[i].family);
   };
   for (std::size_t i = 0; i < chart.points.size(); ++i) {
@@ -166,7 +160,7 @@ std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& 
   for (std::size_t i = 0; i < chart.points.size() && !panel.batches; ++i) {
     const SpeedPoint& point = chart.points[i];
     if (!panel.shows(chart, i)) continue;
-    if (!panel.errors.holds(*point.error)) {
+    if (!panel.holds(*point.error)) {
       add(i, point.label + ": " + three_digits(*point.error));
     } else if (point.standing == Standing::failed) {
       add(i, point.label + ": " + point.remark);

@@ -1,4 +1,4 @@
-#include "bench/plot/ladder_figures.h"
+#include "bench/charts/ladder_figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +63,27 @@ constexpr int left_edge = 16;
 constexpr int top_edge = 12;
 constexpr std::size_t most_pairs = 4;
 constexpr int bar_width = 80;
+
+/// Truth and image of a frame side by side in `box`, and below them what failed and where.
+void draw_pair(Canvas& canvas, ImagePanels& panels, const Sensor& sensor, const std::string& label,
+               const GalleryFrame& one, const Box& box) {
+  const Level& value = one.frame->level;
+  const std::string level =
+      (value.is_number() ? level_digits(value.number()) : value.text()) +
+      (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+  const std::string failure = failure_text(*one.frame);
+  constexpr TextStyle style{.size = 9, .align = Align::left};
+  canvas.text(one_line(failure + " at " + level, 40), box.left, box.bottom + 10, style);
+  canvas.text(one_line(one.axis->title, 38), box.left, box.bottom + 23, style);
+  canvas.tooltip(box, label + ", frame " + std::to_string(one.frame->frame) + "\n" +
+                          one.axis->title + ": " + level + "\n" + failure);
+  const double unit = largest(sensor, *one.frame);
+  const bool finite = one.frame->change.array().isFinite().any();
+  panels.image(Box::sized(box.left, box.top, side, side),
+               (one.frame->conductivity.array() - sensor.background) / unit, "");
+  panels.image(Box::sized(box.right - side, box.top, side, side), one.frame->change / unit,
+               finite ? "" : "undefined");
+}
 
 }  // namespace
 
@@ -153,43 +174,28 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
   }
   if (rows.empty()) return false;
 
-  const auto row_count = static_cast<int>(rows.size());
   std::size_t widest = 2;  // so that the titles have room
   for (const Row& row : rows) widest = std::max(widest, row.frames.size());
-  const int bar_left = left_edge + pair_width * static_cast<int>(widest);
-  const ColourScale scale{-1, 1, 0.5, true, true};
+  const double bar_left = left_edge + pair_width * static_cast<double>(widest);
+  const auto row_count = static_cast<double>(rows.size());
   Canvas canvas(bar_left + bar_width, top_edge + row_count * row_height + 4);
-  canvas.out() << "set multiplot\n";
-  ImagePanels panels(canvas, sensor, scale);
-  for (int r = 0; r < row_count; ++r) {
-    const Row& row = rows[static_cast<std::size_t>(r)];
-    const double top = top_edge + r * row_height;
-    canvas.label(row.label + ": truth and image", left_edge, top, 11, "left");
+  ImagePanels panels(canvas, sensor, ColourScale{-1, 1, 0.5, true, true});
+  double top = top_edge;
+  for (const Row& row : rows) {
+    canvas.text(row.label + ": truth and image", left_edge, top,
+                {.size = 11, .align = Align::left});
     for (std::size_t p = 0; p < row.frames.size(); ++p) {
-      const GalleryFrame& one = row.frames[p];
       const double left = left_edge + pair_width * static_cast<double>(p);
-      const Level& value = one.frame->level;
-      const std::string level = (value.is_number() ? level_digits(value.number()) : value.text()) +
-                                (one.axis->unit.empty() ? "" : " " + one.axis->unit);
-      const std::string where = one.axis->title + ": " + level;
-      canvas.label(one_line(failure_text(*one.frame) + " at " + level, 40), left,
-                   top + 14 + side + 8, 9, "left");
-      canvas.label(one_line(one.axis->title, 38), left, top + 14 + side + 21, 9, "left");
-      canvas.tooltip(left, top + 12, 2 * side + gap, side,
-                     row.label + ", frame " + std::to_string(one.frame->frame) + "\n" + where +
-                         "\n" + failure_text(*one.frame));
-      const double unit = largest(sensor, *one.frame);
-      const bool finite = one.frame->change.array().isFinite().any();
-      panels.image(left, top + 12, side,
-                   (one.frame->conductivity.array() - sensor.background) / unit, "");
-      panels.image(left + side + gap, top + 12, side, one.frame->change / unit,
-                   finite ? "" : "undefined");
+      draw_pair(canvas, panels, sensor, row.label, row.frames[p],
+                Box::sized(left, top + 12, 2 * side + gap, side));
     }
+    top += row_height;
   }
-  panels.colour_bar(bar_left - 4, top_edge + 12, row_count > 1 ? 2 * row_height - 46 : side,
-                    row_count > 1 ? "change over the pair's largest" : "change");
-  canvas.out() << "unset multiplot\n";
-  canvas.draw(panels.files(), stem);
+  const bool several = rows.size() > 1;
+  panels.colour_bar(Box::sized(bar_left - 4, top_edge + 12, ImagePanels::bar_width,
+                               several ? 2 * row_height - 46 : side),
+                    several ? "change over the pair's largest" : "change");
+  canvas.draw(stem);
   return true;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/analysis/ladder_results.h"
-#include "bench/plot/heat_map.h"
+#include "bench/charts/heat_map.h"
 
 namespace ertbench {
 

@@ -24,7 +24,7 @@ struct BarPanel {
 };
 
 /// Variants of a method side by side, each quantity on a scale of its own that begins at zero.
-struct BarChart {
+struct Bars {
   std::string title;
   std::vector<std::string> labels;    ///< [variants]
   std::vector<std::string> statuses;  ///< [variants]: empty where all is well; else "failed", ...
@@ -34,6 +34,6 @@ struct BarChart {
 /// Draws `stem`.svg and `stem`.png. A variant without a value keeps its place with its status.
 /// Throws InputError where gnuplot is missing or a file cannot be written, std::invalid_argument
 /// where sizes do not fit together.
-void draw_bar_chart(const BarChart& chart, const std::filesystem::path& stem);
+void draw_bars(const Bars& chart, const std::filesystem::path& stem);
 
 }  // namespace ertbench

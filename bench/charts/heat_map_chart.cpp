@@ -1,33 +1,17 @@
-#include "bench/plot/charts.h"
+#include "bench/charts/heat_map_chart.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "bench/analysis/chart_text.h"
-#include "bench/analysis/speed_tables.h"
-#include "bench/plot/speed_chart.h"
-#include "core/atomic_file.h"
+#include "bench/experiment/chart_keys.h"
+#include "core/json_reader.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
-
-const ResultRow* find_row(const ChartSpec& spec, std::span<const ResultRow> rows,
-                          const std::string& label) {
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& row) {
-    return row.label == label && row.dataset == spec.dataset;
-  });
-  return found == rows.end() ? nullptr : &*found;
-}
-
-std::string status_of(const ResultRow* row) {
-  if (!row) return "not run";
-  return row->ok() ? "" : row->status;
-}
 
 /// The values of a sweep's two parameters, in the order of the numbers or as the file has them.
 struct Axis {
@@ -85,11 +69,13 @@ struct Grid {
   std::vector<const ResultRow*> cells;  ///< [y * columns + x]; null where there is none
 };
 
-Grid grid_of(const ChartSpec& spec, std::span<const ResultRow> rows) {
+/// `find` gives the row of a label.
+template <typename Find>
+Grid grid_of(const std::vector<std::string>& labels, const Find& find) {
   Grid grid;
   std::vector<std::pair<json, const ResultRow*>> points;
-  for (const std::string& label : spec.labels) {
-    const ResultRow* row = find_row(spec, rows, label);
+  for (const std::string& label : labels) {
+    const ResultRow* row = find(label);
     if (!row || !row->sweep) continue;
     const json& values = *row->sweep;
     if (values.size() != 2) continue;
@@ -111,10 +97,9 @@ Grid grid_of(const ChartSpec& spec, std::span<const ResultRow> rows) {
   return grid;
 }
 
-void mark_published(const ChartSpec& spec, const Grid& grid, HeatMap& map) {
-  if (!spec.published_optimum) return;
-  const json x = json::parse(spec.published_optimum->first);
-  const json y = json::parse(spec.published_optimum->second);
+void mark_published(const HeatMapChart::Optimum& published, const Grid& grid, HeatMap& map) {
+  const json& x = *published.first;
+  const json& y = *published.second;
   const auto column = grid.x.find(x);
   const auto row = grid.y.find(y);
   map.published_note = "paper's choice: " + pair_text(grid.x, x, grid.y, y);
@@ -142,44 +127,42 @@ void mark_best(const Grid& grid, HeatMap& map) {
                   " (least mean relative error, " + three_digits(least) + ")";
 }
 
-}  // namespace
-
-BarChart bar_chart_of(const ChartSpec& spec, std::span<const ResultRow> rows,
-                      const std::string& title) {
-  BarChart chart;
-  chart.title = title;
-  chart.labels = spec.labels;
-  const ResultRow* truth = find_row(spec, rows, "truth");
-  for (const std::string& label : spec.labels) {
-    chart.statuses.push_back(status_of(find_row(spec, rows, label)));
+std::optional<HeatMapChart::Optimum> read_optimum(JsonObject& object) {
+  if (!object.has("published_optimum")) return std::nullopt;
+  const json& values = object.raw("published_optimum");
+  if (!values.is_array() || values.size() != 2 || values[0].is_structured() ||
+      values[1].is_structured()) {
+    object.fail("published_optimum",
+                "must be two values, of the swept parameters in alphabetical order");
   }
-  for (const Metric metric : spec.metrics) {
-    BarPanel panel;
-    panel.title = axis_title(metric);
-    panel.decimals = decimals_of(metric);
-    panel.ideal = ideal_of(metric, truth ? truth->metrics[metric].mean : std::nullopt);
-    if (panel.ideal) panel.ideal_name = ideal_text(metric, *panel.ideal);
-    for (const std::string& label : spec.labels) {
-      const ResultRow* row = find_row(spec, rows, label);
-      panel.values.push_back(row ? BarValue{row->metrics[metric].mean, row->metrics[metric].ci95}
-                                 : BarValue{});
-    }
-    chart.panels.push_back(std::move(panel));
-  }
-  return chart;
+  return HeatMapChart::Optimum(values[0], values[1]);
 }
 
-HeatMap heat_map_of(const ChartSpec& spec, std::span<const ResultRow> rows,
-                    const std::string& title) {
-  const Grid grid = grid_of(spec, rows);
+}  // namespace
+
+HeatMapChart::HeatMapChart(const ChartRequest& request)
+    : HeatMapChart(request.place, read_sweep_labels(request.object, request.experiment),
+                   read_metrics(request.object, {Metric::AR, Metric::PE}),
+                   read_optimum(request.object)) {}
+
+HeatMapChart::HeatMapChart(ChartPlace place, std::vector<std::string> labels,
+                           std::vector<Metric> metrics, std::optional<Optimum> published)
+    : Chart(std::move(place)),
+      labels_(std::move(labels)),
+      metrics_(std::move(metrics)),
+      published_(std::move(published)) {}
+
+HeatMap HeatMapChart::map_of(std::span<const ResultRow> rows, const std::string& title) const {
+  const Grid grid =
+      grid_of(labels_, [&](const std::string& label) { return find_row(rows, label); });
   HeatMap map;
   map.title = title;
   map.x_name = grid.x.name;
   map.y_name = grid.y.name;
   map.x_values = grid.x.texts();
   map.y_values = grid.y.texts();
-  for (const ResultRow* row : grid.cells) map.statuses.push_back(status_of(row));
-  for (const Metric metric : spec.metrics) {
+  for (const ResultRow* row : grid.cells) map.statuses.push_back(chart_status(row));
+  for (const Metric metric : metrics_) {
     HeatMapPanel panel{axis_title(metric), distance_title(metric), decimals_of(metric), {}, {}};
     for (const ResultRow* row : grid.cells) {
       panel.values.push_back(row ? row->metrics[metric].mean : std::nullopt);
@@ -187,23 +170,18 @@ HeatMap heat_map_of(const ChartSpec& spec, std::span<const ResultRow> rows,
     }
     map.panels.push_back(std::move(panel));
   }
-  mark_published(spec, grid, map);
+  if (published_) mark_published(*published_, grid, map);
   mark_best(grid, map);
   return map;
 }
 
-void draw(const ChartSpec& spec, std::span<const ResultRow> rows, const std::string& title,
-          const std::filesystem::path& folder) {
-  const std::filesystem::path stem = folder / spec.name;
-  if (spec.type == ChartSpec::Type::bars) {
-    draw_bar_chart(bar_chart_of(spec, rows, title), stem);
-  } else if (spec.type == ChartSpec::Type::speed_accuracy) {
-    const SpeedAccuracy chart = speed_accuracy_of(spec, rows);
-    draw_speed_chart(chart, title, stem);
-    write_file_atomically(stem.string() + ".md", speed_markdown(chart, title));
-  } else {
-    draw_heat_map(heat_map_of(spec, rows, title), stem);
-  }
+void HeatMapChart::draw(std::span<const ResultRow> rows, const std::string& title,
+                        const std::filesystem::path& folder) const {
+  draw_heat_map(map_of(rows, title), folder / name());
+}
+
+std::string HeatMapChart::caption() const {
+  return "means over the swept parameters, test set " + dataset();
 }
 
 }  // namespace ertbench

@@ -6,37 +6,21 @@
 #include <vector>
 
 #include "bench/analysis/speed_accuracy.h"
+#include "bench/plot/axis.h"
 #include "bench/plot/label_layout.h"
 
 namespace ertbench {
 
-/// A logarithmic scale across a panel.
-struct LogAxis {
-  double low = 1;
-  double high = 10;
-
-  double place(double value, const Box& panel) const;  ///< px
-};
-
 /// The scale of the errors, up a panel. Reaches a little above the error of doing nothing, or three
 /// times the median where that has none: what is worse is shown at the upper edge.
-struct ErrorAxis {
-  double low = 0;
-  double high = 1;
-
-  static ErrorAxis of(const SpeedAccuracy& chart);
-  bool holds(double value) const { return value <= high; }
-  double place(double value, const Box& panel) const;  ///< px
-};
+Axis error_axis(const SpeedAccuracy& chart);
 
 /// One of the two panels of the chart of speed and accuracy, both with the same scale of errors.
 struct SpeedPanel {
   Box box;
-  LogAxis axis;
-  ErrorAxis errors;
+  Axis axis;    ///< of times or rates, across
+  Axis errors;  ///< up
   std::string title;
-  std::string x_label;
-  std::string tics;
   std::vector<std::optional<double>> x;  ///< [points] µs or frames per second
   bool SpeedPoint::*frontier;
   bool batches;  ///< whether frames per second run across, the better end on the right
@@ -44,8 +28,10 @@ struct SpeedPanel {
   bool shows(const SpeedAccuracy& chart, std::size_t point) const {
     return x[point] && chart.points[point].error;
   }
-  double x_of(std::size_t point) const { return axis.place(*x[point], box); }  ///< px
-  double y_of(double error) const { return errors.place(error, box); }         ///< px
+  /// Whether the error lies on the scale and not above it.
+  bool holds(double error) const { return error <= errors.high; }
+  double x_of(double value) const { return box.across(axis.share(value)); }               ///< px
+  double y_of(double error) const { return box.up(errors.share(errors.capped(error))); }  ///< px
 };
 
 SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box);

@@ -1,10 +1,9 @@
-#include "bench/plot/reconstruction_figure.h"
+#include "bench/charts/reconstruction_figure.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "bench/plot/canvas.h"
 #include "bench/plot/colour_scale.h"
 #include "bench/plot/image_panel.h"
 #include "core/text.h"
@@ -35,6 +34,9 @@ struct Layout {
   int height() const { return 2 * kBorder + title_height() + scenes * (panel + kCaption); }
   int bar_height() const { return std::min(scenes, 3) * (panel + kCaption) - kCaption; }
   int left_of(int column) const { return kLeft + column * (panel + kGap); }
+  Box box(int scene, int column) const {
+    return Box::sized(left_of(column), top_of(scene), panel, panel);
+  }
   int top_of(int scene) const { return kBorder + title_height() + 4 + scene * (panel + kCaption); }
 };
 
@@ -45,7 +47,7 @@ Layout layout_for(const ReconstructionFigure& figure) {
   layout.scenes = static_cast<int>(figure.conductivity.rows());
   layout.columns = static_cast<int>(figure.columns.size()) + 1;
   layout.panel = std::clamp(widest / layout.columns - Layout::kGap, 92, 145);
-  const auto characters = static_cast<std::size_t>(layout.panel / 6.3);
+  const auto characters = characters_in(layout.panel, 11);
   layout.titles = {{"truth"}};
   for (const FigureColumn& column : figure.columns) {
     std::vector<std::string> lines = wrapped(column.label, characters);
@@ -88,15 +90,13 @@ struct Panel {
 /// A panel: its words, then the image [pixels] with the electrodes on it.
 void plot_panel(Canvas& canvas, ImagePanels& panels, const Layout& layout, const Panel& panel,
                 const Eigen::Ref<const Eigen::RowVectorXd>& image) {
-  const int left = layout.left_of(panel.column);
-  const int top = layout.top_of(panel.scene);
+  const Box box = layout.box(panel.scene, panel.column);
   if (!panel.below.empty()) {
-    canvas.label(panel.below, left + layout.panel / 2.0, top + layout.panel + 8, 9, "center");
+    canvas.text(panel.below, box.middle(), box.bottom + 8, {.size = 9});
   }
   const std::string& result = panel.inside.empty() ? panel.below : panel.inside;
-  canvas.tooltip(left, top, layout.panel, layout.panel,
-                 panel.name + (result.empty() ? "" : "\n" + result));
-  panels.image(left, top, layout.panel, image, panel.inside);
+  canvas.tooltip(box, panel.name + (result.empty() ? "" : "\n" + result));
+  panels.image(box, image, panel.inside);
 }
 
 void print_titles(Canvas& canvas, const Layout& layout,
@@ -106,13 +106,13 @@ void print_titles(Canvas& canvas, const Layout& layout,
     for (std::size_t i = 0; i < lines.size(); ++i) {
       const double y =
           layout.top_of(0) - 4 - Layout::kLine * (static_cast<double>(lines.size() - i) - 0.5);
-      canvas.label(lines[i], layout.left_of(column) + layout.panel / 2.0, y, 11, "center");
+      canvas.text(lines[i], layout.box(0, column).middle(), y, {.size = 11});
     }
   }
-  const auto characters = static_cast<std::size_t>(layout.panel / 5.8);
+  const auto characters = characters_in(layout.panel, 10);
   for (int scene = 0; scene < layout.scenes; ++scene) {
-    canvas.label(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
-                 layout.top_of(scene) + layout.panel / 2.0, 10, "center rotate by 90");
+    canvas.text(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
+                layout.box(scene, 0).centre(), {.upright = true});
   }
 }
 
@@ -138,7 +138,6 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
       colour_scale(truth, columns, std::clamp(layout.bar_height() / 18, 4, 9));
 
   Canvas canvas(layout.width(), layout.height());
-  canvas.out() << "set multiplot\n";
   ImagePanels panels(canvas, figure.sensor, scale);
   print_titles(canvas, layout, figure.row_labels);
   for (int scene = 0; scene < layout.scenes; ++scene) {
@@ -157,10 +156,10 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
       plot_panel(canvas, panels, layout, panel, image);
     }
   }
-  panels.colour_bar(layout.left_of(layout.columns) + 4, layout.top_of(0), layout.bar_height(),
+  panels.colour_bar(Box::sized(layout.left_of(layout.columns) + 4, layout.top_of(0),
+                               ImagePanels::bar_width, layout.bar_height()),
                     layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
-  canvas.out() << "unset multiplot\n";
-  canvas.draw(panels.files(), stem);
+  canvas.draw(stem);
 }
 
 }  // namespace ertbench

@@ -1,0 +1,19 @@
+#include "bench/charts/chart_types.h"
+
+#include "bench/charts/bar_chart.h"
+#include "bench/charts/heat_map_chart.h"
+#include "bench/charts/speed_chart.h"
+
+namespace ertbench {
+namespace {
+
+template <typename T>
+ChartType chart() {
+  return {T::type, [](const ChartRequest& request) { return std::make_shared<const T>(request); }};
+}
+
+}  // namespace
+
+ChartTypes chart_types() { return {chart<BarChart>(), chart<HeatMapChart>(), chart<SpeedChart>()}; }
+
+}  // namespace ertbench

@@ -1,0 +1,193 @@
+#include "bench/charts/fidelity_chart.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/analysis/chart_text.h"
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+// Places and sizes in px.
+constexpr int panel_width = 290;
+constexpr int panel_height = 250;
+constexpr int left_margin = 70;
+constexpr int gap = 34;
+constexpr int top = 62;
+constexpr int bar_top = top + panel_height + 92;
+constexpr int bar_height = 22;
+constexpr int height = bar_top + 3 * bar_height + 60;
+
+constexpr LineStyle whisker_line{rgb(0x909090), 1};
+
+/// What one panel shows: a dataset's rows of all its scenes.
+std::vector<std::string> datasets_of(const std::vector<FidelityRow>& rows) {
+  std::vector<std::string> names;
+  for (const FidelityRow& row : rows) {
+    if (std::find(names.begin(), names.end(), row.dataset) == names.end()) {
+      names.push_back(row.dataset);
+    }
+  }
+  return names;
+}
+
+bool automatic(const FidelityRow& row) { return row.model == "auto"; }
+
+class Drawing {
+ public:
+  explicit Drawing(const std::vector<FidelityRow>& rows)
+      : rows_(rows),
+        names_(datasets_of(rows)),
+        canvas_(left_margin + static_cast<int>(names_.size()) * (panel_width + gap) + 6, height) {
+    Span times;
+    double least = INFINITY;
+    double most = 0;
+    for (const FidelityRow& row : rows_) {
+      times.extend(row.time_low);
+      times.extend(row.time_high);
+      least = std::min(least, row.error_median);
+      most = std::max(most, row.error_max);
+    }
+    times_ = {times.low / 1.5, times.high * 1.5, true, time_ticks(), "time of a scene, one thread"};
+    errors_ = Axis::logarithms({std::max(least, 1e-5 * most) / 2, most * 1.6});
+  }
+
+  void draw(const std::string& title, const std::filesystem::path& stem) {
+    canvas_.title(title);
+    for (std::size_t p = 0; p < names_.size(); ++p) {
+      const double left = left_margin + static_cast<double>(p) * (panel_width + gap);
+      plot(names_[p], Box::sized(left, top, panel_width, panel_height), p == 0);
+      sizes(names_[p], left);
+    }
+    legend();
+    canvas_.draw(stem);
+  }
+
+ private:
+  std::vector<const FidelityRow*> rows_of(const std::string& dataset,
+                                          const std::string& scenes) const {
+    std::vector<const FidelityRow*> out;
+    for (const FidelityRow& row : rows_) {
+      if (row.dataset == dataset && row.scenes == scenes) out.push_back(&row);
+    }
+    return out;
+  }
+
+  double error_of(const FidelityRow& row) const { return errors_.capped(row.error_median); }
+
+  void plot(const std::string& dataset, const Box& box, bool first) {
+    Axis errors = errors_;
+    if (first) errors.title = "error of the voltages / noise";
+    Panel panel(canvas_, box, times_, errors);
+    panel.title(dataset);
+    Points grids;
+    Points autos;
+    std::vector<Whisker> up;
+    std::vector<Whisker> across;
+    double bound = 0.25;
+    for (const FidelityRow* row : rows_of(dataset, "all")) {
+      bound = row->bound;
+      const double error = error_of(*row);
+      (automatic(*row) ? autos : grids).emplace_back(row->time_us, error);
+      up.push_back({row->time_us, error, row->error_max});
+      across.push_back({error, row->time_low, row->time_high});
+    }
+    panel.level(bound, {ink::dark, 1.2, 2});
+    panel.line(grids, {hue(0).towards_white(0.5), 1.2});
+    panel.whiskers(up, whisker_line);
+    panel.whiskers_across(across, whisker_line);
+    panel.marks(grids, {filled(1), hue(0)});
+    panel.marks(autos, {filled(0), hue(1), 1.1});
+    panel.draw();
+    name_points(dataset, panel);
+  }
+
+  void name_points(const std::string& dataset, Panel& panel) {
+    std::vector<PointLabel> labels;
+    std::vector<Box> taken;
+    for (const FidelityRow* row : rows_of(dataset, "all")) {
+      const double x = panel.x(row->time_us);
+      const double y = panel.y(error_of(*row));
+      labels.push_back({row->model, x, y});
+      taken.push_back({x - 4, panel.y(row->error_max), x + 4, y + 4});
+      taken.push_back({panel.x(row->time_low), y - 3, panel.x(row->time_high), y + 3});
+      canvas_.tooltip_at(x, y,
+                         row->model + (automatic(*row) ? "" : " grid") + "\n" +
+                             time_text(row->time_us) + " a scene\nerror: median " +
+                             three_digits(row->error_median) + ", 95 % " +
+                             three_digits(row->error_p95) + ", largest " +
+                             three_digits(row->error_max) + " of the noise");
+    }
+    panel.labels(labels, std::move(taken));
+  }
+
+  /// Stacked bars: which share of the scenes needs how many points.
+  void sizes(const std::string& dataset, double left) {
+    double y = bar_top;
+    for (const char* scenes : {"smooth", "other", "all"}) {
+      for (const FidelityRow* row : rows_of(dataset, scenes)) {
+        if (row->sizes.empty()) continue;
+        canvas_.text(row->scenes, left + 40, y + bar_height / 2.0 - 2,
+                     {.size = 9, .align = Align::right});
+        stack(*row, Box::sized(left + 46, y, panel_width - 46, bar_height - 5));
+        y += bar_height;
+      }
+    }
+  }
+
+  void stack(const FidelityRow& row, const Box& box) {
+    double before = 0;
+    for (std::size_t s = 0; s < row.sizes.size(); ++s) {
+      const double share = static_cast<double>(row.sizes[s]) / row.count;
+      if (share <= 0) continue;
+      const Box part{box.across(before), box.top, box.across(before + share), box.bottom};
+      before += share;
+      canvas_.rectangle(part, {.fill = shade(s)});
+      if (part.width() <= 22) continue;
+      canvas_.text(fixed(100 * share, 0) + " %", part.middle(), part.centre(),
+                   {.size = 8, .colour = shade(s).lightness() > 0.55 ? ink::black : ink::white});
+    }
+  }
+
+  static Colour shade(std::size_t size) {
+    return viridis(1 - static_cast<double>(size) / static_cast<double>(std::size(fidelity_sizes)));
+  }
+
+  void legend() {
+    Legend sizes(left_margin, canvas_.width());
+    sizes.add({"Share of the scenes of \"auto\" by points of the border equation:"});
+    for (std::size_t s = 0; s <= std::size(fidelity_sizes); ++s) {
+      const bool last = s == std::size(fidelity_sizes);
+      sizes.add({last ? "more" : "≤ " + std::to_string(fidelity_sizes[s]), {}, {}, shade(s)});
+    }
+    sizes.draw(canvas_, bar_top - 16);
+    const TextStyle style{.size = 9, .align = Align::left, .colour = ink::note};
+    const double y = height - 36;
+    canvas_.text(
+        "Points: medians; whiskers up to the largest error, and from 5 to 95 % of the "
+        "times. Dashed: the bound that \"auto\" promises.",
+        left_margin, y, style);
+    canvas_.text(
+        "smooth: whole discs and ellipses apart from each other; other: corners, "
+        "overlaps, contacts cut by the border of the sheet.",
+        left_margin, y + 16, style);
+  }
+
+  const std::vector<FidelityRow>& rows_;
+  std::vector<std::string> names_;
+  Canvas canvas_;
+  Axis times_;
+  Axis errors_;
+};
+
+}  // namespace
+
+void draw_fidelity_chart(const std::vector<FidelityRow>& rows, const std::string& title,
+                         const std::filesystem::path& stem) {
+  Drawing(rows).draw(title, stem);
+}
+
+}  // namespace ertbench

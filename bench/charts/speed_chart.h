@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/analysis/speed_accuracy.h"
+#include "bench/charts/chart.h"
+
+namespace ertbench {
+
+/// Error against time, with the tables that belong to it: `{"type": "speed-accuracy", "name",
+/// "solvers", "metric", "dataset", "budgets_us", "break_even_against": [labels]}`. Its tables also
+/// stand in `name`.md, what it recommends in summary.json under "speed_accuracy".
+class SpeedChart : public Chart {
+ public:
+  static constexpr const char* type = "speed-accuracy";
+
+  explicit SpeedChart(const ChartRequest& request);
+
+  const SpeedQuestion& question() const { return question_; }
+
+  void draw(std::span<const ResultRow> rows, const std::string& title,
+            const std::filesystem::path& folder) const override;
+  std::string caption() const override;
+  std::string section() const override;
+  std::string notes(std::span<const ResultRow> rows) const override;
+  std::vector<TextTable> tables(std::span<const ResultRow> rows) const override;
+  void summarise(std::span<const ResultRow> rows, nlohmann::json& summary) const override;
+
+ private:
+  SpeedQuestion question_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,216 @@
+#include "bench/charts/training_chart.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+// Places and sizes in px.
+constexpr int width = 760;
+constexpr int height = 480;
+constexpr Box loss_box{72, 34, 552, 249};
+constexpr Box validation_box{72, 267, 552, 436};
+constexpr double key_left = 564;
+
+/// The columns of one panel, over all runs, in the order in which they first come.
+std::vector<std::string> columns_of(const TrainingChart& chart, bool validation) {
+  std::vector<std::string> out;
+  for (const TrainingRun& run : chart.runs) {
+    for (const std::string& name : run.curves.columns) {
+      const bool other = name == "epoch" || name == "learning_rate" || name == "seconds";
+      if (other || name.starts_with("validation") != validation) continue;
+      if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
+    }
+  }
+  return out;
+}
+
+const std::vector<double>* find_column(const TrainingCurves& curves, const std::string& name) {
+  const auto found = std::find(curves.columns.begin(), curves.columns.end(), name);
+  if (found == curves.columns.end()) return nullptr;
+  return &curves.values[static_cast<std::size_t>(found - curves.columns.begin())];
+}
+
+bool any_negative(const TrainingChart& chart, const std::string& name) {
+  return std::any_of(chart.runs.begin(), chart.runs.end(), [&](const TrainingRun& run) {
+    const auto* values = find_column(run.curves, name);
+    return values && std::any_of(values->begin(), values->end(), [](double v) { return v < 0; });
+  });
+}
+
+std::string spaced(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+/// One column of one run.
+struct Curve {
+  Points points;
+  LineStyle line;
+  MarkStyle mark;
+  bool marked = false;  ///< a few marks on the line, so that the losses can be told apart in grey
+};
+
+/// All that one of the two panels shows.
+class Curves {
+ public:
+  Curves(const TrainingChart& chart, bool validation) : chart_(chart), validation_(validation) {
+    std::size_t index = 0;
+    for (const std::string& name : columns_of(chart, validation)) add(name, index++);
+    if (!kept_.empty()) legend_.add({"epoch kept", {}, dot(kept_.front().second)});
+  }
+
+  void draw(Canvas& canvas, const Box& box) const {
+    if (curves_.empty()) {
+      canvas.text(validation_ ? "the log has no validation error" : "the log has no loss",
+                  box.middle(), box.centre(), {.size = 11});
+      return;
+    }
+    const Axis across = epoch_axis();
+    Panel panel(canvas, box, across, value_axis());
+    for (const Curve& curve : curves_) {
+      panel.line(curve.points, curve.line);
+      if (curve.marked) panel.marks(some_of(curve.points), curve.mark);
+    }
+    for (const auto& [point, colour] : kept_) panel.marks({point}, dot(colour));
+    panel.draw();
+    legend_.draw(canvas, box.top + 8);
+    add_tooltips(canvas, panel);
+  }
+
+ private:
+  static MarkStyle dot(const Colour& colour) { return {filled(0), colour, 0.7}; }
+
+  static Points some_of(const Points& points) {
+    const std::size_t every = std::max<std::size_t>(1, points.size() / 8);
+    Points out;
+    for (std::size_t i = 0; i < points.size(); i += every) out.push_back(points[i]);
+    return out;
+  }
+
+  void add(const std::string& name, std::size_t index) {
+    const bool absolute = !validation_ && any_negative(chart_, name);
+    bool named = false;
+    for (std::size_t r = 0; r < chart_.runs.size(); ++r) {
+      const TrainingRun& run = chart_.runs[r];
+      const Points points = points_of(run, name);
+      if (points.empty()) continue;
+      const Colour base = validation_ ? ink::black : hue(index);
+      const double step = chart_.runs.size() > 1 ? 0.6 / double(chart_.runs.size() - 1) : 0;
+      const Colour colour = base.towards_white(step * double(r));
+      const bool marked = !validation_ || points.size() <= 2;
+      const Curve curve{points, {colour, 1.3}, {hollow(index), colour, 0.45}, marked};
+      if (!named) {
+        legend_.add({spaced(name) + (absolute ? ", absolute" : ""), curve.line,
+                     marked ? std::optional(curve.mark) : std::nullopt});
+      }
+      named = true;
+      curves_.push_back(curve);
+      if (!run.kept_epoch || name != "validation_error") continue;
+      for (const auto& point : points) {
+        if (point.first == *run.kept_epoch) kept_.emplace_back(point, colour);
+      }
+    }
+  }
+
+  /// Of what is finite, and above zero where the axis is logarithmic.
+  Points points_of(const TrainingRun& run, const std::string& name) {
+    Points points;
+    const std::vector<double>* column = find_column(run.curves, name);
+    for (std::size_t i = 0; column && i < column->size(); ++i) {
+      const double epoch = run.curves.values.front()[i];
+      const double value = validation_ ? (*column)[i] : std::abs((*column)[i]);
+      if (!std::isfinite(epoch) || !std::isfinite(value) || (!validation_ && value <= 0)) continue;
+      epochs_.extend(epoch);
+      values_.extend(value);
+      points.emplace_back(epoch, value);
+      texts_[epoch] += "\n" + run.title + (run.title.empty() ? "" : ", ") + spaced(name) + ": " +
+                       number_text((*column)[i]) + (run.kept_epoch == epoch ? " (kept)" : "");
+    }
+    return points;
+  }
+
+  Axis epoch_axis() const {
+    const double slack = std::max(0.02 * (epochs_.high - epochs_.low), 0.25);
+    Axis axis = Axis::even({epochs_.low - slack, epochs_.high + slack});
+    std::erase_if(axis.ticks,
+                  [](const Tick& tick) { return tick.value != std::round(tick.value); });
+    axis.grid = false;
+    if (!validation_) {
+      for (Tick& tick : axis.ticks) tick.text.clear();
+    }
+    return axis;
+  }
+
+  Axis value_axis() const {
+    Span shown = values_;
+    if (validation_) {
+      const double margin = std::max(0.06 * (shown.high - shown.low), 0.02 * std::abs(shown.high));
+      return Axis::even({shown.low - margin, shown.high + margin});
+    }
+    const double margin = std::max(1.06, std::sqrt(1.3 * shown.low / shown.high));
+    return Axis::logarithms({shown.low / margin, shown.high * margin});
+  }
+
+  /// A strip for each epoch with all values of it; of many epochs for some.
+  void add_tooltips(Canvas& canvas, const Panel& panel) const {
+    constexpr std::size_t most = 160;
+    const Box& box = panel.box();
+    const std::size_t every = (texts_.size() + most - 1) / most;
+    std::vector<std::pair<double, std::string>> shown;
+    std::size_t index = 0;
+    for (const auto& [epoch, text] : texts_) {
+      if (index++ % every != 0) continue;
+      shown.emplace_back(panel.x(epoch), "epoch " + number_text(epoch) + text);
+    }
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      const double x = shown[i].first;
+      const double left = i == 0 ? box.left : (shown[i - 1].first + x) / 2;
+      const double right = i + 1 == shown.size() ? box.right : (x + shown[i + 1].first) / 2;
+      canvas.tooltip({left, box.top, right, box.bottom}, shown[i].second);
+    }
+  }
+
+  const TrainingChart& chart_;
+  bool validation_;
+  std::vector<Curve> curves_;
+  std::vector<std::pair<std::pair<double, double>, Colour>> kept_;
+  std::map<double, std::string> texts_;  ///< by epoch: a line for each value
+  Span epochs_;
+  Span values_;
+  Legend legend_{key_left, width, 1};
+};
+
+std::string runs_text(const TrainingChart& chart) {
+  std::string out;
+  for (const TrainingRun& run : chart.runs) out += (out.empty() ? "" : ", ") + run.title;
+  return out + ": dark to light";
+}
+
+}  // namespace
+
+void draw_training_chart(const TrainingChart& chart, const std::filesystem::path& stem) {
+  Canvas canvas(width, height);
+  canvas.title(chart.title);
+  Curves(chart, false).draw(canvas, loss_box);
+  Curves(chart, true).draw(canvas, validation_box);
+  canvas.text("loss", 14, loss_box.centre(), {.size = 11, .upright = true});
+  canvas.text("validation error", 14, validation_box.centre(), {.size = 11, .upright = true});
+  canvas.text("epoch", validation_box.middle(), height - 14, {.size = 11});
+  if (chart.runs.size() > 1) {
+    double y = validation_box.top + 64;
+    for (const std::string& line : wrapped(runs_text(chart), 24)) {
+      canvas.text(line, key_left + 6, y, {.align = Align::left});
+      y += 13;
+    }
+  }
+  canvas.draw(stem);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "bench/plot/axis.h"
+#include "bench/plot/canvas.h"
+
+namespace ertbench {
+
+/// A strip of the palette with the ticks of `axis` on its right, and its title upright beyond them.
+void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis);
+
+}  // namespace ertbench

@@ -1,0 +1,135 @@
+#include "bench/plot/panel.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace ertbench {
+namespace {
+
+/// gnuplot's own error bars leave a white spot at their point.
+const std::string whisker_ends =
+    "using 1:2:3:4 with vectors heads size screen 0.003,90 fixed nofilled ";
+
+/// Rows of numbers.
+class Data {
+ public:
+  Data() { out_.precision(10); }
+  void row(std::initializer_list<double> values) {
+    for (const double value : values) out_ << value << ' ';
+    out_ << '\n';
+  }
+  std::string text() const { return out_.str(); }
+
+ private:
+  std::ostringstream out_;
+};
+
+std::string text_of(const Points& points) {
+  Data data;
+  for (const auto& [x, y] : points) data.row({x, y});
+  return data.text();
+}
+
+/// gnuplot's commands for the axis "x" or "y".
+std::string commands(const Axis& axis, const std::string& name) {
+  std::ostringstream out;
+  out.precision(10);
+  out << (axis.logarithmic ? "set logscale " : "unset logscale ") << name << "\nset " << name
+      << "range [" << axis.low << ":" << axis.high << "]\n";
+  if (axis.ticks.empty()) {
+    out << "unset " << name << "tics\n";
+  } else {
+    out << "set " << name << "tics (";
+    for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
+      const Tick& tick = axis.ticks[i];
+      out << (i > 0 ? ", " : "") << gnuplot_string(tick.text) << " " << tick.value;
+    }
+    out << ")" << (axis.slanted ? " rotate by 45 right" : " norotate") << "\n";
+    if (axis.grid) {
+      out << "set grid " << name << "tics linetype 1 linecolor '#e4e4e4' linewidth 0.6\n";
+    }
+  }
+  return out.str();
+}
+
+std::string label(const Axis& axis, const std::string& name, const std::string& offset) {
+  if (axis.title.empty()) return "";
+  return "set " + name + "label " + gnuplot_string(axis.title) + " offset " + offset + "\n";
+}
+
+}  // namespace
+
+Panel::Panel(Canvas& canvas, const Box& box, Axis x, Axis y)
+    : canvas_(canvas), box_(box), x_(std::move(x)), y_(std::move(y)) {}
+
+void Panel::title(const std::string& text) {
+  canvas_.text(text, box_.middle(), box_.top - 12, {.size = 11});
+}
+
+void Panel::add(const std::string& data, const std::string& style) {
+  if (data.empty()) return;
+  plots_ += canvas_.data(data) + " " + style + ", ";
+}
+
+void Panel::line(const Points& points, const LineStyle& style) {
+  add(text_of(points), "using 1:2 with lines " + style.text());
+}
+
+void Panel::marks(const Points& points, const MarkStyle& style) {
+  add(text_of(points), "using 1:2 with points " + style.text());
+}
+
+void Panel::level(double value, const LineStyle& style) {
+  line({{x_.low, value}, {x_.high, value}}, style);
+}
+
+void Panel::whiskers(const std::vector<Whisker>& whiskers, const LineStyle& style) {
+  Data data;
+  for (const Whisker& one : whiskers) data.row({one.at, one.low, 0, one.high - one.low});
+  add(data.text(), whisker_ends + style.text());
+}
+
+void Panel::whiskers_across(const std::vector<Whisker>& whiskers, const LineStyle& style) {
+  Data data;
+  for (const Whisker& one : whiskers) data.row({one.low, one.at, one.high - one.low, 0});
+  add(data.text(), whisker_ends + style.text());
+}
+
+void Panel::bars(const std::vector<Bar>& bars, double width) {
+  Data data;
+  for (const Bar& bar : bars) {
+    data.row({bar.x, bar.height, width, static_cast<double>(bar.colour.number())});
+  }
+  add(data.text(),
+      "using 1:2:3:4 with boxes fillstyle solid border linecolor 'black' linewidth 0.6 linecolor "
+      "rgb variable");
+}
+
+void Panel::labels(const std::vector<PointLabel>& labels, std::vector<Box> taken) {
+  constexpr int size = 10;
+  const auto places = place_labels(labels, size, box_, std::move(taken));
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!places[i]) continue;
+    const Box& place = places[i]->box;
+    if (places[i]->leader) {
+      canvas_.line(labels[i].x, labels[i].y, std::clamp(labels[i].x, place.left, place.right),
+                   std::clamp(labels[i].y, place.top, place.bottom), {ink::light, 0.6});
+    }
+    canvas_.text(labels[i].text, place.middle(), place.centre(), {.size = size});
+  }
+}
+
+void Panel::tooltip(double x_value, double y_value, std::string text) {
+  canvas_.tooltip_at(x(x_value), y(y_value), std::move(text));
+}
+
+void Panel::draw() {
+  canvas_.area(box_);
+  canvas_.plots() << "unset key\nset border 3 linecolor '#606060'\n"
+                  << "set tics nomirror scale 0.5 font ',10'\n"
+                  << commands(x_, "x") << commands(y_, "y") << label(x_, "x", "0,0.3")
+                  << label(y_, "y", "1,0") << "plot " << plots_ << "NaN notitle\n"
+                  << "unset logscale\nunset grid\nunset xlabel\nunset ylabel\nunset border\n";
+}
+
+}  // namespace ertbench
