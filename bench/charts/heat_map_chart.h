@@ -8,6 +8,7 @@
 #include "bench/charts/chart.h"
 #include "bench/charts/heat_map.h"
 #include "bench/score/metric_table.h"
+#include "core/json_value.h"
 
 namespace ertbench {
 
@@ -17,7 +18,7 @@ class HeatMapChart : public Chart {
  public:
   static constexpr const char* type = "heat-map";
 
-  /// JSON texts of the published values of both parameters, in their alphabetical order.
+  /// The published values of both parameters, in their alphabetical order.
   using Optimum = std::pair<JsonValue, JsonValue>;
 
   explicit HeatMapChart(const ChartRequest& request);

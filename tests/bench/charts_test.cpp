@@ -111,7 +111,7 @@ TEST_F(Charts, BarsOfManyVariantsAndOfNone) {
 struct Sweep {
   std::vector<ResultRow> rows;
   std::vector<std::string> labels;
-  HeatMapChart::Optimum published = {"0.001", "0.1"};
+  HeatMapChart::Optimum published = {nlohmann::json(0.001), nlohmann::json(0.1)};
 
   Sweep() {
     for (const double alpha : {0.01, 0.001, 10.0}) {
