@@ -8,6 +8,7 @@
 #include "bench/analysis/chart_text.h"
 #include "bench/analysis/speed_tables.h"
 #include "bench/plot/speed_chart.h"
+#include "bench/table/writers.h"
 #include "core/atomic_file.h"
 #include "core/text.h"
 
@@ -200,7 +201,7 @@ void draw(const ChartSpec& spec, std::span<const ResultRow> rows, const std::str
   } else if (spec.type == ChartSpec::Type::speed_accuracy) {
     const SpeedAccuracy chart = speed_accuracy_of(spec, rows);
     draw_speed_chart(chart, title, stem);
-    write_file_atomically(stem.string() + ".md", speed_markdown(chart, title));
+    write_file_atomically(stem.string() + ".md", markdown_of(speed_table(chart, title)));
   } else {
     draw_heat_map(heat_map_of(spec, rows, title), stem);
   }

@@ -9,7 +9,7 @@
 #include "bench/record/records.h"
 #include "bench/run/calibration.h"
 #include "bench/run/fitted_solver.h"
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "core/atomic_file.h"
 #include "core/quantile.h"
