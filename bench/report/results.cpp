@@ -93,9 +93,9 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
     if (images != results.images.end()) {
       column.changes = images->second;
       for (Eigen::Index i = 0; i < count; ++i) {
-        column.errors.push_back(
-            frame_metrics(experiment.sensor, figure.conductivity.row(i), column.changes.row(i),
-                          scenes[static_cast<std::size_t>(i)])[Metric::relative_error]);
+        column.errors.push_back(frame_metric(Metric::relative_error, experiment.sensor,
+                                             figure.conductivity.row(i), column.changes.row(i),
+                                             scenes[static_cast<std::size_t>(i)]));
       }
     } else {
       const auto row = std::find_if(results.rows.begin(), results.rows.end(),
