@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/report/published_value.h"
+#include "core/bootstrap.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "bench/record/provenance.h"
+#include "bench/table/writers.h"
 #include "bench/timing/benchmark_output.h"
 #include "bench/timing/benchmark_process.h"
 #include "core/atomic_file.h"
