@@ -1,7 +1,6 @@
 #include "bench/analysis/detection.h"
 
 #include <algorithm>
-#include <sstream>
 #include <utility>
 
 #include "core/csv_field.h"
@@ -19,47 +18,55 @@ std::optional<double> rate(int count, int total) {
   return count / static_cast<double>(total);
 }
 
-std::string csv_rate(int count, int total) {
-  std::string out = std::to_string(total) + "," + std::to_string(count) + ",";
-  if (total == 0) return out + ",,";
-  const Interval interval = wilson_interval(count, total);
-  return out + csv_number(rate(count, total)) + "," + csv_number(interval.low) + "," +
-         csv_number(interval.high);
+/// For programs: all, of these the counted, their share and the ends of its interval.
+void add_rate(int count, int total, std::vector<Cell>& cells) {
+  cells.emplace_back(std::to_string(total));
+  cells.emplace_back(std::to_string(count));
+  cells.emplace_back(csv_number(rate(count, total)));
+  std::optional<Interval> interval;
+  if (total > 0) interval = wilson_interval(count, total);
+  cells.emplace_back(csv_number(interval ? std::optional(interval->low) : std::nullopt));
+  cells.emplace_back(csv_number(interval ? std::optional(interval->high) : std::nullopt));
 }
 
-/// "96.5 (93.1 … 98.3)", below it "193 of 200"; a dash where there are no such frames.
-std::string cell(int count, int total) {
+/// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash where there are no such frames.
+Cell rate_cell(int count, int total) {
   if (total == 0) return "—";
+  Cell cell = number_cell(100.0 * count / total, 1);
   const Interval interval = wilson_interval(count, total);
-  return fixed(100.0 * count / total, 1) + " (" + fixed(100 * interval.low, 1) + " … " +
-         fixed(100 * interval.high, 1) + ")\n" + std::to_string(count) + " of " +
-         std::to_string(total);
+  cell.interval = interval_text(fixed(100 * interval.low, 1), fixed(100 * interval.high, 1));
+  cell.lines = {std::to_string(count) + " of " + std::to_string(total)};
+  return cell;
 }
 
-/// One of the two tables: `count` of `total`.
-TextTable table_of(const std::string& caption, const Ladders& ladders,
-                   const std::vector<AxisDetection>& detections, int DetectionCounts::*count,
-                   int DetectionCounts::*total) {
-  TextTable table{caption, {"axis"}, {}};
+/// One of the two sections: `count` of `total`.
+TableSection section_of(const std::string& caption, const Ladders& ladders,
+                        const std::vector<AxisDetection>& detections, int DetectionCounts::*count,
+                        int DetectionCounts::*total) {
+  TableSection section;
+  section.caption = caption;
+  section.columns = {{"axis", Align::left}};
   std::vector<std::pair<std::string, std::string>> axes = {{test_set, "The test set itself"}};
   for (const LadderAxis& axis : ladders.axes) axes.emplace_back(axis.name, axis.title);
   for (const AxisDetection& one : detections) {
-    if (one.axis == test_set) table.header.push_back(one.solver);
+    if (one.axis == test_set) section.columns.emplace_back(one.solver);
   }
   for (const auto& [name, title] : axes) {
-    std::vector<std::string> row(table.header.size());
+    std::vector<Cell> row(section.columns.size());
     row[0] = title;
     bool climbed = false;
     for (const AxisDetection& one : detections) {
       if (one.axis != name) continue;
-      const auto column = std::find(table.header.begin() + 1, table.header.end(), one.solver);
-      row[static_cast<std::size_t>(column - table.header.begin())] =
-          cell(one.counts.*count, one.counts.*total);
+      const auto column =
+          std::find_if(section.columns.begin() + 1, section.columns.end(),
+                       [&](const Column& candidate) { return candidate.title == one.solver; });
+      row[static_cast<std::size_t>(column - section.columns.begin())] =
+          rate_cell(one.counts.*count, one.counts.*total);
       climbed = true;
     }
-    if (climbed) table.rows.push_back(std::move(row));
+    if (climbed) section.rows.push_back(std::move(row));
   }
-  return table;
+  return section;
 }
 
 }  // namespace
@@ -105,28 +112,27 @@ std::vector<AxisDetection> detections_of(const std::vector<LadderOutcome>& outco
   return out;
 }
 
-std::string detection_csv(const std::vector<AxisDetection>& detections) {
-  std::ostringstream out;
-  out << "solver,axis,failing,detected,detection_rate,detection_low,detection_high,good,"
-         "false_alarms,false_alarm_rate,false_alarm_low,false_alarm_high\n";
+TableSection detection_data(const std::vector<AxisDetection>& detections) {
+  TableSection section;
+  section.columns = {"solver",          "axis",
+                     "failing",         "detected",
+                     "detection_rate",  "detection_low",
+                     "detection_high",  "good",
+                     "false_alarms",    "false_alarm_rate",
+                     "false_alarm_low", "false_alarm_high"};
   for (const AxisDetection& line : detections) {
-    const DetectionCounts& counts = line.counts;
-    out << csv_field(line.solver) << ',' << line.axis << ','
-        << csv_rate(counts.detected, counts.failing) << ','
-        << csv_rate(counts.false_alarms, counts.good) << '\n';
+    std::vector<Cell>& cells = section.rows.emplace_back();
+    cells = {line.solver, line.axis};
+    add_rate(line.counts.detected, line.counts.failing, cells);
+    add_rate(line.counts.false_alarms, line.counts.good, cells);
   }
-  return out.str();
+  return section;
 }
 
-std::vector<TextTable> detection_tables(const Ladders& ladders,
-                                        const std::vector<AxisDetection>& detections) {
-  return {table_of("Detected: failing frames that the solver doubted, %", ladders, detections,
-                   &DetectionCounts::detected, &DetectionCounts::failing),
-          table_of("False alarms: frames that did not fail and were doubted, %", ladders,
-                   detections, &DetectionCounts::false_alarms, &DetectionCounts::good)};
-}
+namespace {
 
-std::vector<std::string> detection_notes() {
+/// What a reader of the table must know.
+std::vector<std::string> notes() {
   return {
       "A solver doubts a frame when it reports it as suspect, not converged or undefined. All "
       "levels "
@@ -150,14 +156,19 @@ std::vector<std::string> detection_notes() {
       "them and is not doubted for them: where that image fails all the same, it passes unseen."};
 }
 
-std::string detection_markdown(const std::string& title, const Ladders& ladders,
-                               const std::vector<AxisDetection>& detections) {
-  std::string out = "# " + title + "\n\n";
-  for (const TextTable& table : detection_tables(ladders, detections)) {
-    out += markdown_of(table) + "\n";
-  }
-  for (const std::string& note : detection_notes()) out += "- " + note + "\n";
-  return out;
+}  // namespace
+
+Table detection_table(const std::string& title, const Ladders& ladders,
+                      const std::vector<AxisDetection>& detections) {
+  Table table;
+  table.title = title;
+  table.sections = {
+      section_of("Detected: failing frames that the solver doubted, %", ladders, detections,
+                 &DetectionCounts::detected, &DetectionCounts::failing),
+      section_of("False alarms: frames that did not fail and were doubted, %", ladders, detections,
+                 &DetectionCounts::false_alarms, &DetectionCounts::good)};
+  table.legend = notes();
+  return table;
 }
 
 }  // namespace ertbench

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/analysis/ladder_results.h"
-#include "bench/table/text_table.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 
@@ -37,18 +37,14 @@ struct AxisDetection {
 /// Solver by solver, the test set first; nothing of solvers without a record.
 std::vector<AxisDetection> detections_of(const std::vector<LadderOutcome>& outcomes);
 
-/// "solver,axis,failing,detected,detection_rate,detection_low,detection_high,good,false_alarms,
-/// false_alarm_rate,false_alarm_low,false_alarm_high": ends of Wilson's 95 % intervals; rates of no
-/// frames are empty.
-std::string detection_csv(const std::vector<AxisDetection>& detections);
+/// For programs: solver, axis, failing, detected, detection_rate, detection_low, detection_high,
+/// good, false_alarms, false_alarm_rate, false_alarm_low, false_alarm_high: ends of Wilson's 95 %
+/// intervals; rates of no frames are empty.
+TableSection detection_data(const std::vector<AxisDetection>& detections);
 
-/// Detection rates, then false alarms: a row for the test set and each axis, a column for each
-/// solver, in per cent with interval and counts.
-std::vector<TextTable> detection_tables(const Ladders& ladders,
-                                        const std::vector<AxisDetection>& detections);
-/// What a reader of the tables must know.
-std::vector<std::string> detection_notes();
-std::string detection_markdown(const std::string& title, const Ladders& ladders,
-                               const std::vector<AxisDetection>& detections);
+/// For people: detection rates, then false alarms; a row for the test set and each axis, a column
+/// for each solver, in per cent with interval and counts.
+Table detection_table(const std::string& title, const Ladders& ladders,
+                      const std::vector<AxisDetection>& detections);
 
 }  // namespace ertbench

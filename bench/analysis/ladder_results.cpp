@@ -3,12 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "core/csv_field.h"
 #include "core/quantile.h"
 #include "core/text.h"
 
@@ -145,92 +141,6 @@ std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
       }
     }
   }
-  return out;
-}
-
-std::string breakdown_csv(const std::vector<AxisBreakdown>& breakdowns) {
-  std::ostringstream out;
-  out << "solver,axis,side,level,ci_low,ci_high,unit,state,frames,share_at_default,categories\n";
-  for (const AxisBreakdown& line : breakdowns) {
-    std::optional<double> level;
-    std::optional<double> low;
-    std::optional<double> high;
-    if (line.breakdown) {
-      const Breakdown& found = *line.breakdown;
-      level = found.level;
-      low = found.mild;
-      high = found.severe;
-      // From milder to severer levels fall where the ladder does.
-      const double first = line.axis->levels.front().number();
-      const double last = line.axis->levels.back().number();
-      const bool falls = line.side.empty() ? last < first : line.side == "below";
-      if (falls) std::swap(low, high);
-    }
-    out << csv_field(line.solver) << ',' << line.axis->name << ',' << line.side << ','
-        << csv_number(level) << ',' << csv_number(low) << ',' << csv_number(high) << ','
-        << csv_field(line.axis->unit) << ',' << csv_field(line.state) << ',' << line.frames << ','
-        << csv_number(line.share_at_default) << ',' << csv_field(line.categories) << '\n';
-  }
-  return out.str();
-}
-
-TextTable breakdown_table(const std::vector<AxisBreakdown>& breakdowns) {
-  TextTable table{"Where each solver breaks down", {"axis"}, {}};
-  std::vector<std::string> solvers;
-  std::vector<std::string> rows;
-  std::map<std::pair<std::string, std::string>, std::string> cells;
-  const auto place_of = [](std::vector<std::string>& list, const std::string& name) {
-    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
-  };
-  std::vector<AxisBreakdown> lines = breakdowns;  // in the order of the file's axes
-  std::stable_sort(lines.begin(), lines.end(), [](const AxisBreakdown& a, const AxisBreakdown& b) {
-    return std::less<>()(a.axis, b.axis);
-  });
-  for (const AxisBreakdown& line : lines) {
-    std::string row = line.axis->title;
-    if (!line.side.empty()) row += ", " + line.side;
-    if (!line.axis->unit.empty()) row += " (" + line.axis->unit + ")";
-    place_of(solvers, line.solver);
-    place_of(rows, row);
-    cells[{row, line.solver}] = line.text();
-  }
-  table.header.insert(table.header.end(), solvers.begin(), solvers.end());
-  for (const std::string& row : rows) {
-    std::vector<std::string>& line = table.rows.emplace_back();
-    line.push_back(row);
-    for (const std::string& solver : solvers) {
-      const auto found = cells.find({row, solver});
-      line.push_back(found == cells.end() ? "" : found->second);
-    }
-  }
-  return table;
-}
-
-std::vector<std::string> breakdown_notes(const Ladders& ladders) {
-  const FailureRule& rule = ladders.failure;
-  return {"A frame fails when its image is not finite, when its relative error of δσ is " +
-              number_text(rule.relative_error) +
-              " or more, when its strongest contact lies more than " + number_text(rule.distance) +
-              " (domain units) from a true one, or when a blank sheet shows a change of " +
-              number_text(rule.contact_threshold) + " of the background or more.",
-          "A solver breaks down at the level where more than " + percent(rule.share) +
-              " of its frames fail: the first such crossing along the ladder, found by bisection "
-              "and interpolated; in brackets the 95 % interval by resampling the frames, which are "
-              "the same at all levels and for all solvers. \"before\" and \"beyond\": the interval "
-              "leaves the ladder there.",
-          "\"fails at … already\": at the ladder's mildest level. \"holds to …\": not even at its "
-          "severest. Parameters have two rows, below and above the values that work; of levels "
-          "without an order the shares of failing frames are given.",
-          "By this rule an image that fades to nothing does not fail: its error comes near 1 from "
-          "below. Where a solver holds, the chart of its errors says what its images are worth.",
-          "no-contact, the image of nothing, fails on every frame with a contact by definition "
-          "(its relative error is 1), and on no blank one."};
-}
-
-std::string breakdown_markdown(const std::string& title, const Ladders& ladders,
-                               const std::vector<AxisBreakdown>& breakdowns) {
-  std::string out = "# " + title + "\n\n" + markdown_of(breakdown_table(breakdowns)) + "\n";
-  for (const std::string& note : breakdown_notes(ladders)) out += "- " + note + "\n";
   return out;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/record/ladder_record.h"
-#include "bench/table/text_table.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 
@@ -30,20 +30,18 @@ struct AxisBreakdown {
 std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
                                          const std::vector<LadderOutcome>& outcomes);
 
-/// "solver,axis,side,level,ci_low,ci_high,unit,state,frames,share_at_default,categories": ends of
-/// an interval that leave the ladder are empty.
-std::string breakdown_csv(const std::vector<AxisBreakdown>& breakdowns);
-/// "solver,axis,level,frames,failed,undefined,worse_than_nothing,misplaced,ghost,suspect,detected,
-/// false_alarms,error_q05,error_q50,error_q95,message": the six from "failed" as shares of the
-/// frames, the two behind them as DetectionCounts has them; axis "default" is the test set.
-std::string levels_csv(const std::vector<LadderOutcome>& outcomes);
+/// For programs: solver, axis, side, level, ci_low, ci_high, unit, state, frames, share_at_default,
+/// categories; ends of an interval that leave the ladder are empty.
+TableSection breakdown_data(const std::vector<AxisBreakdown>& breakdowns);
+/// solver, axis, level, frames, failed, undefined, worse_than_nothing, misplaced, ghost, suspect,
+/// detected, false_alarms, error_q05, error_q50, error_q95, message: the six from "failed" as
+/// shares of the frames, the two behind them as DetectionCounts has them; axis "default" is the
+/// test set.
+TableSection levels_data(const std::vector<LadderOutcome>& outcomes);
 
-/// A row for each axis (and side), a column for each solver.
-TextTable breakdown_table(const std::vector<AxisBreakdown>& breakdowns);
-/// What a reader of the table must know.
-std::vector<std::string> breakdown_notes(const Ladders& ladders);
-std::string breakdown_markdown(const std::string& title, const Ladders& ladders,
-                               const std::vector<AxisBreakdown>& breakdowns);
+/// For people: a row for each axis (and side), a column for each solver.
+Table breakdown_table(const std::string& title, const Ladders& ladders,
+                      const std::vector<AxisBreakdown>& breakdowns);
 
 /// "27.3", "8", "0.0450", "2.6e-08": three digits that count, none behind a whole number.
 std::string level_digits(double level);

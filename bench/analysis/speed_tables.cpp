@@ -11,14 +11,15 @@ namespace {
 
 const std::string dash = "—";
 
-std::string error_text(const SpeedPoint& point) {
+Cell error_cell(const SpeedPoint& point) {
   if (!point.error) return dash;
-  std::string text = three_digits(*point.error);
+  Cell cell = three_digits(*point.error);
+  cell.value = point.error;
   if (point.error_ci95) {
-    text += " [" + three_digits(point.error_ci95->low) + ", " +
-            three_digits(point.error_ci95->high) + "]";
+    cell.interval =
+        interval_text(three_digits(point.error_ci95->low), three_digits(point.error_ci95->high));
   }
-  return text;
+  return cell;
 }
 
 std::string p50_text(const SpeedPoint& point) {
@@ -52,44 +53,54 @@ std::string marks_of(const SpeedPoint& point) {
   return text;
 }
 
-std::vector<std::string> choice_row(const std::string& wish, const SpeedAccuracy& chart,
-                                    const std::optional<std::size_t>& choice) {
+std::vector<Cell> choice_row(const std::string& wish, const SpeedAccuracy& chart,
+                             const std::optional<std::size_t>& choice) {
   if (!choice) return {wish, "none", dash, dash, dash};
   const SpeedPoint& point = chart.points[*choice];
-  return {wish, point.label, error_text(point), p50_text(point), p99_text(point)};
+  return {wish, point.label, error_cell(point), p50_text(point), p99_text(point)};
 }
 
-TextTable choices(const SpeedAccuracy& chart) {
-  TextTable table{"What to take",
-                  {"asked for", "configuration", "median " + axis_title(chart.metric) + " [95 %]",
-                   "p50", "p99"},
-                  {}};
+TableSection choices(const SpeedAccuracy& chart) {
+  TableSection section;
+  section.caption = "What to take";
+  section.columns = {{"asked for", Align::left},
+                     {"configuration", Align::left},
+                     "median " + axis_title(chart.metric) + " [95 %]",
+                     "p50",
+                     "p99"};
   for (const WithinMargin& within : chart.margins) {
-    table.rows.push_back(
+    section.rows.push_back(
         choice_row("the fastest within " + fixed(100 * within.margin, 0) + " % of the least error",
                    chart, within.point));
   }
   for (const WithinBudget& budget : chart.budgets) {
-    table.rows.push_back(
+    section.rows.push_back(
         choice_row("the least error with p99 within " + time_text(budget.us), chart, budget.point));
   }
-  return table;
+  return section;
 }
 
-TextTable right_sizes(const SpeedAccuracy& chart) {
+TableSection right_sizes(const SpeedAccuracy& chart) {
   const std::string error = "mean " + axis_title(chart.right_sizing->metric) + ", validation";
-  TextTable table{"Right sizes: the smallest within " + fixed(100 * chart.right_sizing->margin, 0) +
-                      " % of the family's least validation error",
-                  {"family", "best", error, "p50", "right size", error, "p50"},
-                  {}};
+  TableSection section;
+  section.caption = "Right sizes: the smallest within " +
+                    fixed(100 * chart.right_sizing->margin, 0) +
+                    " % of the family's least validation error";
+  section.columns = {{"family", Align::left},
+                     {"best", Align::left},
+                     error,
+                     "p50",
+                     {"right size", Align::left},
+                     error,
+                     "p50"};
   for (const RightSize& size : chart.right_sizes) {
     const SpeedPoint& best = chart.points[size.best];
     const SpeedPoint& chosen = chart.points[size.chosen];
-    table.rows.push_back({size.family, best.label, three_digits(*best.validation_error),
-                          p50_text(best), chosen.label, three_digits(*chosen.validation_error),
-                          p50_text(chosen)});
+    section.rows.push_back({size.family, best.label, three_digits(*best.validation_error),
+                            p50_text(best), chosen.label, three_digits(*chosen.validation_error),
+                            p50_text(chosen)});
   }
-  return table;
+  return section;
 }
 
 std::string frames_text(const SpeedAccuracy& chart, const BreakEven& one, std::size_t point) {
@@ -99,15 +110,22 @@ std::string frames_text(const SpeedAccuracy& chart, const BreakEven& one, std::s
   return *one.frames[point] == 0 ? "at once" : rate_text(*one.frames[point]);
 }
 
-TextTable configurations(const SpeedAccuracy& chart) {
-  TextTable table{"All configurations, from the fastest",
-                  {"configuration", "p50", "p50 of the rounds", "p99", "frames/s",
-                   "median " + axis_title(chart.metric) + " [95 %]", "validation", "fit", "memory"},
-                  {}};
+TableSection configurations(const SpeedAccuracy& chart) {
+  TableSection section;
+  section.caption = "All configurations, from the fastest";
+  section.columns = {{"configuration", Align::left},
+                     "p50",
+                     "p50 of the rounds",
+                     "p99",
+                     "frames/s",
+                     "median " + axis_title(chart.metric) + " [95 %]",
+                     "validation",
+                     "fit",
+                     "memory"};
   for (const BreakEven& one : chart.break_even) {
-    table.header.push_back("frames until it pays against " + one.reference);
+    section.columns.emplace_back("frames until it pays against " + one.reference);
   }
-  table.header.push_back("remarks");
+  section.columns.emplace_back("remarks", Align::left);
   std::vector<std::size_t> order(chart.points.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -118,39 +136,29 @@ TextTable configurations(const SpeedAccuracy& chart) {
   });
   for (const std::size_t i : order) {
     const SpeedPoint& point = chart.points[i];
-    std::vector<std::string> row = {
-        point.label,
-        p50_text(point),
-        rounds_text(point),
-        p99_text(point),
-        point.frames_per_s ? rate_text(*point.frames_per_s) : dash,
-        error_text(point),
-        point.validation_error ? three_digits(*point.validation_error) : dash,
-        seconds_text(point.fit_s),
-        point.peak_rss_mb ? fixed(*point.peak_rss_mb, 0) + " MB" : dash};
-    for (const BreakEven& one : chart.break_even) row.push_back(frames_text(chart, one, i));
-    row.push_back(marks_of(point));
-    table.rows.push_back(std::move(row));
+    std::vector<Cell> row = {point.label,
+                             p50_text(point),
+                             rounds_text(point),
+                             p99_text(point),
+                             point.frames_per_s ? rate_text(*point.frames_per_s) : dash,
+                             error_cell(point),
+                             point.validation_error ? three_digits(*point.validation_error) : dash,
+                             seconds_text(point.fit_s),
+                             point.peak_rss_mb ? fixed(*point.peak_rss_mb, 0) + " MB" : dash};
+    for (const BreakEven& one : chart.break_even) row.emplace_back(frames_text(chart, one, i));
+    row.emplace_back(marks_of(point));
+    section.rows.push_back(std::move(row));
   }
-  return table;
+  return section;
 }
 
-}  // namespace
-
-std::vector<TextTable> speed_tables(const SpeedAccuracy& chart) {
-  std::vector<TextTable> tables = {choices(chart)};
-  if (!chart.right_sizes.empty()) tables.push_back(right_sizes(chart));
-  tables.push_back(configurations(chart));
-  return tables;
-}
-
-std::string speed_notes(const SpeedAccuracy& chart) {
+/// How the tables are to be read, in a few sentences.
+std::string notes_on(const SpeedAccuracy& chart) {
   std::string text =
       "Time from raw voltages to the finished image of one frame, one thread; frames per second " +
       std::to_string(chart.batch) +
       " frames at a time, one thread. The frames are timed in rounds, all configurations in turn "
-      "and "
-      "never two at once. The error is the median over the frames of the test set \"" +
+      "and never two at once. The error is the median over the frames of the test set \"" +
       chart.dataset +
       "\" with its 95 % interval. A configuration that failed, or left more than 1 % of the frames "
       "without a converged image, is shown and takes no part in the frontier or in any choice.";
@@ -162,10 +170,16 @@ std::string speed_notes(const SpeedAccuracy& chart) {
   return text;
 }
 
-std::string speed_markdown(const SpeedAccuracy& chart, const std::string& title) {
-  std::string out = "# " + title + "\n\n" + speed_notes(chart) + "\n";
-  for (const TextTable& table : speed_tables(chart)) out += "\n" + markdown_of(table);
-  return out;
+}  // namespace
+
+Table speed_table(const SpeedAccuracy& chart, const std::string& title) {
+  Table table;
+  table.title = title;
+  table.text = notes_on(chart);
+  table.sections = {choices(chart)};
+  if (!chart.right_sizes.empty()) table.sections.push_back(right_sizes(chart));
+  table.sections.push_back(configurations(chart));
+  return table;
 }
 
 }  // namespace ertbench

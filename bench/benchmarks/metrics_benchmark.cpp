@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "core/json_reader.h"
 #include "forward/data/generate.h"

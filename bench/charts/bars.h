@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 
 namespace ertbench {
 

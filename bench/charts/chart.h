@@ -9,7 +9,7 @@
 
 #include "bench/experiment/chart_type.h"
 #include "bench/record/result_row.h"
-#include "bench/table/text_table.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 
@@ -50,7 +50,7 @@ class Chart {
   virtual std::string section() const { return ""; }
   /// How the figure and the tables are to be read.
   virtual std::string notes(std::span<const ResultRow> rows) const;
-  virtual std::vector<TextTable> tables(std::span<const ResultRow> rows) const;
+  virtual std::vector<TableSection> tables(std::span<const ResultRow> rows) const;
 
   /// Puts what other programs may want to read into summary.json, under a key of its type's and its
   /// name.

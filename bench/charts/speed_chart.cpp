@@ -7,6 +7,7 @@
 #include "bench/charts/speed_figure.h"
 #include "bench/experiment/chart_keys.h"
 #include "bench/experiment/experiment.h"
+#include "bench/table/writers.h"
 #include "core/atomic_file.h"
 #include "core/json_reader.h"
 #include "solvers/registry/registry.h"
@@ -66,7 +67,7 @@ void SpeedChart::draw(std::span<const ResultRow> rows, const std::string& title,
                       const std::filesystem::path& folder) const {
   const SpeedAccuracy answer = speed_accuracy_of(question_, rows);
   draw_speed_figure(answer, title, folder / name());
-  write_file_atomically(folder / (name() + ".md"), speed_markdown(answer, title));
+  write_file_atomically(folder / (name() + ".md"), markdown_of(speed_table(answer, title)));
 }
 
 std::string SpeedChart::caption() const {
@@ -77,11 +78,11 @@ std::string SpeedChart::caption() const {
 std::string SpeedChart::section() const { return "Speed and accuracy: " + dataset(); }
 
 std::string SpeedChart::notes(std::span<const ResultRow> rows) const {
-  return speed_notes(speed_accuracy_of(question_, rows));
+  return speed_table(speed_accuracy_of(question_, rows), "").text;
 }
 
-std::vector<TextTable> SpeedChart::tables(std::span<const ResultRow> rows) const {
-  return speed_tables(speed_accuracy_of(question_, rows));
+std::vector<TableSection> SpeedChart::tables(std::span<const ResultRow> rows) const {
+  return speed_table(speed_accuracy_of(question_, rows), "").sections;
 }
 
 void SpeedChart::summarise(std::span<const ResultRow> rows, json& summary) const {

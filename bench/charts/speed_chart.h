@@ -24,7 +24,7 @@ class SpeedChart : public Chart {
   std::string caption() const override;
   std::string section() const override;
   std::string notes(std::span<const ResultRow> rows) const override;
-  std::vector<TextTable> tables(std::span<const ResultRow> rows) const override;
+  std::vector<TableSection> tables(std::span<const ResultRow> rows) const override;
   void summarise(std::span<const ResultRow> rows, nlohmann::json& summary) const override;
 
  private:

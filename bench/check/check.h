@@ -42,7 +42,7 @@ struct CheckContext {
 
 /// Every quantity of every row against the baseline, row by row in the order of `rows`; then what
 /// is missing. Of a change beyond what is allowed, better is what brings a metric nearer to its
-/// ideal: 0 for errors, 1 for AR, the RES of the truth for RES. Any other is worse, also one to the
+/// ideal (metric_table.h). Any other is worse, also one to the
 /// other side of the ideal at the same distance, and any of the truth. A metric that did not exist
 /// when the baseline was stored is not compared. Counts and statuses are exact. Of a row that
 /// failed only the status is compared.

@@ -13,6 +13,7 @@
 #include "bench/record/provenance.h"
 #include "bench/record/version.h"
 #include "bench/run/runner.h"
+#include "bench/table/writers.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
@@ -72,7 +73,7 @@ class Check {
       std::printf("Made anew: %s\n", why.c_str());
     }
     std::printf("What changed beyond what was allowed:\n%s",
-                check_table(lines, options_.all).c_str());
+                terminal_of(check_table(lines, options_.all)).c_str());
     std::printf("Baseline of %zu rows in %s\n", baseline.rows.size(), file_.c_str());
     return !has_regression(stored);
   }
@@ -155,9 +156,10 @@ class Check {
     write_file_atomically(run_.out / "check.md",
                           "# Check of " + experiment_.name + "\n\n" + summary + "\n\n- " +
                               old_machine + "\n- " + new_machine + "\n\n" + times +
-                              (times.empty() ? "" : "\n") + check_markdown(lines));
-    std::printf("\n%s\n%s\n%s\n%s%s; all of it in %s\n", check_table(lines, options_.all).c_str(),
-                old_machine.c_str(), new_machine.c_str(), times.c_str(), summary.c_str(),
+                              (times.empty() ? "" : "\n") + markdown_of(check_report(lines)));
+    std::printf("\n%s\n%s\n%s\n%s%s; all of it in %s\n",
+                terminal_of(check_table(lines, options_.all)).c_str(), old_machine.c_str(),
+                new_machine.c_str(), times.c_str(), summary.c_str(),
                 (run_.out / "check.md").c_str());
   }
 

@@ -1,20 +1,18 @@
 #include "bench/check/check_table.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <vector>
-
-#include "core/text.h"
 
 namespace ertbench {
 namespace {
 
-using Fields = std::array<std::string, 6>;
+std::vector<Column> columns() {
+  return {{"row", Align::left},    {"quantity", Align::left}, "old", "new", "allowed",
+          {"verdict", Align::left}};
+}
 
-const Fields head = {"row", "quantity", "old", "new", "allowed", "verdict"};
-
-Fields fields_of(const CheckLine& line) {
+std::vector<Cell> cells_of(const CheckLine& line) {
   return {line.row, line.quantity, line.before, line.now, line.allowed, name_of(line.verdict)};
 }
 
@@ -38,7 +36,7 @@ Verdict worst(std::span<const CheckLine> lines) {
   return verdict;
 }
 
-Fields summary_of(std::span<const CheckLine> row) {
+std::vector<Cell> summary_of(std::span<const CheckLine> row) {
   const auto ok = std::count_if(row.begin(), row.end(),
                                 [](const CheckLine& line) { return line.verdict == Verdict::ok; });
   const std::string all = std::to_string(row.size());
@@ -52,52 +50,27 @@ Fields summary_of(std::span<const CheckLine> row) {
           name_of(worst(row))};
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (std::string("|\\*_`<>&").find(c) != std::string::npos) out += '\\';
-    out += c;
-  }
-  return out;
-}
-
 }  // namespace
 
-std::string check_table(std::span<const CheckLine> lines, bool all) {
-  std::vector<Fields> shown = {head};
+Table check_table(std::span<const CheckLine> lines, bool all) {
+  Table table;
+  TableSection& section = table.sections.emplace_back();
+  section.columns = columns();
   for (const auto& row : by_row(lines)) {
     for (const CheckLine& line : row) {
-      if (all || line.verdict != Verdict::ok) shown.push_back(fields_of(line));
+      if (all || line.verdict != Verdict::ok) section.rows.push_back(cells_of(line));
     }
-    if (row.size() > 1) shown.push_back(summary_of(row));
+    if (row.size() > 1) section.rows.push_back(summary_of(row));
   }
-  std::array<std::size_t, head.size()> widths{};
-  for (const Fields& fields : shown) {
-    for (std::size_t c = 0; c < fields.size(); ++c) {
-      widths[c] = std::max(widths[c], character_count(fields[c]));
-    }
-  }
-  std::string out;
-  for (const Fields& fields : shown) {
-    std::string text;
-    for (std::size_t c = 0; c < fields.size(); ++c) {
-      text += fields[c] + std::string(widths[c] - character_count(fields[c]) + 2, ' ');
-    }
-    out += text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
-  }
-  return out;
+  return table;
 }
 
-std::string check_markdown(std::span<const CheckLine> lines) {
-  std::string out;
-  const auto print = [&](const Fields& fields) {
-    for (const std::string& field : fields) out += "| " + escaped(field) + " ";
-    out += "|\n";
-  };
-  print(head);
-  out += "|---|---|---:|---:|---:|---|\n";
-  for (const CheckLine& line : lines) print(fields_of(line));
-  return out;
+Table check_report(std::span<const CheckLine> lines) {
+  Table table;
+  TableSection& section = table.sections.emplace_back();
+  section.columns = columns();
+  for (const CheckLine& line : lines) section.rows.push_back(cells_of(line));
+  return table;
 }
 
 std::string check_summary(std::span<const CheckLine> lines) {

@@ -4,15 +4,16 @@
 #include <string>
 
 #include "bench/check/check.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 
 /// Columns row, quantity, old, new, allowed, verdict, for the terminal: what is not "ok" (or every
 /// line, with `all`), and after each row's lines one for the whole row with its worst verdict.
-std::string check_table(std::span<const CheckLine> lines, bool all);
+Table check_table(std::span<const CheckLine> lines, bool all);
 
-/// All lines as a Markdown table.
-std::string check_markdown(std::span<const CheckLine> lines);
+/// All lines.
+Table check_report(std::span<const CheckLine> lines);
 
 /// How many rows came out how: "7 rows ok, 1 better, 1 worse".
 std::string check_summary(std::span<const CheckLine> lines);

@@ -3,41 +3,30 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/charts/chart.h"
-#include "bench/report/table_cells.h"
+#include "bench/report/result_table.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
 
-/// A cell in lines.
-std::string text_of(const Cell& cell) {
-  std::string out;
-  for (const std::string& line : cell) out += (out.empty() ? "" : "\n") + line;
-  return out;
-}
-
-ReportSection results_section(const CellTable& cells) {
+ReportSection results_section(TableSection table) {
   ReportSection section;
-  section.title = "Results: " + cells.dataset;
-  section.text = cells.description;
-  TextTable table{"Test set " + cells.dataset, cells.head, {}};
-  for (const auto& row : cells.rows) {
-    std::vector<std::string>& texts = table.rows.emplace_back();
-    for (const Cell& cell : row) texts.push_back(text_of(cell));
-  }
-  section.tables = {table};
-  section.notes = cells.notes;
+  section.title = "Results: " + table.caption;
+  section.text = table.text;
+  section.notes = table.notes;
+  table.caption = "Test set " + table.caption;
+  section.tables = {std::move(table)};
   return section;
 }
 
-ReportSection reading_section(const std::vector<ResultRow>& rows, const TableText& text) {
+ReportSection reading_section(const std::vector<std::string>& legend) {
   ReportSection section;
   section.title = "How to read the tables";
   section.text =
       "Beside this page: the same tables as table.md, table.csv (all digits) and table.tex; "
       "summary.json with the parameters in use and the medians; a record of every frame.";
-  section.notes = legend(rows, text);
+  section.notes = legend;
   return section;
 }
 
@@ -132,7 +121,9 @@ std::vector<ReportSection> provenance_sections(const Experiment& experiment,
                                                const json& provenance) {
   ReportSection origin;
   origin.title = "Provenance";
-  TextTable table{"What the numbers were made with", {"what", "value"}, {}};
+  TableSection table;
+  table.caption = "What the numbers were made with";
+  table.columns = {{"what", Align::left}, {"value", Align::left}};
   for (const auto& [key, value] : provenance.items()) {
     if (key == "datasets") continue;
     table.rows.push_back({key == "seeds" ? "seeds of datasets" : key, value_text(value)});
@@ -159,8 +150,9 @@ Report report_of(const Experiment& experiment, const std::vector<ResultRow>& row
   const auto append = [&](const std::vector<ReportSection>& sections) {
     report.sections.insert(report.sections.end(), sections.begin(), sections.end());
   };
-  for (const CellTable& table : cell_tables(rows, text)) append({results_section(table)});
-  append({reading_section(rows, text)});
+  const Table results = result_table(rows, text);
+  for (const TableSection& table : results.sections) append({results_section(table)});
+  append({reading_section(results.legend)});
   append(ladders);
   append(chart_sections(experiment, rows, folder));
   if (!experiment.figure_scenes.empty()) append({reconstructions_section(experiment, folder)});

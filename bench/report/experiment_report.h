@@ -8,7 +8,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/record/result_row.h"
 #include "bench/report/report.h"
-#include "bench/report/table.h"
+#include "bench/report/result_table.h"
 
 namespace ertbench {
 

@@ -5,6 +5,7 @@
 #include "bench/analysis/detection.h"
 #include "bench/charts/ladder_chart.h"
 #include "bench/charts/ladder_figures.h"
+#include "bench/table/writers.h"
 #include "core/atomic_file.h"
 
 namespace ertbench {
@@ -16,14 +17,15 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   const Ladders& ladders = *experiment.ladders;
   const std::vector<AxisBreakdown> breakdowns = breakdowns_of(ladders, outcomes);
   const std::string title = experiment.title + ": where it breaks";
-  write_file_atomically(folder / "breakdown.csv", breakdown_csv(breakdowns));
-  write_file_atomically(folder / "breakdown.md", breakdown_markdown(title, ladders, breakdowns));
-  write_file_atomically(folder / "levels.csv", levels_csv(outcomes));
+  const Table breakdown = breakdown_table(title, ladders, breakdowns);
+  write_file_atomically(folder / "breakdown.csv", csv_of(breakdown_data(breakdowns)));
+  write_file_atomically(folder / "breakdown.md", markdown_of(breakdown));
+  write_file_atomically(folder / "levels.csv", csv_of(levels_data(outcomes)));
   const std::vector<AxisDetection> detections = detections_of(outcomes);
-  const std::string detection_title = experiment.title + ": does it say so?";
-  write_file_atomically(folder / "detection.csv", detection_csv(detections));
-  write_file_atomically(folder / "detection.md",
-                        detection_markdown(detection_title, ladders, detections));
+  const Table detected =
+      detection_table(experiment.title + ": does it say so?", ladders, detections);
+  write_file_atomically(folder / "detection.csv", csv_of(detection_data(detections)));
+  write_file_atomically(folder / "detection.md", markdown_of(detected));
 
   ReportSection table;
   table.title = "Where it breaks";
@@ -35,8 +37,8 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
     table.figures.push_back({"Where each solver breaks down", folder / "breakdown.svg",
                              "dark: early on the ladder; light: late or never"});
   }
-  table.tables = {breakdown_table(breakdowns)};
-  table.notes = breakdown_notes(ladders);
+  table.tables = breakdown.sections;
+  table.notes = breakdown.legend;
 
   ReportSection detection;
   detection.title = "Does it say so?";
@@ -44,8 +46,8 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
       "Of the frames that fail, how many the solver itself reports as suspect, not converged or "
       "undefined; and of those that do not fail, how many it reports so all the same. The same "
       "numbers are in detection.csv.";
-  detection.tables = detection_tables(ladders, detections);
-  detection.notes = detection_notes();
+  detection.tables = detected.sections;
+  detection.notes = detected.legend;
 
   ReportSection charts;
   charts.title = "Failures and errors over the level";

@@ -4,9 +4,9 @@
 #include <iterator>
 #include <sstream>
 
-#include "bench/report/html_table.h"
 #include "bench/report/inline_svg.h"
 #include "bench/report/report_style.h"
+#include "bench/table/writers.h"
 #include "core/errors.h"
 #include "core/html.h"
 #include "core/text.h"
@@ -58,9 +58,9 @@ class Page {
     paragraphs(section.text, "");
     if (!section.figures.empty()) hint();
     for (const ReportFigure& one : section.figures) figure(one);
-    for (const TextTable& one : section.tables) {
+    for (const TableSection& one : section.tables) {
       open_box(one.caption);
-      out_ << html_table(one) << "</div>\n";
+      out_ << html_of(one) << "</div>\n";
     }
     if (!section.notes.empty()) {
       out_ << "<ul class=\"notes\">\n";

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/table/text_table.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 
@@ -21,12 +21,10 @@ struct ReportSection {
   std::string title;
   std::string text;  ///< paragraphs, an empty line between them
   std::vector<ReportFigure> figures;
-  /// In a cell "\n" begins a new line, in smaller type. The first cell of a row names it; more
-  /// lines there say what went wrong with it. Columns of numbers are found by their cells.
-  std::vector<TextTable> tables;
-  std::vector<std::string> notes;  ///< a list
-  std::string code;                ///< shown as it is: a command, a file
-  bool collapsed = false;          ///< opened by a click, and for printing
+  std::vector<TableSection> tables;  ///< their captions and rows; texts and notes stand above
+  std::vector<std::string> notes;    ///< a list
+  std::string code;                  ///< shown as it is: a command, a file
+  bool collapsed = false;            ///< opened by a click, and for printing
 };
 
 /// The page that a reader of an experiment's results opens.

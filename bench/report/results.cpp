@@ -8,9 +8,10 @@
 #include "bench/charts/reconstruction_figure.h"
 #include "bench/record/provenance.h"
 #include "bench/report/experiment_report.h"
-#include "bench/report/table.h"
+#include "bench/report/result_table.h"
 #include "bench/report/training_results.h"
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
+#include "bench/table/writers.h"
 #include "core/atomic_file.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
@@ -92,9 +93,9 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
     if (images != results.images.end()) {
       column.changes = images->second;
       for (Eigen::Index i = 0; i < count; ++i) {
-        column.errors.push_back(
-            frame_metrics(experiment.sensor, figure.conductivity.row(i), column.changes.row(i),
-                          scenes[static_cast<std::size_t>(i)])[Metric::relative_error]);
+        column.errors.push_back(frame_metric(Metric::relative_error, experiment.sensor,
+                                             figure.conductivity.row(i), column.changes.row(i),
+                                             scenes[static_cast<std::size_t>(i)]));
       }
     } else {
       const auto row = std::find_if(results.rows.begin(), results.rows.end(),
@@ -104,22 +105,6 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
     figure.columns.push_back(std::move(column));
   }
   draw_reconstruction_figure(figure, folder / "reconstructions");
-}
-
-std::string cell(const std::optional<double>& value, int decimals) {
-  return value ? fixed(*value, decimals) : "-";
-}
-
-/// The cells of a line, each to the right in a column that is `least` wide or as wide as its title.
-std::string columns(const std::vector<std::string>& cells, const std::vector<std::string>& titles) {
-  constexpr std::size_t least = 7;
-  std::string out;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::size_t width = std::max(least, character_count(titles[i]));
-    const std::size_t used = character_count(cells[i]);
-    out += "  " + std::string(width - std::min(width, used), ' ') + cells[i];
-  }
-  return out;
 }
 
 }  // namespace
@@ -142,9 +127,11 @@ void write_results(const Experiment& experiment, const Cache& cache,
                             {"provenance", provenance(experiment, results.jobs)},
                             {"rows", nlohmann::json::array()}};
   for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
-  write_file_atomically(folder / "table.md", markdown_table(results.rows, text));
-  write_file_atomically(folder / "table.csv", csv_table(results.rows, experiment.published));
-  write_file_atomically(folder / "table.tex", latex_table(results.rows, text));
+  const Table table = result_table(results.rows, text);
+  write_file_atomically(folder / "table.md", markdown_of(table));
+  write_file_atomically(folder / "table.csv",
+                        csv_of(result_data(results.rows, experiment.published)));
+  write_file_atomically(folder / "table.tex", latex_of(table));
   draw_figure(experiment, cache, results, folder);
   for (const auto& chart : experiment.charts) {
     chart->draw(results.rows, experiment.title, folder);
@@ -160,58 +147,12 @@ void write_results(const Experiment& experiment, const Cache& cache,
   write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
 }
 
-std::string console_table(const std::vector<ResultRow>& rows) {
-  std::string out;
-  std::string dataset;
-  std::size_t width = 10;
-  for (const ResultRow& row : rows) width = std::max(width, character_count(row.label));
-  const auto pad = [&](const std::string& text) {
-    return text + std::string(width - std::min(width, character_count(text)), ' ');
-  };
-  std::vector<std::string> titles;
-  for (const Metric metric : kHeadlineMetrics) titles.emplace_back(entry_of(metric).heading);
-  for (const char* title : {"p50 (µs)", "p99 (µs)", "frames/s"}) titles.emplace_back(title);
-  for (const ResultRow& row : rows) {
-    if (row.dataset != dataset) {
-      dataset = row.dataset;
-      out += "\n" + pad(dataset) + columns(titles, titles) + "  status\n";
-    }
-    const auto latency = [&](double LatencySummary::*part) {
-      return row.latency_us ? std::optional<double>((*row.latency_us).*part) : std::nullopt;
-    };
-    std::vector<std::string> numbers;
-    for (const Metric metric : kHeadlineMetrics) {
-      numbers.push_back(cell(row.metrics[metric].mean, decimals_of(metric)));
-    }
-    numbers.push_back(cell(latency(&LatencySummary::p50), 1));
-    numbers.push_back(cell(latency(&LatencySummary::p99), 1));
-    numbers.push_back(cell(row.frames_per_s, 0));
-    out += pad(row.label) + columns(numbers, titles) + "  " + row.status;
-    if (row.undefined_frames > 0) out += ", " + std::to_string(row.undefined_frames) + " undefined";
-    if (row.frames_not_converged > 0) {
-      out += ", " + std::to_string(row.frames_not_converged) + " not converged";
-    }
-    if (row.suspect_frames > 0) out += ", " + std::to_string(row.suspect_frames) + " suspect";
-    out += "\n";
-    if (row.seeds && row.seeds->values.size() > 1) {
-      std::vector<std::string> deviations;
-      for (const Metric metric : kHeadlineMetrics) {
-        const auto& deviation = row.seeds->deviation[metric];
-        deviations.push_back(deviation ? "±" + fixed(*deviation, decimals_of(metric)) : "-");
-      }
-      out += pad("") + columns(deviations, titles) + "  over " +
-             std::to_string(row.seeds->values.size()) + " seeds\n";
-    }
-    if (!row.message.empty()) out += "    " + row.message + "\n";
-  }
-  return out;
-}
-
 void report_results(const Experiment& experiment, const Cache& cache,
                     const ExperimentResults& results, const std::vector<ReportSection>& sections,
                     const fs::path& folder) {
   write_results(experiment, cache, results, sections, folder);
-  std::printf("%s\nResults in %s\n", console_table(results.rows).c_str(), folder.c_str());
+  std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
+              folder.c_str());
 }
 
 }  // namespace ertbench

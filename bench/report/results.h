@@ -20,9 +20,6 @@ void write_results(const Experiment& experiment, const Cache& cache,
                    const ExperimentResults& results, const std::vector<ReportSection>& sections,
                    const std::filesystem::path& folder);
 
-/// A short table for the terminal.
-std::string console_table(const std::vector<ResultRow>& rows);
-
 /// write_results, then the short table and the folder's name on standard output.
 void report_results(const Experiment& experiment, const Cache& cache,
                     const ExperimentResults& results, const std::vector<ReportSection>& sections,

@@ -1,6 +1,6 @@
 #include "bench/run/reference_rows.h"
 
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 #include "forward/data/dataset_file.h"
 
 namespace ertbench {

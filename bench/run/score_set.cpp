@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/solver.h"

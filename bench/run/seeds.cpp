@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 #include "core/moments.h"
 
 namespace ertbench {

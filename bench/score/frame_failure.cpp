@@ -121,7 +121,7 @@ JudgedFrame judge(const Sensor& sensor, const FailureRule& rule, const Scene& sc
     fail(FailureKind::ghost, *frame.peak >= rule.contact_threshold);
     return frame;
   }
-  frame.error = frame_metrics(sensor, conductivity, change, scene)[Metric::relative_error];
+  frame.error = frame_metric(Metric::relative_error, sensor, conductivity, change, scene);
   fail(FailureKind::worse_than_nothing, !frame.error || *frame.error >= rule.relative_error);
   if (*frame.peak <= untouched) return frame;
   const Vector2d place = strongest(sensor, size);

@@ -34,6 +34,12 @@ FrameMetrics frame_metrics(const Sensor& sensor,
                            const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
                            const Eigen::Ref<const Eigen::RowVectorXd>& change, const Scene& scene);
 
+/// The same of one metric alone, where the others are not asked for.
+std::optional<double> frame_metric(Metric metric, const Sensor& sensor,
+                                   const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
+                                   const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                                   const Scene& scene);
+
 /// RES of one image of changes [pixels], %, whatever the truth (C2).
 std::optional<double> resolution(const Sensor& sensor,
                                  const Eigen::Ref<const Eigen::RowVectorXd>& change);

@@ -76,11 +76,6 @@ std::string limit_of(const json& benchmark) {
   return fixed(*fraction, 2) + " of " + benchmark.value("label", "");
 }
 
-std::string padded(const std::string& text, std::size_t width, bool right) {
-  const std::string space(width - std::min(width, character_count(text)), ' ');
-  return right ? space + text : text + space;
-}
-
 }  // namespace
 
 json parse_benchmark_output(std::string_view text) {
@@ -144,21 +139,16 @@ json median_of(const TimedBenchmark& benchmark) {
   return out;
 }
 
-std::string timing_table(const std::vector<json>& medians) {
-  std::size_t width = 0;
-  for (const json& one : medians) {
-    width = std::max(width, character_count(one.at("name").get<std::string>()));
-  }
-  std::string out;
+TableSection timing_table(const std::string& program, const std::vector<json>& medians) {
+  TableSection section;
+  section.caption = program;
+  section.columns = {{"benchmark", Align::left}, "time", "rate", {"of the limit", Align::left}};
   for (const json& one : medians) {
     const json& time = one.at("time_s");
-    std::string line = "  " + padded(one.at("name"), width, false) +
-                       padded(time.is_number() ? time_text(time) : "—", 11, true) +
-                       padded(rate_of(one), 14, true) + "  " + limit_of(one);
-    line.erase(line.find_last_not_of(' ') + 1);
-    out += line + "\n";
+    section.rows.push_back({one.at("name").get<std::string>(),
+                            time.is_number() ? time_text(time) : "—", rate_of(one), limit_of(one)});
   }
-  return out;
+  return section;
 }
 
 }  // namespace ertbench

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "bench/table/table.h"
+
 namespace ertbench {
 
 /// What a Google Benchmark program wrote with --benchmark_out. Version 1.7.1 writes NaN and
@@ -34,7 +36,7 @@ double seconds_of(const nlohmann::json& benchmark);
 /// times, "rounds_s": what stands in timing.json.
 nlohmann::json median_of(const TimedBenchmark& benchmark);
 
-/// Lines for people: name, time, rate, fraction of which limit. `medians` as median_of gives them.
-std::string timing_table(const std::vector<nlohmann::json>& medians);
+/// For people: name, time, rate, fraction of which limit. `medians` as median_of gives them.
+TableSection timing_table(const std::string& program, const std::vector<nlohmann::json>& medians);
 
 }  // namespace ertbench

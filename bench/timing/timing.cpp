@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "bench/record/provenance.h"
+#include "bench/table/writers.h"
 #include "bench/timing/benchmark_output.h"
 #include "bench/timing/benchmark_process.h"
 #include "core/atomic_file.h"
@@ -189,7 +190,9 @@ int run_timing(const TimingOptions& options) {
       result[benchmark.is_limit() ? "limits" : "benchmarks"].push_back(medians.back());
     }
     if (!medians.empty()) {
-      std::printf("%s\n%s", program.process.name().c_str(), timing_table(medians).c_str());
+      Table table;
+      table.sections = {timing_table(program.process.name(), medians)};
+      std::printf("%s\n", terminal_of(table).c_str());
     }
     if (!program.failure.empty()) {
       ++failed;

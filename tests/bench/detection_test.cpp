@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "bench/table/writers.h"
+
 namespace ertbench {
 namespace {
 
@@ -68,22 +70,29 @@ TEST(Detection, TablesHoldEverySolverAndAxisWithItsInterval) {
   ranks.axes = {{"rank", {level_of(0, 20, 0, 180)}, {}}};
   const auto lines = detections_of(
       {{&one, record, ""}, {&two, ranks, ""}, {&crashed, std::nullopt, "crashed: Aborted"}});
-  const std::string csv = detection_csv(lines);
+  const std::string csv = csv_of(detection_data(lines));
   EXPECT_NE(csv.find("\"a, b\",default,0,0,,,,200,1,0.005,"), std::string::npos) << csv;
   EXPECT_NE(csv.find("\"a, b\",snr,263,79,0.30038,"), std::string::npos) << csv;
   EXPECT_NE(csv.find("tsvd,rank,20,0,0,0,0.161125,180,0,0,0,"), std::string::npos) << csv;
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5);
   EXPECT_EQ(csv.find("crash"), std::string::npos) << "its failure is in breakdown.csv";
 
-  const std::vector<TextTable> tables = detection_tables(ladders, lines);
-  ASSERT_EQ(tables.size(), 2u);
-  EXPECT_EQ(tables[0].header, (std::vector<std::string>{"axis", "a, b", "tsvd"}));
-  ASSERT_EQ(tables[0].rows.size(), 3u);
-  EXPECT_EQ(tables[0].rows[0], (std::vector<std::string>{"The test set itself", "—", "—"}));
-  EXPECT_EQ(tables[0].rows[2], (std::vector<std::string>{"TSVD: rank", "",
-                                                         "0.0 (0.0 … 16.1)\n"
-                                                         "0 of 20"}));
-  EXPECT_EQ(tables[1].rows[0][1], "0.5 (0.1 … 2.8)\n1 of 200");
+  const Table table = detection_table("", ladders, lines);
+  ASSERT_EQ(table.sections.size(), 2u);
+  const TableSection& detected = table.sections[0];
+  ASSERT_EQ(detected.columns.size(), 3u);
+  EXPECT_EQ(detected.columns[1].title, "a, b");
+  EXPECT_EQ(detected.columns[2].title, "tsvd");
+  ASSERT_EQ(detected.rows.size(), 3u);
+  EXPECT_EQ(detected.rows[0], (std::vector<Cell>{"The test set itself", "—", "—"}));
+  EXPECT_EQ(detected.rows[2][0], "TSVD: rank");
+  EXPECT_EQ(detected.rows[2][1], "");
+  EXPECT_EQ(detected.rows[2][2].text, "0.0");
+  EXPECT_EQ(detected.rows[2][2].interval, "[0.0, 16.1]");
+  EXPECT_EQ(detected.rows[2][2].lines, std::vector<std::string>{"0 of 20"});
+  const Cell& alarms = table.sections[1].rows[0][1];
+  EXPECT_EQ(alarms.text + " " + alarms.interval, "0.5 [0.1, 2.8]");
+  EXPECT_EQ(alarms.lines, std::vector<std::string>{"1 of 200"});
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "bench/analysis/ladder_results.h"
 #include "bench/experiment/experiment.h"
 #include "bench/run/ladder_run.h"
+#include "bench/table/writers.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"
@@ -182,13 +183,14 @@ TEST(Ladder, TablesSayWhatIsKnown) {
   EXPECT_EQ(lines[0].breakdown->level, 50);
   EXPECT_EQ(lines[1].categories, "disc 0.0 %, ring 25.0 %");
   EXPECT_EQ(lines[3].state, bad.failure);
-  const std::string csv = breakdown_csv(lines);
+  const std::string csv = csv_of(breakdown_data(lines));
   EXPECT_NE(csv.find("one-step-gn,snr,,50,"), std::string::npos) << csv;
   EXPECT_NE(csv.find("tsvd,shape,,,,,,\"crashed: Aborted, core, dumped\",0,,\n"), std::string::npos)
       << csv;
-  EXPECT_NE(levels_csv({good, bad}).find("one-step-gn,snr,40,100,0.1,0.1,0,0,0,0,0,0,,,,\n"),
-            std::string::npos)
-      << levels_csv({good, bad});
+  EXPECT_NE(
+      csv_of(levels_data({good, bad})).find("one-step-gn,snr,40,100,0.1,0.1,0,0,0,0,0,0,,,,\n"),
+      std::string::npos)
+      << csv_of(levels_data({good, bad}));
 }
 
 }  // namespace

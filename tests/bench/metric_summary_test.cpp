@@ -1,10 +1,11 @@
+#include "bench/score/metric_summary.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <optional>
 #include <vector>
 
-#include "bench/score/bootstrap.h"
 #include "core/bootstrap.h"
 
 namespace ertbench {

@@ -106,7 +106,14 @@ TEST_F(ReportPage, NeedsNothingBesideIt) {
   ReportSection section;
   section.title = section.text = section.code = hostile;
   section.notes = {hostile};
-  section.tables = {{hostile, {hostile, "p50 (µs)"}, {{hostile, "1.5\n" + hostile}}}};
+  TableSection table;
+  table.caption = hostile;
+  table.columns = {{hostile, Align::left}, "p50 (µs)"};
+  Cell time = number_cell(1.5, 1);
+  time.interval = hostile;
+  time.lines = {hostile};
+  table.rows = {{hostile, time}};
+  section.tables = {table};
   section.figures = {figure("one"), figure("two"), figure("three")};
   report.sections = {section, section};
   report.sections[1].collapsed = true;
@@ -132,10 +139,15 @@ TEST_F(ReportPage, NeedsNothingBesideIt) {
 TEST_F(ReportPage, TablesSayWhatTheirCellsAre) {
   Report report;
   report.sections.resize(1);
-  report.sections[0].tables = {
-      {"Speeds",
-       {"solver", "time", "remark"},
-       {{"gn\nfailed", "—", "none"}, {"b c", "2 µs [1, 3]\n±1 over 3", "x [y]"}}}};
+  TableSection& table = report.sections[0].tables.emplace_back();
+  table.caption = "Speeds";
+  table.columns = {{"solver", Align::left}, "time", {"remark", Align::left}};
+  Cell failed = "gn";
+  failed.lines = {"failed"};
+  Cell time = "2 µs";
+  time.interval = "[1, 3]";
+  time.lines = {"±1 over 3"};
+  table.rows = {{failed, "—", "none"}, {"b c", time, "x [y]"}};
   const std::string html = report_html(report);
   EXPECT_NE(html.find("<caption>Speeds</caption>"), std::string::npos);
   EXPECT_NE(html.find("<th scope=\"col\">solver</th><th scope=\"col\" class=\"number\">time</th>"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/run/rows.h"
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 
 namespace ertbench {
 namespace {

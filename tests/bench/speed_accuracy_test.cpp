@@ -9,6 +9,7 @@
 #include "bench/charts/speed_figure.h"
 #include "bench/charts/speed_panel.h"
 #include "bench/plot/label_layout.h"
+#include "bench/table/writers.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {
@@ -105,7 +106,7 @@ TEST(SpeedAccuracy, WhatFailedOrDidNotConvergeIsShownAndNeverChosen) {
     EXPECT_EQ(out.at("frontier").dump().find(label), std::string::npos);
     EXPECT_EQ(out.at("within_margin").dump().find(label), std::string::npos);
     EXPECT_EQ(out.at("within_budget").dump().find(label), std::string::npos);
-    EXPECT_NE(speed_markdown(chart, "").find(label), std::string::npos);
+    EXPECT_NE(markdown_of(speed_table(chart, "")).find(label), std::string::npos);
   }
 }
 

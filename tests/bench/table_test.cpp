@@ -1,4 +1,4 @@
-#include "bench/report/table.h"
+// The table of results in its formats.
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,9 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "bench/report/result_table.h"
+#include "bench/table/writers.h"
 
 namespace ertbench {
 namespace {
@@ -51,6 +54,18 @@ TableText text_of() {
   published.values[Metric::RES] = 79.5;
   text.published.rows = {published};
   return text;
+}
+
+std::string markdown_table(std::span<const ResultRow> rows, const TableText& text) {
+  return markdown_of(result_table(rows, text));
+}
+
+std::string latex_table(std::span<const ResultRow> rows, const TableText& text) {
+  return latex_of(result_table(rows, text));
+}
+
+std::string csv_table(std::span<const ResultRow> rows, const PublishedTable& published) {
+  return csv_of(result_data(rows, published));
 }
 
 std::vector<std::string> lines_with(const std::string& text, const std::string& start) {
@@ -150,7 +165,7 @@ TEST(MarkdownTable, ShowsUndefinedMetricsWithTheirCount) {
   row.metrics[Metric::RES] = {std::nullopt, std::nullopt, std::nullopt, 0, 1000};
   row.metrics[Metric::PE] = {0.02, Interval{0.01, 0.03}, 0.02, 997, 3};
   const std::string out = markdown_table(std::vector{row}, text_of());
-  EXPECT_NE(out.find("— 1000 undefined"), std::string::npos);
+  EXPECT_NE(out.find("—<br>1000 undefined"), std::string::npos);
   EXPECT_NE(out.find("0.0200 [0.0100, 0.0300]<br>3 undefined"), std::string::npos);
 }
 
@@ -184,6 +199,30 @@ TEST(MarkdownTable, LabelsStayWhatTheyAre) {
 TEST(MarkdownTable, NoRows) {
   EXPECT_NE(markdown_table({}, text_of()).find("table_c1"), std::string::npos);
   EXPECT_EQ(lines_with(markdown_table({}, text_of()), "| ").size(), 0U);
+}
+
+TEST(TerminalTable, HasASectionForEachDatasetAndALineForWhatWentWrong) {
+  ResultRow undefined = row_of_seeds();
+  undefined.undefined_frames = 3;
+  const std::vector<ResultRow> rows = {row_of("gn", "test"), undefined, failed_row("no\nmemory"),
+                                       row_of("gn", "edge")};
+  const std::string out = terminal_of(result_summary(rows));
+  // Numbers end where their titles end.
+  const auto heads = lines_with(out, "solver");
+  ASSERT_EQ(heads.size(), 2U) << out;
+  const auto lines = lines_with(out, "gn");
+  ASSERT_EQ(lines.size(), 2U) << out;
+  EXPECT_EQ(heads[1].find("AR") + 2, lines[1].find("1.102") + 5) << out;
+  EXPECT_EQ(heads[1].find("RES") + 7, lines[1].find("79.50") + 5) << out;
+  EXPECT_NE(lines[0].find("98765  ok"), std::string::npos) << out;
+  EXPECT_NE(out.find("ok, 3 undefined\n"), std::string::npos) << out;
+  EXPECT_NE(out.find("±0.004"), std::string::npos) << out;
+  EXPECT_NE(out.find("over 3 seeds\n"), std::string::npos) << out;
+  EXPECT_NE(out.find("dd-ert, timed out: no memory\n"), std::string::npos) << out;
+  EXPECT_LT(out.find("dd-ert, timed out"), out.find("\nedge\n")) << "below its own test set";
+  for (const Metric metric : kHeadlineMetrics) {
+    EXPECT_NE(heads[0].find(entry_of(metric).heading), std::string::npos);
+  }
 }
 
 TEST(CsvTable, EveryNumberHasAColumn) {

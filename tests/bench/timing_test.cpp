@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bench/table/writers.h"
 #include "bench/timing/benchmark_output.h"
 #include "core/errors.h"
 #include "tests/bench/program.h"
@@ -82,8 +83,12 @@ TEST(BenchmarkOutput, ProcessorTimeUnlessWallTimeWasAskedFor) {
 TEST(BenchmarkOutput, TableHasTimeRateAndFractionOfTheLimit) {
   std::vector<TimedBenchmark> benchmarks;
   add_round("solvers", parse_benchmark_output(output), benchmarks);
-  EXPECT_EQ(timing_table({median_of(benchmarks.front())}),
-            "  reconstruct/tsvd/1    4.00 µs       250 k/s  0.50 of stream\n");
+  Table table;
+  table.sections = {timing_table("solvers", {median_of(benchmarks.front())})};
+  EXPECT_EQ(terminal_of(table),
+            "solvers\n"
+            "benchmark              time      rate  of the limit\n"
+            "reconstruct/tsvd/1  4.00 µs  250 k/s  0.50 of stream\n");
 }
 
 /// A folder as a build's: the program, and scripts that look like Google Benchmark to it. Each

@@ -5,8 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "bench/report/table.h"
-#include "bench/report/table_cells.h"
+#include "bench/table/writers.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -95,66 +94,82 @@ std::string escaped(const std::string& text) {
   return out.str();
 }
 
-std::string stacked(const Cell& cell, char alignment) {
+std::string stacked(const std::vector<std::string>& lines, char alignment) {
   // "{}": a line may begin with a bracket, which would be read as an option of the line end.
-  if (cell.size() == 1) return "{}" + escaped(cell[0]);
+  if (lines.size() == 1) return "{}" + escaped(lines[0]);
   std::string out = std::string("\\begin{tabular}[t]{@{}") + alignment + "@{}}";
-  for (std::size_t i = 0; i < cell.size(); ++i) {
-    out += (i > 0 ? "\\\\{}" : "{}") + escaped(cell[i]);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    out += (i > 0 ? "\\\\{}" : "{}") + escaped(lines[i]);
   }
   return out + "\\end{tabular}";
 }
 
 /// A cell in lines of at most `width` characters; the interval has a line of its own.
 std::string narrow(const Cell& cell, std::size_t width, char alignment) {
-  Cell lines;
-  for (const std::string& line : cell) {
-    const auto interval = std::min(line.find(" ["), line.size());
-    for (std::string& part : wrapped(line.substr(0, interval), width)) {
-      lines.push_back(std::move(part));
-    }
-    if (interval < line.size()) lines.push_back(line.substr(interval + 1));
+  std::vector<std::string> lines = wrapped(cell.text, width);
+  if (!cell.interval.empty()) lines.push_back(cell.interval);
+  for (const std::string& line : cell.lines) {
+    for (std::string& part : wrapped(line, width)) lines.push_back(std::move(part));
   }
   return stacked(lines, alignment);
 }
 
-/// The label and the columns [first, end).
-void print(std::ostream& out, const CellTable& table, std::size_t first, std::size_t end) {
+char letter_of(const Column& column) { return column.align == Align::right ? 'r' : 'l'; }
+
+/// The first column, and those of one part.
+void print(std::ostream& out, const TableSection& section, int part) {
   constexpr std::size_t label_width = 16;
-  constexpr std::size_t number_width = 12;
+  constexpr std::size_t cell_width = 12;
   constexpr std::size_t head_width = 9;
-  out << "\\begin{tabular}{@{}l" << std::string(end - first, 'r')
-      << "@{}}\n\\hline\\noalign{\\vskip 2pt}\n";
-  out << escaped(table.head[0]);
-  for (std::size_t c = first; c < end; ++c) {
-    out << " & " << narrow({table.head[c]}, head_width, 'r');
+  std::vector<std::size_t> columns;
+  std::string letters = "l";
+  for (std::size_t c = 1; c < section.columns.size(); ++c) {
+    if (section.columns[c].part != part) continue;
+    columns.push_back(c);
+    letters += letter_of(section.columns[c]);
+  }
+  out << "\\begin{tabular}{@{}" << letters << "@{}}\n\\hline\\noalign{\\vskip 2pt}\n"
+      << escaped(section.columns[0].title);
+  for (const std::size_t c : columns) {
+    out << " & " << narrow(section.columns[c].title, head_width, letter_of(section.columns[c]));
   }
   out << " \\\\\n\\hline\\noalign{\\vskip 2pt}\n";
-  for (const auto& row : table.rows) {
-    // What went wrong is said once, in the first of the two tabulars.
-    out << narrow(first == 1 ? row[0] : Cell{row[0].front()}, label_width, 'l');
-    for (std::size_t c = first; c < end; ++c) out << " & " << narrow(row[c], number_width, 'r');
+  for (const auto& row : section.rows) {
+    // What went wrong is said once, in the first of the tabulars.
+    out << narrow(part == 0 ? row[0] : Cell(row[0].text), label_width, 'l');
+    for (const std::size_t c : columns) {
+      out << " & " << narrow(row[c], cell_width, letter_of(section.columns[c]));
+    }
     out << " \\\\\\noalign{\\vskip 2pt}\n";
   }
-  out << "\\hline\n\\end{tabular}\n";
+  out << "\\hline\n\\end{tabular}\n\n\\medskip\n\n";
+}
+
+/// "title, caption: text", as far as there is any.
+std::string caption_of(const Table& table, const TableSection& section) {
+  std::string out = table.title;
+  if (!section.caption.empty()) out += (out.empty() ? "" : ", ") + section.caption;
+  if (!section.text.empty()) out += (out.empty() ? "" : ": ") + section.text;
+  return escaped(out);
 }
 
 }  // namespace
 
-std::string latex_table(std::span<const ResultRow> rows, const TableText& text) {
+std::string latex_of(const Table& table) {
   std::ostringstream out;
-  for (const CellTable& table : cell_tables(rows, text)) {
+  for (const TableSection& section : table.sections) {
+    section.require_cells();
     out << "\\begin{table}[htbp]\n\\centering\\scriptsize\\setlength{\\tabcolsep}{3pt}\n"
-        << "\\caption{" << escaped(text.title) << (text.title.empty() ? "" : ", ")
-        << escaped(table.dataset) << ": " << escaped(table.description) << "}\n\\smallskip\n";
-    print(out, table, 1, kPublishedColumns);
-    out << "\n\\medskip\n\n";
-    print(out, table, kPublishedColumns, table.head.size());
-    out << "\n\\medskip\n\n\\begin{minipage}{\\linewidth}\\tiny\n";
-    for (const std::string& note : table.notes) out << escaped(note) << "\\par\n";
-    for (const std::string& entry : legend(rows, text)) out << escaped(entry) << "\n";
-    if (!text.command.empty()) {
-      out << "To make it again: \\texttt{" << escaped(text.command) << "}\n";
+        << "\\caption{" << caption_of(table, section) << "}\n\\smallskip\n";
+    int parts = 1;
+    for (const Column& column : section.columns) parts = std::max(parts, column.part + 1);
+    for (int part = 0; part < parts; ++part) print(out, section, part);
+    out << "\\begin{minipage}{\\linewidth}\\tiny\n";
+    for (const std::string& note : section.notes) out << escaped(note) << "\\par\n";
+    if (!table.text.empty()) out << escaped(table.text) << "\\par\n";
+    for (const std::string& entry : table.legend) out << escaped(entry) << "\n";
+    if (!table.command.empty()) {
+      out << "To make it again: \\texttt{" << escaped(table.command) << "}\n";
     }
     out << "\\end{minipage}\n\\end{table}\n\n";
   }

@@ -1,4 +1,4 @@
-#include "bench/score/bootstrap.h"
+#include "bench/score/metric_summary.h"
 
 #include <algorithm>
 #include <cmath>
