@@ -34,9 +34,9 @@ std::vector<std::filesystem::path> published_experiments() {
 
 /// The published schema's validator, which lives as long as the tests.
 std::string schema_complaint(const json& value) {
-  static testing::LineProcess validator(
-      {"/usr/bin/python3", ERTBENCH_SOURCE_DIR "/tests/bench/validate_schema.py",
-       (experiments / "schema.json").string()});
+  static testing::LineProcess validator({"/usr/bin/python3",
+                                         ERTBENCH_SOURCE_DIR "/tests/bench/validate_schema.py",
+                                         (experiments / "schema.json").string()});
   return validator.answer(value.dump());
 }
 

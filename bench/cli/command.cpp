@@ -1,0 +1,33 @@
+#include "bench/cli/command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <thread>
+
+namespace ertbench {
+
+std::span<const Command> commands() {
+  static constexpr Command all[] = {{"run", add_run},           {"check", add_check},
+                                    {"generate", add_generate}, {"reconstruct", add_reconstruct},
+                                    {"list", add_list},         {"timing", add_timing},
+                                    {"fidelity", add_fidelity}, {"trial", add_trial}};
+  return all;
+}
+
+void add_experiment(CLI::App& command, std::string& file) {
+  command.add_option("EXPERIMENT.json", file)->required();
+}
+
+int cores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
+  return out.empty() ? std::filesystem::path("results") / experiment : std::filesystem::path(out);
+}
+
+}  // namespace ertbench

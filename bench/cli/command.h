@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace ertbench {
+
+/// What the program ends with. A defect of ours is whatever nobody foresaw.
+enum ExitCode { done = 0, regression = 1, trial_failed = 1, bad_input = 2, our_defect = 3 };
+
+/// What a command does once its options are read. Throws InputError for what cannot be used.
+using Action = std::function<ExitCode()>;
+
+/// A command of the program. `add` puts its subcommand with options, help and an example into the
+/// app, and returns what runs it; the options live in that function.
+struct Command {
+  const char* name;
+  Action (*add)(CLI::App& command);
+};
+
+/// All commands, in the order of the help.
+std::span<const Command> commands();
+
+// One file each, NAME_command.cpp.
+Action add_run(CLI::App& command);
+Action add_check(CLI::App& command);
+Action add_generate(CLI::App& command);
+Action add_reconstruct(CLI::App& command);
+Action add_list(CLI::App& command);
+Action add_timing(CLI::App& command);
+Action add_fidelity(CLI::App& command);
+Action add_trial(CLI::App& command);
+
+// What several commands share.
+
+/// Adds the positional EXPERIMENT.json.
+void add_experiment(CLI::App& command, std::string& file);
+/// One for each core.
+int cores();
+/// "a, b, c"
+std::string list_of(const std::vector<std::string>& names);
+/// `out`, or results/`experiment` where it is empty.
+std::filesystem::path result_folder(const std::string& out, const std::string& experiment);
+
+}  // namespace ertbench

@@ -1,0 +1,69 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "bench/cli/command.h"
+#include "bench/experiment/experiment.h"
+#include "bench/record/cache.h"
+#include "bench/run/datasets.h"
+#include "core/errors.h"
+#include "core/progress.h"
+#include "forward/data/generate.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+struct GenerateArguments {
+  std::string experiment;
+  std::string dataset;
+  std::string out;
+};
+
+ExitCode generate(const GenerateArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry);
+  const Cache cache = Cache::standard();
+  if (arguments.dataset.empty() && arguments.out.empty()) {
+    ensure_datasets(experiment, cache);
+    for (const DatasetSpec* spec : experiment.datasets()) {
+      std::printf("%s: %s\n", spec->name.c_str(), cache.dataset(*spec).c_str());
+    }
+    return done;
+  }
+  std::vector<std::string> names;
+  for (const DatasetSpec* spec : experiment.datasets()) names.push_back(spec->name);
+  std::string name = arguments.dataset;
+  if (name.empty() && names.size() == 1) name = names.front();
+  const DatasetSpec* spec = experiment.find_dataset(name);
+  if (!spec) {
+    throw InputError("--dataset: must name one of the datasets of " + arguments.experiment + ": " +
+                     list_of(names) + (name.empty() ? "" : "; got \"" + name + "\""));
+  }
+  const std::filesystem::path file =
+      arguments.out.empty() ? cache.dataset(*spec) : std::filesystem::path(arguments.out);
+  if (arguments.out.empty()) std::filesystem::create_directories(file.parent_path());
+  Progress progress("generating \"" + name + "\"");
+  generate_dataset(*spec, file, {cores(), [&](std::uint64_t written, std::uint64_t total) {
+                                   progress.update(written, total);
+                                 }});
+  std::printf("%s: %llu scenes in %s\n", name.c_str(), static_cast<unsigned long long>(spec->count),
+              file.c_str());
+  return done;
+}
+
+}  // namespace
+
+Action add_generate(CLI::App& command) {
+  const auto arguments = std::make_shared<GenerateArguments>();
+  command.description("Write the datasets of an experiment");
+  add_experiment(command, arguments->experiment);
+  command.add_option("--dataset", arguments->dataset,
+                     "Only this one (default: all, into the cache)");
+  command.add_option("--out", arguments->out, "HDF5 file to write (default: in the cache)");
+  command.footer(
+      "Example:\n  ertbench generate experiments/table_c1.json --dataset test --out test.h5\n"
+      "A run that was cut off goes on where it stopped when the same command is given again.");
+  return [arguments] { return generate(*arguments); };
+}
+
+}  // namespace ertbench
