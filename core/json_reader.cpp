@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
-#include <sstream>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -18,12 +18,6 @@ using nlohmann::json;
 std::string shown(const json& value) {
   std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
-}
-
-std::string number_text(double x) {
-  std::ostringstream out;
-  out << x;
-  return out.str();
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {

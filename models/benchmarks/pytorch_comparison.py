@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Training steps of ertbench's networks against the same networks in Python PyTorch.
 
-    cmake --build build/release && python3 bench/pytorch_comparison.py
+    cmake --build build/release && python3 models/benchmarks/pytorch_comparison.py
 
 Needs Debian's python3-torch (the version of libtorch that ertbench links, or the comparison means
 nothing). Both sides take the same step: a batch of 32 through the network, its losses, gradients

@@ -3,8 +3,8 @@
 //
 //   build/release/benchmarks/training_benchmark --benchmark_filter=dd-ert
 //
-// The counter ms_per_sample is wall time; bench/pytorch_comparison.py holds it against PyTorch.
-// machine_limits.h says what the counters limit_us and of_limit are (float32 alone).
+// The counter ms_per_sample is wall time; models/benchmarks/pytorch_comparison.py holds it against
+// PyTorch. machine_limits.h says what the counters limit_us and of_limit are (float32 alone).
 // "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a release.
 
 #include <benchmark/benchmark.h>

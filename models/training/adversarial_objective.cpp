@@ -10,7 +10,7 @@ namespace ertbench {
 namespace {
 
 /// Log-odds that differ by less over all patches of all images of an epoch say nothing.
-constexpr double least_spread = 1e-4;
+constexpr double least_judgement_spread = 1e-4;
 
 void set_trainable(PatchDiscriminator& discriminator, bool trainable) {
   for (torch::Tensor& parameter : discriminator->parameters()) {
@@ -85,7 +85,7 @@ void AdversarialObjective::set_learning_rate(double learning_rate) {
 std::optional<std::string> AdversarialObjective::collapse() {
   if (!optimiser_) return std::nullopt;
   const double spread = std::exchange(largest_spread_, 0.0);
-  if (spread >= least_spread) return std::nullopt;
+  if (spread >= least_judgement_spread) return std::nullopt;
   return "discriminator collapsed";
 }
 

@@ -8,7 +8,7 @@ namespace ertbench {
 namespace {
 
 constexpr std::uint64_t frames_considered = 20000;
-constexpr std::uint64_t block = 1024;
+constexpr std::uint64_t frames_at_a_time = 1024;
 
 }  // namespace
 
@@ -17,9 +17,9 @@ Standardisation Standardisation::of(const DatasetFile& training) {
   const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
   Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(reference.size());
   Eigen::RowVectorXd squares = sum;
-  for (std::uint64_t first = 0; first < count; first += block) {
-    const Frames drops =
-        -(training.voltages(first, std::min(block, count - first)).rowwise() - reference);
+  for (std::uint64_t first = 0; first < count; first += frames_at_a_time) {
+    const Frames drops = -(
+        training.voltages(first, std::min(frames_at_a_time, count - first)).rowwise() - reference);
     sum += drops.colwise().sum();
     squares += drops.colwise().squaredNorm();
   }

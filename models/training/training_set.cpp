@@ -11,7 +11,7 @@
 namespace ertbench {
 namespace {
 
-constexpr std::uint64_t block = 1024;
+constexpr std::uint64_t scenes_at_a_time = 1024;
 
 }  // namespace
 
@@ -35,8 +35,8 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
     }
     model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.model);
   }
-  for (std::uint64_t first = 0; first < size(); first += block) {
-    const std::uint64_t count = std::min(block, size() - first);
+  for (std::uint64_t first = 0; first < size(); first += scenes_at_a_time) {
+    const std::uint64_t count = std::min(scenes_at_a_time, size() - first);
     set_scenes(first, file.clean_voltages(first, count), file.conductivity(first, count));
   }
 }
@@ -51,8 +51,8 @@ void TrainingSet::set_scenes(std::uint64_t first, const Frames& clean, const Ima
 void TrainingSet::begin_epoch(std::uint64_t epoch) {
   epoch_ = epoch;
   if (new_scenes_ && scenes_of_epoch_ != epoch) {
-    for (std::uint64_t first = 0; first < size(); first += block) {
-      const std::uint64_t count = std::min(block, size() - first);
+    for (std::uint64_t first = 0; first < size(); first += scenes_at_a_time) {
+      const std::uint64_t count = std::min(scenes_at_a_time, size() - first);
       const DatasetBlock made = generate_block(spec_, *model_, epoch * size() + first, count);
       set_scenes(first, made.clean_voltages, made.conductivity);
     }

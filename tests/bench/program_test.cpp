@@ -200,8 +200,8 @@ TEST(Program, AnAbsentOrBrokenPluginCostsOnlyItsSolvers) {
 
 TEST(Program, ReadmesSolverAndExperimentWork) {
   const TemporaryFolder folder("readme");
-  json experiment = json::parse(read_text(ERTBENCH_README_EXPERIMENT));
-  experiment["plugins"] = {ERTBENCH_README_PLUGIN};
+  json experiment = json::parse(read_text(ERTBENCH_PAGE_EXPERIMENT));
+  experiment["plugins"] = {ERTBENCH_PAGE_PLUGIN};
   experiment["solvers"].push_back({{"type", "back-projection"}, {"gain", 0.05}});
   experiment["datasets"]["validation"]["count"] = 20;
   experiment["datasets"]["test"]["count"] = 20;

@@ -56,8 +56,7 @@ std::vector<std::string> offences(const Rooms& rooms, const std::string& file, s
   for (std::string line; std::getline(in, line);) {
     ++number;
     if (!line.starts_with(include)) continue;
-    const std::string included =
-        line.substr(include.size(), line.rfind('"') - include.size());
+    const std::string included = line.substr(include.size(), line.rfind('"') - include.size());
     const std::string other = fs::path(included).parent_path().string();
     if (rooms.at(room).contains(other)) continue;
     out.push_back(file + ":" + std::to_string(number) + ": " + room + " may not include " +
@@ -94,8 +93,9 @@ TEST(Rooms, IncludeOnlyWhatTheTableAllows) {
 TEST(Rooms, EachSaysAtItsDoorWhatItIs) {
   for (const auto& [room, allowed] : the_rooms()) {
     const fs::path note = fs::path(ERTBENCH_SOURCE_DIR) / room / "README.md";
-    EXPECT_TRUE(fs::exists(note)) << note << ": a few lines on what the room is, what goes in and "
-                                             "what comes out";
+    EXPECT_TRUE(fs::exists(note)) << note
+                                  << ": a few lines on what the room is, what goes in and "
+                                     "what comes out";
   }
 }
 

@@ -1,6 +1,6 @@
-# Writes the first block of a language in README.md to a file: what the page shows must work.
-#   cmake -DREADME=... -DLANGUAGE=cpp -DOUTPUT=... -P readme_block.cmake
-file(READ ${README} page)
+# Writes the first block of a language in a page to a file: what the page shows must work.
+#   cmake -DPAGE=... -DLANGUAGE=cpp -DOUTPUT=... -P readme_block.cmake
+file(READ ${PAGE} page)
 string(FIND "${page}" "```${LANGUAGE}\n" start)
 string(LENGTH "```${LANGUAGE}\n" fence)
 math(EXPR start "${start} + ${fence}")

@@ -1,0 +1,39 @@
+# Installing, and the CMake package with which a solver of one's own is built outside this tree:
+#
+#     find_package(ertbench REQUIRED)
+#     add_library(my_solver MODULE my_solver.cpp)
+#     target_link_libraries(my_solver PRIVATE ertbench::solvers)
+include(CMakePackageConfigHelpers)
+
+set(libraries ertbench_abi ertbench_core ertbench_forward ertbench_solvers)
+foreach(name core forward solvers)
+  set_target_properties(ertbench_${name} PROPERTIES EXPORT_NAME ${name})
+  add_library(ertbench::${name} ALIAS ertbench_${name})
+endforeach()
+install(TARGETS ${libraries} EXPORT ertbench_targets)
+foreach(folder core forward solvers)
+  install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ertbench
+    FILES_MATCHING PATTERN "*.h")
+endforeach()
+
+# The program looks for the learned solvers beside itself and in ../lib/ertbench.
+file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+set_target_properties(ertbench PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin}")
+set_target_properties(ertbench_core ertbench_forward ertbench_solvers PROPERTIES
+  INSTALL_RPATH "$ORIGIN")
+install(TARGETS ertbench)
+if(TARGET ertbench_models)
+  set_target_properties(ertbench_models PROPERTIES INSTALL_RPATH "$ORIGIN/..")
+  install(TARGETS ertbench_models LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/ertbench)
+endif()
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ertbench)
+install(EXPORT ertbench_targets NAMESPACE ertbench:: DESTINATION ${package}
+  FILE ertbench-targets.cmake)
+configure_package_config_file(cmake/ertbench-config.cmake.in
+  ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/ertbench-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config.cmake
+  ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config-version.cmake DESTINATION ${package})
+install(FILES LICENSE CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})

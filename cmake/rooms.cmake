@@ -1,0 +1,22 @@
+# How the rooms of a library are compiled.
+
+# A room is one translation unit with ERTBENCH_UNITY: its files then share the reading of headers and
+# the instances of templates, which are nine tenths of compiling them one by one. Without it, for work
+# on single files, the headers that nearly every file reads are precompiled.
+function(ertbench_rooms target)
+  if(NOT ERTBENCH_UNITY)
+    target_precompile_headers(${target} PRIVATE
+      <Eigen/Dense> <nlohmann/json.hpp>
+      <algorithm> <array> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional> <map>
+      <memory> <optional> <set> <span> <sstream> <stdexcept> <string> <string_view> <utility>
+      <vector>)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${target} SOURCES)
+  foreach(source ${sources})
+    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(room ${folder} NAME)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
+  endforeach()
+endfunction()
