@@ -11,7 +11,7 @@ namespace ertbench {
 namespace {
 
 /// A row for each axis (and side), a column for each solver.
-TableSection section_of(const std::vector<AxisBreakdown>& breakdowns) {
+TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;
   section.caption = "Where each solver breaks down";
   section.columns = {{"axis", Align::left}};
@@ -101,7 +101,7 @@ Table breakdown_table(const std::string& title, const Ladders& ladders,
                       const std::vector<AxisBreakdown>& breakdowns) {
   Table table;
   table.title = title;
-  table.sections = {section_of(breakdowns)};
+  table.sections = {breakdown_section(breakdowns)};
   table.legend = notes_of(ladders);
   return table;
 }

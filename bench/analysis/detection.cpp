@@ -40,9 +40,9 @@ Cell rate_cell(int count, int total) {
 }
 
 /// One of the two sections: `count` of `total`.
-TableSection section_of(const std::string& caption, const Ladders& ladders,
-                        const std::vector<AxisDetection>& detections, int DetectionCounts::*count,
-                        int DetectionCounts::*total) {
+TableSection detection_section(const std::string& caption, const Ladders& ladders,
+                               const std::vector<AxisDetection>& detections,
+                               int DetectionCounts::*count, int DetectionCounts::*total) {
   TableSection section;
   section.caption = caption;
   section.columns = {{"axis", Align::left}};
@@ -163,10 +163,10 @@ Table detection_table(const std::string& title, const Ladders& ladders,
   Table table;
   table.title = title;
   table.sections = {
-      section_of("Detected: failing frames that the solver doubted, %", ladders, detections,
-                 &DetectionCounts::detected, &DetectionCounts::failing),
-      section_of("False alarms: frames that did not fail and were doubted, %", ladders, detections,
-                 &DetectionCounts::false_alarms, &DetectionCounts::good)};
+      detection_section("Detected: failing frames that the solver doubted, %", ladders, detections,
+                        &DetectionCounts::detected, &DetectionCounts::failing),
+      detection_section("False alarms: frames that did not fail and were doubted, %", ladders,
+                        detections, &DetectionCounts::false_alarms, &DetectionCounts::good)};
   table.legend = notes();
   return table;
 }

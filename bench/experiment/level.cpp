@@ -7,7 +7,7 @@
 namespace ertbench {
 namespace {
 
-std::string text_of(const nlohmann::json& value) {
+std::string level_words(const nlohmann::json& value) {
   if (value.is_number()) {
     char text[32];
     std::snprintf(text, sizeof text, "%.5g", value.get<double>());
@@ -16,7 +16,7 @@ std::string text_of(const nlohmann::json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array()) return value.dump();
   std::string out;
-  for (const nlohmann::json& one : value) out += (out.empty() ? "" : ", ") + text_of(one);
+  for (const nlohmann::json& one : value) out += (out.empty() ? "" : ", ") + level_words(one);
   return out;
 }
 
@@ -35,6 +35,6 @@ double Level::number() const {
   return json().get<double>();
 }
 
-std::string Level::text() const { return text_of(json()); }
+std::string Level::text() const { return level_words(json()); }
 
 }  // namespace ertbench

@@ -27,12 +27,12 @@ std::string number_text(double value) {
   return text;
 }
 
-std::string text_of(const json& value) {
+std::string label_words(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "true" : "false";
   if (value.is_array()) {
     std::string text;
-    for (const json& one : value) text += (text.empty() ? "" : "-") + text_of(one);
+    for (const json& one : value) text += (text.empty() ? "" : "-") + label_words(one);
     return text;
   }
   return number_text(value.get<double>());
@@ -104,7 +104,7 @@ std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
     for (const SweepPoint& point : points) {
       for (std::size_t i = 0; i < values.size(); ++i) {
         SweepPoint next = point;
-        next.label += " " + name + "=" + text_of(values[i]);
+        next.label += " " + name + "=" + label_words(values[i]);
         json all = point.values ? *point.values : json::object();
         all[name] = values[i];
         next.values = std::move(all);

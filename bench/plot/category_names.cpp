@@ -8,7 +8,7 @@
 namespace ertbench {
 namespace {
 
-constexpr double gap = 6;  ///< below the panel, px
+constexpr double gap_below = 6;  ///< below the panel, px
 
 bool fits(const std::string& name, double slot, int size) {
   constexpr std::size_t most_lines = 4;
@@ -42,17 +42,17 @@ double CategoryNames::height() const {
     const auto lines = static_cast<double>(wrapped(name, characters_in(slot_, size_)).size());
     most = std::max(most, upright_ ? text_width(name, size_) : lines * (size_ + 2));
   }
-  return gap + most;
+  return gap_below + most;
 }
 
 void CategoryNames::draw(Canvas& canvas, double left, double bottom) const {
   for (std::size_t i = 0; i < names_.size(); ++i) {
     const double x = left + (static_cast<double>(i) + 0.5) * slot_;
     if (upright_) {
-      canvas.text(names_[i], x, bottom + gap,
+      canvas.text(names_[i], x, bottom + gap_below,
                   {.size = size_, .align = Align::right, .upright = true});
     } else {
-      canvas.lines(names_[i], characters_in(slot_, size_), x, bottom + gap + size_ / 2.0,
+      canvas.lines(names_[i], characters_in(slot_, size_), x, bottom + gap_below + size_ / 2.0,
                    {.size = size_});
     }
   }

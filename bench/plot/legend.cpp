@@ -8,7 +8,7 @@ namespace ertbench {
 namespace {
 
 constexpr int size = 10;
-constexpr double gap = 16;  ///< between two entries, px
+constexpr double entry_gap = 16;  ///< between two entries, px
 
 /// Of what stands before the text, px.
 double sample_width(const LegendEntry& entry) {
@@ -28,12 +28,12 @@ Legend::Legend(double left, double right, std::optional<int> columns)
     : left_(left), right_(right), columns_(columns) {}
 
 void Legend::add(LegendEntry entry) {
-  double width = text_left(entry) + text_width(entry.text, size) + gap;
+  double width = text_left(entry) + text_width(entry.text, size) + entry_gap;
   if (columns_) {
     width = (right_ - left_) / *columns_;
     entry.text = one_line(entry.text, characters_in(width - text_left(entry) - 4, size));
   }
-  const bool fits = left_ + next_ + width <= right_ + (columns_ ? 1 : gap);
+  const bool fits = left_ + next_ + width <= right_ + (columns_ ? 1 : entry_gap);
   if (next_ > 0 && (broken_ || !fits)) {
     next_ = 0;
     ++line_;

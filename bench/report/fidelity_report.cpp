@@ -66,7 +66,7 @@ TableSection data_of(const std::vector<FidelityRow>& rows) {
 }
 
 /// For people.
-TableSection section_of(const std::vector<FidelityRow>& rows) {
+TableSection models_section(const std::vector<FidelityRow>& rows) {
   TableSection section;
   section.caption = "The models";
   section.columns = {
@@ -94,7 +94,7 @@ Table table_of(const std::vector<FidelityRow>& rows, const Experiment& experimen
   Table table;
   table.title = experiment.title;
   table.text = experiment.question;
-  table.sections = {section_of(rows)};
+  table.sections = {models_section(rows)};
   table.legend = {
       "Errors are 2-norms over the channels in units of the frame's noise, against the border "
       "integral equation at a thousandth of the bound.",

@@ -4,7 +4,7 @@
 namespace ertbench {
 namespace {
 
-std::vector<Column> columns() {
+std::vector<Column> data_columns() {
   std::vector<Column> out = {"dataset",
                              "label",
                              "type",
@@ -65,7 +65,7 @@ void add_metric(const ResultRow& row, Metric metric, const PublishedTable& publi
 
 TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& published) {
   TableSection section;
-  section.columns = columns();
+  section.columns = data_columns();
   for (const ResultRow& row : rows) {
     std::vector<Cell>& cells = section.rows.emplace_back();
     cells = {row.dataset,

@@ -79,7 +79,7 @@ std::vector<Metric> metrics_in_order() {
   return metrics;
 }
 
-std::vector<Column> columns() {
+std::vector<Column> result_columns() {
   std::vector<Column> out = {{"Solver", Align::left}};
   for (const Metric metric : metrics_in_order()) {
     const MetricEntry& entry = entry_of(metric);
@@ -213,7 +213,7 @@ Table result_table(std::span<const ResultRow> rows, const TableText& text) {
   Table table;
   table.title = text.title;
   for (const ResultRow& row : rows) {
-    TableSection& section = section_of(table, row.dataset, columns());
+    TableSection& section = section_of(table, row.dataset, result_columns());
     section.rows.push_back(cells_of(row, text.published));
     if (row.message.size() > kMessageLength) section.notes.push_back(note_of(row));
   }

@@ -9,6 +9,7 @@
 #include "core/file_lock.h"
 #include "core/json_reader.h"
 #include "core/replace_file.h"
+#include "core/seconds.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/registry/registry.h"
 
@@ -16,12 +17,8 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
+using Clock = SteadyClock;
 using nlohmann::json;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// The work folder of a fit, for one process at a time: another that fits the same solver is waited
 /// for. Goes with the lock unless the solver left something in it.

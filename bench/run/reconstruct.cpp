@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace layout = dataset_layout;
 
-constexpr std::uint64_t block_frames = 1024;
+constexpr std::uint64_t streamed_frames = 1024;
 
 /// A file of frames, checked.
 struct FramesFile {
@@ -47,8 +47,8 @@ struct FramesFile {
 
 void read_everything(const fs::path& path) {
   const FramesFile input(path);
-  for (std::uint64_t first = 0; first < input.frames; first += block_frames) {
-    input.changes(first, std::min(block_frames, input.frames - first));
+  for (std::uint64_t first = 0; first < input.frames; first += streamed_frames) {
+    input.changes(first, std::min(streamed_frames, input.frames - first));
   }
 }
 
@@ -128,8 +128,8 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
                    "voltages out of the range that it was fitted for; 0 none");
     out.write_text("/", "solver", solver->parameters().dump());
     Progress progress("reconstructing");
-    for (std::uint64_t first = 0; first < frames.frames; first += block_frames) {
-      const std::uint64_t count = std::min(block_frames, frames.frames - first);
+    for (std::uint64_t first = 0; first < frames.frames; first += streamed_frames) {
+      const std::uint64_t count = std::min(streamed_frames, frames.frames - first);
       const Frames changes = frames.changes(first, count);
       Images images(changes.rows(), frames.sensor.pixels());
       std::vector<FrameReport> reports(count);

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t block_frames = 256;
+constexpr std::uint64_t scored_frames = 256;
 
 json numbers_or_null(const std::vector<FrameMetrics>& frames, Metric metric) {
   json out = json::array();
@@ -80,8 +80,8 @@ class Scoring {
 ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
                        const std::vector<int>& figure_scenes) {
   Scoring scoring(sensor, figure_scenes);
-  for (std::uint64_t first = 0; first < set.size(); first += block_frames) {
-    const std::uint64_t count = std::min(block_frames, set.size() - first);
+  for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
+    const std::uint64_t count = std::min(scored_frames, set.size() - first);
     const Frames changes =
         set.voltages(first, count).rowwise() - set.reference_voltages().transpose();
     const Images truths = set.conductivity(first, count);

@@ -13,17 +13,14 @@
 #include "bench/run/job_records.h"
 #include "bench/run/rows.h"
 #include "core/quantile.h"
+#include "core/seconds.h"
 #include "forward/data/dataset_file.h"
 
 namespace ertbench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using Clock = SteadyClock;
 using nlohmann::json;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// The frames of one test set, in memory, and a solver to be timed on them.
 class TimedSet {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "forward/sheet/cross.h"
+
 namespace ertbench {
 namespace {
 
@@ -14,7 +16,6 @@ constexpr double tolerance = BorderPiece::tolerance;
 
 Complex complex(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 double dot(Complex a, Complex b) { return a.real() * b.real() + a.imag() * b.imag(); }
-double cross(Complex a, Complex b) { return a.real() * b.imag() - a.imag() * b.real(); }
 
 /// Zeros of a smooth periodic function of few waves: sign changes between samples, and pairs of
 /// zeros on either side of an extremum between them.

@@ -4,13 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "forward/sheet/cross.h"
+
 namespace ertbench {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::VectorXd;
-
-double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// A contact with what every pixel asks of it worked out. A disc, ellipse or rectangle is the
 /// image of the unit disc or of [-1, 1]^2 under an affine map; `to_unit` is the inverse map.

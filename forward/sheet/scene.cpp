@@ -5,15 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/json_reader.h"
+#include "forward/sheet/cross.h"
 
 namespace ertbench {
 namespace {
 
 const std::vector<std::string> shape_names = {"disc", "ellipse", "rectangle", "polygon"};
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 bool segments_cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                     const Eigen::Vector2d& d) {
