@@ -19,12 +19,6 @@ constexpr int grids[] = {24, 48, 96, 192};
 constexpr double reference_share = 1e-3;  ///< of the bound, for the converged solution
 constexpr int reference_points = 2500;
 
-/// The largest model error that the set allows, in noise units; a set on a grid names none.
-double bound_of(const DatasetSpec& spec) {
-  const auto* sheet = std::get_if<ContinuousSheet>(&spec.model);
-  return sheet ? sheet->model_error : ContinuousSheet{}.model_error;
-}
-
 bool is_smooth(const std::vector<ContactArc>& arcs) {
   return std::all_of(arcs.begin(), arcs.end(), [](const ContactArc& arc) { return arc.closed; });
 }
@@ -56,7 +50,7 @@ class Models {
     out.changes.resize(static_cast<Eigen::Index>(scenes.size()), spec.sensor.channels());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       out.solutions.push_back(borders_.solve(scenes[i], [&](const Eigen::VectorXd& change) {
-        return bound_of(spec) * noise(spec, change);
+        return model_error_of(spec.model) * noise(spec, change);
       }));
       out.changes.row(static_cast<Eigen::Index>(i)) = out.solutions.back().change;
     }
@@ -98,7 +92,8 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
                         .solve(
                             scene,
                             [&](const Eigen::VectorXd& change) {
-                              return reference_share * bound_of(spec) * models.noise(spec, change);
+                              return reference_share * model_error_of(spec.model) *
+                                     models.noise(spec, change);
                             },
                             reference_points)
                         .change);
@@ -133,7 +128,7 @@ FidelityRow row_of(const DatasetSpec& spec, const std::string& scenes, const std
   row.scenes = scenes;
   row.model = model;
   row.count = static_cast<int>(outcomes.size());
-  row.bound = bound_of(spec);
+  row.bound = model_error_of(spec.model);
   std::vector<double> times;
   std::vector<double> errors;
   std::vector<double> ratios;
