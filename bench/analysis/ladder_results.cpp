@@ -74,7 +74,7 @@ std::vector<AxisBreakdown> range_lines(const AxisBreakdown& line, const LadderAx
   return lines;
 }
 
-std::string interval_text(const Breakdown& breakdown, const std::string& side) {
+std::string breakdown_interval(const Breakdown& breakdown, const std::string& side) {
   if (breakdown.mild && breakdown.mild == breakdown.severe) return "";
   const std::string mild = breakdown.mild ? level_digits(*breakdown.mild) : "before";
   const std::string severe = breakdown.severe ? level_digits(*breakdown.severe) : "beyond";
@@ -96,7 +96,7 @@ std::string AxisBreakdown::text() const {
   if (!breakdown) return state.substr(0, state.find(':'));
   switch (breakdown->state) {
     case BreakState::breaks:
-      return level_digits(breakdown->level) + interval_text(*breakdown, side);
+      return level_digits(breakdown->level) + breakdown_interval(*breakdown, side);
     case BreakState::at_mildest:
       return "fails at " + level_digits(breakdown->level) + " already";
     case BreakState::never:

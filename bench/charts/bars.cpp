@@ -96,7 +96,7 @@ class Drawing {
   void draw(const std::filesystem::path& stem) {
     canvas_.title(bars_.title);
     canvas_.text("bars: mean; whiskers: its 95 % interval over the frames", Layout::left,
-                 canvas_.height() - 10, {.size = 9, .align = Align::left});
+                 canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
     for (int p = 0; p < layout_.panels; ++p) {
       if (p % layout_.columns() == 0) {
         canvas_.letter(p / layout_.columns(), layout_.box(p).top - 12);
@@ -143,7 +143,7 @@ class Drawing {
     if (!value.mean || !std::isfinite(*value.mean)) {
       const std::string& status = bars_.statuses[v];
       canvas_.text(status.empty() ? "undefined" : status, x, axes.y(0) - 6,
-                   {.size = 9, .align = Align::left, .upright = true, .colour = ink::alarm});
+                   {.size = 9, .align = TextAlign::left, .upright = true, .colour = ink::alarm});
       return;
     }
     const bool down = *value.mean < 0;
@@ -151,7 +151,7 @@ class Drawing {
     if (value.ci95) end = down ? std::min(end, value.ci95->low) : std::max(end, value.ci95->high);
     const double gap = layout_.narrow() ? 4 : 8;
     TextStyle style{.size = 9, .upright = layout_.narrow(), .boxed = !layout_.narrow()};
-    if (layout_.narrow()) style.align = down ? Align::right : Align::left;
+    if (layout_.narrow()) style.align = down ? TextAlign::right : TextAlign::left;
     canvas_.text(fixed(*value.mean, panel.decimals), x, axes.y(end) + (down ? gap : -gap), style);
   }
 

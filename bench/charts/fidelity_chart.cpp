@@ -131,7 +131,7 @@ class Drawing {
       for (const FidelityRow* row : rows_of(dataset, scenes)) {
         if (row->sizes.empty()) continue;
         canvas_.text(row->scenes, left + 40, y + bar_height / 2.0 - 2,
-                     {.size = 9, .align = Align::right});
+                     {.size = 9, .align = TextAlign::right});
         stack(*row, Box::sized(left + 46, y, panel_width - 46, bar_height - 5));
         y += bar_height;
       }
@@ -164,7 +164,7 @@ class Drawing {
       sizes.add({last ? "more" : "≤ " + std::to_string(fidelity_sizes[s]), {}, {}, shade(s)});
     }
     sizes.draw(canvas_, bar_top - 16);
-    const TextStyle style{.size = 9, .align = Align::left, .colour = ink::note};
+    const TextStyle style{.size = 9, .align = TextAlign::left, .colour = ink::note};
     const double y = height - 36;
     canvas_.text(
         "Points: medians; whiskers up to the largest error, and from 5 to 95 % of the "

@@ -196,7 +196,7 @@ class Drawing {
     for (int y = 0; y < layout_.rows; ++y) {
       canvas_.text(map_.y_values[static_cast<std::size_t>(y)], box.left - 5,
                    cell_of(box, 0, y).centre(),
-                   {.size = layout_.cell_height >= 14 ? 10 : 8, .align = Align::right});
+                   {.size = layout_.cell_height >= 14 ? 10 : 8, .align = TextAlign::right});
     }
     canvas_.text(map_.x_name, box.middle(), box.bottom + layout_.names_height + 12, {.size = 11});
     canvas_.text(map_.y_name, box.left - layout_.left + 16, box.centre(),
@@ -224,7 +224,7 @@ class Drawing {
 
   void notes() {
     const double y = canvas_.height() - Layout::notes + 14;
-    const TextStyle style{.align = Align::left};
+    const TextStyle style{.align = TextAlign::left};
     const auto note = [&](double at, const LineStyle& line, const std::string& text) {
       canvas_.rectangle(Box::sized(layout_.left, at - 6, 18, 12), {.border = line});
       canvas_.text(text, layout_.left + 25, at, style);

@@ -59,7 +59,8 @@ class LevelAxis {
   /// Where a level of the climb lies, a little beside those of the other series, so that marks of
   /// one level do not hide each other.
   double place(const LadderClimb& climb, std::size_t level, std::size_t series) const {
-    const double x = axis_.categories ? static_cast<double>(level) : climb.levels[level].level.number();
+    const double x =
+        axis_.categories ? static_cast<double>(level) : climb.levels[level].level.number();
     const double step = axis_.categories ? 0.6 / static_cast<double>(series_)
                                          : 0.004 * (scaled(last_) - scaled(first_));
     const double middle = (static_cast<double>(series_) - 1) / 2;
@@ -92,8 +93,7 @@ class LevelAxis {
   double scaled(double x) const { return axis_.logarithmic ? std::log(x) : x; }
   double unscaled(double x) const { return axis_.logarithmic ? std::exp(x) : x; }
   double of_file(std::size_t i) const {
-    return axis_.categories ? static_cast<double>(i)
-                            : nlohmann::json::parse(axis_.levels[i]).get<double>();
+    return axis_.categories ? static_cast<double>(i) : axis_.levels[i].number();
   }
 
   const LadderAxis& axis_;

@@ -68,11 +68,10 @@ constexpr int bar_width = 80;
 void draw_pair(Canvas& canvas, ImagePanels& panels, const Sensor& sensor, const std::string& label,
                const GalleryFrame& one, const Box& box) {
   const Level& value = one.frame->level;
-  const std::string level =
-      (value.is_number() ? level_digits(value.number()) : value.text()) +
-      (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+  const std::string level = (value.is_number() ? level_digits(value.number()) : value.text()) +
+                            (one.axis->unit.empty() ? "" : " " + one.axis->unit);
   const std::string failure = failure_text(*one.frame);
-  constexpr TextStyle style{.size = 9, .align = Align::left};
+  constexpr TextStyle style{.size = 9, .align = TextAlign::left};
   canvas.text(one_line(failure + " at " + level, 40), box.left, box.bottom + 10, style);
   canvas.text(one_line(one.axis->title, 38), box.left, box.bottom + 23, style);
   canvas.tooltip(box, label + ", frame " + std::to_string(one.frame->frame) + "\n" +
@@ -183,7 +182,7 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
   double top = top_edge;
   for (const Row& row : rows) {
     canvas.text(row.label + ": truth and image", left_edge, top,
-                {.size = 11, .align = Align::left});
+                {.size = 11, .align = TextAlign::left});
     for (std::size_t p = 0; p < row.frames.size(); ++p) {
       const double left = left_edge + pair_width * static_cast<double>(p);
       draw_pair(canvas, panels, sensor, row.label, row.frames[p],

@@ -129,7 +129,7 @@ class Drawing {
     if (!shown.batches && chart_.nothing && shown.holds(*chart_.nothing)) {
       const double y = shown.y_of(*chart_.nothing);
       canvas_.text("an image of nothing", shown.box.right - 4, y - 8,
-                   {.size = 9, .align = Align::right, .colour = nothing_line.colour});
+                   {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
       taken.push_back({shown.box.right - 110, y - 15, shown.box.right, y + 1});
     }
     panel.labels(labels_of(chart_, shown), std::move(taken));
@@ -143,7 +143,7 @@ class Drawing {
 
   /// Configurations without a place, in the corner where nothing good is.
   void without_numbers() {
-    constexpr TextStyle style{.align = Align::right, .colour = ink::alarm};
+    constexpr TextStyle style{.align = TextAlign::right, .colour = ink::alarm};
     double y = top + 12;
     for (const SpeedPoint& point : chart_.points) {
       if (point.measured()) continue;

@@ -206,7 +206,7 @@ void draw_training_chart(const TrainingChart& chart, const std::filesystem::path
   if (chart.runs.size() > 1) {
     double y = validation_box.top + 64;
     for (const std::string& line : wrapped(runs_text(chart), 24)) {
-      canvas.text(line, key_left + 6, y, {.align = Align::left});
+      canvas.text(line, key_left + 6, y, {.align = TextAlign::left});
       y += 13;
     }
   }

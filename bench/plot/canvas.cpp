@@ -51,7 +51,7 @@ void Canvas::title(const std::string& text) {
 
 void Canvas::letter(int index, double y) {
   const std::string text = std::string("(") + static_cast<char>('a' + index % 26) + ")";
-  this->text(text, 14, y, {.size = 12, .align = Align::left});
+  this->text(text, 14, y, {.size = 12, .align = TextAlign::left});
 }
 
 void Canvas::line(double x1, double y1, double x2, double y2, const LineStyle& style) {

@@ -50,7 +50,7 @@ void CategoryNames::draw(Canvas& canvas, double left, double bottom) const {
     const double x = left + (static_cast<double>(i) + 0.5) * slot_;
     if (upright_) {
       canvas.text(names_[i], x, bottom + gap_below,
-                  {.size = size_, .align = Align::right, .upright = true});
+                  {.size = size_, .align = TextAlign::right, .upright = true});
     } else {
       canvas.lines(names_[i], characters_in(slot_, size_), x, bottom + gap_below + size_ / 2.0,
                    {.size = size_});

@@ -12,7 +12,7 @@ void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis) {
   for (const Tick& tick : axis.ticks) {
     const double y = box.up(axis.share(tick.value));
     canvas.line(box.right, y, box.right + 3, y, {});
-    canvas.text(tick.text, box.right + 5, y, {.size = size, .align = Align::left});
+    canvas.text(tick.text, box.right + 5, y, {.size = size, .align = TextAlign::left});
     widest = std::max(widest, text_width(tick.text, size));
   }
   if (!axis.title.empty()) {

@@ -52,7 +52,8 @@ void Legend::draw(Canvas& canvas, double top) const {
     if (entry.fill)
       canvas.rectangle({place.left, y - 5, place.left + 12, y + 5}, {.fill = entry.fill});
     if (entry.mark) canvas.mark(place.left + sample / 2, y, *entry.mark);
-    canvas.text(entry.text, place.left + text_left(entry), y, {.size = size, .align = Align::left});
+    canvas.text(entry.text, place.left + text_left(entry), y,
+                {.size = size, .align = TextAlign::left});
   }
 }
 

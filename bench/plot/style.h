@@ -44,11 +44,11 @@ struct BoxStyle {
 };
 
 /// Which end of a text is at its point.
-enum class Align { left, centre, right };
+enum class TextAlign { left, centre, right };
 
 struct TextStyle {
   int size = 10;
-  Align align = Align::centre;
+  TextAlign align = TextAlign::centre;
   bool upright = false;  ///< read from below; then `left` is its lower end
   Colour colour = ink::black;
   bool boxed = false;  ///< on a white ground

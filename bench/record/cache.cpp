@@ -35,7 +35,7 @@ std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
 nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
   nlohmann::json solver = *recipe.entry.spec;
   solver.erase("label");
-  for (const std::string& name : entry.inference_parameters) solver.erase(name);
+  for (const std::string& name : recipe.entry.inference_parameters) solver.erase(name);
   nlohmann::json key = {{"format_version", solver_file_version},
                         {"solver", solver},
                         {"sensor", to_json(recipe.sensor)}};

@@ -71,7 +71,7 @@ FidelityRow row_of(const DatasetSpec& dataset, const std::string& kind, const st
   row.scenes = kind;
   row.model = model;
   row.count = static_cast<int>(scenes.size());
-  row.bound = fidelity_bound(dataset);
+  row.bound = model_error_of(dataset.model);
   std::vector<double> times;
   std::vector<double> errors;
   for (const ModelledScene& scene : scenes) {
@@ -99,11 +99,6 @@ std::vector<ModelledScene> of_kind(const std::vector<ModelledScene>& scenes, boo
 }
 
 }  // namespace
-
-double fidelity_bound(const DatasetSpec& spec) {
-  const auto* sheet = std::get_if<ContinuousSheet>(&spec.model);
-  return sheet ? sheet->model_error : ContinuousSheet{}.model_error;
-}
 
 int fidelity_scenes(const DatasetSpec& dataset, int scenes) {
   return static_cast<int>(

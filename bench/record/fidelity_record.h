@@ -41,8 +41,4 @@ FidelityRecord fidelity_record_from_json(const nlohmann::json& record);
 /// is but one kind.
 std::vector<FidelityRow> fidelity_rows(const DatasetSpec& dataset, const FidelityRecord& record);
 
-/// The largest model error that the set allows, in noise units; for a set on a grid, which names none,
-/// that of a continuous sheet by default.
-double fidelity_bound(const DatasetSpec& dataset);
-
 }  // namespace ertbench

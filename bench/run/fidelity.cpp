@@ -39,7 +39,7 @@ class Models {
     out.changes.resize(static_cast<Eigen::Index>(scenes.size()), spec.sensor.channels());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       out.solutions.push_back(borders_.solve(scenes[i], [&](const Eigen::VectorXd& change) {
-        return fidelity_bound(spec) * noise(spec, change);
+        return model_error_of(spec.model) * noise(spec, change);
       }));
       out.changes.row(static_cast<Eigen::Index>(i)) = out.solutions.back().change;
     }
@@ -79,7 +79,8 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
                         .solve(
                             scene,
                             [&](const Eigen::VectorXd& change) {
-                              return reference_share * fidelity_bound(spec) * models.noise(spec, change);
+                              return reference_share * model_error_of(spec.model) *
+                                     models.noise(spec, change);
                             },
                             reference_points)
                         .change);

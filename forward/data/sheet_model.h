@@ -28,4 +28,11 @@ inline std::string text_of(const SheetModel& model) {
   return grid ? std::to_string(grid->side) : "auto";
 }
 
+/// The largest error that the set allows, as a fraction of a frame's noise. A set on a grid names
+/// none, and is held against the default.
+inline double model_error_of(const SheetModel& model) {
+  const auto* sheet = std::get_if<ContinuousSheet>(&model);
+  return sheet ? sheet->model_error : ContinuousSheet{}.model_error;
+}
+
 }  // namespace ertbench
