@@ -313,16 +313,16 @@ TEST(Check, TheTableShowsWhatChangedAndALineForEachRow) {
   Case c;
   *c.row("gn").metrics[Metric::relative_error].mean += 1e-6;
   const std::string table = terminal_of(check_table(c.lines(), false));
-  EXPECT_NE(table.find("row  quantity               old       new  allowed  verdict\n"),
+  EXPECT_NE(table.find("row    quantity             old       new  allowed  verdict\n"),
             std::string::npos)
       << table;
-  EXPECT_NE(table.find("gn   relative_error         0.7  0.700001  ± 1e-08  worse\n"),
+  EXPECT_NE(table.find("gn     relative_error       0.7  0.700001  ± 1e-08  worse\n"),
             std::string::npos)
       << table;
   const std::size_t others = 6;  // status, three counts, two times
   const std::string quantities = std::to_string(kMetrics.size() + others - 1) + " of " +
                                  std::to_string(kMetrics.size() + others) + " quantities";
-  EXPECT_NE(table.find("gn   " + quantities), std::string::npos) << table;
+  EXPECT_NE(table.find("gn     " + quantities), std::string::npos) << table;
   EXPECT_EQ(table.find("PE25"), std::string::npos) << table;
   const std::string all = terminal_of(check_table(c.lines(), true));
   EXPECT_NE(all.find("PE25"), std::string::npos) << all;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bench/table/writers.h"
-#include "tests/bench/markup.h"
+#include "tests/bench/figure_testing.h"
 
 namespace ertbench {
 namespace {

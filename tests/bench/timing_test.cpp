@@ -87,7 +87,7 @@ TEST(BenchmarkOutput, TableHasTimeRateAndFractionOfTheLimit) {
   table.sections = {timing_table("solvers", {median_of(benchmarks.front())})};
   EXPECT_EQ(terminal_of(table),
             "solvers\n"
-            "benchmark              time      rate  of the limit\n"
+            "benchmark              time     rate  of the limit\n"
             "reconstruct/tsvd/1  4.00 µs  250 k/s  0.50 of stream\n");
 }
 
