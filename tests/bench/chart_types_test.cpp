@@ -97,7 +97,7 @@ TEST_F(ANewTypeOfChart, IsReadDrawnReportedAndSummarised) {
   row.label = "tsvd";
   row.dataset = "test";
   made.rows = {row};
-  write_results(experiment, Cache(results() / "cache"), made, results());
+  write_results(experiment, Cache(results() / "cache"), made, {}, results());
   const std::string page = testing::FigureTest::read("report.html");
   for (const char* text : {"Counted rows", "rows in pieces", "One for each label."}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;

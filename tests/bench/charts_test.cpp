@@ -157,7 +157,7 @@ TEST_F(Charts, HeatMapCrossesOutWhatFailedAndTakesTheBestOfTheRest) {
   sweep.at(0, 1).status = "diverged";
   sweep.at(2, 0).status = "not run";
   sweep.at(2, 0).metrics = {};
-  sweep.published = {"0.5", "0.1"};
+  sweep.published = {nlohmann::json(0.5), nlohmann::json(0.1)};
   const HeatMap map = sweep.chart().map_of(sweep.rows, "Weights");
   EXPECT_EQ(std::pair(map.best->x, map.best->y), std::pair(0, 1));
   EXPECT_FALSE(map.published);

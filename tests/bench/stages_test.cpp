@@ -42,7 +42,7 @@ class StagesTest : public ::testing::Test {
         json::parse(R"({"axes": [{"name": "snr", "vary": "/snr_db", "levels": [80, 40]}]})");
     testing::write_text(folder_ / "e.json", object.dump());
     SolverRegistry registry;
-    experiment_ = read_experiment(folder_ / "e.json", registry);
+    experiment_ = read_experiment(folder_ / "e.json", registry, {});
   }
 
   TemporaryFolder folder_{"stages"};
