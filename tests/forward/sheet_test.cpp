@@ -24,7 +24,7 @@ using testing::DiscSheet;
 
 constexpr std::uint64_t seed = 20240611;
 
-Contact disc(double x, double y, double radius, double ratio) {
+Contact disc_at(double x, double y, double radius, double ratio) {
   Contact contact;
   contact.centre = {x, y};
   contact.half_size.setConstant(radius);
@@ -141,7 +141,8 @@ TEST(Sheet, ADiscInTheMiddleOfADiscHasTheVoltagesOfSeparation) {
     };
     const BorderModel model(sensor);
     const double size = model.reference_voltages().norm();
-    const Eigen::VectorXd change = model.solve({{disc(0, 0, radius, ratio)}}, 1e-10 * size).change;
+    const Eigen::VectorXd change =
+        model.solve({{disc_at(0, 0, radius, ratio)}}, 1e-10 * size).change;
     const std::vector<Channel> channels = channels_of(sensor);
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const auto [d, e] = channels[c];
@@ -154,15 +155,15 @@ TEST(Sheet, ADiscInTheMiddleOfADiscHasTheVoltagesOfSeparation) {
 }
 
 TEST(Sheet, ADiscCutsWhatSticksOut) {
-  const auto arcs = contact_arcs({{disc(0.9, 0, 0.3, 0.5)}}, DiscSheet());
+  const auto arcs = contact_arcs({{disc_at(0.9, 0, 0.3, 0.5)}}, DiscSheet());
   ASSERT_EQ(arcs.size(), 1u);
   EXPECT_TRUE(arcs[0].begins_at_sheet && arcs[0].ends_at_sheet);
   EXPECT_NEAR(std::abs(arcs[0].piece.at(arcs[0].begin).z), 1, 1e-9);
   EXPECT_NEAR(std::abs(arcs[0].piece.at(arcs[0].end).z), 1, 1e-9);
-  EXPECT_TRUE(contact_arcs({{disc(0.9, 0.9, 0.2, 0.5)}}, DiscSheet()).empty());
+  EXPECT_TRUE(contact_arcs({{disc_at(0.9, 0.9, 0.2, 0.5)}}, DiscSheet()).empty());
   // It is the cut that counts: the estimate from reciprocity comes down as the points grow.
   const BorderModel model(disc_sensor());
-  const auto solution = model.solve({{disc(0.9, 0, 0.3, 0.5)}}, 1e-6);
+  const auto solution = model.solve({{disc_at(0.9, 0, 0.3, 0.5)}}, 1e-6);
   EXPECT_LE(solution.error, 1e-6);
   EXPECT_GT(solution.change.norm(), 1e-3 * model.reference_voltages().norm());
 }
@@ -172,7 +173,7 @@ TEST(Sheet, AnImageOfADiscHasNoChangeBesideIt) {
   const PixelGrid pixels = round.pixels(24);
   Eigen::VectorXd ratio(pixels.count());
   for (const Rasterisation rule : {Rasterisation::area, Rasterisation::centre}) {
-    rasterise({{disc(0, 0, 2, 0.5)}}, pixels, rule, ratio);
+    rasterise({{disc_at(0, 0, 2, 0.5)}}, pixels, rule, ratio);
     for (int p = 0; p < pixels.count(); ++p) {
       EXPECT_EQ(ratio[p], pixels.on_sheet(p) ? 0.5 : 1) << "pixel " << p;
     }
@@ -183,11 +184,11 @@ TEST(Sheet, PixelsNeedNotBeSquares) {
   // An image of 12 x 30 pixels of [-2, 2] x [0, 1]: the mean over its area is that of the contact.
   const PixelGrid pixels({Eigen::Vector2d(-2, 0), Eigen::Vector2d(2, 1)}, 12, 30);
   Eigen::VectorXd ratio(pixels.count());
-  rasterise({{disc(0.3, 0.5, 0.4, 0.25)}}, pixels, Rasterisation::area, ratio);
+  rasterise({{disc_at(0.3, 0.5, 0.4, 0.25)}}, pixels, Rasterisation::area, ratio);
   EXPECT_NEAR((1 - ratio.array()).sum() * pixels.pixel_area(), 0.75 * pi * 0.16, 1e-12);
   // Two that overlap, along lines across the pixels: to the distance of the lines.
-  rasterise({{disc(0.2, 0.5, 0.3, 0.25), disc(0.4, 0.5, 0.3, 0.25)}}, pixels, Rasterisation::area,
-            ratio);
+  rasterise({{disc_at(0.2, 0.5, 0.3, 0.25), disc_at(0.4, 0.5, 0.3, 0.25)}}, pixels,
+            Rasterisation::area, ratio);
   const double lens = 2 * 0.09 * std::acos(1.0 / 3) - 0.1 * std::sqrt(0.36 - 0.04);
   EXPECT_NEAR((1 - ratio.array()).sum() * pixels.pixel_area(), 0.75 * (2 * pi * 0.09 - lens), 1e-4);
 }
@@ -230,7 +231,7 @@ TEST(Sheet, TurningADiscTurnsItsVoltages) {
   ASSERT_EQ(all.size(), 8u);
   const BorderModel model(sensor);
   const PixelGrid pixels = sensor.image();
-  const Contact contact = disc(0.5, 0.2, 0.2, 0.3);
+  const Contact contact = disc_at(0.5, 0.2, 0.2, 0.3);
   const Eigen::VectorXd change = model.solve({{contact}}, 1e-9).change;
   Eigen::VectorXd image(pixels.count());
   rasterise({{contact}}, pixels, Rasterisation::area, image);
