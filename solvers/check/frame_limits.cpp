@@ -1,8 +1,9 @@
 #include "solvers/check/frame_limits.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "solvers/symmetric_eigen.h"
 
 namespace ertbench {
 
@@ -56,12 +57,12 @@ PrincipalDirections PrincipalDirections::of(const Eigen::MatrixXd& frames, doubl
   PrincipalDirections out;
   out.mean = frames.colwise().mean().transpose();
   const Eigen::MatrixXd centred = frames.rowwise() - out.mean.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      centred.transpose() * centred / static_cast<double>(frames.rows() - 1));
-  const auto above = (solver.eigenvalues().array() >= 2 * noise).count();
+  const SymmetricEigen eigen =
+      symmetric_eigen(centred.transpose() * centred / static_cast<double>(frames.rows() - 1));
+  const auto above = (eigen.values.array() >= 2 * noise).count();
   const Eigen::Index count = std::min({above, most, frames.rows() / 4});
-  out.rows = solver.eigenvectors().rightCols(count).transpose();
-  out.inverse_power = solver.eigenvalues().tail(count).cwiseInverse();
+  out.rows = eigen.vectors.rightCols(count).transpose();
+  out.inverse_power = eigen.values.tail(count).cwiseInverse();
   out.tilt = out.inverse_power.cwiseProduct(out.rows * out.mean);
   return out;
 }

@@ -1,7 +1,8 @@
 #include "solvers/linear/masked_inverse.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+
+#include "solvers/symmetric_eigen.h"
 
 namespace ertbench {
 
@@ -45,12 +46,12 @@ MaskedTsvd::MaskedTsvd(const Eigen::MatrixXd& jacobian, double least)
 Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& kept) const {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
   if (kept.empty()) return out;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram_(kept, kept));
+  const SymmetricEigen eigen = symmetric_eigen(gram_(kept, kept));
   const double least = least_ * least_ * (1 - 1e-9);
-  const auto rank = (solver.eigenvalues().array() >= least).count();
-  const auto vectors = solver.eigenvectors().rightCols(rank);
+  const auto rank = (eigen.values.array() >= least).count();
+  const auto vectors = eigen.vectors.rightCols(rank);
   out(kept, kept) =
-      vectors * solver.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
+      vectors * eigen.values.tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
   return out;
 }
 
