@@ -14,6 +14,7 @@
 #include "solvers/registry/registry.h"
 #include "tests/bench/line_process.h"
 #include "tests/bench/program.h"
+#include "tests/under_sanitizers.h"
 
 namespace ertbench {
 namespace {
@@ -94,6 +95,7 @@ TEST(Experiment, TablesNameTheSameTrainingSetAndScenes) {
 }
 
 TEST(Experiment, FineGridIsWithinAQuarterOfTheNoise) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   SolverRegistry registry;
   const DatasetSpec set =
       read_experiment(experiments / "table_c1_fine.json", registry, chart_types()).tests.front();

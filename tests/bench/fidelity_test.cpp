@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "tests/bench/small_experiment.h"
+#include "tests/under_sanitizers.h"
 
 namespace ertbench {
 namespace {
@@ -15,9 +16,7 @@ using nlohmann::json;
 using testing::TemporaryFolder;
 
 TEST(Fidelity, AutoKeepsItsPromiseAndGridsConverge) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "dense systems of 2500 points take minutes there";
-#endif
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   DatasetSpec mixed;
   mixed.name = "mixed";
   mixed.count = 24;
@@ -95,9 +94,7 @@ class FidelityProgram : public ::testing::Test {
 };
 
 TEST_F(FidelityProgram, ResumesAndMakesDamagedRecordsAgain) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "the converged solutions take minutes there";
-#endif
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   run();
   EXPECT_NE(output_.find("fidelity of 2 datasets"), std::string::npos) << output_;
   EXPECT_FALSE(testing::fs::exists(folder_ / "cache")) << "it needs no datasets";

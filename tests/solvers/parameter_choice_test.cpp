@@ -6,6 +6,7 @@
 
 #include "core/errors.h"
 #include "tests/solvers/solver_testing.h"
+#include "tests/under_sanitizers.h"
 
 namespace ertbench {
 namespace {
@@ -102,6 +103,7 @@ TEST_F(OnAValidationSet, BlankFramesAreLeftOut) {
 }
 
 TEST_F(OnAValidationSet, EverySolverChoosesTheBestOfWhatItTried) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   const ValidationFrames frames = read_validation_frames(input_, "");
   for (const auto& [type, key, neighbour] : {std::tuple{"one-step-gn", "lambda", 1.3},
                                              {"tsvd", "rank", 0.0},
@@ -154,12 +156,14 @@ TEST_F(OnAValidationSet, RanksTriedKeepPairsWhole) {
 }
 
 TEST_F(OnAValidationSet, TheChoiceDoesNotDependOnTheNumberOfThreads) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   for (const char* type : {"one-step-gn", "tsvd", "pdipm"}) {
     EXPECT_EQ(fit({{"type", type}}, 1)->parameters(), fit({{"type", type}}, 3)->parameters());
   }
 }
 
 TEST_F(OnAValidationSet, TheChoiceIsKept) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   const TemporaryFolder folder;
   for (const char* type : {"one-step-gn", "tsvd", "pdipm"}) {
     const std::unique_ptr<Solver> solver = fit({{"type", type}});

@@ -7,6 +7,7 @@
 #include "solvers/solver_file.h"
 #include "tests/solvers/solver_testing.h"
 #include "tests/solvers/total_variation_reference.h"
+#include "tests/under_sanitizers.h"
 
 namespace ertbench {
 namespace {
@@ -28,6 +29,7 @@ Sensor coarse() {
 }
 
 TEST(Pdipm, ReachesTheMinimumThatASlowMethodFinds) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   const Sensor sensor = coarse();
   const Frames changes = random_changes(3, sensor);
   for (const double alpha : {1e-7, 1e-6, 1e-5, 1e-4}) {
@@ -49,6 +51,7 @@ TEST(Pdipm, ReachesTheMinimumThatASlowMethodFinds) {
 }
 
 TEST(Pdipm, ReachesTheMinimumOnTheWholeSensor) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   const Frames changes = random_changes(1);
   const DenseTotalVariation reference(Sensor{}, 1e-5);
   const Eigen::VectorXd d = changes.row(0);
@@ -61,6 +64,7 @@ TEST(Pdipm, ReachesTheMinimumOnTheWholeSensor) {
 }
 
 TEST(Pdipm, IsNotAboveThePublishedIteration) {
+  ERTBENCH_NOT_UNDER_SANITIZERS();
   const Frames changes = random_changes(1);
   for (const double alpha : {1e-6, 1e-5}) {
     const DenseTotalVariation reference(Sensor{}, alpha);
