@@ -16,7 +16,7 @@ foreach(folder core forward solvers)
     FILES_MATCHING PATTERN "*.h")
 endforeach()
 
-# The program looks for the learned solvers beside itself and in ../lib/ertbench.
+# The program looks for the learned solvers beside itself and in lib/ertbench (solvers/registry).
 file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
 set_target_properties(ertbench PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin}")
 set_target_properties(ertbench_core ertbench_forward ertbench_solvers PROPERTIES

@@ -27,7 +27,10 @@ std::vector<std::filesystem::path> plugin_folders() {
   std::vector<std::filesystem::path> folders;
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) folders.push_back(program.parent_path());
+  if (!error) {
+    folders.push_back(program.parent_path());
+    folders.push_back((program.parent_path() / ERTBENCH_INSTALLED_PLUGINS).lexically_normal());
+  }
   if (const char* listed = std::getenv("ERTBENCH_PLUGINS")) {
     std::istringstream in(listed);
     for (std::string folder; std::getline(in, folder, ':');) {

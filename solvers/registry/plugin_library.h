@@ -8,8 +8,8 @@ namespace ertbench {
 
 class SolverRegistry;
 
-/// Folders in which plugins are looked for: that of the running program, then those of
-/// $ERTBENCH_PLUGINS, separated by ':'.
+/// Folders in which plugins are looked for: that of the running program, that of the learned
+/// solvers where it is installed, then those of $ERTBENCH_PLUGINS, separated by ':'.
 std::vector<std::filesystem::path> plugin_folders();
 
 /// Opens a shared library of solvers, checks the interface it was built against and lets it

@@ -1,5 +1,5 @@
 # Installs the build BUILD into WORK, builds the project CONSUMER of the solver SOLVER against it, and
-# runs an experiment with that solver by the installed program.
+# runs an experiment with that solver by the installed program. MODELS: the learned ones must be there.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(failed)
@@ -15,6 +15,10 @@ run(${CMAKE_COMMAND} --build ${WORK}/build)
 file(COPY ${WORK}/build/libmy_solver.so ${CONSUMER}/experiment.json DESTINATION ${WORK})
 run(${CMAKE_COMMAND} -E env ERTBENCH_CACHE=${WORK}/cache
     ${WORK}/prefix/bin/ertbench run ${WORK}/experiment.json --out ${WORK}/results --jobs 1)
+execute_process(COMMAND ${WORK}/prefix/bin/ertbench list OUTPUT_VARIABLE solvers)
+if(MODELS AND solvers MATCHES "not available")
+  message(FATAL_ERROR "the installed program does not find the learned solvers:\n${solvers}")
+endif()
 file(READ ${WORK}/results/summary.json summary)
 string(JSON count LENGTH ${summary} rows)
 math(EXPR last "${count} - 1")
