@@ -147,7 +147,7 @@ std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
 
 std::vector<std::uint64_t> Hdf5File::require_shape(
     const std::string& dataset, const std::vector<std::uint64_t>& expected) const {
-  const std::vector<std::uint64_t> found = shape(dataset);
+  std::vector<std::uint64_t> found = shape(dataset);
   bool same = found.size() == expected.size();
   for (std::size_t i = 0; same && i < found.size(); ++i) {
     same = expected[i] == 0 ? found[i] >= 1 : found[i] == expected[i];

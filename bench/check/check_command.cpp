@@ -101,9 +101,9 @@ class Check {
   }
 
   Cache run() {
-    const Cache cache = options_.reuse
-                            ? Cache::standard()
-                            : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
+    Cache cache = options_.reuse
+                      ? Cache::standard()
+                      : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
     const ExperimentResults results = run_experiment(experiment_, cache, run_);
     report_experiment(experiment_, cache, results, run_.out);
     failures_ = results.failures;

@@ -79,7 +79,7 @@ std::string limit_of(const json& benchmark) {
 }  // namespace
 
 json parse_benchmark_output(std::string_view text) {
-  const json output = json::parse(with_nulls(text), nullptr, /*allow_exceptions=*/false);
+  json output = json::parse(with_nulls(text), nullptr, /*allow_exceptions=*/false);
   if (output.is_discarded()) throw std::runtime_error("its output is not whole");
   const auto benchmarks = output.find("benchmarks");
   const auto is_benchmark = [](const json& one) {

@@ -122,7 +122,7 @@ Eigen::Vector2d Contact::centroid() const {
 
 Scene scene_from_json(JsonObject object) {
   Scene scene;
-  for (JsonObject contact : object.objects("contacts")) {
+  for (const JsonObject& contact : object.objects("contacts")) {
     scene.contacts.push_back(contact_from_json(contact));
   }
   object.finish();
