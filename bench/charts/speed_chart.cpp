@@ -28,7 +28,8 @@ std::vector<double> read_budgets(JsonObject& object) {
   return values.get<std::vector<double>>();
 }
 
-/// By default the first row that is shown and whose type is registered as a reference for the break-even.
+/// By default the first row that is shown and whose type is registered as a reference for the
+/// break-even.
 std::vector<std::string> read_references(const ChartRequest& request,
                                          const std::vector<std::string>& labels) {
   if (request.object.has("break_even_against")) {

@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/check/baseline.h"
 #include "bench/charts/chart_types.h"
+#include "bench/check/baseline.h"
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
 #include "solvers/registry/registry.h"

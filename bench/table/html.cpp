@@ -1,8 +1,9 @@
+#include "core/html.h"
+
 #include <sstream>
 #include <string_view>
 
 #include "bench/table/writers.h"
-#include "core/html.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -8,8 +8,8 @@
 /// column.
 namespace ertbench {
 
-/// A file of Markdown: the title as its heading, each section with its caption as a smaller one, the
-/// legend as a list. Columns are padded, so that the text reads as a table too; what is under a
+/// A file of Markdown: the title as its heading, each section with its caption as a smaller one,
+/// the legend as a list. Columns are padded, so that the text reads as a table too; what is under a
 /// cell's text stands behind <br>.
 std::string markdown_of(const Table& table);
 
@@ -27,8 +27,8 @@ std::string csv_of(const TableSection& section);
 /// can be read.
 std::string html_of(const TableSection& section);
 
-/// Lines for a terminal: title, sections with their captions, columns padded to the width of what is
-/// in them, notes below. No titles of columns where all are empty.
+/// Lines for a terminal: title, sections with their captions, columns padded to the width of what
+/// is in them, notes below. No titles of columns where all are empty.
 std::string terminal_of(const Table& table);
 
 }  // namespace ertbench

@@ -187,7 +187,8 @@ TEST(Check, TheIntervalIsNarrowerForMoreSeedsAndNeverVanishes) {
   const double values[] = {0.4, 0.41, 0.42, 0.43, 0.44, 0.41, 0.42, 0.43};
   const Tolerance seeds{ToleranceClass::seeds, 1e-4};
   const auto allowed = [&](std::span<const double> before, int now) {
-    return allowed_change(seeds, {Metric::relative_error, before, 200, Sensor{}, std::nullopt}, now);
+    return allowed_change(seeds, {Metric::relative_error, before, 200, Sensor{}, std::nullopt},
+                          now);
   };
   EXPECT_LT(allowed(values, 1), allowed(std::span(values).first(5), 1));
   // 1 + 1/8 against 1/3 + 1/8 in the root
