@@ -1,6 +1,5 @@
 #include "core/bootstrap.h"
 
-#define XXH_INLINE_ALL
 #include <Random123/philox.h>
 #include <xxhash.h>
 

@@ -3,11 +3,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ertbench {
 
 /// A field as RFC 4180 has it: quoted where it holds a comma, a quote or a line end.
 std::string csv_field(std::string_view text);
+/// The fields of each line of CSV text, quotes taken off; a last line without an end counts.
+std::vector<std::vector<std::string>> csv_lines(std::string_view text);
 /// With six digits; empty where there is none.
 std::string csv_number(const std::optional<double>& value);
 

@@ -11,10 +11,10 @@
 #include "bench/check/check_seeds.h"
 #include "bench/check/check_table.h"
 #include "bench/record/provenance.h"
-#include "bench/record/version.h"
 #include "bench/run/runner.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
+#include "core/build.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
 

@@ -1,11 +1,12 @@
 #include "bench/check/check_folder.h"
 
-#include <link.h>
-
 #include <algorithm>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
+#include "core/build.h"
+#include "core/build_stamp.h"
 #include "core/errors.h"
 
 namespace ertbench {
@@ -18,30 +19,10 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The libraries of this process that are ours; not those of the system.
-std::vector<fs::path> own_libraries() {
-  std::vector<fs::path> out;
-  dl_iterate_phdr(
-      [](dl_phdr_info* info, std::size_t, void* found) {
-        const fs::path library = info->dlpi_name;
-        if (library.filename().string().starts_with("libertbench")) {
-          static_cast<std::vector<fs::path>*>(found)->push_back(library);
-        }
-        return 0;
-      },
-      &out);
-  return out;
-}
-
 }  // namespace
 
 std::string program_hash(const std::vector<fs::path>& plugins) {
-  std::vector<fs::path> files = own_libraries();
-  files.insert(files.end(), plugins.begin(), plugins.end());
-  std::sort(files.begin(), files.end());
-  std::string hashes = hash_of(bytes_of("/proc/self/exe"));
-  for (const fs::path& file : files) hashes += hash_of(bytes_of(file));
-  return hash_of(hashes);
+  return hash_of(to_json(stamp_of_this_build(this_build().record_code, plugins)).dump());
 }
 
 Cache prepare_check_folder(const fs::path& folder, const std::string& program) {

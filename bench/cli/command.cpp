@@ -9,8 +9,9 @@ namespace ertbench {
 std::span<const Command> commands() {
   static constexpr Command all[] = {{"run", add_run},           {"check", add_check},
                                     {"generate", add_generate}, {"reconstruct", add_reconstruct},
-                                    {"list", add_list},         {"timing", add_timing},
-                                    {"fidelity", add_fidelity}, {"trial", add_trial}};
+                                    {"publish", add_publish},   {"list", add_list},
+                                    {"timing", add_timing},     {"fidelity", add_fidelity},
+                                    {"trial", add_trial}};
   return all;
 }
 

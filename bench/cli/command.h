@@ -33,6 +33,7 @@ Action add_run(CLI::App& command);
 Action add_check(CLI::App& command);
 Action add_generate(CLI::App& command);
 Action add_reconstruct(CLI::App& command);
+Action add_publish(CLI::App& command);
 Action add_list(CLI::App& command);
 Action add_timing(CLI::App& command);
 Action add_fidelity(CLI::App& command);

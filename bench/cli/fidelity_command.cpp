@@ -13,8 +13,9 @@ namespace {
 struct FidelityArguments {
   std::string experiment;
   std::string out;
-  int scenes = 500;
+  int scenes = fidelity_usual_scenes;
   bool fresh = false;
+  bool rebuild_stale = false;
 };
 
 ExitCode fidelity(const FidelityArguments& arguments) {
@@ -25,7 +26,9 @@ ExitCode fidelity(const FidelityArguments& arguments) {
   options.out = result_folder(arguments.out, experiment.name);
   options.fresh = arguments.fresh;
   const Stages stages = stages_of_fidelity(arguments.scenes);
-  const ExperimentResults results = run_stages(stages, experiment, Cache::standard(), options);
+  const Cache cache =
+      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
+  const ExperimentResults results = run_stages(stages, experiment, cache, options);
   report_stages(stages, experiment, results, options.out);
   return results.failures > 0 ? trial_failed : done;
 }
@@ -40,6 +43,8 @@ Action add_fidelity(CLI::App& command) {
   command.add_option("--scenes", arguments->scenes, "Scenes of each dataset (default: 500)")
       ->check(CLI::Range(10, 1000000));
   command.add_flag("--fresh", arguments->fresh, "Measure again what is finished already");
+  command.add_flag("--rebuild-stale", arguments->rebuild_stale,
+                   "Measure again what another build of the program measured");
   command.footer(
       "Example:\n  ertbench fidelity experiments/fidelity.json --scenes 200\n"
       "\"grid\": \"auto\" against the grids of 24, 48, 96 and 192, one thread: how long a scene\n"

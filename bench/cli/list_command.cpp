@@ -5,8 +5,8 @@
 #include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
-#include "bench/record/version.h"
 #include "bench/score/metric_table.h"
+#include "core/build.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {

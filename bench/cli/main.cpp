@@ -15,7 +15,7 @@
 #include <cstdio>
 
 #include "bench/cli/command.h"
-#include "bench/record/version.h"
+#include "core/build.h"
 #include "core/errors.h"
 
 namespace ertbench {
@@ -35,7 +35,7 @@ void require_command(const CLI::App& app, const std::string& word) {
 ExitCode parse_and_run(int argc, char** argv) {
   CLI::App app{"Compares reconstruction methods for tomographic tactile skins.", "ertbench"};
   app.require_subcommand(1);
-  app.set_version_flag("--version", build_commit());
+  app.set_version_flag("--version", commit_text(this_build().commit, this_build().dirty));
   app.footer(
       "`ertbench COMMAND --help` shows an example of each command.\n"
       "Exit codes: 0 done; 1 a trial failed, or a check found something worse; 2 input that\n"

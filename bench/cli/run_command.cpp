@@ -17,6 +17,7 @@ struct RunArguments {
   std::vector<std::string> only;
   int jobs = cores();
   bool fresh = false;
+  bool rebuild_stale = false;
 };
 
 ExitCode run(const RunArguments& arguments) {
@@ -38,7 +39,8 @@ ExitCode run(const RunArguments& arguments) {
                        arguments.experiment + "; there are " + list_of(labels));
     }
   }
-  const Cache cache = Cache::standard();
+  const Cache cache =
+      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
   const ExperimentResults results = run_experiment(experiment, cache, options);
   report_experiment(experiment, cache, results, options.out);
   return results.failures > 0 ? trial_failed : done;
@@ -62,6 +64,9 @@ Action add_run(CLI::App& command) {
                   "(default: one for each core; timings always run alone)")
       ->check(CLI::Range(1, 256));
   command.add_flag("--fresh", arguments->fresh, "Fit and measure again what is finished already");
+  command.add_flag("--rebuild-stale", arguments->rebuild_stale,
+                   "Make again what another build of the program made, even where nothing\n"
+                   "that it depends on has changed since; what depends on it always is");
   command.footer(
       "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
       "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"

@@ -14,17 +14,19 @@ struct TrialArguments {
   std::string experiment;
   std::string stage;
   std::string job;
-  int scenes = 500;
+  int scenes = fidelity_usual_scenes;
   std::string out;
   int threads = 1;
   std::string cache;
+  std::string reuse = name_of(Reuse::same_code);
 };
 
 ExitCode trial(const TrialArguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
   Experiment experiment = read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
-  const Cache cache = arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache);
+  const Cache cache = (arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache))
+                          .with(reuse_from_name(arguments.reuse));
   run_trial(*stage_named(arguments.stage, arguments.scenes), arguments.job, experiment, cache,
             registry, arguments.threads, arguments.out);
   return done;
@@ -43,6 +45,7 @@ Action add_trial(CLI::App& command) {
   command.add_option("--out", arguments->out)->required();
   command.add_option("--threads", arguments->threads);
   command.add_option("--cache", arguments->cache);
+  command.add_option("--reuse", arguments->reuse);
   return [arguments] { return trial(*arguments); };
 }
 

@@ -1,32 +1,20 @@
 #include "bench/record/cache.h"
 
-#include <xxhash.h>
-
-#include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/record/version.h"
+#include "core/build.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
-
-std::string hash_of(const std::string& text) {
-  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-  char digits[33];
-  std::snprintf(digits, sizeof digits, "%016llx%016llx",
-                static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return digits;
-}
 
 Cache Cache::standard() {
   const char* folder = std::getenv("ERTBENCH_CACHE");
   return Cache(folder && *folder ? std::filesystem::path(folder) : project_folder() / "cache");
 }
 
-Cache::Cache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+Cache::Cache(std::filesystem::path folder, Reuse reuse)
+    : folder_(std::move(folder)), reuse_(reuse) {}
 
 std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
   return folder_ / "datasets" / (spec.name + "-" + hash_of(to_json(spec).dump()) + ".h5");
@@ -40,8 +28,7 @@ nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
                         {"solver", solver},
                         {"sensor", to_json(recipe.sensor)}};
   for (const std::filesystem::path& plugin : recipe.plugins) {
-    std::ifstream in(plugin, std::ios::binary);
-    key["plugins"].push_back(hash_of({std::istreambuf_iterator<char>(in), {}}));
+    key["plugins"].push_back(hash_of_file(plugin));
   }
   if (recipe.training) key["training"] = to_json(*recipe.training);
   if (recipe.validation) key["validation"] = to_json(*recipe.validation);

@@ -5,11 +5,9 @@
 #include <string>
 
 #include "bench/experiment/fit_recipe.h"
+#include "bench/record/reuse.h"
 
 namespace ertbench {
-
-/// 128 bits of `text`, 32 hexadecimal digits (XXH3).
-std::string hash_of(const std::string& text);
 
 /// Where datasets and fitted solvers are kept, under a hash of everything that determines them: the
 /// canonical JSON with every default filled in, seeds and format versions. Two experiments that
@@ -19,7 +17,7 @@ class Cache {
  public:
   /// $ERTBENCH_CACHE, else the folder `cache` beside the experiments.
   static Cache standard();
-  explicit Cache(std::filesystem::path folder);
+  explicit Cache(std::filesystem::path folder, Reuse reuse = Reuse::same_code);
 
   std::filesystem::path dataset(const DatasetSpec& spec) const;
 
@@ -31,9 +29,13 @@ class Cache {
   static nlohmann::json fitted_solver_key(const FitRecipe& recipe);
 
   const std::filesystem::path& folder() const { return folder_; }
+  /// What of its contents may be taken as it is; the names of the files do not tell.
+  Reuse reuse() const { return reuse_; }
+  Cache with(Reuse reuse) const { return Cache(folder_, reuse); }
 
  private:
   std::filesystem::path folder_;
+  Reuse reuse_ = Reuse::same_code;
 };
 
 }  // namespace ertbench

@@ -12,6 +12,16 @@
 
 namespace ertbench {
 
+/// What one label's trials scored on one test set: [seeds][frames].
+using FramesOfSeeds = std::vector<std::vector<FrameMetrics>>;
+
+/// The trials of the labels on one test set.
+struct ScoredLabels {
+  std::string dataset;
+  std::vector<std::string> labels;  ///< in the order of the table
+  std::vector<FramesOfSeeds> frames;
+};
+
 /// Where one training run of a label left its log.
 struct TrainingSource {
   std::string stem;           ///< "dd-ert.seed2"
@@ -37,13 +47,18 @@ struct FidelityOutcome {
 
 /// All that the results of an experiment are made of. The stages fill it one after another.
 struct ExperimentResults {
-  std::vector<ResultRow> rows;           ///< truth and no-contact of each test set, then solvers
+  std::vector<ResultRow> rows;  ///< truth and no-contact of each test set, then solvers
+  /// What each frame scored, of every trial of the labels that were scored: a set's labels stand in
+  /// the order of the rows.
+  std::vector<ScoredLabels> frames;
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
   std::map<std::string, LabelOutcome> labels;
   std::vector<LadderOutcome> ladders;  ///< of each label, where the experiment has ladders
   std::vector<FidelityOutcome> fidelity;
+  /// By stage, and of "fits": the builds that made the records, each once.
+  std::map<std::string, std::vector<BuildStamp>> builds;
   int jobs = 1;
   int failures = 0;  ///< jobs that failed, all rounds of one counted as one
 };

@@ -11,7 +11,8 @@
 #include <thread>
 
 #include "bench/record/cache.h"
-#include "bench/record/version.h"
+#include "core/build.h"
+#include "core/build_stamp.h"
 
 namespace ertbench {
 namespace {
@@ -44,7 +45,10 @@ std::string cpu_name() {
 nlohmann::json machine_provenance() {
   utsname system{};
   ::uname(&system);
-  return {{"commit", build_commit()},
+  const BuildStamp build = stamp_of_this_build(this_build().record_code);
+  return {{"commit", build.commit},
+          {"dirty", build.dirty},
+          {"program", build.program},
           {"host", system.nodename},
           {"system", std::string(system.sysname) + " " + system.release},
           {"cpu", cpu_name()},

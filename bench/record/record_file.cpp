@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
+#include "core/build.h"
 #include "core/json_reader.h"
 
 namespace ertbench {
@@ -14,19 +15,35 @@ fs::path record_file(const fs::path& folder, const std::string& job, const std::
   return folder / "records" / (job + ending);
 }
 
-void write_record(const fs::path& file, json record, const std::string& key) {
+BuildStamp stamp_of_records(std::span<const fs::path> plugins) {
+  return stamp_of_this_build(this_build().record_code, plugins);
+}
+
+void write_record(const fs::path& file, json record, const std::string& key,
+                  const BuildStamp& build) {
   record["key"] = key;
+  record["build"] = to_json(build);
   write_file_atomically(file, record.dump());
 }
 
-std::optional<json> read_record(const fs::path& file, const std::string& key) {
-  if (!fs::exists(file)) return std::nullopt;
+FoundRecord find_record(const fs::path& file, const std::string& key, const BuildStamp& now,
+                        Reuse reuse) {
+  if (!fs::exists(file)) return {};
   try {
     json record = read_json_file(file);
-    if (record.at("key") == key) return record;
-  } catch (const std::exception&) {  // not a record of ours: made again
+    if (record.at("key") != key) return {std::nullopt, "it is of other settings"};
+    std::string why = why_stale(build_stamp_from_json(record.value("build", json())), now, reuse);
+    if (why.empty() && record.contains("fit_build")) {
+      BuildStamp fits = now;
+      fits.code = this_build().fit_code;
+      why = why_stale(build_stamp_from_json(record.at("fit_build")), fits, reuse);
+      if (!why.empty()) why = "of its fitted solver: " + why;
+    }
+    if (!why.empty()) return {std::nullopt, why};
+    return {std::move(record), ""};
+  } catch (const std::exception& error) {
+    return {std::nullopt, std::string("it cannot be read: ") + error.what()};
   }
-  return std::nullopt;
 }
 
 }  // namespace ertbench

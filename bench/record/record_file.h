@@ -3,7 +3,10 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
+
+#include "bench/record/reuse.h"
 
 namespace ertbench {
 
@@ -15,13 +18,23 @@ inline constexpr int record_schema = 4;
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& job,
                                   const std::string& ending = ".json");
 
-/// Puts the key, a hash of all that determines the record, into the record and writes it: aside
-/// first, then renamed into place.
-void write_record(const std::filesystem::path& file, nlohmann::json record, const std::string& key);
+/// The build of the records that this program writes.
+BuildStamp stamp_of_records(std::span<const std::filesystem::path> plugins);
 
-/// Nothing where there is no such file, where it is damaged, or where its key is another: then the
-/// job is to be done again.
-std::optional<nlohmann::json> read_record(const std::filesystem::path& file,
-                                          const std::string& key);
+/// Puts the key, a hash of all that determines the record, and the build into the record and writes
+/// it: aside first, then renamed into place.
+void write_record(const std::filesystem::path& file, nlohmann::json record, const std::string& key,
+                  const BuildStamp& build);
+
+/// What stands in a record's place.
+struct FoundRecord {
+  std::optional<nlohmann::json> record;  ///< nothing: the job is to be done again
+  std::string why_not;                   ///< why not what is there; empty where there is nothing
+};
+
+/// The record of that key, where it may be reused: its "build" is what made it, its "fit_build",
+/// where it has one, what fitted the solver.
+FoundRecord find_record(const std::filesystem::path& file, const std::string& key,
+                        const BuildStamp& now, Reuse reuse);
 
 }  // namespace ertbench

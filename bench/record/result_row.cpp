@@ -42,6 +42,35 @@ json to_json(const LatencySummary& latency) {
           {"p50_of_rounds", latency.p50_of_rounds}};
 }
 
+json to_json(const std::vector<BuildStamp>& stamps) {
+  json out = json::array();
+  for (const BuildStamp& stamp : stamps) out.push_back(to_json(stamp));
+  return out;
+}
+
+json to_json(const RowBuilds& builds) {
+  json out = to_json(builds.scored.front());
+  out["scored"] = to_json(builds.scored);
+  out["fitted"] = to_json(builds.fitted);
+  out["timed"] = to_json(builds.timed);
+  return out;
+}
+
+std::vector<BuildStamp> stamps_from(const json& list) {
+  std::vector<BuildStamp> out;
+  for (const json& stamp : list) {
+    if (auto build = build_stamp_from_json(stamp)) out.push_back(std::move(*build));
+  }
+  return out;
+}
+
+RowBuilds builds_from(const json& builds) {
+  const auto part = [&](const char* name) {
+    return stamps_from(builds.value(name, json::array()));
+  };
+  return {part("scored"), part("fitted"), part("timed")};
+}
+
 json or_null(const std::vector<std::optional<double>>& values) {
   json out = json::array();
   for (const auto& value : values) out.push_back(or_null(value));
@@ -179,6 +208,7 @@ json to_json(const ResultRow& row) {
               {"throughput_batch", row.throughput_batch},
               {"fit_s", or_null(row.fit_s)},
               {"peak_rss_mb", or_null(row.peak_rss_mb)}};
+  if (!row.build.scored.empty()) out["build"] = to_json(row.build);
   if (row.validation) out["validation"] = to_json(*row.validation);
   if (row.seeds) out["seeds"] = to_json(*row.seeds);
   if (row.sweep) out["sweep"] = *row.sweep;
@@ -209,6 +239,7 @@ ResultRow result_row_from_json(JsonObject object) {
   row.fit_s = number_or_null(object, "fit_s");
   row.peak_rss_mb = number_or_null(object, "peak_rss_mb");
   if (object.has("seeds")) row.seeds = seeds_from_json(object.object("seeds"));
+  if (object.has("build")) row.build = builds_from(object.object("build").value());
   if (object.has("sweep")) row.sweep = object.object("sweep").value();
   object.finish();
   return row;

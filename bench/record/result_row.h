@@ -7,6 +7,7 @@
 
 #include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
+#include "core/build_stamp.h"
 #include "core/json_value.h"
 
 namespace ertbench {
@@ -35,6 +36,13 @@ struct SeedSpread {
   JsonValue parameters = JsonValue::array();
 };
 
+/// The builds that made a row's numbers, each once; of a row without a solver the one that scored.
+struct RowBuilds {
+  std::vector<BuildStamp> scored;
+  std::vector<BuildStamp> fitted;
+  std::vector<BuildStamp> timed;
+};
+
 /// What one solver did on one test set: an entry of summary.json's "rows". What was not measured,
 /// or came out not finite, has no value and is null in the JSON.
 struct ResultRow {
@@ -60,6 +68,7 @@ struct ResultRow {
   std::optional<double> fit_s;
   std::optional<double> peak_rss_mb;
   std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
+  RowBuilds build;
   std::string family;  ///< shared by the rows that differ by one setting alone; else the label
   JsonValue sweep;     ///< the values of a sweep; null without one
 
@@ -70,7 +79,9 @@ struct ResultRow {
 /// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
 /// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
 /// "max", "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
-/// "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
+/// "peak_rss_mb", "build": {"commit", "dirty", "program", "code", "scored": [...], "fitted": [...],
+/// "timed": [...]}}`, the first of the builds being that of the scores, with `"validation": {"AR":
+/// {...}, ...}`, `"seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
 /// {"alpha", ...}` where there are any.
 nlohmann::json to_json(const ResultRow& row);

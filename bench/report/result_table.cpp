@@ -158,6 +158,31 @@ std::string note_of(const ResultRow& row) {
          one_line(row.message, kNoteLength);
 }
 
+/// "build: commit 0123456789ab, program 01234567": of several builds each with what it made.
+std::string builds_text(const std::map<std::string, std::vector<BuildStamp>>& builds) {
+  std::map<std::string, std::string> made;  // what each build made
+  bool dirty = false;
+  for (const auto& [stage, stamps] : builds) {
+    for (const BuildStamp& stamp : stamps) {
+      std::string& what =
+          made["commit " + stamp.commit_text() + ", program " + stamp.program.substr(0, 8)];
+      what += (what.empty() ? "" : ", ") + stage;
+      dirty = dirty || stamp.dirty;
+    }
+  }
+  std::string out;
+  if (made.size() == 1) {
+    out = "build: " + made.begin()->first + ".";
+  } else {
+    out = "Made of records of " + std::to_string(made.size()) +
+          " builds of the program, whose code does not differ in what the numbers depend on:";
+    for (const auto& [build, what] : made) out += " " + build + " (" + what + ");";
+    out.back() = '.';
+  }
+  if (dirty) out += " dirty: with changes that were not committed.";
+  return out;
+}
+
 std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableText& text) {
   std::vector<std::string> out = {"δσ: the change of the conductivity σ from its background."};
   for (const MetricEntry& entry : kMetricTable) {
@@ -185,6 +210,7 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "each frame's value being its mean over the seeds. fit is the seeds' mean; p50, p99 and "
         "frames/s are the first seed's: all have the same architecture.");
   }
+  if (!text.builds.empty()) out.push_back(builds_text(text.builds));
   if (!text.published.rows.empty()) {
     out.push_back("paper: " + text.published.source +
                   "; in brackets the mean here minus the paper's value.");

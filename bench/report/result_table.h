@@ -16,6 +16,7 @@ struct TableText {
   std::map<std::string, std::string> dataset_descriptions;  ///< by the dataset's name; may lack any
   std::string command;                                      ///< makes the table again
   PublishedTable published;
+  std::map<std::string, std::vector<BuildStamp>> builds;  ///< by stage, see ExperimentResults
 };
 
 /// The rows as a table for people: a section for each test set, in the order of their first rows,

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "bench/analysis/differences.h"
 #include "bench/charts/chart.h"
 #include "bench/charts/reconstruction_figure.h"
 #include "bench/record/provenance.h"
@@ -107,6 +108,26 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
   draw_reconstruction_figure(figure, folder / "reconstructions");
 }
 
+/// differences.csv and differences.md, where there are two rows to compare.
+void write_differences(const ExperimentResults& results, const fs::path& folder) {
+  std::vector<MeanDifference> differences;
+  for (const ScoredLabels& scored : results.frames) {
+    const std::vector<MeanDifference> of_set = mean_differences(scored);
+    differences.insert(differences.end(), of_set.begin(), of_set.end());
+  }
+  if (differences.empty()) return;
+  write_file_atomically(folder / "differences.csv", csv_of(difference_data(differences)));
+  write_file_atomically(folder / "differences.md", markdown_of(difference_table(differences)));
+}
+
+nlohmann::json builds_json(const ExperimentResults& results) {
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [stage, builds] : results.builds) {
+    for (const BuildStamp& build : builds) out[stage].push_back(to_json(build));
+  }
+  return out;
+}
+
 }  // namespace
 
 void write_results(const Experiment& experiment, const Cache& cache,
@@ -115,6 +136,7 @@ void write_results(const Experiment& experiment, const Cache& cache,
   TableText text;
   text.title = experiment.title;
   text.published = experiment.published;
+  text.builds = results.builds;
   text.command = "./ertbench run " + experiment.file.string();
   for (const DatasetSpec& test : experiment.tests) {
     text.dataset_descriptions[test.name] = description(test);
@@ -125,6 +147,7 @@ void write_results(const Experiment& experiment, const Cache& cache,
                             {"question", experiment.question},
                             {"command", text.command},
                             {"provenance", provenance(experiment, results.jobs)},
+                            {"builds", builds_json(results)},
                             {"rows", nlohmann::json::array()}};
   for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
   const Table table = result_table(results.rows, text);
@@ -133,6 +156,7 @@ void write_results(const Experiment& experiment, const Cache& cache,
                         csv_of(result_data(results.rows, experiment.published)));
   write_file_atomically(folder / "table.tex", latex_of(table));
   draw_figure(experiment, cache, results, folder);
+  write_differences(results, folder);
   for (const auto& chart : experiment.charts) {
     chart->draw(results.rows, experiment.title, folder);
     chart->summarise(results.rows, summary);

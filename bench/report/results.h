@@ -11,9 +11,9 @@
 
 namespace ertbench {
 
-/// summary.json, table.md, table.csv, table.tex, the figure of reconstructions, the charts that the
-/// experiment asks for, those of the training, and report.html of all this; each file is written
-/// aside and renamed.
+/// summary.json, table.md, table.csv, table.tex, differences.md, differences.csv, the figure of
+/// reconstructions, the charts that the experiment asks for, those of the training, and report.html
+/// of all this; each file is written aside and renamed.
 ///
 /// `sections`: what the stages add to the page.
 void write_results(const Experiment& experiment, const Cache& cache,

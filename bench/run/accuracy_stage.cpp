@@ -45,6 +45,23 @@ TrainingSource training_source(const Experiment& experiment, const Cache& cache,
           accuracy.sets.front().row.parameters};
 }
 
+/// What each trial that was scored gave for each frame.
+void add_frames(const Experiment& experiment, const std::vector<ScoredTrial>& trials,
+                ExperimentResults& results) {
+  results.frames.resize(experiment.tests.size());
+  for (std::size_t set = 0; set < experiment.tests.size(); ++set) {
+    ScoredLabels& scored = results.frames[set];
+    scored.dataset = experiment.tests[set].name;
+    FramesOfSeeds frames;
+    for (const ScoredTrial& trial : trials) {
+      if (trial.accuracy) frames.push_back(trial.accuracy->sets.at(set).frames);
+    }
+    if (frames.empty()) continue;
+    scored.labels.push_back(trials.front().entry->label);
+    scored.frames.push_back(std::move(frames));
+  }
+}
+
 }  // namespace
 
 std::string AccuracyStage::name() const { return "accuracy"; }
@@ -74,6 +91,7 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
   const FitReport report = fitted.solver->fit_report();
   json record = {{"schema", record_schema},
                  {"fit_s", fitted.fit_s},
+                 {"fit_build", to_json(*fitted.build)},
                  {"fit_report", {{"status", report.status}, {"message", report.message}}}};
   const std::vector<const DatasetSpec*> sets = scored_sets(experiment);
   for (const DatasetSpec* spec : sets) {
@@ -120,6 +138,7 @@ void AccuracyStage::collect(const Experiment& experiment, const Cache& cache,
           training_source(experiment, cache, entry, *trial.accuracy));
     }
     if (!label.scored) label.failure = trials.front().failure.text();
+    add_frames(experiment, trials, results);
     const std::vector<ResultRow> rows = rows_of(experiment.tests, trials);
     results.rows.insert(results.rows.end(), rows.begin(), rows.end());
   }

@@ -1,26 +1,58 @@
 #include "bench/run/datasets.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <thread>
 
+#include "core/build.h"
+#include "core/errors.h"
 #include "core/progress.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 
 namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Why the file of a dataset is not to be taken as it is; empty where it may be.
+std::string why_not(const fs::path& file, Reuse reuse) {
+  try {
+    return why_stale(DatasetFile(file).build(), stamp_of_this_build(this_build().data_code), reuse);
+  } catch (const InputError& error) {
+    return std::string("it cannot be read: ") + error.what();
+  }
+}
+
+/// Whether the cache has the dataset; what is not to be reused there is removed, and said.
+bool is_there(const DatasetSpec& spec, const Cache& cache) {
+  const fs::path file = cache.dataset(spec);
+  if (!fs::exists(file)) return false;
+  const std::string why = why_not(file, cache.reuse());
+  if (why.empty()) return true;
+  spdlog::info("dataset \"{}\" is made again: {}", spec.name, why);
+  fs::remove(file);
+  return false;
+}
+
+}  // namespace
 
 void ensure_datasets(const Experiment& experiment, const Cache& cache) {
-  namespace fs = std::filesystem;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   fs::create_directories(cache.folder() / "datasets");
   for (const DatasetSpec* spec : experiment.datasets()) {
-    const fs::path file = cache.dataset(*spec);
-    if (fs::exists(file)) continue;
+    if (is_there(*spec, cache)) continue;
     Progress progress("generating \"" + spec->name + "\" (" + std::to_string(spec->count) +
                       " scenes, grid " + text_of(spec->model) + ")");
-    generate_dataset(*spec, file, {cores, [&](std::uint64_t done, std::uint64_t total) {
-                                     progress.update(done, total);
-                                   }});
+    generate_dataset(
+        *spec, cache.dataset(*spec),
+        {cores, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); }});
   }
+}
+
+void ensure_dataset(const DatasetSpec& spec, const Cache& cache, int threads) {
+  if (!is_there(spec, cache)) generate_dataset(spec, cache.dataset(spec), {threads, {}});
 }
 
 }  // namespace ertbench

@@ -1,11 +1,14 @@
 #include "bench/run/fitted_solver.h"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "bench/record/progress_file.h"
 #include "core/atomic_file.h"
+#include "core/build.h"
 #include "core/file_lock.h"
 #include "core/json_reader.h"
 #include "core/replace_file.h"
@@ -44,17 +47,29 @@ class WorkFolder {
 /// The note that stands beside a fitted solver.
 fs::path note_of(fs::path file) { return file += ".json"; }
 
-/// Whether the cache had the solver; what is damaged there is forgotten.
-bool load(const FitRecipe& recipe, const fs::path& file, FittedSolver& out) {
+BuildStamp stamp_of_fit(const FitRecipe& recipe) {
+  return stamp_of_this_build(this_build().fit_code, recipe.plugins);
+}
+
+/// Whether the cache had the solver and it may be reused; what is damaged there is forgotten.
+bool load(const FitRecipe& recipe, const fs::path& file, Reuse reuse, FittedSolver& out) {
   if (!fs::exists(file) || !fs::exists(note_of(file))) return false;
+  std::string why;
   try {
-    out.fit_s = read_json_file(note_of(file)).at("fit_s").get<double>();
-    out.solver->load(file, recipe.sensor);
-    return true;
-  } catch (const std::exception&) {
-    fs::remove(note_of(file));
-    return false;
+    const json note = read_json_file(note_of(file));
+    out.build = build_stamp_from_json(note.value("build", json()));
+    why = why_stale(out.build, stamp_of_fit(recipe), reuse);
+    if (why.empty()) {
+      out.fit_s = note.at("fit_s").get<double>();
+      out.solver->load(file, recipe.sensor);
+      return true;
+    }
+  } catch (const std::exception& error) {
+    why = std::string("it cannot be read: ") + error.what();
   }
+  spdlog::warn("{}: the fitted solver is made again: {}", file.string(), why);
+  fs::remove(note_of(file));
+  return false;
 }
 
 void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folder, int threads,
@@ -73,12 +88,14 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
     progress.update(done, total, text);
   };
   out.solver->fit(input);
+  out.build = stamp_of_fit(recipe);
   out.fit_s = seconds_since(start) + out.solver->fit_report().earlier_s;
 }
 
 void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fitted) {
   replace_file(file, [&](const fs::path& aside) { fitted.solver->save(aside); });
   write_file_atomically(note_of(file), json{{"fit_s", fitted.fit_s},
+                                            {"build", to_json(*fitted.build)},
                                             {"parameters", fitted.solver->parameters()},
                                             {"key", Cache::fitted_solver_key(recipe)}}
                                            .dump(2));
@@ -93,7 +110,7 @@ FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRe
   out.solver = registry.make(spec);
   const fs::path file = cache.fitted_solver(recipe);
   const WorkFolder work_folder(cache.work_folder(recipe));
-  if (load(recipe, file, out)) return out;
+  if (load(recipe, file, cache.reuse(), out)) return out;
   out.solver = registry.make(spec);  // a damaged file may have left it half loaded
   fit(recipe, cache, work_folder.path(), threads, progress_file, out);
   save(recipe, file, out);

@@ -2,31 +2,33 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/record/record_file.h"
 #include "bench/run/stage.h"
 
 namespace ertbench {
 
 JobRecords::JobRecords(const Stage& stage, const Experiment& experiment,
-                       std::filesystem::path folder)
-    : stage_(stage), experiment_(experiment), folder_(std::move(folder)) {}
+                       std::filesystem::path folder, Reuse reuse)
+    : stage_(stage), experiment_(experiment), folder_(std::move(folder)), reuse_(reuse) {}
 
 std::filesystem::path JobRecords::file(const Job& job, const std::string& ending) const {
   return record_file(folder_, job.name, ending);
 }
 
-bool JobRecords::has(const Job& job) const { return read(job).has_value(); }
-
-std::optional<nlohmann::json> JobRecords::read(const Job& job) const {
-  std::optional<nlohmann::json> record = read_record(file(job), stage_.key(experiment_, job));
-  if (!record) return std::nullopt;
+FoundRecord JobRecords::find(const Job& job) const {
+  FoundRecord found = find_record(file(job), stage_.key(experiment_, job),
+                                  stamp_of_records(experiment_.plugins), reuse_);
+  if (!found.record) return found;
   try {
-    stage_.check(experiment_, *record);
-  } catch (const std::exception&) {  // not a record of ours: made again
-    return std::nullopt;
+    stage_.check(experiment_, *found.record);
+  } catch (const std::exception& error) {
+    return {std::nullopt, std::string("it cannot be read: ") + error.what()};
   }
-  return record;
+  return found;
 }
+
+bool JobRecords::has(const Job& job) const { return find(job).record.has_value(); }
+
+std::optional<nlohmann::json> JobRecords::read(const Job& job) const { return find(job).record; }
 
 void JobRecords::add_failure(const Job& job, Failure failure) {
   failures_.emplace(job.subject, std::move(failure));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/record/record_file.h"
 #include "bench/run/job.h"
 
 namespace ertbench {
@@ -26,11 +27,14 @@ struct Failure {
 /// just now.
 class JobRecords {
  public:
-  JobRecords(const Stage& stage, const Experiment& experiment, std::filesystem::path folder);
+  JobRecords(const Stage& stage, const Experiment& experiment, std::filesystem::path folder,
+             Reuse reuse = Reuse::same_code);
 
   /// The job's file; its log and its progress have other endings.
   std::filesystem::path file(const Job& job, const std::string& ending = ".json") const;
-  /// Whether the job has a record of the right key that the stage can read.
+  /// The job's record, of the right key and one that the stage can read, where it may be reused.
+  FoundRecord find(const Job& job) const;
+  /// Whether there is one.
   bool has(const Job& job) const;
   /// Nothing where it has none.
   std::optional<nlohmann::json> read(const Job& job) const;
@@ -46,6 +50,7 @@ class JobRecords {
   const Stage& stage_;
   const Experiment& experiment_;
   std::filesystem::path folder_;
+  Reuse reuse_;
   std::map<std::string, Failure> failures_;  ///< by subject
 };
 

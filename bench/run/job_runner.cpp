@@ -7,6 +7,8 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "bench/record/progress_file.h"
@@ -50,9 +52,7 @@ JobRunner::JobRunner(const Stage& stage, const Experiment& experiment, const Cac
 
 void JobRunner::run(const std::vector<Job>& jobs, int at_a_time) {
   using Clock = std::chrono::steady_clock;
-  std::deque<Job> waiting;
-  std::copy_if(jobs.begin(), jobs.end(), std::back_inserter(waiting),
-               [&](const Job& job) { return !records_.has(job); });
+  std::deque<Job> waiting = without_records(jobs);
   const std::size_t total = waiting.size();
   if (total == 0) return;
   done_ = 0;
@@ -71,6 +71,36 @@ void JobRunner::run(const std::vector<Job>& jobs, int at_a_time) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+}
+
+std::deque<Job> JobRunner::without_records(const std::vector<Job>& jobs) const {
+  std::deque<Job> out;
+  std::map<std::string, int> reused;  // by what made them
+  std::map<std::string, int> remade;  // by why
+  const std::string program = stamp_of_records(experiment_.plugins).program;
+  for (const Job& job : jobs) {
+    const FoundRecord found = records_.find(job);
+    if (!found.record) {
+      out.push_back(job);
+      if (!found.why_not.empty()) ++remade[found.why_not];
+      continue;
+    }
+    const auto build = build_stamp_from_json(found.record->at("build"));
+    if (build->program != program) {
+      ++reused["commit " + build->commit_text() + ", program " + build->program.substr(0, 8)];
+    }
+  }
+  const auto records = [&](int count) {
+    return stage_.name() + ": " + std::to_string(count) + (count == 1 ? " record" : " records");
+  };
+  for (const auto& [by, count] : reused) {
+    spdlog::info("{} reused of an earlier build ({}), as nothing that they depend on has changed",
+                 records(count), by);
+  }
+  for (const auto& [why, count] : remade) {
+    spdlog::info("{} made again: {}", records(count), why);
+  }
+  return out;
 }
 
 void JobRunner::start_some(std::deque<Job>& waiting, std::size_t at_a_time) {
@@ -94,6 +124,7 @@ JobRunner::Running JobRunner::start(const Job& job, int threads) const {
                                         "--job=" + job.name,
                                         "--out=" + folder_.string(),
                                         "--cache=" + cache_.folder().string(),
+                                        std::string("--reuse=") + name_of(cache_.reuse()),
                                         "--threads=" + std::to_string(threads)};
   const std::vector<std::string> options = stage_.options();
   arguments.insert(arguments.end(), options.begin(), options.end());

@@ -29,6 +29,8 @@ class JobRunner {
     ChildProcess process;
   };
 
+  /// Says, too, what is reused of earlier builds and what is not, and why.
+  std::deque<Job> without_records(const std::vector<Job>& jobs) const;
   Running start(const Job& job, int threads) const;
   void start_some(std::deque<Job>& waiting, std::size_t at_a_time);
   void finish_some();

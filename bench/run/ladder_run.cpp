@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/record/progress_file.h"
+#include "bench/run/datasets.h"
 #include "bench/run/fitted_solver.h"
 #include "core/errors.h"
 #include "forward/data/generate.h"
@@ -152,9 +153,7 @@ class Climber {
     FitRecipe recipe = recipe_;
     recipe.entry = entry_at(recipe_.entry, axis, level);
     recipe.training = training_at(ladders_, recipe_.sensor, axis, level);
-    if (recipe.training) {
-      generate_dataset(*recipe.training, cache_.dataset(*recipe.training), {threads_, {}});
-    }
+    if (recipe.training) ensure_dataset(*recipe.training, cache_, threads_);
     return fitted_solver(recipe, cache_, registry_, threads_, progress_path_).solver;
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/report/results.h"
+#include "bench/run/builds.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_records.h"
 #include "bench/run/job_runner.h"
@@ -49,11 +50,12 @@ ExperimentResults run_stages(const Stages& stages, const Experiment& experiment,
   ExperimentResults results;
   results.jobs = options.jobs;
   for (const std::unique_ptr<Stage>& stage : stages) {
-    JobRecords records(*stage, experiment, options.out);
+    JobRecords records(*stage, experiment, options.out, cache.reuse());
     JobRunner(*stage, experiment, cache, options.out, records)
         .run(wanted(stage->due(experiment, results), options.only),
              stage->wants_machine_alone() ? 1 : options.jobs);
     stage->collect(experiment, cache, records, results);
+    add_builds(*stage, experiment, records, results);
     results.failures += records.failures();
   }
   return results;

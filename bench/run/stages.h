@@ -12,6 +12,8 @@ using Stages = std::vector<std::unique_ptr<Stage>>;
 
 /// The stages of `ertbench run`, each after those whose results it needs.
 Stages stages_of_run();
+/// Scenes of each dataset that the models of the sheet are compared on, where nobody says.
+inline constexpr int fidelity_usual_scenes = 500;
 /// That of `ertbench fidelity`, on so many scenes of each dataset.
 Stages stages_of_fidelity(int scenes);
 

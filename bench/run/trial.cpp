@@ -25,7 +25,8 @@ void run_trial(const Stage& stage, const std::string& name, Experiment& experime
   }
   const JobContext context{experiment, cache, registry, threads,
                            record_file(folder, name, ".progress")};
-  write_record(record_file(folder, name), stage.run(*job, context), stage.key(experiment, *job));
+  write_record(record_file(folder, name), stage.run(*job, context), stage.key(experiment, *job),
+               stamp_of_records(experiment.plugins));
 }
 
 }  // namespace ertbench

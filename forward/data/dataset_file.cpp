@@ -11,11 +11,18 @@ namespace ertbench {
 
 namespace layout = dataset_layout;
 
+std::optional<BuildStamp> written_build(const Hdf5File& file) {
+  if (!file.has_attribute("/", "build")) return std::nullopt;
+  const std::string text = file.read_text("/", "build");
+  return build_stamp_from_json(nlohmann::json::parse(text, nullptr, false));
+}
+
 DatasetFile::DatasetFile(const std::filesystem::path& file)
     : path_(file),
       file_(std::make_unique<Hdf5File>(Hdf5File::open(file))),
       sensor_(sensor_of(*file_)),
-      recipe_(file_->has_attribute("/", "recipe") ? file_->read_text("/", "recipe") : "") {
+      recipe_(file_->has_attribute("/", "recipe") ? file_->read_text("/", "recipe") : ""),
+      build_(written_build(*file_)) {
   const auto channels = static_cast<std::uint64_t>(sensor_.channels());
   const auto grid = static_cast<std::uint64_t>(sensor_.image_grid);
   size_ = file_->require_shape(layout::voltages, {0, channels})[0];

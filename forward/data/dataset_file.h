@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/arrays.h"
+#include "core/build_stamp.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
@@ -29,6 +31,8 @@ class DatasetFile {
   const std::filesystem::path& path() const { return path_; }
   /// The canonical JSON that determines the file (DatasetSpec, sensor, seeds, versions), as text.
   const std::string& recipe() const { return recipe_; }
+  /// The build that wrote the file; nothing where it does not say.
+  const std::optional<BuildStamp>& build() const { return build_; }
   /// The spec that the recipe describes. Throws InputError where the file has none.
   DatasetSpec spec() const;
 
@@ -44,8 +48,12 @@ class DatasetFile {
   Sensor sensor_;
   std::uint64_t size_ = 0;
   std::string recipe_;
+  std::optional<BuildStamp> build_;
   Eigen::VectorXd reference_;
 };
+
+/// The build that wrote a file, whole or not: its root attribute "build" (JSON).
+std::optional<BuildStamp> written_build(const Hdf5File& file);
 
 /// The sensor that a file's root attribute "sensor" describes in JSON, or the default sensor where
 /// there is none.

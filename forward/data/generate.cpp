@@ -8,6 +8,8 @@
 #include <optional>
 #include <thread>
 
+#include "core/build.h"
+#include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/file_lock.h"
 #include "core/hdf5_file.h"
@@ -88,6 +90,7 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
   file.write_number("/", "schema_version", layout::schema_version);
   file.write_text("/", "recipe", to_json(spec).dump());
+  file.write_text("/", "build", to_json(stamp_of_this_build(this_build().data_code)).dump());
   file.write_text("/", "sensor", to_json(spec.sensor).dump());
   file.write_number("/", "seed", static_cast<double>(spec.seed));
   file.write_number("/", "snr_db", spec.noise.snr_db.value_or(INFINITY));
@@ -106,17 +109,20 @@ std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& 
   try {
     const Hdf5File file = Hdf5File::open(part);
     if (file.read_text("/", "recipe") != to_json(spec).dump()) return std::nullopt;
+    if (written_build(file) != stamp_of_this_build(this_build().data_code)) return std::nullopt;
     return static_cast<std::uint64_t>(file.read_vector(layout::scenes_written)[0]);
   } catch (const InputError&) {
     return std::nullopt;  // cut off before its storage was laid out, or another thing altogether
   }
 }
 
-/// Whether `file` is a whole dataset of this spec.
+/// Whether `file` is a whole dataset of this spec, and what this program would write.
 bool is_finished(const DatasetSpec& spec, const fs::path& file) {
   if (!fs::exists(file)) return false;
   try {
-    return DatasetFile(file).recipe() == to_json(spec).dump();
+    const DatasetFile set(file);
+    return set.recipe() == to_json(spec).dump() && set.build() &&
+           set.build()->code == this_build().data_code;
   } catch (const InputError&) {
     return false;
   }

@@ -1,0 +1,56 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "bench/charts/chart_types.h"
+#include "bench/cli/command.h"
+#include "bench/experiment/experiment.h"
+#include "bench/publish/publish.h"
+#include "core/build.h"
+#include "core/errors.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+struct PublishArguments {
+  std::vector<std::string> experiments;
+  int jobs = cores();
+  bool pages = false;
+};
+
+ExitCode publish(const PublishArguments& arguments) {
+  const std::filesystem::path project = project_folder();
+  if (arguments.experiments.empty() && !arguments.pages) {
+    throw InputError("name the experiments to publish, or --pages to render the pages alone");
+  }
+  if (!arguments.experiments.empty()) require_committed(project);
+  int failures = 0;
+  for (const std::string& file : arguments.experiments) {
+    SolverRegistry registry;
+    const Experiment experiment = read_experiment(file, registry, chart_types());
+    failures += publish_experiment(experiment, project, {arguments.jobs});
+    std::printf("published %s in %s\n", experiment.name.c_str(),
+                (project / "results/published" / experiment.name).c_str());
+  }
+  publish_pages(project);
+  return failures > 0 ? trial_failed : done;
+}
+
+}  // namespace
+
+Action add_publish(CLI::App& command) {
+  const auto arguments = std::make_shared<PublishArguments>();
+  command.description("Make the results in results/published, and the pages that cite them");
+  command.add_option("experiments", arguments->experiments, "EXPERIMENT.json ...")
+      ->check(CLI::ExistingFile);
+  command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
+  command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are");
+  command.footer(
+      "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
+      "Refuses a tree with changes that are not committed, and a program that was built of other\n"
+      "sources. Runs what is missing; results of builds with changes are made again. Pages are\n"
+      "*.md.in: their numbers are references into results/published (bench/pages/page.h).");
+  return [arguments] { return publish(*arguments); };
+}
+
+}  // namespace ertbench

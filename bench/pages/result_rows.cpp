@@ -1,0 +1,131 @@
+#include "bench/pages/result_rows.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/csv_field.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// A cell of CSV: a number where all of it is one.
+json cell_value(const std::string& text) {
+  if (text.empty()) return nullptr;
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  return *end == '\0' ? json(number) : json(text);
+}
+
+json csv_rows(const fs::path& file) {
+  std::ifstream in(file);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::vector<std::vector<std::string>> lines = csv_lines(text);
+  json rows = json::array();
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    json row = json::object();
+    for (std::size_t c = 0; c < lines[i].size() && c < lines[0].size(); ++c) {
+      row[lines[0][c]] = cell_value(lines[i][c]);
+    }
+    if (!row.contains("label")) row["label"] = lines[i].front();
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// Whether `text` is `pattern`, in which * stands for any text.
+bool matches(std::string_view text, std::string_view pattern) {
+  if (pattern.empty()) return text.empty();
+  if (pattern.front() != '*') {
+    return !text.empty() && text.front() == pattern.front() &&
+           matches(text.substr(1), pattern.substr(1));
+  }
+  for (std::size_t skip = 0; skip <= text.size(); ++skip) {
+    if (matches(text.substr(skip), pattern.substr(1))) return true;
+  }
+  return false;
+}
+
+bool matches_any(const std::string& text, const std::string& patterns) {
+  const std::vector<std::string> all = split(patterns, "|");
+  return std::any_of(all.begin(), all.end(),
+                     [&](const std::string& pattern) { return matches(text, pattern); });
+}
+
+std::string text_in(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number()) return number_text(value.get<double>());
+  return value.is_null() ? "" : value.dump();
+}
+
+/// One condition of a selection.
+bool holds(const json& row, const std::string& condition) {
+  const std::size_t at = condition.find_first_of("=<>!");
+  if (at == std::string::npos) return matches_any(label_of(row), condition);
+  const json& value = value_in(row, condition.substr(0, at));
+  const bool two = condition.compare(at, 2, "!=") == 0;
+  const std::string rest = condition.substr(at + (two ? 2 : 1));
+  if (two) return !matches_any(text_in(value), rest);
+  if (condition[at] == '=') return matches_any(text_in(value), rest);
+  if (!value.is_number()) return false;
+  const double limit = std::strtod(rest.c_str(), nullptr);
+  return condition[at] == '<' ? value.get<double>() < limit : value.get<double>() > limit;
+}
+
+}  // namespace
+
+const json& ResultRows::rows(const std::string& file) {
+  const auto found = files_.find(file);
+  if (found != files_.end()) return *found->second;
+  fs::path path = folder_ / file;
+  if (path.extension() != ".csv" && path.extension() != ".json") path /= "summary.json";
+  if (!fs::exists(path)) throw InputError(path.string() + ": there is no such result");
+  const json rows = path.extension() == ".csv" ? csv_rows(path) : read_json_file(path).at("rows");
+  return *files_.emplace(file, JsonValue(rows)).first->second;
+}
+
+std::vector<const json*> ResultRows::select(const std::string& file, const std::string& selection) {
+  std::vector<const json*> out;
+  const std::vector<std::string> conditions = split(selection, ",");
+  for (const json& row : rows(file)) {
+    const bool wanted = std::all_of(conditions.begin(), conditions.end(),
+                                    [&](const std::string& one) { return holds(row, one); });
+    if (wanted) out.push_back(&row);
+  }
+  return out;
+}
+
+const json& value_in(const json& row, const std::string& column) {
+  static const json none;
+  const json* value = &row;
+  std::vector<std::string> keys = split(column, ".");
+  const bool metric = !row.contains(keys.front()) && row.contains("metrics") &&
+                      row.at("metrics").contains(keys.front());
+  if (metric) {
+    keys.insert(keys.begin(), "metrics");
+    if (keys.size() == 2) keys.emplace_back("mean");
+  }
+  for (const std::string& key : keys) {
+    if (value->is_array()) {
+      const auto index = static_cast<std::size_t>(std::atoi(key.c_str()));
+      if (index >= value->size()) return none;
+      value = &value->at(index);
+    } else {
+      if (!value->is_object() || !value->contains(key)) return none;
+      value = &value->at(key);
+    }
+  }
+  return *value;
+}
+
+std::string label_of(const json& row) { return row.value("label", ""); }
+
+}  // namespace ertbench

@@ -1,0 +1,138 @@
+#include "bench/publish/publish.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "bench/pages/page.h"
+#include "bench/publish/latency_pairs.h"
+#include "bench/run/runner.h"
+#include "bench/run/stages.h"
+#include "bench/table/writers.h"
+#include "core/atomic_file.h"
+#include "core/build.h"
+#include "core/errors.h"
+#include "core/process.h"
+#include "core/temporary_folder.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string contents_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The lines that git prints. Throws InputError where it fails.
+std::vector<std::string> git(const fs::path& project, const std::vector<std::string>& arguments) {
+  const TemporaryFolder folder;
+  std::vector<std::string> command = {"git", "-C", project.string()};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  const fs::path output = folder.path() / "output";
+  ChildProcess process(command, {folder.path() / "log", output}, 60);
+  if (!process.wait().ok()) {
+    throw InputError(project.string() + ": publishing needs the project's git repository: " +
+                     one_line(contents_of(folder.path() / "log"), 200));
+  }
+  std::vector<std::string> lines = split(contents_of(output), "\n");
+  std::erase(lines, "");
+  return lines;
+}
+
+/// Whether publishing itself writes the file, so that its change is no matter.
+bool is_published(const fs::path& project, const fs::path& file) {
+  if (file.string().starts_with("results/published/")) return !file.string().ends_with(".md.in");
+  for (const fs::path& page_template : page_templates(project)) {
+    if (fs::relative(page_of(page_template), project) == file) return true;
+  }
+  return false;
+}
+
+/// Puts `made` in the place of `folder`, with the templates of pages that stand there.
+void replace_folder(const fs::path& folder, const fs::path& made) {
+  fs::path before = folder;
+  before += ".before";
+  fs::remove_all(before);
+  if (fs::exists(folder)) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (!entry.path().string().ends_with(".md.in")) continue;
+      fs::copy_file(entry.path(), made / entry.path().filename());
+      const fs::path page = page_of(entry.path());
+      if (fs::exists(page)) fs::copy_file(page, made / page.filename());
+    }
+    fs::rename(folder, before);
+  }
+  fs::rename(made, folder);
+  fs::remove_all(before);
+}
+
+}  // namespace
+
+void require_committed(const fs::path& project) {
+  std::vector<std::string> changes;
+  for (const std::string& line : git(project, {"status", "--porcelain", "-uall"})) {
+    const std::string file = line.substr(std::min<std::size_t>(3, line.size()));
+    if (!is_published(project, file)) changes.push_back(file);
+  }
+  if (!changes.empty()) {
+    throw InputError(
+        project.string() + ": " + changes.front() +
+        (changes.size() > 1 ? " and " + std::to_string(changes.size() - 1) + " more" : "") +
+        " differ from the last commit; commit or remove them, so that what is "
+        "published can be made again");
+  }
+  std::vector<std::string> arguments = {"log", "-1", "--format=%H", "--"};
+  for (const std::string& one : split(this_build().sources, " ")) arguments.push_back(one);
+  const std::vector<std::string> commit = git(project, arguments);
+  if (this_build().dirty || commit.empty() || !commit.front().starts_with(this_build().commit)) {
+    throw InputError(
+        "this program was built of commit " + commit_text(this_build().commit, this_build().dirty) +
+        ", the tree's sources are of " + (commit.empty() ? "none" : commit.front().substr(0, 12)) +
+        "; build it again, ./ertbench does");
+  }
+}
+
+int publish_experiment(const Experiment& experiment, const fs::path& project,
+                       const PublishOptions& options) {
+  // Models of the sheet are compared on an experiment that has no solver.
+  const bool of_models = experiment.solvers.empty();
+  const Stages stages = of_models ? stages_of_fidelity(fidelity_usual_scenes) : stages_of_run();
+  RunOptions run;
+  run.out = project / "results" / experiment.name;
+  run.jobs = options.jobs;
+  const Cache cache = Cache::standard().with(Reuse::clean);
+  const ExperimentResults results = run_stages(stages, experiment, cache, run);
+  const fs::path published = project / "results/published" / experiment.name;
+  fs::path made = published;
+  made += ".part";
+  fs::remove_all(made);
+  fs::create_directories(made);
+  if (of_models) {
+    report_stages(stages, experiment, results, made);
+  } else {
+    report_experiment(experiment, cache, results, made);
+  }
+  replace_folder(published, made);
+  return results.failures;
+}
+
+std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& project) {
+  std::vector<std::pair<fs::path, std::string>> out;
+  const fs::path results = project / "results/published";
+  for (const fs::path& page_template : page_templates(project)) {
+    out.emplace_back(page_of(page_template),
+                     render_page(contents_of(page_template),
+                                 fs::relative(page_template, project).string(), results));
+  }
+  out.emplace_back(results / "latencies.md",
+                   markdown_of(latency_table(latency_pairs(timed_rows(results)))));
+  return out;
+}
+
+void publish_pages(const fs::path& project) {
+  for (const auto& [page, text] : rendered_pages(project)) write_file_atomically(page, text);
+}
+
+}  // namespace ertbench

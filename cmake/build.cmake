@@ -1,0 +1,53 @@
+# Writes build.cpp anew where the sources or their commit have changed; run at every build.
+# Takes ERTBENCH_FOLDER, OUTPUT and FLAGS, the compiler and its flags.
+
+# What the program is made of. A commit that changes nothing here, of results or pages say, leaves
+# the program as it is.
+set(sources core forward solvers models bench cmake CMakeLists.txt CMakePresets.json)
+
+string(REPLACE ";" " " ERTBENCH_SOURCES "${sources}")
+
+set(ERTBENCH_COMMIT "unknown")
+set(ERTBENCH_DIRTY false)
+find_package(Git QUIET)
+if(GIT_FOUND)
+  execute_process(COMMAND ${GIT_EXECUTABLE} -C ${ERTBENCH_FOLDER} log -1 --format=%H -- ${sources}
+    OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
+  if(NOT failed AND commit)
+    string(SUBSTRING "${commit}" 0 12 ERTBENCH_COMMIT)
+  endif()
+  execute_process(COMMAND ${GIT_EXECUTABLE} -C ${ERTBENCH_FOLDER} status --porcelain -- ${sources}
+    OUTPUT_VARIABLE changes ERROR_QUIET RESULT_VARIABLE failed)
+  if(NOT failed AND changes)
+    set(ERTBENCH_DIRTY true)
+  endif()
+endif()
+
+# hash_sources(VARIABLE WHAT...): over the contents of the sources in folders or files.
+function(hash_sources variable)
+  set(all "${FLAGS}")
+  foreach(what ${ARGN})
+    if(IS_DIRECTORY ${ERTBENCH_FOLDER}/${what})
+      file(GLOB_RECURSE files RELATIVE ${ERTBENCH_FOLDER}
+        ${ERTBENCH_FOLDER}/${what}/*.h ${ERTBENCH_FOLDER}/${what}/*.cpp)
+    else()
+      set(files ${what})
+    endif()
+    list(SORT files)
+    foreach(file ${files})
+      file(SHA256 ${ERTBENCH_FOLDER}/${file} hash)
+      string(APPEND all " ${file} ${hash}")
+    endforeach()
+  endforeach()
+  string(SHA256 hash "${all}")
+  string(SUBSTRING ${hash} 0 32 hash)
+  set(${variable} ${hash} PARENT_SCOPE)
+endfunction()
+
+set(data core forward)
+set(fit ${data} solvers models bench/experiment/fit_recipe.cpp bench/run/fitted_solver.cpp)
+set(record ${fit} bench/experiment bench/record bench/run bench/score)
+hash_sources(ERTBENCH_DATA_CODE ${data})
+hash_sources(ERTBENCH_FIT_CODE ${fit})
+hash_sources(ERTBENCH_RECORD_CODE ${record})
+configure_file(${ERTBENCH_FOLDER}/core/build.cpp.in ${OUTPUT} @ONLY)

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace ertbench {
+
+/// Of what this program was built. The hashes are over the contents of source files, the compiler
+/// and its flags: two builds with the same hash give the same numbers.
+struct Build {
+  std::string commit;       ///< the last that changed the sources, 12 digits; "unknown" without git
+  bool dirty = false;       ///< whether sources had changed since
+  std::string sources;      ///< what is looked at, relative to the project: "core forward ..."
+  std::string data_code;    ///< of what datasets depend on: core/, forward/
+  std::string fit_code;     ///< of what fitted solvers depend on: those, solvers/, models/
+  std::string record_code;  ///< of what scores and times depend on: those, bench/{score,run,...}
+};
+
+/// Of the running program.
+const Build& this_build();
+
+/// "0123456789ab", with "-dirty" where sources had changed.
+std::string commit_text(const std::string& commit, bool dirty);
+
+/// The folder of the sources that the program was built from.
+std::filesystem::path project_folder();
+
+}  // namespace ertbench

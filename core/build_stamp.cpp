@@ -1,0 +1,94 @@
+#include "core/build_stamp.h"
+
+#include <link.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/build.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* learned_solvers = "libertbench_models.so";
+
+/// The program's own libraries, whichever of them this process has loaded.
+std::vector<fs::path> own_libraries() {
+  std::vector<fs::path> out;
+  dl_iterate_phdr(
+      [](dl_phdr_info* info, std::size_t, void* found) {
+        const fs::path library = info->dlpi_name;
+        const std::string name = library.filename().string();
+        if (name.starts_with("libertbench") && name != learned_solvers) {
+          static_cast<std::vector<fs::path>*>(found)->push_back(library);
+        }
+        return 0;
+      },
+      &out);
+  // The learned solvers are loaded where an experiment asks for them, and belong to the program.
+  std::error_code ignored;
+  const fs::path learned =
+      fs::read_symlink("/proc/self/exe", ignored).parent_path() / learned_solvers;
+  if (fs::exists(learned, ignored)) out.push_back(learned);
+  std::sort(out.begin(), out.end(),
+            [](const fs::path& a, const fs::path& b) { return a.filename() < b.filename(); });
+  return out;
+}
+
+std::string program_hash() {
+  std::string hashes = hash_of_file("/proc/self/exe");
+  for (const fs::path& library : own_libraries()) hashes += hash_of_file(library);
+  return hash_of(hashes);
+}
+
+}  // namespace
+
+std::string hash_of(const std::string& text) {
+  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
+  char digits[33];
+  std::snprintf(digits, sizeof digits, "%016llx%016llx",
+                static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return digits;
+}
+
+std::string hash_of_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return hash_of({std::istreambuf_iterator<char>(in), {}});
+}
+
+std::string BuildStamp::commit_text() const { return ertbench::commit_text(commit, dirty); }
+
+BuildStamp stamp_of_this_build(const std::string& code, std::span<const fs::path> plugins) {
+  static const std::string program = program_hash();
+  BuildStamp stamp{this_build().commit, this_build().dirty, program, code, {}};
+  for (const fs::path& plugin : plugins) stamp.plugins.push_back(hash_of_file(plugin));
+  return stamp;
+}
+
+nlohmann::json to_json(const BuildStamp& stamp) {
+  nlohmann::json out = {{"commit", stamp.commit},
+                        {"dirty", stamp.dirty},
+                        {"program", stamp.program},
+                        {"code", stamp.code}};
+  if (!stamp.plugins.empty()) out["plugins"] = stamp.plugins;
+  return out;
+}
+
+std::optional<BuildStamp> build_stamp_from_json(const nlohmann::json& stamp) {
+  try {
+    BuildStamp out{
+        stamp.at("commit"), stamp.at("dirty"), stamp.at("program"), stamp.at("code"), {}};
+    if (stamp.contains("plugins")) out.plugins = stamp.at("plugins");
+    return out;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace ertbench
