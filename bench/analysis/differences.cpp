@@ -157,7 +157,7 @@ TableSection section_of(const std::vector<const MeanDifference*>& pairs) {
 std::vector<MeanDifference> mean_differences(const ScoredLabels& scored) {
   std::vector<MeanDifference> out;
   for (const MetricEntry& entry : kMetricTable) {
-    if (entry.headline) add_differences(scored, entry.metric, out);
+    if (entry.headline) add_differences(scored, entry.distance, out);
   }
   return out;
 }

@@ -25,7 +25,8 @@ struct MeanDifference {
   bool resolved() const { return ci95.low > 0 || ci95.high < 0; }
 };
 
-/// All pairs of labels, of every metric with a column in the terminal's table. A label without the
+/// All pairs of labels, of every metric with a column in the terminal's table; where its ideal is
+/// that of the truth, of the distance from it (MetricEntry::distance). A label without the
 /// metric on any frame is left out of it.
 std::vector<MeanDifference> mean_differences(const ScoredLabels& scored);
 

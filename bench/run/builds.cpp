@@ -20,7 +20,7 @@ std::optional<BuildStamp> stamp_in(const nlohmann::json& record, const char* key
 
 void add_builds(const Stage& stage, const Experiment& experiment, const JobRecords& records,
                 ExperimentResults& results) {
-  for (const Job& job : stage.jobs(experiment)) {
+  for (const Job& job : stage.due(experiment, results)) {
     const auto record = records.read(job);
     if (!record) continue;
     const auto made = stamp_in(*record, "build");
