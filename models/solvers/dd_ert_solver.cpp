@@ -22,6 +22,9 @@ void DdErtSolver::read(JsonObject object) {
   a.mask_threshold = object.number_or("mask_threshold", a.mask_threshold, {0, 1, true});
   a.discriminator_rate =
       object.number_or("discriminator_rate", a.discriminator_rate, {0, 1000, true});
+  a.spectral_norm = object.boolean_or("spectral_norm", a.spectral_norm);
+  a.instance_noise = object.number_or("instance_noise", a.instance_noise, {0, 10});
+  a.label_smoothing = object.number_or("label_smoothing", a.label_smoothing, {0, 0.49});
   if (object.has("discriminator_widths")) {
     const std::vector<int> widths = object.integers("discriminator_widths", 2, 2, {1, 4096});
     std::copy(widths.begin(), widths.end(), a.discriminator_widths.begin());
@@ -33,18 +36,23 @@ void DdErtSolver::read(JsonObject object) {
 
 nlohmann::json DdErtSolver::settings() const {
   const AdversarialSettings& a = adversarial_;
-  return {{"width", shape_.width},
-          {"convolutions", shape_.convolutions},
-          {"attention", shape_.attention},
-          {"initialisation", physics_ ? "physics" : "random"},
-          {"train_dense", train_dense_},
-          {"content_loss", a.squared_content ? "mse" : "l1"},
-          {"alpha", a.alpha},
-          {"beta", a.beta},
-          {"adversarial_form", name_of(a.form)},
-          {"mask_threshold", a.mask_threshold},
-          {"discriminator_rate", a.discriminator_rate},
-          {"discriminator_widths", a.discriminator_widths}};
+  nlohmann::json out = {{"width", shape_.width},
+                        {"convolutions", shape_.convolutions},
+                        {"attention", shape_.attention},
+                        {"initialisation", physics_ ? "physics" : "random"},
+                        {"train_dense", train_dense_},
+                        {"content_loss", a.squared_content ? "mse" : "l1"},
+                        {"alpha", a.alpha},
+                        {"beta", a.beta},
+                        {"adversarial_form", name_of(a.form)},
+                        {"mask_threshold", a.mask_threshold},
+                        {"discriminator_rate", a.discriminator_rate},
+                        {"discriminator_widths", a.discriminator_widths}};
+  // As in the files of networks from before there were these: left out where they are off.
+  if (a.spectral_norm) out["spectral_norm"] = true;
+  if (a.instance_noise > 0) out["instance_noise"] = a.instance_noise;
+  if (a.label_smoothing > 0) out["label_smoothing"] = a.label_smoothing;
+  return out;
 }
 
 std::shared_ptr<Network> DdErtSolver::make_network(const Sensor& sensor) const {
@@ -64,6 +72,7 @@ void DdErtSolver::initialise(Network& network, const FitInput& input,
 std::unique_ptr<Objective> DdErtSolver::make_objective(const FitInput&) const {
   AdversarialSettings settings = adversarial_;
   settings.bfloat16 = training_.bfloat16;
+  settings.seed = training_.seed;
   return std::make_unique<AdversarialObjective>(settings);
 }
 

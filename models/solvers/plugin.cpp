@@ -86,6 +86,14 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
         "\"minimax\" (B4; the default), \"non-saturating\" or \"least-squares\""},
        {"discriminator_rate",
         "learning rate of the discriminator over that of the generator, > 0; default 0.1"},
+       {"spectral_norm",
+        "whether the discriminator's convolutions are divided by their largest singular values "
+        "(Miyato et al. 2018), in place of batch normalisation; default false"},
+       {"instance_noise",
+        "standard deviation (of y) of the noise on truths and images that the discriminator sees, "
+        "falling to 0 over the training; default 0"},
+       {"label_smoothing",
+        "s of the label 1 - s that the discriminator is to give to truths, 0 ... 0.49; default 0"},
        {"mask_threshold", "y from which a pixel is in a contact; default 0.05"},
        {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}});
 }

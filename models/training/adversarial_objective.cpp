@@ -12,6 +12,16 @@ namespace {
 /// Log-odds that differ by less over all patches of all images of an epoch say nothing.
 constexpr double least_judgement_spread = 1e-4;
 
+/// Places among the terms; the last two only with a discriminator.
+enum Term : std::size_t {
+  content_term,
+  adversarial_term,
+  mask_term,
+  discriminator_term,
+  right_truths_term,
+  right_images_term
+};
+
 void set_trainable(PatchDiscriminator& discriminator, bool trainable) {
   for (torch::Tensor& parameter : discriminator->parameters()) {
     parameter.set_requires_grad(trainable);
@@ -21,29 +31,35 @@ void set_trainable(PatchDiscriminator& discriminator, bool trainable) {
 }  // namespace
 
 AdversarialObjective::AdversarialObjective(const AdversarialSettings& settings)
-    : settings_(settings) {
+    : settings_(settings), noise_(settings.instance_noise, settings.seed) {
   if (settings_.alpha == 0) return;
-  discriminator_ = PatchDiscriminator(settings_.discriminator_widths);
+  discriminator_ = PatchDiscriminator(settings_.discriminator_widths, settings_.spectral_norm);
   optimiser_ = std::make_unique<torch::optim::Adam>(
       discriminator_->parameters(), torch::optim::AdamOptions().betas({0.5, 0.999}));
 }
 
 std::vector<std::string> AdversarialObjective::terms() const {
-  return {"content", "adversarial", "mask", "discriminator"};
+  std::vector<std::string> names = {"content", "adversarial", "mask", "discriminator"};
+  if (optimiser_) {
+    names.insert(names.end(), {"discriminator_right_truths", "discriminator_right_images"});
+  }
+  return names;
 }
 
 torch::Tensor AdversarialObjective::odds(const torch::Tensor& images) {
   const ReducedPrecision precision(settings_.bfloat16);
-  return discriminator_->forward(images).to(torch::kFloat32);
+  return discriminator_->forward(noise_.add_to(images)).to(torch::kFloat32);
 }
 
-double AdversarialObjective::train_discriminator(const torch::Tensor& images,
-                                                 const torch::Tensor& truths) {
+void AdversarialObjective::train_discriminator(const torch::Tensor& images,
+                                               const torch::Tensor& truths,
+                                               std::vector<double>& terms) {
   set_trainable(discriminator_, true);
   optimiser_->zero_grad();
   const torch::Tensor of_truths = odds(truths);
   const torch::Tensor of_images = odds(images.detach());
-  const torch::Tensor loss = discriminator_loss(settings_.form, of_truths, of_images);
+  const torch::Tensor loss =
+      discriminator_loss(settings_.form, of_truths, of_images, settings_.label_smoothing);
   loss.backward();
   optimiser_->step();
   const auto spread = [](const torch::Tensor& tensor) {
@@ -52,7 +68,9 @@ double AdversarialObjective::train_discriminator(const torch::Tensor& images,
   };
   largest_spread_ = std::max({largest_spread_, spread(of_truths), spread(of_images)});
   set_trainable(discriminator_, false);  // what follows is the generator's step
-  return loss.item<double>();
+  terms[discriminator_term] = loss.item<double>();
+  terms[right_truths_term] = share_judged_right(settings_.form, of_truths.detach(), true);
+  terms[right_images_term] = share_judged_right(settings_.form, of_images.detach(), false);
 }
 
 torch::Tensor AdversarialObjective::loss(const torch::Tensor& images, const torch::Tensor& truths,
@@ -60,19 +78,24 @@ torch::Tensor AdversarialObjective::loss(const torch::Tensor& images, const torc
   namespace F = torch::nn::functional;
   torch::Tensor total =
       settings_.squared_content ? F::mse_loss(images, truths) : F::l1_loss(images, truths);
-  terms = {total.item<double>(), 0, 0, 0};
-  if (settings_.alpha != 0) {
-    terms[3] = train_discriminator(images, truths);
+  terms.assign(optimiser_ ? right_images_term + 1 : discriminator_term + 1, 0.0);
+  terms[content_term] = total.item<double>();
+  if (optimiser_) {
+    train_discriminator(images, truths, terms);
     const torch::Tensor adversarial = generator_loss(settings_.form, odds(images));
-    terms[1] = adversarial.item<double>();
+    terms[adversarial_term] = adversarial.item<double>();
     total = total + settings_.alpha * adversarial;
   }
   if (settings_.beta != 0) {
     const torch::Tensor mask = mask_loss(images, truths, settings_.mask_threshold);
-    terms[2] = mask.item<double>();
+    terms[mask_term] = mask.item<double>();
     total = total + settings_.beta * mask;
   }
   return total;
+}
+
+void AdversarialObjective::begin_step(std::uint64_t step, std::uint64_t steps) {
+  noise_.begin_step(step, steps);
 }
 
 void AdversarialObjective::set_learning_rate(double learning_rate) {

@@ -29,11 +29,21 @@ const char* name_of(AdversarialForm form) {
 // lose the small probabilities.
 
 torch::Tensor discriminator_loss(AdversarialForm form, const torch::Tensor& odds_of_truths,
-                                 const torch::Tensor& odds_of_images) {
+                                 const torch::Tensor& odds_of_images, double label_smoothing) {
+  const double s = label_smoothing;
   if (form == AdversarialForm::least_squares) {
-    return (odds_of_truths - 1).square().mean() + odds_of_images.square().mean();
+    return (odds_of_truths - (1 - s)).square().mean() + odds_of_images.square().mean();
   }
-  return F::softplus(-odds_of_truths).mean() + F::softplus(odds_of_images).mean();
+  torch::Tensor of_truths = F::softplus(-odds_of_truths).mean();
+  if (s > 0) of_truths = (1 - s) * of_truths + s * F::softplus(odds_of_truths).mean();
+  return of_truths + F::softplus(odds_of_images).mean();
+}
+
+double share_judged_right(AdversarialForm form, const torch::Tensor& odds, bool of_truths) {
+  // What least squares calls odds is the answer itself, between 0 for images and 1 for truths.
+  const double border = form == AdversarialForm::least_squares ? 0.5 : 0;
+  const torch::Tensor right = of_truths ? odds > border : odds < border;
+  return right.to(torch::kFloat64).mean().item<double>();
 }
 
 torch::Tensor generator_loss(AdversarialForm form, const torch::Tensor& odds_of_images) {

@@ -3,6 +3,7 @@
 #include <torch/serialize/archive.h>
 #include <torch/types.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@ class Objective {
   virtual torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
                              std::vector<double>& terms) = 0;
 
+  /// Before each step's loss: its place in the whole training, from 0.
+  virtual void begin_step(std::uint64_t /*step*/, std::uint64_t /*steps*/) {}
   virtual void set_learning_rate(double) {}
   /// After an epoch: what has gone wrong in it, for the status; nothing where all is well.
   virtual std::optional<std::string> collapse() { return std::nullopt; }

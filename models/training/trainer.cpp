@@ -1,7 +1,6 @@
 #include "models/training/trainer.h"
 
 #include <spdlog/spdlog.h>
-#include <torch/nn/modules/batchnorm.h>
 #include <torch/optim/adam.h>
 #include <torch/serialize/archive.h>
 
@@ -15,6 +14,7 @@
 #include "core/replace_file.h"
 #include "models/networks/reduced_precision.h"
 #include "models/training/training_log.h"
+#include "models/training/weights.h"
 
 namespace ertbench {
 namespace {
@@ -55,45 +55,6 @@ std::vector<std::string> log_columns(const Objective& objective) {
   return columns;
 }
 
-/// Parameters and buffers, in the network's order.
-std::vector<torch::Tensor> weights_of(const Network& network) {
-  std::vector<torch::Tensor> weights = network.parameters();
-  const std::vector<torch::Tensor> buffers = network.buffers();
-  weights.insert(weights.end(), buffers.begin(), buffers.end());
-  return weights;
-}
-
-std::vector<torch::Tensor> copies(const std::vector<torch::Tensor>& tensors) {
-  std::vector<torch::Tensor> out;
-  for (const torch::Tensor& tensor : tensors) out.push_back(tensor.detach().clone());
-  return out;
-}
-
-void set_weights(Network& network, const std::vector<torch::Tensor>& weights) {
-  const torch::NoGradGuard no_gradients;
-  std::size_t i = 0;
-  for (torch::Tensor& tensor : weights_of(network)) tensor.copy_(weights[i++]);
-}
-
-/// All parameters but the slow ones, and these.
-std::vector<torch::optim::OptimizerParamGroup> parameter_groups(const Network& network) {
-  const std::vector<torch::Tensor> slow = network.slow_parameters();
-  std::vector<torch::Tensor> others;
-  for (const torch::Tensor& parameter : network.parameters()) {
-    const auto same = [&](const torch::Tensor& one) { return one.is_same(parameter); };
-    if (std::none_of(slow.begin(), slow.end(), same)) others.push_back(parameter);
-  }
-  return {torch::optim::OptimizerParamGroup(others), torch::optim::OptimizerParamGroup(slow)};
-}
-
-void freeze_statistics(Network& network) {
-  for (const auto& module : network.modules()) {
-    if (module->as<torch::nn::BatchNorm1dImpl>() || module->as<torch::nn::BatchNorm2dImpl>()) {
-      module->eval();
-    }
-  }
-}
-
 template <typename Saved>
 OutputArchive archive_of(const Saved& saved) {
   OutputArchive archive;
@@ -130,6 +91,7 @@ class Training {
                                "; lower \"learning_rate\"");
     }
     set_weights(network_, best_);
+    result_.converged = result_.best_epoch < settings_.epochs;
     return result_;
   }
 
@@ -141,9 +103,13 @@ class Training {
            result_.epochs - result_.best_epoch >= settings_.patience;
   }
 
+  /// Of the whole training, should it not end early.
+  std::uint64_t steps() const {
+    return steps_per_epoch_ * static_cast<std::uint64_t>(settings_.epochs);
+  }
+
   double set_learning_rate(std::uint64_t step) {
-    const std::uint64_t steps = steps_per_epoch_ * static_cast<std::uint64_t>(settings_.epochs);
-    const double rate = settings_.one_cycle ? one_cycle_rate(settings_.learning_rate, step, steps)
+    const double rate = settings_.one_cycle ? one_cycle_rate(settings_.learning_rate, step, steps())
                                             : settings_.learning_rate;
     optimiser_.param_groups()[0].options().set_lr(rate);
     optimiser_.param_groups()[1].options().set_lr(rate * settings_.slow_rate);
@@ -161,8 +127,7 @@ class Training {
       std::snprintf(error, sizeof error, ", validation error %.3f", result_.validation_error);
       text += error;
     }
-    outlet_.progress(steps_done, steps_per_epoch_ * static_cast<std::uint64_t>(settings_.epochs),
-                     text);
+    outlet_.progress(steps_done, steps(), text);
   }
 
   torch::Tensor images_of(const torch::Tensor& frames) {
@@ -183,6 +148,7 @@ class Training {
     for (std::uint64_t i = 0; i < steps_per_epoch_; ++i) {
       const std::uint64_t step = number * steps_per_epoch_ + i;
       rate = set_learning_rate(step);
+      objective_.begin_step(step, steps());
       if (step >= frozen_from) freeze_statistics(network_);
       const TrainingBatch batch = scenes_.batch(i * batch_, batch_);
       std::vector<double> terms(objective_.terms().size());
@@ -305,24 +271,6 @@ class Training {
 };
 
 }  // namespace
-
-nlohmann::json to_json(const TrainingResult& result) {
-  return {{"status", result.report.status},
-          {"message", result.report.message},
-          {"earlier_s", result.report.earlier_s},
-          {"epochs", result.epochs},
-          {"best_epoch", result.best_epoch},
-          {"validation_error", result.validation_error},
-          {"seconds", result.seconds}};
-}
-
-TrainingResult training_result_from_json(const nlohmann::json& json) {
-  return {{json.at("status"), json.at("message"), json.value("earlier_s", 0.0)},
-          json.at("epochs"),
-          json.at("best_epoch"),
-          json.at("validation_error"),
-          json.at("seconds")};
-}
 
 TrainingResult train(Network& network, Objective& objective, TrainingSet& scenes,
                      const ValidationSet& validation, const TrainingSettings& settings,

@@ -1,26 +1,17 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
 
 #include "models/networks/network.h"
 #include "models/training/objective.h"
+#include "models/training/training_result.h"
 #include "models/training/training_set.h"
 #include "models/training/validation_set.h"
-#include "solvers/solver.h"
 
 namespace ertbench {
-
-/// How a training went.
-struct TrainingResult {
-  FitReport report;
-  int epochs = 0;               ///< finished
-  int best_epoch = 0;           ///< whose weights were kept, from 1
-  double validation_error = 0;  ///< of those weights
-  double seconds = 0;           ///< all its parts together, where it was interrupted
-};
-
-nlohmann::json to_json(const TrainingResult& result);
-TrainingResult training_result_from_json(const nlohmann::json& json);
 
 /// Where a training is watched and kept.
 struct TrainingOutlet {

@@ -193,6 +193,8 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
   };
   EXPECT_THAT(said({{"type", "dd-ert"}, {"alpha", -1}}), HasSubstr("spec.json: /alpha"));
   EXPECT_THAT(said({{"type", "dd-ert"}, {"initialisation", "physic"}}), HasSubstr("\"physics\""));
+  EXPECT_THAT(said({{"type", "dd-ert"}, {"label_smoothing", 0.5}}), HasSubstr("/label_smoothing"));
+  EXPECT_THAT(said({{"type", "dd-ert"}, {"instance_noise", -1}}), HasSubstr("/instance_noise"));
   EXPECT_THAT(said({{"type", "fcnn"}, {"width", 3}}), HasSubstr("/width"));
   EXPECT_THAT(said({{"type", "fcnn"}, {"batch", 1}}), HasSubstr("/batch"));
   EXPECT_THAT(said({{"type", "dcnn"}, {"widths", {8, 8}}}), HasSubstr("/widths"));
@@ -203,6 +205,24 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
               HasSubstr("/training_faults: has no fault"));
   EXPECT_THAT(said({{"type", "fcnn"}, {"training_faults", {{"adc_bits", 8}}}}),
               HasSubstr("/training_faults/adc_bits"));
+}
+
+TEST(LearnedSolverSettings, OfTheAdversarialGameAreKeptWithTheNetwork) {
+  const TrainingFiles files;
+  json spec = with_budget(specs[3]);
+  const auto plain = make_learned(spec);
+  for (const char* name : {"spectral_norm", "instance_noise", "label_smoothing"}) {
+    EXPECT_FALSE(plain->parameters().contains(name));  // as in files from before there were these
+  }
+  spec.update({{"spectral_norm", true}, {"instance_noise", 0.1}, {"label_smoothing", 0.2}});
+  const auto solver = make_learned(spec);
+  solver->fit(files.input());
+  solver->save(files.folder() / "network.fitted");
+  const auto again = make_learned({{"type", "dd-ert"}});
+  again->load(files.folder() / "network.fitted", Sensor{});
+  EXPECT_EQ(again->parameters(), solver->parameters());
+  EXPECT_EQ(again->parameters().at("spectral_norm"), true);
+  EXPECT_EQ(again->parameters().at("label_smoothing"), 0.2);
 }
 
 TEST(LearnedSolverSettings, HugeWeightsEndOneWayOrTheOther) {

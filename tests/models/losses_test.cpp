@@ -55,6 +55,80 @@ TEST(Losses, AdversarialFormsAreTheirFormulas) {
               (9 + 0.09) / 2, 1e-6);
 }
 
+/// The log-odds at which a gradient descent on the discriminator's loss comes to rest.
+double odds_at_rest(AdversarialForm form, double smoothing) {
+  torch::Tensor odds = torch::zeros({1}, torch::kFloat64).set_requires_grad(true);
+  const torch::Tensor of_images = torch::tensor({-1.0}, torch::kFloat64);
+  for (int step = 0; step < 2000; ++step) {
+    discriminator_loss(form, odds, of_images, smoothing).backward();
+    const torch::NoGradGuard no_gradients;
+    odds -= 0.5 * odds.grad();
+    odds.mutable_grad().zero_();
+  }
+  return odds.item<double>();
+}
+
+TEST(Losses, SmoothedLabelsPutTheMinimumAtTheirOdds) {
+  for (const double s : {0.1, 0.3}) {
+    EXPECT_NEAR(odds_at_rest(AdversarialForm::minimax, s), std::log((1 - s) / s), 1e-6);
+    EXPECT_NEAR(odds_at_rest(AdversarialForm::non_saturating, s), std::log((1 - s) / s), 1e-6);
+    EXPECT_NEAR(odds_at_rest(AdversarialForm::least_squares, s), 1 - s, 1e-6);
+  }
+}
+
+TEST(Losses, OnlyTheLabelsOfTruthsAreSmoothed) {
+  const torch::Tensor of_truths = torch::tensor({1.5, -0.3});
+  const auto change = [&](double of_images) {
+    const torch::Tensor odds = torch::full({2}, of_images);
+    const AdversarialForm form = AdversarialForm::minimax;
+    return (discriminator_loss(form, of_truths, odds, 0.2) -
+            discriminator_loss(form, of_truths, odds))
+        .item<double>();
+  };
+  EXPECT_NEAR(change(-2), change(3), 1e-5);
+  EXPECT_GT(std::abs(change(-2)), 0.01);
+}
+
+TEST(Losses, WhatIsJudgedRightIsOnTheRightSideOfTheBorder) {
+  const torch::Tensor odds = torch::tensor({1.5, -0.3, 0.2, 0.7});
+  EXPECT_EQ(share_judged_right(AdversarialForm::minimax, odds, true), 0.75);
+  EXPECT_EQ(share_judged_right(AdversarialForm::minimax, odds, false), 0.25);
+  EXPECT_EQ(share_judged_right(AdversarialForm::least_squares, odds, true), 0.5);
+  EXPECT_EQ(share_judged_right(AdversarialForm::least_squares, odds, false), 0.5);
+}
+
+TEST(Losses, InstanceNoiseFallsToZero) {
+  InstanceNoise noise(0.2, 1);
+  const torch::Tensor images = torch::zeros({4, 1, 64, 64});
+  const std::uint64_t steps = 11;
+  for (const std::uint64_t step : {0u, 5u, 9u}) {
+    noise.begin_step(step, steps);
+    const double expected = 0.2 * (1 - static_cast<double>(step) / 10);
+    EXPECT_NEAR(noise.deviation(), expected, 1e-12);
+    // Of 16384 numbers the deviation is uncertain by 1 / sqrt(2 * 16384) = 0.55 %.
+    EXPECT_NEAR(noise.add_to(images).std().item<double>(), expected, 0.03 * expected);
+  }
+  noise.begin_step(10, steps);
+  EXPECT_TRUE(noise.add_to(images).equal(images));
+}
+
+TEST(Losses, InstanceNoiseDependsOnSeedAndStepAlone) {
+  const torch::Tensor images = torch::zeros({2, 1, 24, 24});
+  InstanceNoise one(0.2, 7);
+  one.begin_step(0, 10);
+  one.add_to(images);
+  torch::randn({5});  // torch's own stream plays no part
+  one.begin_step(3, 10);
+  InstanceNoise other(0.2, 7);
+  other.begin_step(3, 10);
+  const torch::Tensor first = one.add_to(images);
+  EXPECT_TRUE(first.equal(other.add_to(images)));
+  EXPECT_FALSE(first.equal(one.add_to(images)));  // truths and images have noise of their own
+  InstanceNoise seeded(0.2, 8);
+  seeded.begin_step(3, 10);
+  EXPECT_FALSE(first.equal(seeded.add_to(images)));
+}
+
 TEST(Losses, ObjectiveIsTheWeightedSumOfItsTerms) {
   torch::manual_seed(2);
   const torch::Tensor truths = torch::rand({4, 1, 24, 24}).round() * 0.4;
@@ -87,7 +161,18 @@ TEST(Losses, DiscriminatorLearnsToTellWhatIsTrue) {
     if (step == 0) first = terms[3];
   }
   EXPECT_LT(terms[3], 0.2 * first);
+  EXPECT_EQ(terms[4], 1);  // the game is over
+  EXPECT_EQ(terms[5], 1);
   EXPECT_FALSE(objective.collapse().has_value());
+}
+
+TEST(Losses, WithoutADiscriminatorThereIsNoGameToReport) {
+  AdversarialObjective objective(AdversarialSettings{.alpha = 0});
+  std::vector<double> terms;
+  const torch::Tensor images = torch::full({2, 1, 24, 24}, 0.5);
+  objective.loss(images, images, terms);
+  EXPECT_EQ(terms.size(), objective.terms().size());
+  EXPECT_EQ(objective.terms().back(), "discriminator");
 }
 
 TEST(Losses, ADiscriminatorThatSaysNothingIsReported) {

@@ -10,6 +10,7 @@
 #include "models/networks/frozen_graph.h"
 #include "models/networks/patch_discriminator.h"
 #include "models/networks/spatial_attention.h"
+#include "models/networks/spectral_convolution.h"
 
 namespace ertbench {
 namespace {
@@ -172,6 +173,74 @@ TEST(Networks, FrozenGraphIsTheNetwork) {
           (graph.run(frames.slice(0, f, f + 1)) - images.slice(0, f, f + 1)).norm().item<double>(),
           1e-5 * expected.norm().item<double>());
     }
+  }
+}
+
+/// The largest singular value of a kernel as a matrix, by a dense decomposition.
+double largest_singular_value(const torch::Tensor& kernel) {
+  const torch::Tensor matrix = kernel.detach().flatten(1).to(torch::kFloat64);
+  return std::get<1>(torch::linalg_svd(matrix, false, c10::nullopt)).max().item<double>();
+}
+
+TEST(SpectralConvolution, ItsKernelHasTheLargestSingularValueOne) {
+  torch::manual_seed(1);
+  SpectralConvolution layer(8, 16, 4, 1, 1);
+  {
+    const torch::NoGradGuard no_gradients;
+    layer->parameters()[0].mul_(7);
+  }
+  // The iteration errs by the square of (second value / first value)^(2 * steps).
+  for (int i = 0; i < 300; ++i) layer->kernel();
+  EXPECT_NEAR(largest_singular_value(layer->kernel()), 1, 1e-5);
+}
+
+TEST(SpectralConvolution, KeepsItWhileTheWeightsLearn) {
+  torch::manual_seed(2);
+  SpectralConvolution layer(4, 8, 4, 2, 1);
+  torch::optim::Adam optimiser(layer->parameters(), torch::optim::AdamOptions(1e-3));
+  const torch::Tensor maps = torch::randn({8, 4, 12, 12});
+  for (int step = 0; step < 200; ++step) {
+    optimiser.zero_grad();
+    (-layer->forward(maps).square().mean()).backward();  // larger, if it could
+    optimiser.step();
+    // A step changes a weight of about 0.1 by 1 % at most, which one iteration all but follows.
+    EXPECT_NEAR(largest_singular_value(layer->kernel()), 1, 0.02);
+  }
+}
+
+TEST(SpectralConvolution, ForgetsTheScaleOfItsWeights) {
+  torch::manual_seed(3);
+  SpectralConvolution layer(2, 4, 4, 2, 1);
+  for (int i = 0; i < 200; ++i) layer->kernel();
+  const torch::Tensor maps = torch::randn({3, 2, 12, 12});
+  const torch::Tensor before = layer->forward(maps).detach();
+  EXPECT_EQ(before.sizes(), (std::vector<std::int64_t>{3, 4, 6, 6}));
+  const torch::NoGradGuard no_gradients;
+  layer->parameters()[0].mul_(5);
+  EXPECT_LT((layer->forward(maps) - before).norm().item<double>(),
+            1e-5 * before.norm().item<double>());
+}
+
+TEST(SpectralConvolution, IsSavedWithItsSingularVector) {
+  torch::manual_seed(4);
+  SpectralConvolution layer(2, 4, 4, 2, 1);
+  torch::serialize::OutputArchive out;
+  layer->save(out);
+  std::stringstream bytes;
+  out.save_to(bytes);
+  torch::serialize::InputArchive in;
+  in.load_from(bytes);
+  SpectralConvolution again(2, 4, 4, 2, 1);
+  again->load(in);
+  EXPECT_TRUE(again->kernel().equal(layer->kernel()));
+  EXPECT_TRUE(again->kernel().equal(layer->kernel()));  // and so the step after that
+}
+
+TEST(PatchDiscriminator, JudgesAsManyPatchesWithSpectralNormalisation) {
+  for (const bool spectral : {false, true}) {
+    PatchDiscriminator discriminator(std::array{4, 8}, spectral);
+    EXPECT_EQ(discriminator->forward(torch::rand({2, 1, 24, 24})).sizes(),
+              (std::vector<std::int64_t>{2, 1, 10, 10}));
   }
 }
 

@@ -10,7 +10,6 @@
 #include "forward/fem/forward_model.h"
 #include "models/networks/dd_ert_generator.h"
 #include "models/networks/torch_runtime.h"
-#include "models/solvers/sensitivity.h"
 #include "models/training/adversarial_objective.h"
 #include "models/training/trainer.h"
 #include "tests/models/models_testing.h"
@@ -30,14 +29,17 @@ TrainingSettings small_settings() {
 
 /// Everything of one training of a narrow DD-ERT, up to its weights.
 struct SmallTraining {
-  SmallTraining(const TrainingFiles& files, const TrainingSettings& chosen) : settings(chosen) {
+  SmallTraining(const TrainingFiles& files, const TrainingSettings& chosen,
+                AdversarialSettings game = {})
+      : settings(chosen) {
     start_torch(1);
     torch::manual_seed(settings.seed);
     const FitInput input = files.input();
     const Standardisation standardisation = Standardisation::of(*input.training);
     network = std::make_shared<DdErtGenerator>(Sensor{}, GeneratorShape{.width = 4});
-    objective = std::make_unique<AdversarialObjective>(
-        AdversarialSettings{.discriminator_widths = {4, 8}, .bfloat16 = chosen.bfloat16});
+    game.discriminator_widths = {4, 8};
+    game.bfloat16 = chosen.bfloat16;
+    objective = std::make_unique<AdversarialObjective>(game);
     scenes.emplace(*input.training, standardisation, settings);
     validation.emplace(*input.validation, standardisation);
   }
@@ -62,9 +64,10 @@ struct SmallTraining {
   std::optional<ValidationSet> validation;
 };
 
-std::vector<float> weights_after(const TrainingFiles& files, const TrainingSettings& settings) {
+std::vector<float> weights_after(const TrainingFiles& files, const TrainingSettings& settings,
+                                 const AdversarialSettings& game = {}) {
   const TemporaryFolder folder;
-  SmallTraining training(files, settings);
+  SmallTraining training(files, settings, game);
   training.run({.folder = folder / ""});
   return training.weights();
 }
@@ -82,15 +85,20 @@ class Interrupted : public std::exception {};
 
 TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   const TrainingFiles files;
+  AdversarialSettings lively;
+  lively.spectral_norm = true;
+  lively.instance_noise = 0.1;
+  lively.label_smoothing = 0.1;
   for (const bool new_scenes : {false, true}) {
     SCOPED_TRACE(new_scenes);
     TrainingSettings settings = small_settings();
     settings.new_scenes = new_scenes;
-    const std::vector<float> whole = weights_after(files, settings);
+    const AdversarialSettings game = new_scenes ? AdversarialSettings{} : lively;
+    const std::vector<float> whole = weights_after(files, settings, game);
 
     const TemporaryFolder folder;
     {
-      SmallTraining cut(files, settings);
+      SmallTraining cut(files, settings, game);
       // Reading the third epoch's log line means that two are in the checkpoint; then it dies.
       const auto dies = [&](std::uint64_t, std::uint64_t, const std::string& text) {
         if (text.starts_with("epoch 3")) throw Interrupted();
@@ -100,7 +108,7 @@ TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
       EXPECT_THROW(cut.run(outlet), Interrupted);
       EXPECT_TRUE(fs::exists(folder / "checkpoint.pt"));
     }
-    SmallTraining resumed(files, settings);
+    SmallTraining resumed(files, settings, game);
     int first_epoch = 0;
     TrainingOutlet outlet{.folder = folder / "", .progress = [&](auto, auto, const auto& text) {
                             if (first_epoch == 0) first_epoch = std::stoi(text.substr(6));
@@ -154,7 +162,20 @@ TEST(Training, KeepsTheBestWeightsAndStopsEarly) {
   const TrainingResult result = training.run({.folder = folder / ""});
   EXPECT_LT(result.epochs, 30);
   EXPECT_EQ(result.epochs - result.best_epoch, 2);
+  EXPECT_TRUE(result.converged);
+  EXPECT_FALSE(to_json(result).contains("converged"));
   EXPECT_NEAR(training.validation->score(*training.network).error, result.validation_error, 1e-9);
+}
+
+TEST(Training, SaysSoWhereItsBestEpochIsTheLastThatItWasAllowed) {
+  const TrainingFiles files;
+  TrainingSettings settings = small_settings();
+  settings.epochs = 1;
+  const TemporaryFolder folder;
+  const TrainingResult result = SmallTraining(files, settings).run({.folder = folder / ""});
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(to_json(result).at("converged"), false);
+  EXPECT_FALSE(training_result_from_json(to_json(result)).converged);
 }
 
 TEST(Training, DivergenceIsReported) {
@@ -180,43 +201,6 @@ TEST(Training, AGeneratorThatIgnoresItsFrameIsReported) {
   const TemporaryFolder folder;
   torch::AutoGradMode gradients(true);
   EXPECT_EQ(training.run({.folder = folder / ""}).report.status, "generator collapsed");
-}
-
-TEST(Sensitivity, DenseLayerBeginsAsOneStepGaussNewton) {
-  const TrainingFiles files;
-  const FitInput input = files.input();
-  const Standardisation standardisation = Standardisation::of(*input.training);
-  torch::nn::Linear layer(208, 576);
-  set_sensitivity_inverse(layer, input, standardisation);
-
-  const auto gauss_newton = make_solver({{"type", "one-step-gn"}, {"prior", "noser"}});
-  gauss_newton->fit(input);
-  const Frames changes = random_changes(4);
-  const Images expected = reconstruct(*gauss_newton, changes).images;
-  const torch::Tensor y = layer->forward(standardisation.apply(changes)).detach().contiguous();
-  const Images images =
-      -input.sensor.background *
-      Eigen::Map<const Eigen::Matrix<float, 4, 576, Eigen::RowMajor>>(y.data_ptr<float>())
-          .cast<double>();
-  EXPECT_LT(relative_difference(images, expected), 1e-4);  // float32, sums of 208 large products
-}
-
-TEST(Sensitivity, BlurIsGaussNewtonOfTheJacobianCutAtAQuarter) {
-  const TrainingFiles files;
-  FitInput input = files.input();
-  const RowMajorMatrix blur = spatial_blur(input, 0.05);
-  const RowMajorMatrix jacobian = ForwardModel(input.sensor, 24).jacobian();
-  const auto gauss_newton =
-      make_solver({{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.05}});
-  gauss_newton->fit(input);
-  for (const Eigen::Index pixel : {0, 300, 575}) {
-    const Eigen::RowVectorXd image =
-        reconstruct(*gauss_newton, jacobian.col(pixel).transpose()).images.row(0);
-    for (Eigen::Index p = 0; p < 576; ++p) {
-      const bool kept = image[p] >= 0.25 * image.maxCoeff();
-      EXPECT_NEAR(blur(p, pixel), kept ? image[p] : 0, 1e-9);
-    }
-  }
 }
 
 TEST(TrainingSet, BatchesDependOnSeedEpochAndPlaceAlone) {

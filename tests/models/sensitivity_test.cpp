@@ -1,0 +1,55 @@
+// What networks take from the physics: a first dense layer, and the blur of a target.
+
+#include "models/solvers/sensitivity.h"
+
+#include <gtest/gtest.h>
+#include <torch/torch.h>
+
+#include "forward/fem/forward_model.h"
+#include "models/training/standardisation.h"
+#include "tests/models/models_testing.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+
+TEST(Sensitivity, DenseLayerBeginsAsOneStepGaussNewton) {
+  const TrainingFiles files;
+  const FitInput input = files.input();
+  const Standardisation standardisation = Standardisation::of(*input.training);
+  torch::nn::Linear layer(208, 576);
+  set_sensitivity_inverse(layer, input, standardisation);
+
+  const auto gauss_newton = make_solver({{"type", "one-step-gn"}, {"prior", "noser"}});
+  gauss_newton->fit(input);
+  const Frames changes = random_changes(4);
+  const Images expected = reconstruct(*gauss_newton, changes).images;
+  const torch::Tensor y = layer->forward(standardisation.apply(changes)).detach().contiguous();
+  const Images images =
+      -input.sensor.background *
+      Eigen::Map<const Eigen::Matrix<float, 4, 576, Eigen::RowMajor>>(y.data_ptr<float>())
+          .cast<double>();
+  EXPECT_LT(relative_difference(images, expected), 1e-4);  // float32, sums of 208 large products
+}
+
+TEST(Sensitivity, BlurIsGaussNewtonOfTheJacobianCutAtAQuarter) {
+  const TrainingFiles files;
+  FitInput input = files.input();
+  const RowMajorMatrix blur = spatial_blur(input, 0.05);
+  const RowMajorMatrix jacobian = ForwardModel(input.sensor, 24).jacobian();
+  const auto gauss_newton =
+      make_solver({{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.05}});
+  gauss_newton->fit(input);
+  for (const Eigen::Index pixel : {0, 300, 575}) {
+    const Eigen::RowVectorXd image =
+        reconstruct(*gauss_newton, jacobian.col(pixel).transpose()).images.row(0);
+    for (Eigen::Index p = 0; p < 576; ++p) {
+      const bool kept = image[p] >= 0.25 * image.maxCoeff();
+      EXPECT_NEAR(blur(p, pixel), kept ? image[p] : 0, 1e-9);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ertbench
