@@ -11,7 +11,7 @@ struct Build {
   std::string commit;       ///< the last that changed the sources, 12 digits; "unknown" without git
   bool dirty = false;       ///< whether sources had changed since
   std::string sources;      ///< what is looked at, relative to the project: "core forward ..."
-  std::string data_code;    ///< of what datasets depend on: core/, forward/
+  std::string data_code;    ///< of what datasets depend on: core/, forward/; see cmake/build.cmake
   std::string fit_code;     ///< of what fitted solvers depend on: those, solvers/, models/
   std::string record_code;  ///< of what scores and times depend on: those, bench/{score,run,...}
 };
