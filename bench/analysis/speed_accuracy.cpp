@@ -60,6 +60,7 @@ SpeedPoint point_of(const ResultRow* row, const std::string& label, Metric metri
   if (row->validation && right_sizing) {
     point.validation_error = (*row->validation)[right_sizing->metric].mean;
   }
+  point.choice_error = row->validation ? (*row->validation)[metric].median : std::nullopt;
   point.frames_per_s = row->frames_per_s;
   point.fit_s = row->fit_s;
   point.peak_rss_mb = row->peak_rss_mb;
@@ -97,8 +98,23 @@ std::optional<std::size_t> choose(const std::vector<SpeedPoint>& points, const A
   return chosen;
 }
 
+/// On the validation set where all that may be chosen were scored there, on the test set else.
+void settle_choice(SpeedAccuracy& chart) {
+  const auto may_be = [](const SpeedPoint& p) {
+    return p.standing == Standing::ok && p.measured();
+  };
+  chart.chosen_on_validation =
+      std::any_of(chart.points.begin(), chart.points.end(), may_be) &&
+      std::all_of(chart.points.begin(), chart.points.end(),
+                  [&](const SpeedPoint& p) { return !may_be(p) || p.choice_error; });
+  if (chart.chosen_on_validation) return;
+  for (SpeedPoint& point : chart.points) point.choice_error = point.error;
+}
+
 void choose_by_margin(SpeedAccuracy& chart) {
-  const auto smaller = [](const SpeedPoint& a, const SpeedPoint& b) { return a.error < b.error; };
+  const auto smaller = [](const SpeedPoint& a, const SpeedPoint& b) {
+    return a.choice_error < b.choice_error;
+  };
   const auto faster = [](const SpeedPoint& a, const SpeedPoint& b) {
     return a.latency->p50 < b.latency->p50;
   };
@@ -107,17 +123,18 @@ void choose_by_margin(SpeedAccuracy& chart) {
   for (const double margin : margins) {
     WithinMargin& within = chart.margins.emplace_back(WithinMargin{margin, {}});
     if (!best) continue;
-    const double most = (1 + margin) * *chart.points[*best].error;
+    const double most = (1 + margin) * *chart.points[*best].choice_error;
     within.point = choose(
-        chart.points, [&](const SpeedPoint& p) { return *p.error <= most; }, faster);
+        chart.points, [&](const SpeedPoint& p) { return *p.choice_error <= most; }, faster);
   }
   for (WithinBudget& budget : chart.budgets) {
     const auto keeps = [&](const SpeedPoint& p) { return p.latency->p99 <= budget.us; };
     const auto least = choose(chart.points, keeps, smaller);
     if (!least) continue;
-    const double most = (1 + least_gain) * *chart.points[*least].error;
+    const double most = (1 + least_gain) * *chart.points[*least].choice_error;
     budget.point = choose(
-        chart.points, [&](const SpeedPoint& p) { return keeps(p) && *p.error <= most; }, faster);
+        chart.points, [&](const SpeedPoint& p) { return keeps(p) && *p.choice_error <= most; },
+        faster);
   }
 }
 
@@ -190,6 +207,7 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
     return p.frames_per_s ? std::optional(1 / *p.frames_per_s) : std::nullopt;
   });
   for (const double us : question.budgets_us) chart.budgets.push_back({us, {}});
+  settle_choice(chart);
   choose_by_margin(chart);
   choose_sizes(chart);
   for (const std::string& reference : question.break_even_against) add_break_even(chart, reference);
@@ -198,6 +216,7 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
 
 json to_json(const SpeedAccuracy& chart) {
   json out = {{"dataset", chart.dataset}, {"metric", name_of(chart.metric)}};
+  out["chosen_on"] = chart.chosen_on_validation ? "validation" : "test";
   out["frontier"] = json::array();
   for (const SpeedPoint& point : chart.points) {
     if (point.frontier) out["frontier"].push_back(point.label);

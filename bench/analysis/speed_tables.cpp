@@ -62,7 +62,9 @@ std::vector<Cell> choice_row(const std::string& wish, const SpeedAccuracy& chart
 
 TableSection choices(const SpeedAccuracy& chart) {
   TableSection section;
-  section.caption = "What to take";
+  section.caption = chart.chosen_on_validation
+                        ? "What to take, chosen on the validation set; errors on the test set"
+                        : "What to take, chosen on the test set: no validation set was scored";
   section.columns = {{"asked for", Align::left},
                      {"configuration", Align::left},
                      "median " + axis_title(chart.metric) + " [95 %]",

@@ -28,7 +28,8 @@ ExitCode publish(const PublishArguments& arguments) {
   for (const std::string& file : arguments.experiments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
-    failures += publish_experiment(experiment, project, {arguments.jobs});
+    failures += publish_experiment(experiment, project, Cache::standard().with(Reuse::clean),
+                                   arguments.jobs);
     std::printf("published %s in %s\n", experiment.name.c_str(),
                 (project / "results/published" / experiment.name).c_str());
   }

@@ -117,12 +117,16 @@ void read_published(JsonObject& root, Experiment& experiment) {
       experiment.published.datasets.push_back(name);
     }
   }
+  // Our lengths are half sides; a published side of length 1 is two of them.
+  const bool sides = object.choice_or("length_unit", "half side", {"half side", "side"}) == "side";
   JsonObject rows = object.object("rows");
   for (const std::string& label : rows.keys()) {
     PublishedRow row{label, {}};
     JsonObject values = rows.object(label);
     for (const Metric metric : kMetrics) {
-      if (values.has(name_of(metric))) row.values[metric] = values.number(name_of(metric));
+      if (!values.has(name_of(metric))) continue;
+      const bool length = entry_of(metric).quantity == Quantity::length;
+      row.values[metric] = values.number(name_of(metric)) * (length && sides ? 2 : 1);
     }
     values.finish();
     experiment.published.rows.push_back(row);

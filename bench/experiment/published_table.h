@@ -16,8 +16,8 @@ struct PublishedRow {
 
 /// "published" of an experiment file.
 struct PublishedTable {
-  std::string source;  ///< "Zheng et al., Table C1"
-  std::vector<PublishedRow> rows;
+  std::string source;                 ///< "Zheng et al., Table C1"
+  std::vector<PublishedRow> rows;     ///< lengths in half sides, whatever the file has them in
   std::vector<std::string> datasets;  ///< the test sets it is compared with; empty: all
 };
 

@@ -208,7 +208,7 @@ std::vector<std::string> literal_numbers(const std::string& text) {
   std::string rest = text;
   const std::vector<std::string> constants = constants_of(text);
   static const std::regex left_out[] = {
-      std::regex("```[^`]*```"), std::regex("\\{\\{([^}]|\\}[^}])*\\}+"), std::regex("`[^`\n]*`"),
+      std::regex("```[^`]*```"), std::regex("\\{\\{([^}]|\\}[^}])*\\}+"), std::regex("`[^`]*`"),
       std::regex("<!--([^-]|-[^-]|--[^>])*-->"), std::regex("\\]\\([^)\\s]*\\)")};
   for (const std::regex& what : left_out) blank_out(rest, what);
   for (const std::string& phrase : constants) blank_out(rest, phrase);

@@ -1,6 +1,7 @@
 #include "bench/pages/result_rows.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -69,7 +70,12 @@ std::string text_in(const json& value) {
 /// One condition of a selection.
 bool holds(const json& row, const std::string& condition) {
   const std::size_t at = condition.find_first_of("=<>!");
-  if (at == std::string::npos) return matches_any(label_of(row), condition);
+  // A label may hold these characters too, "tsvd rank=35"; a column's name has no blank in it.
+  const bool column =
+      at != std::string::npos &&
+      std::all_of(condition.begin(), condition.begin() + static_cast<long>(at),
+                  [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; });
+  if (!column) return matches_any(label_of(row), condition);
   const json& value = value_in(row, condition.substr(0, at));
   const bool two = condition.compare(at, 2, "!=") == 0;
   const std::string rest = condition.substr(at + (two ? 2 : 1));

@@ -94,15 +94,14 @@ void require_committed(const fs::path& project) {
   }
 }
 
-int publish_experiment(const Experiment& experiment, const fs::path& project,
-                       const PublishOptions& options) {
+int publish_experiment(const Experiment& experiment, const fs::path& project, const Cache& cache,
+                       int jobs) {
   // Models of the sheet are compared on an experiment that has no solver.
   const bool of_models = experiment.solvers.empty();
   const Stages stages = of_models ? stages_of_fidelity(fidelity_usual_scenes) : stages_of_run();
   RunOptions run;
   run.out = project / "results" / experiment.name;
-  run.jobs = options.jobs;
-  const Cache cache = Cache::standard().with(Reuse::clean);
+  run.jobs = jobs;
   const ExperimentResults results = run_stages(stages, experiment, cache, run);
   const fs::path published = project / "results/published" / experiment.name;
   fs::path made = published;

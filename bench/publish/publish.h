@@ -5,24 +5,21 @@
 #include <vector>
 
 #include "bench/experiment/experiment.h"
+#include "bench/record/cache.h"
 
 namespace ertbench {
-
-struct PublishOptions {
-  int jobs = 1;  ///< as of a run
-};
 
 /// Throws InputError where the project's tree is not what its last commit says, where the program
 /// was built of other sources, or where there is no git. Changes below results/published and of the
 /// rendered pages do not count: publishing makes them.
 void require_committed(const std::filesystem::path& project);
 
-/// Runs what is missing of the experiment with this build, nothing being reused of builds whose
-/// sources were not committed, and puts its results into results/published/NAME of the project,
-/// whole or not at all. Templates of pages in that folder stay. Returns the number of jobs that
-/// failed; they stay in the results with what happened.
+/// Runs what is missing of the experiment, with `jobs` at a time, and puts its results into
+/// results/published/NAME of the project, whole or not at all. What may be reused of earlier runs
+/// is the cache's to say (Cache::reuse). Templates of pages in that folder stay. Returns the number
+/// of jobs that failed; they stay in the results with what happened.
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
-                       const PublishOptions& options);
+                       const Cache& cache, int jobs);
 
 /// Renders every page of the project, and the page of the latencies. All of them or none: throws
 /// InputError naming the first place that cannot be rendered.

@@ -29,7 +29,8 @@ std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& n
   if (made->code != now.code || made->plugins != now.plugins) {
     return "it was made by other code" + by;
   }
-  if (reuse == Reuse::same_program && made->program != now.program) {
+  if (made->program == now.program) return "";
+  if (reuse == Reuse::same_program) {
     return "it was made by another program" + by;
   }
   if (reuse == Reuse::clean && (made->dirty || made->commit == "unknown")) {

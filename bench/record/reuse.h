@@ -12,7 +12,7 @@ namespace ertbench {
 enum class Reuse {
   same_code,     ///< those whose numbers do not depend on anything that changed since
   same_program,  ///< those of this very program (`--rebuild-stale`)
-  clean,         ///< those of the same code from a build whose sources were committed (`publish`)
+  clean,         ///< those of the same code from builds whose sources were committed (`publish`)
 };
 
 /// "same-code", "same-program", "clean": of `ertbench trial --reuse`.

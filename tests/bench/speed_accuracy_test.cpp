@@ -120,6 +120,23 @@ TEST(SpeedAccuracy, ChoosesByMarginAndByBudget) {
   EXPECT_EQ(label("within_budget", 2), "net");       // p99 900
 }
 
+/// A configuration that is the best on the validation set is recommended, with what it has on the
+/// test set, where it need not be the best.
+TEST(SpeedAccuracy, RecommendationsAreChosenOnTheValidationSet) {
+  Sample sample;
+  EXPECT_EQ(to_json(sample.chart()).at("chosen_on"), "test");
+  for (ResultRow& row : sample.rows) {
+    row.validation.emplace();
+    const auto& error = row.metrics[Metric::relative_error].median;
+    (*row.validation)[Metric::relative_error].median =
+        row.label == "gn" ? std::optional(0.1) : error;
+  }
+  const json out = to_json(sample.chart());
+  EXPECT_EQ(out.at("chosen_on"), "validation");
+  EXPECT_EQ(out.at("within_budget")[2].at("label"), "gn");
+  EXPECT_EQ(out.at("within_margin")[0].at("label"), "gn");
+}
+
 TEST(SpeedAccuracy, RightSizesAreTheSmallestWithinTheMarginOnTheValidationSet) {
   const SpeedAccuracy chart = Sample().chart();
   const json expected = json::parse(R"([{"family": "svd", "best": "svd 40", "chosen": "svd 20"},

@@ -1,0 +1,135 @@
+#include "bench/pages/page.h"
+
+#include <gtest/gtest.h>
+
+#include "bench/pages/page_expression.h"
+#include "core/errors.h"
+#include "tests/bench/program.h"
+
+namespace ertbench {
+namespace {
+
+using testing::TemporaryFolder;
+
+class PageTest : public ::testing::Test {
+ protected:
+  PageTest() {
+    std::filesystem::create_directories(folder_ / "t");
+    testing::write_text(folder_.path() / "t/summary.json", R"({"rows": [
+        {"label": "gn", "type": "gn", "metrics": {"RIE": {"mean": 0.05, "ci95": [0.04, 0.06]}},
+         "latency_us": {"p50": 3.9}, "seeds": null},
+        {"label": "net a", "type": "net", "metrics": {"RIE": {"mean": 0.025, "ci95": [0.02, 0.03]}},
+         "latency_us": {"p50": 620.0}, "seeds": {"deviation": {"RIE": 0.001}}},
+        {"label": "net b", "type": "net", "metrics": {"RIE": {"mean": 0.03, "ci95": [0.02, 0.04]}},
+         "latency_us": {"p50": 1200.0}}]})");
+    testing::write_text(folder_.path() / "t/levels.csv",
+                        "solver,axis,share\ngn,snr,0.1\ngn,dead,1\nnet,snr,0.02\n");
+  }
+
+  std::string render(const std::string& text) const {
+    return render_page(text, "page.md.in", folder_.path());
+  }
+
+  std::string error(const std::string& text) const {
+    try {
+      render(text);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_{"page"};
+};
+
+TEST_F(PageTest, ValuesStandWhereTheyAreReferredTo) {
+  EXPECT_EQ(render("RIE {{.3f t gn RIE}}."), "RIE 0.050.");
+  EXPECT_EQ(render("{{.2f t 'net a' RIE.ci95.0}}"), "0.02");
+  EXPECT_EQ(render("{{us t gn latency_us.p50}}, {{us t 'net a' latency_us.p50}}"),
+            "3.9 µs, 0.62 ms");
+  EXPECT_EQ(render("{{.0% t/levels.csv solver=gn,axis=dead share}}"), "100 %");
+  EXPECT_EQ(render("{{d 17500}} {{d 999}}"), "17 500 999");
+}
+
+TEST_F(PageTest, SimpleValuesAreDerived) {
+  EXPECT_EQ(render("{{.1f (ratio (t gn RIE) (t 'net a' RIE))}}"), "2.0");
+  EXPECT_EQ(render("{{.3f (range (t net* RIE))}}"), "0.025 to 0.030");
+  EXPECT_EQ(render("{{(best (t * RIE))}} and {{(worst (t * RIE))}}"), "net a and gn");
+  EXPECT_EQ(render("{{(count (t type=net RIE))}} of {{(count (t * RIE))}}"), "2 of 3");
+  EXPECT_EQ(render("{{(count (t/levels.csv share>0.05 share))}}"), "2");
+  EXPECT_EQ(render("{{.2f (mean (t net* RIE) 0.035)}}"), "0.03");
+  EXPECT_EQ(render("{{.3f (- (t gn RIE) (t 'net a' RIE))}}"), "0.025");
+}
+
+TEST_F(PageTest, ALineIsMadeOfEveryRow) {
+  EXPECT_EQ(render("{{each t *: | {label} | {.3f RIE}{ ± .3f seeds.deviation.RIE} | {.1f PE} |}}"),
+            "| gn | 0.050 | — |\n| net a | 0.025 ± 0.001 | — |\n| net b | 0.030 | — |");
+}
+
+TEST_F(PageTest, NamesStandForSelections) {
+  EXPECT_EQ(render("{{let nets net a|net b}}\n{{.3f (max (t '$nets' RIE))}}"), "0.030");
+}
+
+/// A sentence that compares fails when what it says is no longer so.
+TEST_F(PageTest, ConditionsAreHeldAgainstTheResults) {
+  EXPECT_EQ(render("The net is best.{{holds (< (t net* RIE) (t gn RIE))}}"), "The net is best.");
+  EXPECT_EQ(render("{{holds (order (t 'net a' RIE) (t 'net b' RIE) (t gn RIE))}}"), "");
+  EXPECT_EQ(render("{{holds (= (ratio (t gn RIE) (t 'net a' RIE)) 2 0.1)}}"), "");
+  EXPECT_NE(error("one\n{{holds (< (t gn RIE) (t net* RIE))}}").find("line 2"), std::string::npos);
+  EXPECT_NE(error("{{holds (< (t gn RIE) (t net* RIE))}}").find("does not hold"),
+            std::string::npos);
+  EXPECT_NE(error("{{holds (order (t gn RIE) (t 'net b' RIE))}}"), "");
+}
+
+TEST_F(PageTest, WhatIsNotThereIsAnErrorWithItsPlace) {
+  EXPECT_NE(error("a\nb {{.3f t lost RIE}}").find("page.md.in: line 2"), std::string::npos);
+  EXPECT_NE(error("{{.3f lost gn RIE}}").find("no such result"), std::string::npos);
+  EXPECT_NE(error("{{.3f t gn PE}}").find("no PE"), std::string::npos);
+  EXPECT_NE(error("{{.3f (ratio (t * RIE) 2)}}").find("one number is meant"), std::string::npos);
+  EXPECT_NE(error("{{.3f t gn RIE"), "");
+  EXPECT_NE(error("{{.3f (ratio 1)}} {{.3x t gn RIE}}").find("not a format"), std::string::npos);
+}
+
+TEST_F(PageTest, NumbersTypedByHandAreFound) {
+  EXPECT_TRUE(
+      literal_numbers("HDF5, C.3, `0.5` and [x](a_1.md), {{.3f t gn RIE}}\n```\n1\n```\n").empty());
+  EXPECT_EQ(literal_numbers("It is 0.714 and\n37 times").size(), 2U);
+  EXPECT_EQ(literal_numbers("x\nIt is 0.714").front(), "line 2: 0.714");
+  EXPECT_TRUE(literal_numbers("<!-- constants: 95 %; 0.2 -->\n95 % of radius 0.2.").empty());
+  // A constant is one number, not the beginning of others.
+  EXPECT_EQ(literal_numbers("<!-- constants: 0.2 -->\n0.21 and 0.2").size(), 1U);
+  EXPECT_EQ(literal_numbers("<!-- constants: 2 -->\n2.5 and 12").size(), 2U);
+}
+
+/// Every page of the project holds what its template makes of the results, byte for byte.
+TEST(ProjectPages, StandAsTheirTemplatesMakeThem) {
+  const std::filesystem::path project = ERTBENCH_SOURCE_DIR;
+  const auto templates = page_templates(project);
+  EXPECT_GE(templates.size(), 3U);
+  for (const auto& one : templates) {
+    const std::string text = testing::read_text(one);
+    EXPECT_EQ(testing::read_text(page_of(one)),
+              render_page(text, one.filename().string(), project / "results/published"))
+        << one << ": render it with ertbench publish --pages";
+  }
+}
+
+/// No page has a number that is not out of a result or declared as a constant of the method.
+TEST(ProjectPages, HoldNoNumberTypedByHand) {
+  const std::filesystem::path project = ERTBENCH_SOURCE_DIR;
+  std::vector<std::filesystem::path> sources = page_templates(project);
+  for (const auto& entry : std::filesystem::directory_iterator(project / "docs")) {
+    if (entry.path().extension() == ".md" &&
+        !std::filesystem::exists(entry.path().string() + ".in")) {
+      sources.push_back(entry.path());
+    }
+  }
+  for (const auto& source : sources) {
+    for (const std::string& found : literal_numbers(testing::read_text(source))) {
+      ADD_FAILURE() << source << ": " << found;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ertbench
