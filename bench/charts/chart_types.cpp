@@ -3,6 +3,7 @@
 #include "bench/charts/bar_chart.h"
 #include "bench/charts/heat_map_chart.h"
 #include "bench/charts/speed_chart.h"
+#include "bench/charts/training_budget_chart.h"
 
 namespace ertbench {
 namespace {
@@ -14,6 +15,9 @@ ChartType chart() {
 
 }  // namespace
 
-ChartTypes chart_types() { return {chart<BarChart>(), chart<HeatMapChart>(), chart<SpeedChart>()}; }
+ChartTypes chart_types() {
+  return {chart<BarChart>(), chart<HeatMapChart>(), chart<SpeedChart>(),
+          chart<TrainingBudgetChart>()};
+}
 
 }  // namespace ertbench

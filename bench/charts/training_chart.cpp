@@ -13,18 +13,52 @@ namespace {
 
 // Places and sizes in px.
 constexpr int width = 760;
-constexpr int height = 480;
-constexpr Box loss_box{72, 34, 552, 249};
-constexpr Box validation_box{72, 267, 552, 436};
+constexpr double left = 72;
+constexpr double right = 552;
 constexpr double key_left = 564;
+constexpr double top = 34;
+constexpr double gap = 18;     ///< between two panels
+constexpr double bottom = 44;  ///< below the last, for the epochs
+
+/// What is drawn together, in a panel of its own.
+enum class Group { losses, shares, validation };
+
+constexpr double height_of(Group group) {
+  switch (group) {
+    case Group::losses:
+      return 215;
+    case Group::shares:
+      return 110;
+    case Group::validation:
+      return 169;
+  }
+  return 0;
+}
+
+const char* title_of(Group group) {
+  switch (group) {
+    case Group::losses:
+      return "loss";
+    case Group::shares:
+      return "judged right";
+    case Group::validation:
+      return "validation error";
+  }
+  return "";
+}
+
+Group group_of(const std::string& column) {
+  if (column.starts_with("validation")) return Group::validation;
+  return column.starts_with("discriminator_right") ? Group::shares : Group::losses;
+}
 
 /// The columns of one panel, over all runs, in the order in which they first come.
-std::vector<std::string> columns_of(const TrainingChart& chart, bool validation) {
+std::vector<std::string> columns_of(const TrainingChart& chart, Group group) {
   std::vector<std::string> out;
   for (const TrainingRun& run : chart.runs) {
     for (const std::string& name : run.curves.columns) {
       const bool other = name == "epoch" || name == "learning_rate" || name == "seconds";
-      if (other || name.starts_with("validation") != validation) continue;
+      if (other || group_of(name) != group) continue;
       if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
     }
   }
@@ -57,23 +91,26 @@ struct Curve {
   bool marked = false;  ///< a few marks on the line, so that the losses can be told apart in grey
 };
 
-/// All that one of the two panels shows.
+/// All that one of the panels shows.
 class Curves {
  public:
-  Curves(const TrainingChart& chart, bool validation) : chart_(chart), validation_(validation) {
+  Curves(const TrainingChart& chart, Group group) : chart_(chart), group_(group) {
     std::size_t index = 0;
-    for (const std::string& name : columns_of(chart, validation)) add(name, index++);
+    for (const std::string& name : columns_of(chart, group)) add(name, index++);
     if (!kept_.empty()) legend_.add({"epoch kept", {}, dot(kept_.front().second)});
   }
 
   void draw(Canvas& canvas, const Box& box) const {
     if (curves_.empty()) {
-      canvas.text(validation_ ? "the log has no validation error" : "the log has no loss",
-                  box.middle(), box.centre(), {.size = 11});
+      canvas.text(std::string("the log has no ") + title_of(group_), box.middle(), box.centre(),
+                  {.size = 11});
       return;
     }
     const Axis across = epoch_axis();
     Panel panel(canvas, box, across, value_axis());
+    if (group_ == Group::shares) {  // where a discriminator does no better than a coin
+      panel.line({{across.low, 0.5}, {across.high, 0.5}}, {ink::light, 1, 3});
+    }
     for (const Curve& curve : curves_) {
       panel.line(curve.points, curve.line);
       if (curve.marked) panel.marks(some_of(curve.points), curve.mark);
@@ -95,16 +132,16 @@ class Curves {
   }
 
   void add(const std::string& name, std::size_t index) {
-    const bool absolute = !validation_ && any_negative(chart_, name);
+    const bool absolute = group_ == Group::losses && any_negative(chart_, name);
     bool named = false;
     for (std::size_t r = 0; r < chart_.runs.size(); ++r) {
       const TrainingRun& run = chart_.runs[r];
       const Points points = points_of(run, name);
       if (points.empty()) continue;
-      const Colour base = validation_ ? ink::black : hue(index);
+      const Colour base = group_ == Group::validation ? ink::black : hue(index);
       const double step = chart_.runs.size() > 1 ? 0.6 / double(chart_.runs.size() - 1) : 0;
       const Colour colour = base.towards_white(step * double(r));
-      const bool marked = !validation_ || points.size() <= 2;
+      const bool marked = group_ != Group::validation || points.size() <= 2;
       const Curve curve{points, {colour, 1.3}, {hollow(index), colour, 0.45}, marked};
       if (!named) {
         legend_.add({spaced(name) + (absolute ? ", absolute" : ""), curve.line,
@@ -125,8 +162,9 @@ class Curves {
     const std::vector<double>* column = find_column(run.curves, name);
     for (std::size_t i = 0; column && i < column->size(); ++i) {
       const double epoch = run.curves.values.front()[i];
-      const double value = validation_ ? (*column)[i] : std::abs((*column)[i]);
-      if (!std::isfinite(epoch) || !std::isfinite(value) || (!validation_ && value <= 0)) continue;
+      const bool loss = group_ == Group::losses;
+      const double value = loss ? std::abs((*column)[i]) : (*column)[i];
+      if (!std::isfinite(epoch) || !std::isfinite(value) || (loss && value <= 0)) continue;
       epochs_.extend(epoch);
       values_.extend(value);
       points.emplace_back(epoch, value);
@@ -142,7 +180,7 @@ class Curves {
     std::erase_if(axis.ticks,
                   [](const Tick& tick) { return tick.value != std::round(tick.value); });
     axis.grid = false;
-    if (!validation_) {
+    if (group_ != Group::validation) {
       for (Tick& tick : axis.ticks) tick.text.clear();
     }
     return axis;
@@ -150,7 +188,8 @@ class Curves {
 
   Axis value_axis() const {
     Span shown = values_;
-    if (validation_) {
+    if (group_ == Group::shares) return Axis::even({-0.05, 1.05});
+    if (group_ == Group::validation) {
       const double margin = std::max(0.06 * (shown.high - shown.low), 0.02 * std::abs(shown.high));
       return Axis::even({shown.low - margin, shown.high + margin});
     }
@@ -178,7 +217,7 @@ class Curves {
   }
 
   const TrainingChart& chart_;
-  bool validation_;
+  Group group_;
   std::vector<Curve> curves_;
   std::vector<std::pair<std::pair<double, double>, Colour>> kept_;
   std::map<double, std::string> texts_;  ///< by epoch: a line for each value
@@ -196,15 +235,24 @@ std::string runs_text(const TrainingChart& chart) {
 }  // namespace
 
 void draw_training_chart(const TrainingChart& chart, const std::filesystem::path& stem) {
+  std::vector<std::pair<Group, Box>> panels;
+  double y = top;
+  for (const Group group : {Group::losses, Group::shares, Group::validation}) {
+    if (group == Group::shares && columns_of(chart, group).empty()) continue;
+    panels.emplace_back(group, Box{left, y, right, y + height_of(group)});
+    y += height_of(group) + gap;
+  }
+  const Box last = panels.back().second;
+  const double height = last.bottom + bottom;
   Canvas canvas(width, height);
   canvas.title(chart.title);
-  Curves(chart, false).draw(canvas, loss_box);
-  Curves(chart, true).draw(canvas, validation_box);
-  canvas.text("loss", 14, loss_box.centre(), {.size = 11, .upright = true});
-  canvas.text("validation error", 14, validation_box.centre(), {.size = 11, .upright = true});
-  canvas.text("epoch", validation_box.middle(), height - 14, {.size = 11});
+  for (const auto& [group, box] : panels) {
+    Curves(chart, group).draw(canvas, box);
+    canvas.text(title_of(group), 14, box.centre(), {.size = 11, .upright = true});
+  }
+  canvas.text("epoch", last.middle(), height - 14, {.size = 11});
   if (chart.runs.size() > 1) {
-    double y = validation_box.top + 64;
+    y = last.top + 64;
     for (const std::string& line : wrapped(runs_text(chart), 24)) {
       canvas.text(line, key_left + 6, y, {.align = TextAlign::left});
       y += 13;

@@ -22,9 +22,12 @@ struct TrainingChart {
   std::vector<TrainingRun> runs;
 };
 
-/// Draws `stem`.svg and `stem`.png over the epochs: above all losses (logarithmic), below what
-/// begins with "validation", each column a colour and a dash of its own, the runs from dark to
-/// light; dots mark the epochs that were kept. Columns "learning_rate" and "seconds" are left out.
+/// Draws `stem`.svg and `stem`.png over the epochs: above all losses (logarithmic), the
+/// discriminator's among them, below what begins with "validation", and between the two, where
+/// there are any, the shares of patches that a discriminator judged right (what begins with
+/// "discriminator_right"), 0 to 1. Each column has a colour and a mark of its own, the runs go from
+/// dark to light; dots mark the epochs that were kept. Columns "learning_rate" and "seconds" are
+/// left out.
 /// Of a loss that is negative somewhere the absolute value is drawn, and the key says so.
 /// Throws InputError where gnuplot is missing or a file cannot be written.
 void draw_training_chart(const TrainingChart& chart, const std::filesystem::path& stem);

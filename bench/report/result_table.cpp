@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bench/record/convergence.h"
 #include "bench/report/published_value.h"
 #include "core/bootstrap.h"
 #include "core/text.h"
@@ -183,6 +184,24 @@ std::string builds_text(const std::map<std::string, std::vector<BuildStamp>>& bu
   return out;
 }
 
+/// "fcnn, dd-ert (2 of 3 seeds)": the rows with a training that used its budget up, each once.
+std::string labels_not_converged(std::span<const ResultRow> rows) {
+  std::vector<std::string> names;
+  for (const ResultRow& row : rows) {
+    const Convergence convergence = convergence_of(row);
+    if (convergence.all()) continue;
+    std::string name = one_line(row.label, kLabelLength);
+    if (convergence.runs > 1) {
+      name += " (" + std::to_string(convergence.not_converged) + " of " +
+              std::to_string(convergence.runs) + " seeds)";
+    }
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  std::string out;
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  return out;
+}
+
 std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableText& text) {
   std::vector<std::string> out = {"δσ: the change of the conductivity σ from its background."};
   for (const MetricEntry& entry : kMetricTable) {
@@ -209,6 +228,14 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "frames, "
         "each frame's value being its mean over the seeds. fit is the seeds' mean; p50, p99 and "
         "frames/s are the first seed's: all have the same architecture.");
+  }
+  if (const std::string labels = labels_not_converged(rows); !labels.empty()) {
+    out.push_back(
+        "had not converged: " + labels +
+        ". Their best epoch was the last that they were allowed: the error on the validation set "
+        "was still falling when the budget of epochs ended, and a longer training may do better. "
+        "Under a learning rate that falls to 0 with the budget (one-cycle) a training mostly ends "
+        "so; this says nothing of how much there is to gain.");
   }
   if (!text.builds.empty()) out.push_back(builds_text(text.builds));
   if (!text.published.rows.empty()) {

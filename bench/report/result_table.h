@@ -23,7 +23,8 @@ struct TableText {
 /// and a legend. The paper's metrics show the mean, its 95 % interval, the published value and the
 /// difference of the two; what is undefined is a dash with the number of frames. A row that failed
 /// stays, with its status and message; a long message is cut there and stands whole below the
-/// rows. Rows of several seeds show the spread of the seeds' means too.
+/// rows. Rows of several seeds show the spread of the seeds' means too. The legend names the rows
+/// whose training had not converged (Convergence).
 Table result_table(std::span<const ResultRow> rows, const TableText& text);
 
 /// The same in short, for the terminal.

@@ -268,6 +268,19 @@ TEST_F(Training, IsCopiedAndDrawnWithAllItsSeeds) {
   EXPECT_EQ(count(text, "<title>epoch 2\nseed 1, validation error: 0.8 (kept)<"), 1u);
 }
 
+TEST_F(Training, SharesHaveAPanelOfTheirOwn) {
+  log("gan.log",
+      "epoch,loss,discriminator,discriminator_right_truths,discriminator_right_images,"
+      "validation_error\n"
+      "1,0.5,1.4,0,0.75,0.9\n2,0.3,1.3,0.5,1,0.8\n");
+  write_training_results("gan", {{"gan", "", results() / "gan.log", {}}}, results() / "training");
+  const std::string text = svg("training/gan");
+  for (const char* word : {">judged right<", ">discriminator<", ">discriminator right truths<",
+                           "discriminator right truths: 0\n"}) {
+    EXPECT_EQ(count(text, word), 1u) << word;
+  }
+}
+
 TEST_F(Training, NothingIsWrittenForASolverWithoutALog) {
   write_training_results("tsvd", {{"tsvd", "", results() / "absent.log", {}}},
                          results() / "training");

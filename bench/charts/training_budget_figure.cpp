@@ -1,0 +1,206 @@
+#include "bench/charts/training_budget_figure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
+#include "bench/score/metric_table.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+// Places and sizes in px.
+constexpr int width = 860;
+constexpr Box box{72, 44, 836, 424};
+constexpr double legend_top = 492;
+constexpr double mark_radius = 5;
+
+constexpr LineStyle whisker_line{ink::light, 1};
+constexpr LineStyle nothing_line{rgb(0x606060), 1, 3};
+
+const char* title_of(TrainingCost cost) {
+  return cost == TrainingCost::seconds ? "time of the training, s" : "scenes seen in training";
+}
+
+/// How one family is told from the others, also in grey.
+struct FamilyStyle {
+  explicit FamilyStyle(std::size_t index)
+      : line{hue(index), 1.5, 1 + static_cast<int>(index % 5)},
+        converged{filled(index), hue(index), 1},
+        not_converged{hollow(index), hue(index), 1} {}
+
+  LineStyle line;
+  MarkStyle converged;
+  MarkStyle not_converged;
+};
+
+class BudgetDrawing {
+ public:
+  BudgetDrawing(const TrainingBudgets& budgets, const std::string& title)
+      : budgets_(budgets),
+        legend_(legend()),
+        canvas_(width, legend_top + legend_.height()),
+        panel_(canvas_, box, cost_axis(), error_axis()) {
+    canvas_.title(title);
+  }
+
+  void draw(const std::filesystem::path& stem) {
+    if (budgets_.lines.empty()) {
+      canvas_.text("no training has a result", box.middle(), box.centre(), {.size = 11});
+    } else {
+      plot();
+    }
+    name_what_is_missing();
+    legend_.draw(canvas_, legend_top);
+    canvas_.draw(stem);
+  }
+
+ private:
+  Span costs() const {
+    Span span;
+    for (const BudgetLine& line : budgets_.lines) {
+      for (const BudgetPoint& point : line.points) span.extend(point.cost);
+    }
+    return span.empty() ? Span{1, 10} : span;
+  }
+
+  /// With room at the right, for the names at the ends of the lines.
+  Axis cost_axis() const {
+    const Span span = costs();
+    const double decades = std::max(0.5, std::log10(span.high / span.low));
+    return Axis::logarithms(
+        {span.low / std::pow(10, 0.05 * decades), span.high * std::pow(10, 0.16 * decades)},
+        title_of(budgets_.cost));
+  }
+
+  bool shows_nothing() const {
+    return budgets_.nothing && *budgets_.nothing <= errors().high * 1.3;
+  }
+
+  Span errors() const {
+    Span span;
+    for (const BudgetLine& line : budgets_.lines) {
+      for (const BudgetPoint& point : line.points) {
+        span.extend(point.ci95 ? point.ci95->low : point.error);
+        span.extend(point.ci95 ? point.ci95->high : point.error);
+      }
+    }
+    return span.empty() ? Span{0, 1} : span;
+  }
+
+  Axis error_axis() const {
+    Span span = errors();
+    if (shows_nothing()) span.extend(*budgets_.nothing);
+    const double margin = std::max(0.06 * (span.high - span.low), 0.01 * std::abs(span.high));
+    span.low = span.low < 0.4 * span.high ? 0 : span.low - margin;
+    span.high += margin;
+    return Axis::even(span, "mean " + axis_title(budgets_.metric));
+  }
+
+  void plot() {
+    std::vector<Box> taken;
+    if (shows_nothing()) add_nothing(taken);
+    std::vector<PointLabel> names;
+    for (std::size_t f = 0; f < budgets_.lines.size(); ++f) add_line(f, names, taken);
+    panel_.draw();
+    // Lines that end low are closest to their neighbours, and choose their places first.
+    panel_.labels(names, std::move(taken));
+  }
+
+  void add_nothing(std::vector<Box>& taken) {
+    panel_.level(*budgets_.nothing, nothing_line);
+    const double y = panel_.y(*budgets_.nothing);
+    canvas_.text("an image of nothing", box.right - 4, y + 8,
+                 {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
+    taken.push_back({box.left, y - 1, box.right, y + 1});
+    taken.push_back({box.right - 110, y, box.right, y + 15});
+  }
+
+  void add_line(std::size_t family, std::vector<PointLabel>& names, std::vector<Box>& taken) {
+    const BudgetLine& line = budgets_.lines[family];
+    const FamilyStyle style(family);
+    Points points;
+    Points hollow_points;
+    Points filled_points;
+    std::vector<Whisker> whiskers;
+    for (const BudgetPoint& point : line.points) {
+      points.emplace_back(point.cost, point.error);
+      (point.converged ? filled_points : hollow_points).push_back(points.back());
+      if (point.ci95) whiskers.push_back({point.cost, point.ci95->low, point.ci95->high});
+      panel_.tooltip(point.cost, point.error, text_of(point));
+    }
+    panel_.whiskers(whiskers, whisker_line);
+    panel_.line(points, style.line);
+    // On a white ground, so that the line does not show through.
+    panel_.marks(hollow_points, {style.converged.shape, ink::white, 1});
+    panel_.marks(hollow_points, style.not_converged);
+    panel_.marks(filled_points, style.converged);
+    occupy(points, taken);
+    names.push_back({line.family, panel_.x(points.back().first), panel_.y(points.back().second)});
+  }
+
+  /// What names must leave free: a line in short pieces, and its marks.
+  void occupy(const Points& points, std::vector<Box>& taken) const {
+    constexpr int pieces = 24;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double x = panel_.x(points[i].first);
+      const double y = panel_.y(points[i].second);
+      taken.push_back(Box::around(x, y, mark_radius));
+      if (i == 0) continue;
+      const double dx = x - panel_.x(points[i - 1].first);
+      const double dy = y - panel_.y(points[i - 1].second);
+      for (int p = 1; p < pieces; ++p) {
+        taken.push_back(Box::around(x - dx * p / pieces, y - dy * p / pieces, 2));
+      }
+    }
+  }
+
+  std::string text_of(const BudgetPoint& point) const {
+    std::string text = point.label + "\n" + title_of(budgets_.cost) + ": " +
+                       three_digits(point.cost) + "\n" + axis_title(budgets_.metric) + ": " +
+                       three_digits(point.error);
+    if (point.ci95) {
+      text += " [" + three_digits(point.ci95->low) + ", " + three_digits(point.ci95->high) + "]";
+    }
+    return text + (point.converged ? "" : "\nhad not converged");
+  }
+
+  void name_what_is_missing() {
+    double y = box.top + 8;
+    for (const auto& [label, reason] : budgets_.without) {
+      canvas_.text("✕ " + one_line(label + ": " + reason, 60), box.right - 4, y,
+                   {.align = TextAlign::right, .colour = ink::alarm});
+      y += 14;
+    }
+  }
+
+  Legend legend() const {
+    Legend legend(box.left, width - 20);
+    for (std::size_t f = 0; f < budgets_.lines.size(); ++f) {
+      const FamilyStyle style(f);
+      legend.add({budgets_.lines[f].family, style.line, style.converged});
+    }
+    legend.new_line();
+    legend.add({"hollow: had not converged, the best epoch was the last of the budget",
+                {},
+                MarkStyle{circle, ink::dark}});
+    legend.add({"vertical bar: 95 % interval of the mean"});
+    return legend;
+  }
+
+  const TrainingBudgets& budgets_;
+  Legend legend_;
+  Canvas canvas_;
+  Panel panel_;
+};
+
+}  // namespace
+
+void draw_training_budgets(const TrainingBudgets& budgets, const std::string& title,
+                           const std::filesystem::path& stem) {
+  BudgetDrawing(budgets, title).draw(stem);
+}
+
+}  // namespace ertbench

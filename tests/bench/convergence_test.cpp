@@ -1,0 +1,73 @@
+// Which trainings used their budget of epochs up, and what the table says of them.
+
+#include "bench/record/convergence.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bench/report/result_table.h"
+#include "bench/table/writers.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+ResultRow row_of(const std::string& label, json parameters) {
+  ResultRow row;
+  row.label = label;
+  row.dataset = "test";
+  row.parameters = std::move(parameters);
+  return row;
+}
+
+json trained(int best_epoch) {
+  return {{"epochs", 20}, {"training", {{"best_epoch", best_epoch}}}};
+}
+
+json cut_off() {
+  return {{"epochs", 20}, {"training", {{"best_epoch", 20}, {"converged", false}}}};
+}
+
+ResultRow row_of_seeds() {
+  ResultRow row = row_of("net", cut_off());
+  row.seeds.emplace().values = {1, 2, 3};
+  row.seeds->parameters = json::array({{{"training", cut_off().at("training")}},
+                                       {{"training", {{"best_epoch", 19}}}},
+                                       {{"training", cut_off().at("training")}}});
+  return row;
+}
+
+std::string table_of(const std::vector<ResultRow>& rows) {
+  return markdown_of(result_table(rows, TableText{}));
+}
+
+TEST(Convergence, IsReadFromWhatTheTrainingSaid) {
+  EXPECT_EQ(convergence_of(row_of("gn", {{"lambda", 1}})).runs, 0);
+  EXPECT_EQ(convergence_of(row_of("early", trained(12))).runs, 1);
+  EXPECT_TRUE(convergence_of(row_of("early", trained(12))).all());
+  EXPECT_FALSE(convergence_of(row_of("late", cut_off())).all());
+  // A program from before trainings said so themselves.
+  EXPECT_FALSE(convergence_of(row_of("older", trained(20))).all());
+}
+
+TEST(Convergence, IsCountedOverTheSeeds) {
+  const Convergence convergence = convergence_of(row_of_seeds());
+  EXPECT_EQ(convergence.runs, 3);
+  EXPECT_EQ(convergence.not_converged, 2);
+}
+
+TEST(Convergence, TheFootOfTheTableNamesWhoHadNot) {
+  const std::string foot = "had not converged: ";
+  EXPECT_EQ(table_of({row_of("gn", {}), row_of("early", trained(12))}).find(foot),
+            std::string::npos);
+  ResultRow elsewhere = row_of("late", cut_off());
+  elsewhere.dataset = "edge";  // the same network on another test set is named once
+  const std::string text = table_of({row_of("early", trained(12)), row_of("late", cut_off()),
+                                     elsewhere, row_of("older", trained(20)), row_of_seeds()});
+  EXPECT_NE(text.find(foot + "late, older, net (2 of 3 seeds). "), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace ertbench
