@@ -204,6 +204,15 @@ fs::path page_of(const fs::path& page_template) {
   return page_template.parent_path() / page_template.stem();
 }
 
+std::vector<fs::path> page_sources(const fs::path& project) {
+  std::vector<fs::path> out = page_templates(project);
+  for (const auto& entry : fs::directory_iterator(project / "docs")) {
+    const fs::path& page = entry.path();
+    if (page.extension() == ".md" && !fs::exists(page.string() + ".in")) out.push_back(page);
+  }
+  return out;
+}
+
 std::vector<std::string> literal_numbers(const std::string& text) {
   std::string rest = text;
   const std::vector<std::string> constants = constants_of(text);

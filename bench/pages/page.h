@@ -27,6 +27,9 @@ std::vector<std::filesystem::path> page_templates(const std::filesystem::path& p
 /// The page that a template makes.
 std::filesystem::path page_of(const std::filesystem::path& page_template);
 
+/// Whatever holds prose for readers: the templates, and the pages of docs/ that need none.
+std::vector<std::filesystem::path> page_sources(const std::filesystem::path& project);
+
 /// Words with digits that stand literally in a page's source, "line 12: 0.714": outside of braces,
 /// code, links and comments, and not among the constants that the page declares in a comment,
 ///

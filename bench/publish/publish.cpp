@@ -131,6 +131,13 @@ std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& pro
 }
 
 void publish_pages(const fs::path& project) {
+  for (const fs::path& source : page_sources(project)) {
+    const std::vector<std::string> numbers = literal_numbers(contents_of(source));
+    if (numbers.empty()) continue;
+    throw InputError(source.string() + ": " + numbers.front() +
+                     ": a number typed by hand; refer to a result, or declare it among the page's "
+                     "constants (bench/pages/page.h)");
+  }
   for (const auto& [page, text] : rendered_pages(project)) write_file_atomically(page, text);
 }
 

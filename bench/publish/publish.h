@@ -22,7 +22,7 @@ int publish_experiment(const Experiment& experiment, const std::filesystem::path
                        const Cache& cache, int jobs);
 
 /// Renders every page of the project, and the page of the latencies. All of them or none: throws
-/// InputError naming the first place that cannot be rendered.
+/// InputError naming the first place that cannot be rendered or has a number typed by hand.
 void publish_pages(const std::filesystem::path& project);
 
 /// The pages with their texts, as they ought to stand.

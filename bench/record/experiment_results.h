@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/record/builds_text.h"
 #include "bench/record/fidelity_row.h"
 #include "bench/record/ladder_record.h"
 #include "bench/record/result_row.h"
@@ -57,8 +58,7 @@ struct ExperimentResults {
   std::map<std::string, LabelOutcome> labels;
   std::vector<LadderOutcome> ladders;  ///< of each label, where the experiment has ladders
   std::vector<FidelityOutcome> fidelity;
-  /// By stage, and of "fits": the builds that made the records, each once.
-  std::map<std::string, std::vector<BuildStamp>> builds;
+  Builds builds;
   int jobs = 1;
   int failures = 0;  ///< jobs that failed, all rounds of one counted as one
 };

@@ -111,7 +111,7 @@ Table table_of(const std::vector<FidelityRow>& rows, const Experiment& experimen
 }  // namespace
 
 void report_fidelity(const Experiment& experiment, const std::vector<FidelityOutcome>& outcomes,
-                     const std::filesystem::path& folder) {
+                     const Builds& builds, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   std::vector<FidelityRow> rows;
   std::vector<std::string> failures;
@@ -123,9 +123,12 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   }
   Table table = table_of(rows, experiment);
   table.sections.front().notes = failures;
+  if (!builds.empty()) table.legend.push_back(text_of(builds));
+  nlohmann::json origin = provenance(experiment, 1);
+  origin["builds"] = to_json(builds);
   write_file_atomically(folder / "fidelity.csv", csv_of(data_of(rows)));
   write_file_atomically(folder / "fidelity.md", markdown_of(table));
-  write_file_atomically(folder / "provenance.json", provenance(experiment, 1).dump(2) + "\n");
+  write_file_atomically(folder / "provenance.json", origin.dump(2) + "\n");
   if (!rows.empty()) draw_fidelity_chart(rows, experiment.title, folder / "fidelity");
   std::printf("%s\nResults in %s\n", terminal_of(table).c_str(), folder.c_str());
 }

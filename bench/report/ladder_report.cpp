@@ -12,12 +12,14 @@ namespace ertbench {
 
 std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
                                                 const std::vector<LadderOutcome>& outcomes,
+                                                const Builds& builds,
                                                 const std::filesystem::path& folder) {
   if (!experiment.ladders) return {};
   const Ladders& ladders = *experiment.ladders;
   const std::vector<AxisBreakdown> breakdowns = breakdowns_of(ladders, outcomes);
   const std::string title = experiment.title + ": where it breaks";
-  const Table breakdown = breakdown_table(title, ladders, breakdowns);
+  Table breakdown = breakdown_table(title, ladders, breakdowns);
+  if (!builds.empty()) breakdown.legend.push_back(text_of(builds));
   write_file_atomically(folder / "breakdown.csv", csv_of(breakdown_data(breakdowns)));
   write_file_atomically(folder / "breakdown.md", markdown_of(breakdown));
   write_file_atomically(folder / "levels.csv", csv_of(levels_data(outcomes)));

@@ -15,6 +15,7 @@ namespace ertbench {
 /// Returns their sections of the report; none where the experiment has no ladders.
 std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
                                                 const std::vector<LadderOutcome>& outcomes,
+                                                const Builds& builds,
                                                 const std::filesystem::path& folder);
 
 }  // namespace ertbench

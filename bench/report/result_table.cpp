@@ -159,31 +159,6 @@ std::string note_of(const ResultRow& row) {
          one_line(row.message, kNoteLength);
 }
 
-/// "build: commit 0123456789ab, program 01234567": of several builds each with what it made.
-std::string builds_text(const std::map<std::string, std::vector<BuildStamp>>& builds) {
-  std::map<std::string, std::string> made;  // what each build made
-  bool dirty = false;
-  for (const auto& [stage, stamps] : builds) {
-    for (const BuildStamp& stamp : stamps) {
-      std::string& what =
-          made["commit " + stamp.commit_text() + ", program " + stamp.program.substr(0, 8)];
-      what += (what.empty() ? "" : ", ") + stage;
-      dirty = dirty || stamp.dirty;
-    }
-  }
-  std::string out;
-  if (made.size() == 1) {
-    out = "build: " + made.begin()->first + ".";
-  } else {
-    out = "Made of records of " + std::to_string(made.size()) +
-          " builds of the program, whose code does not differ in what the numbers depend on:";
-    for (const auto& [build, what] : made) out += " " + build + " (" + what + ");";
-    out.back() = '.';
-  }
-  if (dirty) out += " dirty: with changes that were not committed.";
-  return out;
-}
-
 /// "fcnn, dd-ert (2 of 3 seeds)": the rows with a training that used its budget up, each once.
 std::string labels_not_converged(std::span<const ResultRow> rows) {
   std::vector<std::string> names;
@@ -237,7 +212,7 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "Under a learning rate that falls to 0 with the budget (one-cycle) a training mostly ends "
         "so; this says nothing of how much there is to gain.");
   }
-  if (!text.builds.empty()) out.push_back(builds_text(text.builds));
+  if (!text.builds.empty()) out.push_back(text_of(text.builds));
   if (!text.published.rows.empty()) {
     out.push_back("paper: " + text.published.source +
                   "; in brackets the mean here minus the paper's value.");

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "bench/experiment/published_table.h"
+#include "bench/record/builds_text.h"
 #include "bench/record/result_row.h"
 #include "bench/table/table.h"
 
@@ -16,7 +17,7 @@ struct TableText {
   std::map<std::string, std::string> dataset_descriptions;  ///< by the dataset's name; may lack any
   std::string command;                                      ///< makes the table again
   PublishedTable published;
-  std::map<std::string, std::vector<BuildStamp>> builds;  ///< by stage, see ExperimentResults
+  Builds builds;
 };
 
 /// The rows as a table for people: a section for each test set, in the order of their first rows,

@@ -120,14 +120,6 @@ void write_differences(const ExperimentResults& results, const fs::path& folder)
   write_file_atomically(folder / "differences.md", markdown_of(difference_table(differences)));
 }
 
-nlohmann::json builds_json(const ExperimentResults& results) {
-  nlohmann::json out = nlohmann::json::object();
-  for (const auto& [stage, builds] : results.builds) {
-    for (const BuildStamp& build : builds) out[stage].push_back(to_json(build));
-  }
-  return out;
-}
-
 }  // namespace
 
 void write_results(const Experiment& experiment, const Cache& cache,
@@ -147,7 +139,7 @@ void write_results(const Experiment& experiment, const Cache& cache,
                             {"question", experiment.question},
                             {"command", text.command},
                             {"provenance", provenance(experiment, results.jobs)},
-                            {"builds", builds_json(results)},
+                            {"builds", to_json(results.builds)},
                             {"rows", nlohmann::json::array()}};
   for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
   const Table table = result_table(results.rows, text);

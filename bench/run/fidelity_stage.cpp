@@ -75,7 +75,7 @@ void FidelityStage::collect(const Experiment& experiment, const Cache&, const Jo
 std::vector<ReportSection> FidelityStage::report(const Experiment& experiment,
                                                  const ExperimentResults& results,
                                                  const std::filesystem::path& folder) const {
-  report_fidelity(experiment, results.fidelity, folder);
+  report_fidelity(experiment, results.fidelity, results.builds, folder);
   return {};
 }
 

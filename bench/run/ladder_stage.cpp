@@ -70,7 +70,7 @@ void LadderStage::collect(const Experiment& experiment, const Cache&, const JobR
 std::vector<ReportSection> LadderStage::report(const Experiment& experiment,
                                                const ExperimentResults& results,
                                                const std::filesystem::path& folder) const {
-  return write_ladder_results(experiment, results.ladders, folder);
+  return write_ladder_results(experiment, results.ladders, results.builds, folder);
 }
 
 }  // namespace ertbench

@@ -117,14 +117,7 @@ TEST(ProjectPages, StandAsTheirTemplatesMakeThem) {
 /// No page has a number that is not out of a result or declared as a constant of the method.
 TEST(ProjectPages, HoldNoNumberTypedByHand) {
   const std::filesystem::path project = ERTBENCH_SOURCE_DIR;
-  std::vector<std::filesystem::path> sources = page_templates(project);
-  for (const auto& entry : std::filesystem::directory_iterator(project / "docs")) {
-    if (entry.path().extension() == ".md" &&
-        !std::filesystem::exists(entry.path().string() + ".in")) {
-      sources.push_back(entry.path());
-    }
-  }
-  for (const auto& source : sources) {
+  for (const auto& source : page_sources(project)) {
     for (const std::string& found : literal_numbers(testing::read_text(source))) {
       ADD_FAILURE() << source << ": " << found;
     }
