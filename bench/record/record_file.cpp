@@ -31,7 +31,7 @@ FoundRecord find_record(const fs::path& file, const std::string& key, const Buil
   if (!fs::exists(file)) return {};
   try {
     json record = read_json_file(file);
-    if (record.at("key") != key) return {std::nullopt, "it is of other settings"};
+    if (record.at("key") != key) return {JsonValue(), "it is of other settings"};
     std::string why = why_stale(build_stamp_from_json(record.value("build", json())), now, reuse);
     if (why.empty() && record.contains("fit_build")) {
       BuildStamp fits = now;
@@ -39,10 +39,10 @@ FoundRecord find_record(const fs::path& file, const std::string& key, const Buil
       why = why_stale(build_stamp_from_json(record.at("fit_build")), fits, reuse);
       if (!why.empty()) why = "of its fitted solver: " + why;
     }
-    if (!why.empty()) return {std::nullopt, why};
-    return {std::move(record), ""};
+    if (!why.empty()) return {JsonValue(), why};
+    return {JsonValue(std::move(record)), ""};
   } catch (const std::exception& error) {
-    return {std::nullopt, std::string("it cannot be read: ") + error.what()};
+    return {JsonValue(), std::string("it cannot be read: ") + error.what()};
   }
 }
 

@@ -2,11 +2,11 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <span>
 #include <string>
 
 #include "bench/record/reuse.h"
+#include "core/json_value.h"
 
 namespace ertbench {
 
@@ -28,8 +28,8 @@ void write_record(const std::filesystem::path& file, nlohmann::json record, cons
 
 /// What stands in a record's place.
 struct FoundRecord {
-  std::optional<nlohmann::json> record;  ///< nothing: the job is to be done again
-  std::string why_not;                   ///< why not what is there; empty where there is nothing
+  JsonValue record;     ///< null: the job is to be done again
+  std::string why_not;  ///< why not what is there; empty where there is nothing
 };
 
 /// The record of that key, where it may be reused: its "build" is what made it, its "fit_build",

@@ -5,6 +5,7 @@
 
 #include "bench/analysis/ladder_results.h"
 #include "bench/experiment/experiment.h"
+#include "bench/record/builds_text.h"
 #include "bench/report/report.h"
 
 namespace ertbench {

@@ -21,14 +21,17 @@ FoundRecord JobRecords::find(const Job& job) const {
   try {
     stage_.check(experiment_, *found.record);
   } catch (const std::exception& error) {
-    return {std::nullopt, std::string("it cannot be read: ") + error.what()};
+    return {JsonValue(), std::string("it cannot be read: ") + error.what()};
   }
   return found;
 }
 
-bool JobRecords::has(const Job& job) const { return find(job).record.has_value(); }
+bool JobRecords::has(const Job& job) const { return static_cast<bool>(find(job).record); }
 
-std::optional<nlohmann::json> JobRecords::read(const Job& job) const { return find(job).record; }
+std::optional<nlohmann::json> JobRecords::read(const Job& job) const {
+  const FoundRecord found = find(job);
+  return found.record ? std::optional(*found.record) : std::nullopt;
+}
 
 void JobRecords::add_failure(const Job& job, Failure failure) {
   failures_.emplace(job.subject, std::move(failure));

@@ -59,11 +59,11 @@ TEST(Reuse, ARecordSaysWhyItIsNotTaken) {
   const auto file = folder / "a.json";
   EXPECT_EQ(find_record(file, "key", now, Reuse::same_code).why_not, "");
   write_record(file, {{"x", 1}}, "key", now);
-  EXPECT_TRUE(find_record(file, "key", now, Reuse::same_code).record.has_value());
+  EXPECT_TRUE(static_cast<bool>(find_record(file, "key", now, Reuse::same_code).record));
   EXPECT_EQ(find_record(file, "other", now, Reuse::same_code).why_not, "it is of other settings");
   testing::write_text(file, "{");
   const FoundRecord damaged = find_record(file, "key", now, Reuse::same_code);
-  EXPECT_FALSE(damaged.record.has_value());
+  EXPECT_FALSE(static_cast<bool>(damaged.record));
   EXPECT_NE(damaged.why_not.find("cannot be read"), std::string::npos);
 }
 

@@ -124,7 +124,7 @@ TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
     EXPECT_FALSE(records.has(job)) << job.name;
     const std::string key = stage->key(experiment_, job);
     std::filesystem::create_directories(folder_ / "records");
-    write_record(records.file(job), {{"rows", 3}}, key);
+    write_record(records.file(job), {{"rows", 3}}, key, stamp_of_records({}));
     EXPECT_FALSE(records.has(job)) << job.name << ": the right key alone is not enough";
     testing::write_text(records.file(job), "{\"key\": \"" + key);
     EXPECT_FALSE(records.has(job)) << job.name << ": cut off";
@@ -133,9 +133,9 @@ TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
   const Job job = stage->jobs(experiment_).front();
   const JobRecords records(*stage, experiment_, folder_.path());
   const json sound = {{"models", json::object()}};
-  write_record(records.file(job), sound, stage->key(experiment_, job));
+  write_record(records.file(job), sound, stage->key(experiment_, job), stamp_of_records({}));
   EXPECT_TRUE(records.has(job));
-  write_record(records.file(job), sound, "of another experiment");
+  write_record(records.file(job), sound, "of another experiment", stamp_of_records({}));
   EXPECT_FALSE(records.has(job));
 }
 
