@@ -24,6 +24,12 @@ const char* title_of(TrainingCost cost) {
   return cost == TrainingCost::seconds ? "time of the training, s" : "scenes seen in training";
 }
 
+/// "20", "5000", "60 k", "2 M".
+std::string short_number(double value) {
+  if (value >= 1e6) return number_text(value / 1e6) + " M";
+  return value >= 1e4 ? number_text(value / 1e3) + " k" : number_text(value);
+}
+
 /// How one family is told from the others, also in grey.
 struct FamilyStyle {
   explicit FamilyStyle(std::size_t index)
@@ -70,9 +76,11 @@ class BudgetDrawing {
   Axis cost_axis() const {
     const Span span = costs();
     const double decades = std::max(0.5, std::log10(span.high / span.low));
-    return Axis::logarithms(
+    Axis axis = Axis::logarithms(
         {span.low / std::pow(10, 0.05 * decades), span.high * std::pow(10, 0.16 * decades)},
         title_of(budgets_.cost));
+    for (Tick& tick : axis.ticks) tick.text = short_number(tick.value);
+    return axis;
   }
 
   bool shows_nothing() const {
@@ -94,7 +102,7 @@ class BudgetDrawing {
     Span span = errors();
     if (shows_nothing()) span.extend(*budgets_.nothing);
     const double margin = std::max(0.06 * (span.high - span.low), 0.01 * std::abs(span.high));
-    span.low = span.low < 0.4 * span.high ? 0 : span.low - margin;
+    span.low = span.low < 0.15 * span.high ? 0 : span.low - margin;
     span.high += margin;
     return Axis::even(span, "mean " + axis_title(budgets_.metric));
   }

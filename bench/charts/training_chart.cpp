@@ -13,8 +13,8 @@ namespace {
 
 // Places and sizes in px.
 constexpr int width = 760;
-constexpr double left = 72;
-constexpr double right = 552;
+constexpr double panels_left = 72;
+constexpr double panels_right = 552;
 constexpr double key_left = 564;
 constexpr double top = 34;
 constexpr double gap = 18;     ///< between two panels
@@ -239,7 +239,7 @@ void draw_training_chart(const TrainingChart& chart, const std::filesystem::path
   double y = top;
   for (const Group group : {Group::losses, Group::shares, Group::validation}) {
     if (group == Group::shares && columns_of(chart, group).empty()) continue;
-    panels.emplace_back(group, Box{left, y, right, y + height_of(group)});
+    panels.emplace_back(group, Box{panels_left, y, panels_right, y + height_of(group)});
     y += height_of(group) + gap;
   }
   const Box last = panels.back().second;
