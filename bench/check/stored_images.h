@@ -21,8 +21,8 @@ struct StoredImages {
 /// Makes today's images in a process of its own; false where it failed.
 bool make_images(const StoredImages& images);
 
-/// A line with the largest relative difference (2-norm) of a frame's image, infinite where frames or
-/// statuses are not the same; "worse" beyond `most`, or where there are no images of today,
+/// A line with the largest relative difference (2-norm) of a frame's image, infinite where frames
+/// or statuses are not the same; "worse" beyond `most`, or where there are no images of today,
 /// "missing" where none are stored. Throws InputError where the stored images cannot be read.
 CheckLine compare_images(const StoredImages& images);
 

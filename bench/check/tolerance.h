@@ -78,8 +78,8 @@ double centre_of(std::span<const double> values);
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now = 1);
 
 /// How much more of calibration_us() one frame may take before it counts as slower, and how much
-/// less before it counts as better: the root of 1.5. Over 20 repetitions on two cores that ten other
-/// processes shared, the values of one solver lay within 1.21 of each other
+/// less before it counts as better: the root of 1.5. Over 20 repetitions on two cores that ten
+/// other processes shared, the values of one solver lay within 1.21 of each other
 /// (tests/data/latency_rounds.json), so that noise is less than the root; and a solver that takes
 /// 1.5 times as long exceeds the root, whichever of these the baseline had.
 inline constexpr double allowed_slow_down = 1.2247;

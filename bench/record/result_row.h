@@ -71,8 +71,9 @@ struct ResultRow {
 /// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
 /// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
 /// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
-/// "max", "p50_of_rounds", "relative_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
-/// "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
+/// "max", "p50_of_rounds", "relative_of_rounds"}, "calibration_us", "frames_per_s",
+/// "throughput_batch", "fit_s", "peak_rss_mb"}`, with `"validation": {"AR": {...}, ...}`, `"seeds":
+/// {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
 /// {"alpha", ...}` where there are any.
 nlohmann::json to_json(const ResultRow& row);

@@ -314,7 +314,7 @@ TEST(Check, TheTableShowsWhatChangedAndALineForEachRow) {
   Case c;
   *c.row("gn").metrics[Metric::relative_error].mean += 1e-6;
   const std::string table = terminal_of(check_table(c.lines(), false));
-  EXPECT_NE(table.find("row    quantity             old       new          notices  verdict\n"),
+  EXPECT_NE(table.find("row    quantity             old       new            notices  verdict\n"),
             std::string::npos)
       << table;
   EXPECT_NE(table.find("gn     relative_error       0.7  0.700001  1e-08 (1.4e-06 %)  worse\n"),
