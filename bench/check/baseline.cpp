@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "bench/record/provenance.h"
+#include "core/quantile.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -48,16 +49,14 @@ BaselineRow of_one_run(const Experiment& experiment, const ResultRow& row,
   return out;
 }
 
-void add_spread(const ResultRow& row, std::span<const ResultRow> spread, BaselineRow& out) {
-  const auto found = std::find_if(spread.begin(), spread.end(),
-                                  [&](const ResultRow& r) { return out.is(r) && r.seeds; });
-  if (found == spread.end() || found->seeds->values.size() < least_seeds) {
+void add_seeds(const ResultRow& row, BaselineRow& out) {
+  if (!row.seeds || row.seeds->values.size() < least_seeds) {
     throw std::invalid_argument("row " + row.label + ": its training seeds are too few");
   }
-  out.seeds = found->seeds->values;
+  out.seeds = row.seeds->values;
   for (const Metric metric : kMetrics) {
     out.metrics[metric].clear();
-    const auto& means = found->seeds->means[metric];
+    const auto& means = row.seeds->means[metric];
     const bool all = std::all_of(means.begin(), means.end(), [](const auto& m) { return bool(m); });
     if (!all) continue;
     for (const auto& mean : means) out.metrics[metric].push_back(*mean);
@@ -82,11 +81,15 @@ std::string first_difference(const json& before, const json& now, const std::str
 std::optional<RelativeTimes> relative_times(const ResultRow& row) {
   if (!row.latency_us || !row.frames_per_s || !row.calibration_us) return std::nullopt;
   if (!(*row.calibration_us > 0) || !(*row.frames_per_s > 0)) return std::nullopt;
-  const std::vector<double>& rounds = row.latency_us->p50_of_rounds;
-  const double fastest =
-      rounds.empty() ? row.latency_us->p50 : *std::min_element(rounds.begin(), rounds.end());
-  return RelativeTimes{fastest / *row.calibration_us,
+  const std::vector<double>& rounds = row.latency_us->relative_of_rounds;
+  return RelativeTimes{rounds.empty() ? row.latency_us->p50 / *row.calibration_us : median(rounds),
                        1e6 / *row.frames_per_s / *row.calibration_us};
+}
+
+BaselineMean mean_of(const BaselineRow& row, Metric metric, const Sensor& sensor) {
+  const std::vector<double>& resolution = row.metrics[Metric::RES];
+  return {metric, row.metrics[metric], row.frames, sensor,
+          resolution.empty() ? std::nullopt : std::optional(centre_of(resolution))};
 }
 
 const BaselineRow* Baseline::find(const ResultRow& row) const {
@@ -113,7 +116,7 @@ std::set<std::string> trained_labels(const Comparisons& comparisons) {
 }
 
 Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
-                       const Comparisons& comparisons, std::span<const ResultRow> spread) {
+                       const Comparisons& comparisons) {
   Baseline baseline;
   baseline.experiment = experiment.name;
   json machine = machine_provenance();
@@ -125,7 +128,7 @@ Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> 
     const auto found = comparisons.find(row.label);
     const auto images = found == comparisons.end() ? std::nullopt : std::optional(found->second);
     baseline.rows.push_back(of_one_run(experiment, row, images));
-    if (images == ImageComparison::seeds) add_spread(row, spread, baseline.rows.back());
+    if (images == ImageComparison::seeds) add_seeds(row, baseline.rows.back());
   }
   return baseline;
 }

@@ -19,7 +19,7 @@ class SolverRegistry;
 /// Times that outlast the machine they were measured on, roughly: as multiples of calibration_us()
 /// in the same process.
 struct RelativeTimes {
-  double latency = 0;      ///< of one frame, p50 of the fastest timing round
+  double latency = 0;      ///< of one frame, the median of the rounds' relative_latency()
   double batch_frame = 0;  ///< of one frame of a batch
 
   bool operator==(const RelativeTimes&) const = default;
@@ -47,6 +47,9 @@ struct BaselineRow {
   bool is(const ResultRow& row) const { return label == row.label && dataset == row.dataset; }
 };
 
+/// One metric of the row, which must have values of it, as tolerances are told it.
+BaselineMean mean_of(const BaselineRow& row, Metric metric, const Sensor& sensor);
+
 /// What `ertbench check` compares with: results/baselines/`experiment`.json.
 struct Baseline {
   std::string experiment;
@@ -70,11 +73,10 @@ std::set<std::string> trained_labels(const Comparisons& comparisons);
 /// Fewer say nothing about the spread of a trained solver.
 inline constexpr int least_seeds = 3;
 
-/// A baseline of these results. `spread`: rows of the trained labels over at least `least_seeds`
-/// seeds; the other numbers are those in `rows`. Throws std::invalid_argument where a
-/// trained row has no spread.
+/// A baseline of these results. Throws std::invalid_argument where the row of a trained solver has
+/// fewer than `least_seeds` seeds.
 Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
-                       const Comparisons& comparisons, std::span<const ResultRow> spread);
+                       const Comparisons& comparisons);
 
 /// Where what determines the results is not what it was, "/datasets/test/count was 200 and is 100":
 /// the datasets, or the entry of a solver that stands in both. Empty where nothing changed.

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <set>
 
+#include "bench/check/noticeable.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -17,6 +18,9 @@ std::string with_digits(double value, int digits = 5) {
   std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
+
+/// " (40 %)".
+std::string with_percent(double share) { return " (" + with_digits(100 * share, 2) + " %)"; }
 
 /// Both with as many digits as it takes to tell them apart.
 std::pair<std::string, std::string> distinct_texts(double before, double now) {
@@ -55,10 +59,10 @@ class RowComparison {
   }
 
  private:
-  void add(const std::string& quantity, std::string before, std::string now, std::string allowed,
+  void add(const std::string& quantity, std::string before, std::string now, std::string noticed,
            Verdict verdict) {
     lines_.push_back(
-        {name_, quantity, std::move(before), std::move(now), std::move(allowed), verdict});
+        {name_, quantity, std::move(before), std::move(now), std::move(noticed), verdict});
   }
 
   void compare_status() {
@@ -71,12 +75,7 @@ class RowComparison {
   void compare_count(const std::string& quantity, int before, int now, bool wrong = false) {
     Verdict verdict = wrong ? Verdict::worse : Verdict::ok;
     if (!wrong && now != before) verdict = now < before ? Verdict::better : Verdict::worse;
-    add(quantity, std::to_string(before), std::to_string(now), "same", verdict);
-  }
-
-  std::optional<double> resolution_before() const {
-    const std::vector<double>& values = before_.metrics[Metric::RES];
-    return values.empty() ? std::nullopt : std::optional(centre_of(values));
+    add(quantity, std::to_string(before), std::to_string(now), "1", verdict);
   }
 
   double distance(Metric metric, double value) const {
@@ -93,9 +92,9 @@ class RowComparison {
       return;
     }
     const int seeds_now = now_.seeds ? static_cast<int>(now_.seeds->values.size()) : 1;
-    const BaselineMean mean{metric, values, before_.frames, context_.sensor, resolution_before()};
     const double before = centre_of(values);
-    const double allowed = allowed_change(before_.tolerance, mean, seeds_now);
+    const double allowed =
+        allowed_change(before_.tolerance, mean_of(before_, metric, context_.sensor), seeds_now);
     Verdict verdict = Verdict::ok;
     if (!(std::abs(*now - before) <= allowed)) {
       const bool better = before_.tolerance.type != ToleranceClass::exact &&
@@ -104,7 +103,9 @@ class RowComparison {
     }
     const auto texts = verdict == Verdict::ok ? std::pair(with_digits(before), with_digits(*now))
                                               : distinct_texts(before, *now);
-    add(name_of(metric), texts.first, texts.second, "± " + with_digits(allowed, 2), verdict);
+    add(name_of(metric), texts.first, texts.second,
+        text_of({before_.label, before_.dataset, metric, before_.tolerance.type, before, allowed}),
+        verdict);
   }
 
   void compare_times(bool same_cpu) {
@@ -130,7 +131,7 @@ class RowComparison {
         verdict = Verdict::better;
       }
       add(quantity, with_digits(before, 3), now ? with_digits((*now).*time, 3) : "-",
-          "<= " + with_digits(most, 3), verdict);
+          with_digits(most - before, 2) + with_percent(allowed - 1), verdict);
     }
   }
 

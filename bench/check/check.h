@@ -30,7 +30,7 @@ struct CheckLine {
   std::string quantity;
   std::string before;   ///< as the baseline has it
   std::string now;      ///< as it came out
-  std::string allowed;  ///< how far they may be apart, or what it may be at most
+  std::string notices;  ///< the smallest worsening that counts as one: "0.021 (5.9 %)"
   Verdict verdict = Verdict::ok;
 };
 

@@ -1,5 +1,6 @@
 #include "bench/check/check_command.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -10,6 +11,8 @@
 #include "bench/check/check_networks.h"
 #include "bench/check/check_seeds.h"
 #include "bench/check/check_table.h"
+#include "bench/check/check_trainings.h"
+#include "bench/check/noticeable.h"
 #include "bench/record/provenance.h"
 #include "bench/run/runner.h"
 #include "bench/table/writers.h"
@@ -40,11 +43,20 @@ class Check {
 
   bool compare_with_baseline() {
     const Baseline baseline = usable_baseline();
-    run();
+    run(experiment_.check.seeds);
     std::vector<CheckLine> lines = compare(baseline, rows_, context());
-    const std::vector<CheckLine> stored = stored_networks();
-    lines.insert(lines.end(), stored.begin(), stored.end());
+    append(lines, stored_networks());
+    append(lines, compare_trainings(trainings()));
     report(baseline, lines);
+    return !has_regression(lines);
+  }
+
+  bool compare_images() {
+    open_cache();
+    std::vector<CheckLine> lines = stored_networks();
+    append(lines, compare_trainings(trainings()));
+    std::printf("%s%s\n", terminal_of(check_table(lines, true)).c_str(),
+                check_summary(lines).c_str());
     return !has_regression(lines);
   }
 
@@ -56,24 +68,30 @@ class Check {
     } catch (const InputError& error) {
       if (fs::exists(file_)) why = error.what();
     }
-    const Cache cache = run();
+    run(baseline_trainings());
     if (failures_ > 0) return refuse("a trial failed");
-    const Comparisons comparisons = comparisons_of(experiment_, registry_);
-    const auto spread = spread_of(trained_labels(comparisons), cache);
-    if (!spread) return refuse("a training failed");
     const std::vector<CheckLine> stored = stored_networks();
-    const Baseline baseline = make_baseline(experiment_, rows_, comparisons, *spread);
+    const std::vector<StoredImages> trained = trainings();
+    const Baseline baseline =
+        make_baseline(experiment_, rows_, comparisons_of(experiment_, registry_));
+    const std::vector<Noticeable> coarse = beyond_limits(noticeable(baseline));
+    if (!coarse.empty() && !options_.accept_coarse) return refuse_coarse(coarse);
+    const std::vector<CheckLine> changed_trainings = compare_trainings(trained);
+    if (!store_trainings(trained)) return refuse("a short training failed");
     if (file_.has_parent_path()) fs::create_directories(file_.parent_path());
     write_file_atomically(file_, to_json_text(baseline));
-    std::vector<CheckLine> lines = stored;
+    std::vector<CheckLine> lines;
     if (before) {
       lines = compare(*before, rows_, context());
-      lines.insert(lines.end(), stored.begin(), stored.end());
     } else {
       std::printf("Made anew: %s\n", why.c_str());
     }
-    std::printf("What changed beyond what was allowed:\n%s",
-                terminal_of(check_table(lines, options_.all)).c_str());
+    append(lines, stored);
+    append(lines, changed_trainings);
+    std::printf("What changed beyond what was allowed:\n%s\n%s%s\n",
+                terminal_of(check_table(lines, options_.all)).c_str(),
+                terminal_of(noticeable_table(noticeable(baseline))).c_str(),
+                weakest_text(noticeable(baseline)).c_str());
     std::printf("Baseline of %zu rows in %s\n", baseline.rows.size(), file_.c_str());
     return !has_regression(stored);
   }
@@ -100,40 +118,68 @@ class Check {
     }
   }
 
-  Cache run() {
-    Cache cache = options_.reuse
-                      ? Cache::standard()
-                      : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
-    const ExperimentResults results = run_experiment(experiment_, cache, run_);
-    report_experiment(experiment_, cache, results, run_.out);
-    failures_ = results.failures;
-    rows_ = read_summary_rows(run_.out);
-    return cache;
+  void open_cache() {
+    cache_ = options_.reuse ? Cache::standard()
+                            : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
   }
 
-  /// Of each trained label rows over enough seeds.
-  std::optional<std::vector<ResultRow>> spread_of(const std::set<std::string>& trained,
-                                                  const Cache& cache) {
-    std::vector<ResultRow> spread;
-    std::set<std::string> more = trained;
-    const int enough = options_.seeds.value_or(enough_seeds);
-    for (const ResultRow& row : rows_) {
-      if (!row.seeds || std::ssize(row.seeds->values) < enough) continue;
-      spread.push_back(row);
-      more.erase(row.label);
+  /// Makes the rows, those of trained solvers over so many seeds at least.
+  void run(int trainings) {
+    open_cache();
+    const ExperimentResults results = run_experiment(experiment_, *cache_, run_);
+    report_experiment(experiment_, *cache_, results, run_.out);
+    rows_ = read_summary_rows(run_.out);
+    failures_ = results.failures;
+    if (trainings > 0) {
+      failures_ += train_over_seeds(experiment_, trained(), trainings, *cache_, run_, rows_);
     }
-    if (more.empty()) return spread;
-    const auto rows =
-        rows_over_seeds(experiment_, more, options_.seeds.value_or(usual_seeds), cache, run_);
-    if (!rows) return std::nullopt;
-    spread.insert(spread.end(), rows->begin(), rows->end());
-    return spread;
+  }
+
+  std::set<std::string> trained() const {
+    return trained_labels(comparisons_of(experiment_, registry_));
+  }
+
+  int baseline_trainings() const {
+    if (options_.seeds) return *options_.seeds;
+    if (experiment_.check.baseline_seeds > 0) return experiment_.check.baseline_seeds;
+    return trainings_of_entries() >= enough_seeds ? enough_seeds : usual_seeds;
+  }
+
+  /// The fewest that an entry of a trained solver lists.
+  int trainings_of_entries() const {
+    const std::set<std::string> labels = trained();
+    int fewest = usual_seeds;
+    for (const std::span<const SolverEntry> row : experiment_.rows()) {
+      if (labels.count(row.front().label) > 0) {
+        fewest = std::min(fewest, static_cast<int>(row.size()));
+      }
+    }
+    return fewest;
+  }
+
+  std::vector<Noticeable> noticeable(const Baseline& baseline) const {
+    const int trainings = std::max(experiment_.check.seeds, trainings_of_entries());
+    return noticeable_worsenings(baseline, experiment_.sensor, trainings);
+  }
+
+  static void append(std::vector<CheckLine>& lines, const std::vector<CheckLine>& more) {
+    lines.insert(lines.end(), more.begin(), more.end());
+  }
+
+  std::set<std::string> types() const {
+    std::set<std::string> types;
+    for (const SolverEntry& entry : experiment_.solvers) types.insert(entry.type);
+    return types;
   }
 
   std::vector<CheckLine> stored_networks() const {
-    std::set<std::string> types;
-    for (const SolverEntry& entry : experiment_.solvers) types.insert(entry.type);
-    return compare_stored_networks(file_.parent_path() / "networks", types, run_.out / "networks");
+    return compare_stored_networks(file_.parent_path() / "networks", types(),
+                                   run_.out / "networks");
+  }
+
+  std::vector<StoredImages> trainings() const {
+    return short_trainings(file_.parent_path() / "trainings", types(), *cache_,
+                           run_.out / "trainings", run_.jobs);
   }
 
   CheckContext context() const {
@@ -147,7 +193,9 @@ class Check {
     };
     const std::string old_machine = "old: " + file_.string() + ", " + machine(*baseline.provenance);
     const std::string new_machine = "new: " + machine(machine_provenance());
-    const std::string summary = check_summary(lines);
+    const std::string weakest = weakest_text(noticeable(baseline));
+    const std::string summary = check_summary(lines) + (weakest.empty() ? "" : "; " + weakest);
+    const Table noticed = noticeable_table(noticeable(baseline));
     const std::string times =
         context().cpu == baseline.cpu ? ""
         : options_.warn_times
@@ -156,11 +204,26 @@ class Check {
     write_file_atomically(run_.out / "check.md",
                           "# Check of " + experiment_.name + "\n\n" + summary + "\n\n- " +
                               old_machine + "\n- " + new_machine + "\n\n" + times +
-                              (times.empty() ? "" : "\n") + markdown_of(check_report(lines)));
-    std::printf("\n%s\n%s\n%s\n%s%s; all of it in %s\n",
-                terminal_of(check_table(lines, options_.all)).c_str(), old_machine.c_str(),
-                new_machine.c_str(), times.c_str(), summary.c_str(),
+                              (times.empty() ? "" : "\n") + markdown_of(check_report(lines)) +
+                              "\n" + markdown_of(noticed));
+    std::printf("\n%s\n%s\n%s\n%s\n%s%s; all of it in %s\n",
+                terminal_of(check_table(lines, options_.all)).c_str(), terminal_of(noticed).c_str(),
+                old_machine.c_str(), new_machine.c_str(), times.c_str(), summary.c_str(),
                 (run_.out / "check.md").c_str());
+  }
+
+  bool refuse_coarse(const std::vector<Noticeable>& coarse) const {
+    std::string what;
+    for (const Noticeable& one : coarse) {
+      what += (what.empty() ? "" : ", ") + one.row + " " + name_of(one.metric) + " only from " +
+              text_of(one);
+    }
+    std::printf("A check would notice a worsening of %s.\n", what.c_str());
+    std::printf(
+        "Raise /check/seeds or /check/baseline_seeds in %s, train longer, or accept it with "
+        "--accept-coarse.\n",
+        experiment_.file.c_str());
+    return refuse("it would be too coarse");
   }
 
   bool refuse(const char* why) const {
@@ -173,6 +236,7 @@ class Check {
   const CheckOptions& options_;
   fs::path file_;
   RunOptions run_;
+  std::optional<Cache> cache_;  ///< of this run
   std::vector<ResultRow> rows_;
   int failures_ = 0;
 };
@@ -182,6 +246,7 @@ class Check {
 bool check_experiment(const Experiment& experiment, SolverRegistry& registry,
                       const CheckOptions& options) {
   Check check(experiment, registry, options);
+  if (options.images) return check.compare_images();
   return options.update ? check.update() : check.compare_with_baseline();
 }
 

@@ -15,9 +15,13 @@ struct CheckOptions {
   int jobs = 1;                    ///< as of a run
   bool all = false;                ///< show every quantity, not just what changed
   bool update = false;             ///< write the baseline anew
-  /// With `update`: training seeds behind the interval of a learned row. None: those of the
-  /// experiment where it lists at least `enough_seeds`, else `usual_seeds`.
+  bool images = false;             ///< only compare images with stored ones, which takes seconds
+  /// With `update`: training seeds behind the interval of a learned row. None: the experiment's
+  /// "baseline_seeds", or the entry's seeds where there are `enough_seeds`, else `usual_seeds`.
   std::optional<int> seeds;
+  /// With `update`: write a baseline that lets learned solvers become worse unnoticed by more than
+  /// kNoticeLimits.
+  bool accept_coarse = false;
   /// Take whatever `run` left in the cache and in its result folder (results/NAME), quicker, and
   /// blind to changes of the program since. Else everything is made by this very program.
   bool reuse = false;
@@ -25,16 +29,19 @@ struct CheckOptions {
   bool warn_times = false;
 };
 
-/// The interval of a trained row reaches 36 standard deviations to each side for three seeds, 9.4
-/// for five, 5.7 for eight, 5.0 for ten; each seed costs a training of every network.
+/// The interval of a trained row for one training in a check reaches 36 standard deviations to each
+/// side for three seeds, 9.4 for five, 5.7 for eight, 5.0 for ten; each seed costs a training of
+/// every network.
 inline constexpr int enough_seeds = 5;
 inline constexpr int usual_seeds = 8;
 
 /// Runs the experiment and compares its rows with the baseline, and today's images of the stored
-/// networks with their stored images; prints the comparison and writes it to check.md in the result
-/// folder. With `update` the baseline is written anew, whole or not at all, and what changed is
-/// printed; stored networks stay as they are. Returns whether nothing regressed, or with `update`
-/// whether the baseline was written and the stored networks are as they were.
+/// networks and of the short trainings with their stored images; prints the comparison, with the
+/// smallest worsening of every row and metric that it notices, and writes it to check.md in the
+/// result folder. With `update` the baseline and the images of the short trainings are written
+/// anew, whole or not at all, and what changed is printed; stored networks stay as they are.
+/// Returns whether nothing regressed, or with `update` whether the baseline was written and the
+/// stored networks are as they were.
 ///
 /// Throws InputError, before anything is run, where there is no baseline, or where it cannot be
 /// used: malformed, or made of other datasets or solvers.

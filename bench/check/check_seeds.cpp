@@ -55,23 +55,41 @@ json experiment_over_seeds(const Experiment& experiment, const std::set<std::str
   return out;
 }
 
+/// The times stay those of the experiment's own run.
+void take_over_seeds(const ResultRow& trained, ResultRow& row) {
+  row.metrics = trained.metrics;
+  row.seeds = trained.seeds;
+  if (trained.ok()) return;
+  row.status = trained.status;
+  row.message = trained.message;
+}
+
 }  // namespace
 
-std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experiment,
-                                                      const std::set<std::string>& labels,
-                                                      int count, const Cache& cache,
-                                                      const RunOptions& options) {
+int train_over_seeds(const Experiment& experiment, const std::set<std::string>& labels, int count,
+                     const Cache& cache, const RunOptions& options, std::vector<ResultRow>& rows) {
+  std::set<std::string> few;
+  for (const ResultRow& row : rows) {
+    const bool enough = row.seeds && std::ssize(row.seeds->values) >= count;
+    if (labels.count(row.label) > 0 && !enough) few.insert(row.label);
+  }
+  if (few.empty()) return 0;
   RunOptions seeds = options;
   seeds.out = options.out / "seeds";
   fs::create_directories(seeds.out);
   const fs::path file = seeds.out / (experiment.name + ".json");
-  write_file_atomically(file, experiment_over_seeds(experiment, labels, count).dump(2) + "\n");
+  write_file_atomically(file, experiment_over_seeds(experiment, few, count).dump(2) + "\n");
   SolverRegistry registry;  // into which no plugin has been loaded yet
   const Experiment copy = read_experiment(file, registry, chart_types());
   const ExperimentResults results = run_experiment(copy, cache, seeds);
   report_experiment(copy, cache, results, seeds.out);
-  if (results.failures > 0) return std::nullopt;
-  return read_summary_rows(seeds.out);
+  for (const ResultRow& trained : read_summary_rows(seeds.out)) {
+    for (ResultRow& row : rows) {
+      if (few.count(row.label) > 0 && row.label == trained.label && row.dataset == trained.dataset)
+        take_over_seeds(trained, row);
+    }
+  }
+  return results.failures;
 }
 
 std::vector<ResultRow> read_summary_rows(const fs::path& folder) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,15 +11,15 @@
 
 namespace ertbench {
 
-/// The rows of `labels` over `count` training seeds each: those of the experiment, filled up with
-/// the smallest numbers from 1 that it does not have. Runs a copy of the experiment that holds just
-/// these solvers, with "seeds" in place of "seed" and without timing, which stays as
+/// Trains the solvers of `labels` with `count` seeds each and gives their `rows` the means, the
+/// seeds and, where a training failed, the status that came out; rows that have as many seeds
+/// already stay as they are. The seeds are those of the experiment, filled up with the smallest
+/// numbers from 1 that it does not have. Runs a copy of the experiment that holds just these
+/// solvers, with "seeds" in place of "seed" and without timing, which stays as
 /// `options.out`/seeds/NAME.json beside its own results; what was trained before is taken from the
-/// cache. None where a training failed.
-std::optional<std::vector<ResultRow>> rows_over_seeds(const Experiment& experiment,
-                                                      const std::set<std::string>& labels,
-                                                      int count, const Cache& cache,
-                                                      const RunOptions& options);
+/// cache. Returns how many trials failed.
+int train_over_seeds(const Experiment& experiment, const std::set<std::string>& labels, int count,
+                     const Cache& cache, const RunOptions& options, std::vector<ResultRow>& rows);
 
 /// The rows in a result folder's summary.json. Throws InputError.
 std::vector<ResultRow> read_summary_rows(const std::filesystem::path& folder);

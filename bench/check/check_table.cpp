@@ -2,18 +2,19 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace ertbench {
 namespace {
 
 std::vector<Column> columns() {
-  return {{"row", Align::left},    {"quantity", Align::left}, "old", "new", "allowed",
+  return {{"row", Align::left},    {"quantity", Align::left}, "old", "new", "notices",
           {"verdict", Align::left}};
 }
 
 std::vector<Cell> cells_of(const CheckLine& line) {
-  return {line.row, line.quantity, line.before, line.now, line.allowed, name_of(line.verdict)};
+  return {line.row, line.quantity, line.before, line.now, line.notices, name_of(line.verdict)};
 }
 
 /// The lines of one row, which stand together.
@@ -70,6 +71,32 @@ Table check_report(std::span<const CheckLine> lines) {
   TableSection& section = table.sections.emplace_back();
   section.columns = columns();
   for (const CheckLine& line : lines) section.rows.push_back(cells_of(line));
+  return table;
+}
+
+Table noticeable_table(std::span<const Noticeable> all) {
+  std::set<std::string> datasets;
+  std::vector<Metric> metrics;
+  for (const Noticeable& one : all) {
+    datasets.insert(one.dataset);
+    if (std::find(metrics.begin(), metrics.end(), one.metric) == metrics.end())
+      metrics.push_back(one.metric);
+  }
+  Table table;
+  TableSection& section = table.sections.emplace_back();
+  section.caption = "The smallest worsening that this check notices";
+  section.columns = {{"row", Align::left}};
+  for (const Metric metric : metrics) section.columns.emplace_back(name_of(metric));
+  std::string before;
+  for (const Noticeable& one : all) {
+    const std::string row = datasets.size() > 1 ? one.row + " (" + one.dataset + ")" : one.row;
+    if (section.rows.empty() || row != before) {
+      section.rows.emplace_back(section.columns.size(), Cell("-")).front() = row;
+      before = row;
+    }
+    const auto place = std::find(metrics.begin(), metrics.end(), one.metric) - metrics.begin();
+    section.rows.back()[static_cast<std::size_t>(place) + 1] = text_of(one);
+  }
   return table;
 }
 

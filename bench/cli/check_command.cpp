@@ -18,8 +18,10 @@ struct CheckArguments {
   int jobs = cores();
   bool all = false;
   bool update = false;
+  bool images = false;
   bool reuse = false;
   bool warn_times = false;
+  bool accept_coarse = false;
   std::optional<int> seed_count;
 };
 
@@ -31,9 +33,11 @@ ExitCode check(const CheckArguments& arguments) {
   options.baseline = arguments.baseline;
   options.jobs = arguments.jobs;
   options.all = arguments.all;
+  options.images = arguments.images;
   options.update = arguments.update;
   options.seeds = arguments.seed_count;
   options.reuse = arguments.reuse;
+  options.accept_coarse = arguments.accept_coarse;
   options.warn_times = arguments.warn_times;
   return check_experiment(experiment, registry, options) ? done : regression;
 }
@@ -46,10 +50,18 @@ Action add_check(CLI::App& command) {
   add_experiment(command, arguments->experiment);
   command.add_flag("--update", arguments->update, "Write the baseline anew, and say what changed");
   command
+      .add_flag("--images", arguments->images,
+                "Only hold stored networks and short trainings to their images: seconds")
+      ->excludes("--update");
+  command
       .add_option("--seeds", arguments->seed_count,
                   "With --update: training seeds behind the interval of a learned solver\n"
-                  "(default: those of the experiment if 5 or more, else 8)")
+                  "(default: \"baseline_seeds\" of the experiment's \"check\"; without it\n"
+                  "those of the entry if 5 or more, else 8)")
       ->check(CLI::Range(least_seeds, 100));
+  command.add_flag("--accept-coarse", arguments->accept_coarse,
+                   "With --update: write a baseline that would let a learned solver become worse\n"
+                   "by more than 10 % of relative_error or RIE, 0.03 of AR or 25 % of PE");
   command.add_flag("--all", arguments->all, "Show every quantity, not just what changed");
   command.add_flag("--warn-times", arguments->warn_times,
                    "Only warn about times, as on another cpu: for shared machines");

@@ -65,6 +65,15 @@ void read_timing(JsonObject& root, Experiment& experiment) {
   object.finish();
 }
 
+void read_check(JsonObject& root, Experiment& experiment) {
+  if (!root.has("check")) return;
+  JsonObject object = root.object("check");
+  CheckSettings& check = experiment.check;
+  check.seeds = object.integer_or("seeds", check.seeds, 1, 100);
+  check.baseline_seeds = object.integer_or("baseline_seeds", check.baseline_seeds, 3, 100);
+  object.finish();
+}
+
 void read_right_sizing(JsonObject& root, Experiment& experiment) {
   if (!root.has("right_sizing")) return;
   JsonObject object = root.object("right_sizing");
@@ -178,6 +187,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   read_plugins(root, experiment, registry);
   experiment.solvers = read_solvers(root, experiment, registry, check);
   read_timing(root, experiment);
+  read_check(root, experiment);
   read_right_sizing(root, experiment);
   experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
   read_figure(root, experiment);

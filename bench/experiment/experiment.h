@@ -27,6 +27,14 @@ struct TimingSettings {
   int rounds = 5;     ///< the frames are shared out among them; solvers take turns
 };
 
+/// How often `ertbench check` trains each network, as a single training says little of the next.
+struct CheckSettings {
+  /// Trainings in a check, 0: as many as the solver's entry has seeds. Its means are judged.
+  int seeds = 0;
+  /// Trainings behind the baseline's interval, 0: as many as `check --update` takes by itself.
+  int baseline_seeds = 0;
+};
+
 /// An experiment file: what is generated, what is fitted, what is measured.
 struct Experiment {
   std::string name;  ///< the file's name without its ending; the result folder's name
@@ -40,6 +48,7 @@ struct Experiment {
   std::vector<SolverEntry> solvers;            ///< every seed and every point of a sweep on its own
   std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
   TimingSettings timing;
+  CheckSettings check;
   double time_limit_s = 3600;      ///< for one trial
   std::vector<int> figure_scenes;  ///< of the first test set
   PublishedTable published;

@@ -39,7 +39,8 @@ json to_json(const LatencySummary& latency) {
   return {{"p50", latency.p50},
           {"p99", latency.p99},
           {"max", latency.max},
-          {"p50_of_rounds", latency.p50_of_rounds}};
+          {"p50_of_rounds", latency.p50_of_rounds},
+          {"relative_of_rounds", latency.relative_of_rounds}};
 }
 
 json to_json(const std::vector<BuildStamp>& stamps) {
@@ -171,18 +172,21 @@ SeedSpread seeds_from_json(JsonObject object) {
   return seeds;
 }
 
-LatencySummary latency_from_json(JsonObject object) {
-  LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"), {}};
-  if (!object.has("p50_of_rounds")) {
-    object.finish();
-    return latency;
-  }
-  const json& rounds = object.raw("p50_of_rounds");
+/// Empty where an earlier version wrote none.
+std::vector<double> rounds_from_json(JsonObject& object, const char* name) {
+  if (!object.has(name)) return {};
+  const json& rounds = object.raw(name);
   const bool numbers =
       rounds.is_array() &&
       std::all_of(rounds.begin(), rounds.end(), [](const json& v) { return v.is_number(); });
-  if (!numbers) object.fail("p50_of_rounds", "must be a list of numbers");
-  latency.p50_of_rounds = rounds.get<std::vector<double>>();
+  if (!numbers) object.fail(name, "must be a list of numbers");
+  return rounds.get<std::vector<double>>();
+}
+
+LatencySummary latency_from_json(JsonObject object) {
+  LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"),
+                         rounds_from_json(object, "p50_of_rounds"),
+                         rounds_from_json(object, "relative_of_rounds")};
   object.finish();
   return latency;
 }

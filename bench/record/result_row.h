@@ -21,6 +21,8 @@ struct LatencySummary {
   double max = 0;
   /// The medians of the rounds in which the frames were timed, other solvers' rounds between them.
   std::vector<double> p50_of_rounds = {};
+  /// Of each round relative_latency(): in units of a fixed piece of work of the same process.
+  std::vector<double> relative_of_rounds = {};
 
   bool operator==(const LatencySummary&) const = default;
 };
@@ -78,10 +80,10 @@ struct ResultRow {
 /// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
 /// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
 /// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
-/// "max", "p50_of_rounds"}, "calibration_us", "frames_per_s", "throughput_batch", "fit_s",
-/// "peak_rss_mb", "build": {"commit", "dirty", "program", "code", "scored": [...], "fitted": [...],
-/// "timed": [...]}}`, the first of the builds being that of the scores, with `"validation": {"AR":
-/// {...}, ...}`, `"seeds": {"values", "means": {"AR":
+/// "max", "p50_of_rounds", "relative_of_rounds"}, "calibration_us", "frames_per_s",
+/// "throughput_batch", "fit_s", "peak_rss_mb", "build": {"commit", "dirty", "program", "code",
+/// "scored": [...], "fitted": [...], "timed": [...]}}`, the first of the builds being that of the
+/// scores, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
 /// {"alpha", ...}` where there are any.
 nlohmann::json to_json(const ResultRow& row);

@@ -19,6 +19,7 @@ LatencySummary summarise_latency(const SortedValues& microseconds) {
   return {nearest_rank_quantile(microseconds, 0.5),
           nearest_rank_quantile(microseconds, 0.99),
           microseconds.largest(),
+          {},
           {}};
 }
 
@@ -26,12 +27,15 @@ LatencySummary summarise_latency(const SortedValues& microseconds) {
 struct Rounds {
   std::vector<double> microseconds;
   std::vector<double> p50;
+  std::vector<double> relative;
   std::vector<double> frames_per_s;
   int batch = 0;
 
-  void add(const json& times) {
+  void add(const json& times, double calibration_us) {
     const auto some = times.at("latency_us").get<std::vector<double>>();
     p50.push_back(summarise_latency(some).p50);
+    relative.push_back(
+        relative_latency(p50.back(), *std::min_element(some.begin(), some.end()), calibration_us));
     microseconds.insert(microseconds.end(), some.begin(), some.end());
     frames_per_s.push_back(times.at("frames_per_s").get<double>());
     batch = times.at("batch").get<int>();
@@ -39,6 +43,11 @@ struct Rounds {
 };
 
 }  // namespace
+
+double relative_latency(double median_us, double fastest_us, double calibration_us) {
+  constexpr double long_frame_us = 1000;
+  return (fastest_us < long_frame_us ? median_us : fastest_us) / calibration_us;
+}
 
 std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
                        const TimingSettings& timing) {
@@ -58,13 +67,16 @@ TimingRecord timing_record_from_json(const std::vector<json>& rounds) {
   std::vector<double> calibration;
   TimingRecord record;
   for (const json& round : rounds) {
-    for (const auto& [dataset, times] : round.at("timing").items()) sets[dataset].add(times);
     calibration.push_back(round.at("calibration_us").get<double>());
+    for (const auto& [dataset, times] : round.at("timing").items()) {
+      sets[dataset].add(times, calibration.back());
+    }
     record.peak_rss_mb = std::max(record.peak_rss_mb, round.at("peak_rss_mb").get<double>());
   }
   for (const auto& [dataset, set] : sets) {
     MeasuredTimes times{summarise_latency(set.microseconds), median(set.frames_per_s), set.batch};
     times.latency_us.p50_of_rounds = set.p50;
+    times.latency_us.relative_of_rounds = set.relative;
     record.sets[dataset] = std::move(times);
   }
   record.calibration_us = median(calibration);

@@ -27,6 +27,11 @@ struct TimingRecord {
   double peak_rss_mb = 0;                     ///< largest of the rounds
 };
 
+/// The latency of one round in units of what calibration_us() took just before it, in the same
+/// process: whatever clock rate the processor had then, both had. Of frames under a millisecond the
+/// median counts; a longer one is seldom left alone on a busy machine, and the fastest counts.
+double relative_latency(double median_us, double fastest_us, double calibration_us);
+
 /// What determines the record of a round, whichever it is: the solver, the test sets, how the clock
 /// is used, and the machine's processor.
 std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,

@@ -35,7 +35,7 @@ ResultRow result(const std::string& label, const std::string& type) {
         std::pair{Metric::relative_error, 0.7}}) {
     row.metrics[metric].mean = mean;
   }
-  row.latency_us = LatencySummary{10, 12, 20, {9, 10, 14}};
+  row.latency_us = LatencySummary{10, 12, 20, {9, 10, 14}, {3, 3.3, 4.7}};
   row.calibration_us = 3;
   row.frames_per_s = 1e6;
   return row;
@@ -285,15 +285,15 @@ TEST(Check, TheStoredBaselinesAreRead) {
 TEST(Check, TimesAreComparedAsMultiplesOfTheCalibration) {
   Case c;
   ResultRow& gn = c.row("gn");
-  gn.latency_us->p50_of_rounds = {27, 30, 42};  // a machine three times slower
+  gn.latency_us->relative_of_rounds = {3, 3.3, 4.7};  // a machine three times slower
   gn.calibration_us = 9;
   gn.frames_per_s = 1e6 / 3;
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::ok);
   EXPECT_EQ(c.verdict("gn", "batch frame / calibration"), Verdict::ok);
   gn = result("gn", "one-step-gn");
-  gn.latency_us->p50_of_rounds = {9, 90, 90};  // disturbed but for one round
+  gn.latency_us->relative_of_rounds = {3.3, 3.2, 30, 30, 3.1};  // disturbed in two rounds of five
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::ok);
-  gn.latency_us->p50_of_rounds = {19, 19, 19};
+  gn.latency_us->relative_of_rounds = {4.2, 4.2, 4.1};
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::slower);
   EXPECT_TRUE(has_regression(c.lines()));
   gn.frames_per_s = 0.34e6;
@@ -304,7 +304,7 @@ TEST(Check, TimesAreComparedAsMultiplesOfTheCalibration) {
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::slower_warning);
   EXPECT_FALSE(has_regression(c.lines()));
   c.baseline.cpu = this_machine.cpu;
-  gn.latency_us->p50_of_rounds = {4, 4, 4};
+  gn.latency_us->relative_of_rounds = {2, 2, 2};
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::better);
   gn.latency_us.reset();
   EXPECT_EQ(c.verdict("gn", "latency / calibration"), Verdict::missing);
@@ -314,10 +314,10 @@ TEST(Check, TheTableShowsWhatChangedAndALineForEachRow) {
   Case c;
   *c.row("gn").metrics[Metric::relative_error].mean += 1e-6;
   const std::string table = terminal_of(check_table(c.lines(), false));
-  EXPECT_NE(table.find("row    quantity             old       new  allowed  verdict\n"),
+  EXPECT_NE(table.find("row    quantity             old       new            notices  verdict\n"),
             std::string::npos)
       << table;
-  EXPECT_NE(table.find("gn     relative_error       0.7  0.700001  ± 1e-08  worse\n"),
+  EXPECT_NE(table.find("gn     relative_error       0.7  0.700001  1e-08 (1.4e-06 %)  worse\n"),
             std::string::npos)
       << table;
   const std::size_t others = 6;  // status, three counts, two times

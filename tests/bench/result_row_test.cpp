@@ -26,7 +26,7 @@ ResultRow sample() {
   row.metrics[Metric::PE] = {std::nullopt, std::nullopt, std::nullopt, 0, 5};
   row.family = "gauss-newton";
   row.validation.emplace()[Metric::relative_error] = {0.5, Interval{0.4, 0.6}, 0.45, 9, 0};
-  row.latency_us = LatencySummary{10, 20, 30, {9, 11}};
+  row.latency_us = LatencySummary{10, 20, 30, {9, 11}, {2, 2.4}};
   row.calibration_us = 4.5;
   row.frames_per_s = 1e5;
   row.throughput_batch = 64;
