@@ -34,7 +34,9 @@ LatencyPair pair_of(const TimedRow& a, const TimedRow& b) {
   pair.agree = meet(first, second) || (units && meet(in_units(first, a.row.calibration_us),
                                                      in_units(second, b.row.calibration_us)));
   if (pair.agree) return pair;
-  if (a.cpu != b.cpu) {
+  if (a.row.build.timed.empty() || b.row.build.timed.empty()) {
+    pair.reason = "made before results said which build timed them: " + a.build + "; " + b.build;
+  } else if (a.cpu != b.cpu) {
     pair.reason = "other machines: " + a.cpu + "; " + b.cpu;
   } else if (a.build != b.build) {
     pair.reason = "other builds: " + a.build + "; " + b.build;

@@ -15,7 +15,8 @@ struct TimedRow {
   std::string result;  ///< folder of the result below results/published
   ResultRow row;
   std::string cpu;
-  std::string build;  ///< "commit 0123456789ab, program 01234567"
+  /// "commit 0123456789ab, program 01234567"; of results that do not say it the commit alone.
+  std::string build;
 };
 
 /// Two results' times of one solver with the same settings.

@@ -96,6 +96,7 @@ ResultRow timed_row(const std::string& type, nlohmann::json parameters, std::vec
   row.parameters = std::move(parameters);
   row.latency_us = LatencySummary{rounds.front(), 2 * rounds.front(), 3 * rounds.front(), rounds};
   row.calibration_us = calibration;
+  row.build.timed = {{"0123456789ab", false, "program", "code", {}}};
   return row;
 }
 
