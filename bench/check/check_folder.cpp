@@ -27,7 +27,8 @@ std::string program_hash(const std::vector<fs::path>& plugins) {
 
 Cache prepare_check_folder(const fs::path& folder, const std::string& program) {
   const fs::path note = folder / "program";
-  const fs::path made[] = {folder / "cache", folder / "records", folder / "seeds"};
+  const fs::path made[] = {folder / "cache", folder / "records", folder / "seeds",
+                           folder / "trainings"};
   if (!fs::exists(note)) {
     if (std::any_of(std::begin(made), std::end(made),
                     [](const auto& one) { return exists(one); })) {

@@ -75,6 +75,9 @@ TEST(CheckImages, ShortTrainingsMustMakeTheImagesThatTheyMadeAndAreRenewedWithTh
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_TRUE(contains(outcome, "1 row ok")) << outcome.output;
 
+  small.rebuild("1");  // which trains anew
+  EXPECT_EQ(small.check("--images").exit_code, 0);
+
   trainings["solvers"][0]["rank"] = 19;  // as if the program made it otherwise
   write();
   outcome = small.check();

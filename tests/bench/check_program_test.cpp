@@ -133,7 +133,7 @@ TEST(CheckProgram, ATrainedRowIsHeldToTheSpreadOfItsSeeds) {
   // The check trains as many seeds as the experiment says: the mean of 6, 1 and 2 is 3, and the
   // interval +- 12.92 1.29 sqrt(1/3 + 1/4) = 12.7.
   small.experiment["check"] = {{"seeds", 3}};
-  small.rebuild("4");  // 12
+  small.rebuild("0.5");  // 1.5
   EXPECT_EQ(small.check().exit_code, 0);
   small.rebuild("-4");  // -12
   EXPECT_EQ(small.check().exit_code, 1);
