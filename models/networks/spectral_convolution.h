@@ -8,8 +8,10 @@ namespace ertbench {
 /// largest singular value (spectral normalisation, Miyato et al. 2018): whatever the weights learn,
 /// that value of the kernel in use is 1, which bounds how fast the output can change.
 ///
-/// The value is found by power iteration, one step at every call in training mode. The singular
-/// vector that it has come to is a buffer, saved and loaded with the weights.
+/// The value is found by power iteration, one step at every call in training mode, so that it
+/// follows weights that learn with a lag of some steps, in which the value in use may be a few
+/// tenths above 1. The singular vector that it has come to is a buffer, saved and loaded with the
+/// weights.
 class SpectralConvolutionImpl final : public torch::nn::Module {
  public:
   SpectralConvolutionImpl(int inputs, int outputs, int size, int stride, int padding);
