@@ -178,7 +178,9 @@ class BudgetDrawing {
   void name_what_is_missing() {
     double y = box.top + 8;
     for (const auto& [label, reason] : budgets_.without) {
-      canvas_.text("✕ " + one_line(label + ": " + reason, 60), box.right - 4, y,
+      std::string text = label;
+      text.append(": ").append(reason);
+      canvas_.text("✕ " + one_line(text, 60), box.right - 4, y,
                    {.align = TextAlign::right, .colour = ink::alarm});
       y += 14;
     }

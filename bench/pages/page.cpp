@@ -172,11 +172,13 @@ std::string render_page(const std::string& text, const std::string& name, const 
     if (close == std::string::npos) throw InputError(place + "\"}}\" is missing");
     while (close + 2 < text.size() && text[close + 2] == '}') ++close;
     const std::string inside = trimmed(text.substr(open + 2, close - open - 2));
+    std::string quoted = "{{";
+    quoted.append(inside).append("}}: ");
     std::string made;
     try {
       made = page.directive(inside);
     } catch (const InputError& error) {
-      throw InputError(place + "{{" + inside + "}}: " + error.what());
+      throw InputError(place + quoted + error.what());
     }
     out += made;
     at = close + 2;

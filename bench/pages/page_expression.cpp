@@ -160,7 +160,7 @@ class Reader {
 
   PageValue whole() {
     if (words_.empty()) throw InputError("there is nothing between the braces");
-    const PageValue value = words_.front() == "(" || words_.size() == 1 ? one() : list();
+    PageValue value = words_.front() == "(" || words_.size() == 1 ? one() : list();
     if (next_ < words_.size()) throw InputError("what is \"" + words_[next_] + "\" for?");
     return value;
   }
@@ -169,7 +169,7 @@ class Reader {
   PageValue one() {
     const std::string word = take();
     if (word == "(") {
-      const PageValue value = list();
+      PageValue value = list();
       if (take() != ")") throw InputError("a \")\" is missing");
       return value;
     }

@@ -22,7 +22,8 @@ std::string text_of(const Builds& builds) {
   } else {
     out = "Made of records of " + std::to_string(made.size()) +
           " builds of the program, whose code does not differ in what the numbers depend on:";
-    for (const auto& [build, what] : made) out += " " + build + " (" + what + ");";
+    for (const auto& [build, what] : made)
+      out.append(" ").append(build).append(" (").append(what).append(");");
     out.back() = '.';
   }
   if (dirty) out += " dirty: with changes that were not committed.";

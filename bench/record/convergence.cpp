@@ -12,7 +12,7 @@ void count(const json& parameters, Convergence& convergence) {
   const json& training = parameters.at("training");
   if (!training.is_object() || !training.contains("best_epoch")) return;
   ++convergence.runs;
-  const json best = training.at("best_epoch");
+  const json& best = training.at("best_epoch");
   const json allowed = parameters.value("epochs", json());
   const json said = training.value("converged", json());
   const bool last = best.is_number() && allowed.is_number() && best >= allowed;
