@@ -1,14 +1,13 @@
 #include "core/build_stamp.h"
 
 #include <link.h>
-#include <xxhash.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/build.h"
+#include "core/checksum.h"
 
 namespace ertbench {
 namespace {
@@ -49,17 +48,19 @@ std::string program_hash() {
 }  // namespace
 
 std::string hash_of(const std::string& text) {
-  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-  char digits[33];
-  std::snprintf(digits, sizeof digits, "%016llx%016llx",
-                static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return digits;
+  Checksum checksum;
+  checksum.add(text);
+  return checksum.text();
 }
 
 std::string hash_of_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
-  return hash_of({std::istreambuf_iterator<char>(in), {}});
+  Checksum checksum;
+  std::string bytes(std::size_t{1} << 20, '\0');
+  while (in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || in.gcount() > 0) {
+    checksum.add({bytes.data(), static_cast<std::size_t>(in.gcount())});
+  }
+  return checksum.text();
 }
 
 std::string BuildStamp::commit_text() const { return ertbench::commit_text(commit, dirty); }

@@ -7,26 +7,12 @@
 #include <numeric>
 
 #include "core/errors.h"
+#include "core/hdf5_checksum.h"
+#include "core/hdf5_guard.h"
+#include "core/hdf5_handle.h"
 
 namespace ertbench {
 namespace {
-
-/// Closes an HDF5 identifier.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }  // NOLINT: meant to stand in for the identifier
-  bool valid() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
 
 /// Called before anything else of the library.
 void prepare_library() {
@@ -35,6 +21,7 @@ void prepare_library() {
   static const herr_t once = H5dont_atexit();
   static_cast<void>(once);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  forbid_foreign_hdf5();
 }
 
 /// The innermost message of the library's error stack.
@@ -53,10 +40,19 @@ std::string library_message() {
 
 /// The library's own locking is off: it refuses readers on file systems without locks, and
 /// truncates before it asks for the lock. Writers exclude each other as generate.cpp does.
-Handle access_properties() {
+Hdf5Handle access_properties() {
   const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
   H5Pset_file_locking(properties, false, true);
   return {properties, H5Pclose};
+}
+
+/// Of a text in UTF-8, padded with zeros.
+hid_t text_type(const std::string& text) {
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, std::max<std::size_t>(1, text.size()));
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
+  return type;
 }
 
 std::string dimensions(const std::vector<std::uint64_t>& shape, bool any = false) {
@@ -79,6 +75,9 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
     throw InputError(file.string() + ": does not exist; check the name");
+  }
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw InputError(file.string() + ": is not a regular file; name an HDF5 file");
   }
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access_properties());
   if (id < 0) {
@@ -131,13 +130,14 @@ bool Hdf5File::has_attribute(const std::string& object, const std::string& name)
 
 std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
   if (!has(dataset)) fail(dataset, "is missing");
-  const Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   if (!set.valid()) fail(dataset, "is not a readable dataset" + library_message());
-  const Handle type(H5Dget_type(set), H5Tclose);
+  if (const std::string why = why_not_read(set); !why.empty()) fail(dataset, why);
+  const Hdf5Handle type(H5Dget_type(set), H5Tclose);
   if (!type.valid() || (H5Tget_class(type) != H5T_FLOAT && H5Tget_class(type) != H5T_INTEGER)) {
     fail(dataset, "must hold real numbers");
   }
-  const Handle space(H5Dget_space(set), H5Sclose);
+  const Hdf5Handle space(H5Dget_space(set), H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space);
   if (!space.valid() || rank < 0 || rank > 8) fail(dataset, "has no simple shape");
   std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
@@ -161,25 +161,21 @@ std::vector<std::uint64_t> Hdf5File::require_shape(
 RowMajorMatrix Hdf5File::read_rows(const std::string& dataset, std::uint64_t first,
                                    std::uint64_t count, bool allow_nan) const {
   const std::vector<std::uint64_t> extent = shape(dataset);
-  if (extent.empty() || first + count > extent[0]) {
+  if (extent.empty() || count > extent[0] || first > extent[0] - count) {
     fail(dataset, "has " + std::to_string(extent.empty() ? 0 : extent[0]) + " rows, asked for " +
                       std::to_string(first) + " to " + std::to_string(first + count));
   }
   const std::uint64_t width = product(extent, 1);
-  // A damaged header can claim any size; what is really stored bounds it.
-  const Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  if (count > 0 && width > (std::uint64_t{1} << 40) / (8 * count)) {
-    fail(dataset, "claims an impossible size " + dimensions(extent));
-  }
+  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   RowMajorMatrix values(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(width));
   if (values.size() == 0) return values;
   std::vector<hsize_t> start(extent.size(), 0);
   std::vector<hsize_t> block(extent.begin(), extent.end());
   start[0] = first;
   block[0] = count;
-  const Handle space(H5Dget_space(set), H5Sclose);
-  const Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
-                      H5Sclose);
+  const Hdf5Handle space(H5Dget_space(set), H5Sclose);
+  const Hdf5Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
+                          H5Sclose);
   if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
           0 ||
       H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()) < 0) {
@@ -202,18 +198,18 @@ Eigen::VectorXd Hdf5File::read_vector(const std::string& dataset) const {
 }
 
 std::string Hdf5File::read_text(const std::string& object, const std::string& attribute) const {
-  const Handle a(H5Aopen_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-                 H5Aclose);
+  const Hdf5Handle a(
+      H5Aopen_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   if (!a.valid()) fail(object, "attribute \"" + attribute + "\" is missing");
-  const Handle type(H5Aget_type(a), H5Tclose);
+  const Hdf5Handle type(H5Aget_type(a), H5Tclose);
   const std::string wrong = "attribute \"" + attribute + "\" must be a string";
   if (!type.valid() || H5Tget_class(type) != H5T_STRING) fail(object, wrong);
-  const Handle space(H5Aget_space(a), H5Sclose);
+  const Hdf5Handle space(H5Aget_space(a), H5Sclose);
   if (H5Sget_simple_extent_npoints(space) != 1) fail(object, wrong);
   std::string text;
   if (H5Tis_variable_str(type) > 0) {
     char* value = nullptr;
-    const Handle memory(H5Tget_native_type(type, H5T_DIR_ASCEND), H5Tclose);
+    const Hdf5Handle memory(H5Tget_native_type(type, H5T_DIR_ASCEND), H5Tclose);
     if (H5Aread(a, memory, &value) < 0 || !value) fail(object, wrong + library_message());
     text = value;
     H5free_memory(value);
@@ -228,11 +224,11 @@ std::string Hdf5File::read_text(const std::string& object, const std::string& at
 }
 
 double Hdf5File::read_number(const std::string& object, const std::string& attribute) const {
-  const Handle a(H5Aopen_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-                 H5Aclose);
+  const Hdf5Handle a(
+      H5Aopen_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   double value = 0;
   if (!a.valid()) fail(object, "attribute \"" + attribute + "\" is missing");
-  const Handle space(H5Aget_space(a), H5Sclose);
+  const Hdf5Handle space(H5Aget_space(a), H5Sclose);
   if (H5Sget_simple_extent_npoints(space) != 1 || H5Aread(a, H5T_NATIVE_DOUBLE, &value) < 0) {
     fail(object, "attribute \"" + attribute + "\" must be a number");
   }
@@ -242,14 +238,14 @@ double Hdf5File::read_number(const std::string& object, const std::string& attri
 void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& extent,
                               Number number) {
   const std::vector<hsize_t> dims(extent.begin(), extent.end());
-  const Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
-                     H5Sclose);
-  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const Hdf5Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
+                         H5Sclose);
+  const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(properties, false);  // equal content makes equal files
   H5Pset_layout(properties, H5D_CONTIGUOUS);
   H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER);
-  const Handle set(
+  const Hdf5Handle set(
       H5Dcreate2(id_, dataset.c_str(), number == Number::real64 ? H5T_IEEE_F64LE : H5T_STD_U8LE,
                  space, H5P_DEFAULT, properties, H5P_DEFAULT),
       H5Dclose);
@@ -263,10 +259,10 @@ void Hdf5File::write_rows(const std::string& dataset, std::uint64_t first,
   std::vector<hsize_t> block(extent.begin(), extent.end());
   start[0] = first;
   block[0] = static_cast<hsize_t>(rows.rows());
-  const Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  const Handle space(H5Dget_space(set), H5Sclose);
-  const Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
-                      H5Sclose);
+  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle space(H5Dget_space(set), H5Sclose);
+  const Hdf5Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
+                          H5Sclose);
   if (static_cast<std::uint64_t>(rows.cols()) != product(extent, 1) ||
       H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
           0 ||
@@ -288,14 +284,11 @@ void Hdf5File::write_matrix(const std::string& dataset, const RowMajorMatrix& va
 
 void Hdf5File::write_text(const std::string& object, const std::string& attribute,
                           const std::string& text) {
-  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, std::max<std::size_t>(1, text.size()));
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  H5Tset_strpad(type, H5T_STR_NULLPAD);
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), type, space, H5P_DEFAULT,
-                                   H5P_DEFAULT, H5P_DEFAULT),
-                 H5Aclose);
+  const Hdf5Handle type(text_type(text), H5Tclose);
+  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), type, space,
+                                       H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                     H5Aclose);
   const std::string padded = text.empty() ? std::string(1, '\0') : text;
   if (!a.valid() || H5Awrite(a, type, padded.data()) < 0) {
     fail(object, "attribute \"" + attribute + "\" cannot be written" + library_message());
@@ -303,12 +296,60 @@ void Hdf5File::write_text(const std::string& object, const std::string& attribut
 }
 
 void Hdf5File::write_number(const std::string& object, const std::string& attribute, double value) {
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), H5T_IEEE_F64LE, space,
-                                   H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                 H5Aclose);
+  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), H5T_IEEE_F64LE,
+                                       space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                     H5Aclose);
   if (!a.valid() || H5Awrite(a, H5T_NATIVE_DOUBLE, &value) < 0) {
     fail(object, "attribute \"" + attribute + "\" cannot be written" + library_message());
+  }
+}
+
+void Hdf5File::write_text_dataset(const std::string& dataset, const std::string& text) {
+  const Hdf5Handle type(text_type(text), H5Tclose);
+  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(properties, false);
+  const Hdf5Handle set(
+      H5Dcreate2(id_, dataset.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+      H5Dclose);
+  const std::string padded = text.empty() ? std::string(1, '\0') : text;
+  if (!set.valid() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, padded.data()) < 0) {
+    fail(dataset, "cannot be written; is the disk full?" + library_message());
+  }
+}
+
+std::string Hdf5File::read_text_dataset(const std::string& dataset) const {
+  if (!has(dataset)) fail(dataset, "is missing");
+  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.valid()) fail(dataset, "is not a readable dataset" + library_message());
+  if (const std::string why = why_not_read(set); !why.empty()) fail(dataset, why);
+  const Hdf5Handle type(H5Dget_type(set), H5Tclose);
+  const Hdf5Handle space(H5Dget_space(set), H5Sclose);
+  if (!type.valid() || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
+      H5Sget_simple_extent_npoints(space) != 1) {
+    fail(dataset, "must be one string of fixed length");
+  }
+  std::string text(H5Tget_size(type), '\0');
+  if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) {
+    fail(dataset, "cannot be read; the file is damaged or cut short" + library_message());
+  }
+  text.resize(text.find_last_not_of('\0') + 1);
+  return text;
+}
+
+void Hdf5File::write_checksum() {
+  if (has_attribute("/", "checksum")) H5Adelete(id_, "checksum");
+  write_text("/", "checksum", checksum_of_contents(id_));
+}
+
+std::string Hdf5File::why_changed() const {
+  if (!has_attribute("/", "checksum")) return "it has no checksum";
+  try {
+    const bool same = read_text("/", "checksum") == checksum_of_contents(id_);
+    return same ? "" : "it has been changed since it was written";
+  } catch (const std::runtime_error& error) {
+    return error.what();
   }
 }
 

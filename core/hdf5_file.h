@@ -10,7 +10,10 @@
 namespace ertbench {
 
 /// A thin owner of one open HDF5 file. Every error becomes an InputError that names the file and
-/// the object. Not thread-safe: one thread a file, and one file at a time for each process.
+/// the object. Files of hostile origin are no danger beyond what a defect of the library may do:
+/// links to other files, values kept in other files, filters from plugins and datasets that declare
+/// more than is stored are refused. Not thread-safe: one thread a file, and one file at a time for
+/// each process.
 class Hdf5File {
  public:
   static Hdf5File open(const std::filesystem::path& file);  ///< to read
@@ -48,6 +51,15 @@ class Hdf5File {
   void write_matrix(const std::string& dataset, const RowMajorMatrix& values);   ///< creates it
   void write_text(const std::string& object, const std::string& attribute, const std::string& text);
   void write_number(const std::string& object, const std::string& attribute, double value);
+  /// A text as a dataset of its own, of any length: attributes end at 64 kB.
+  void write_text_dataset(const std::string& dataset, const std::string& text);
+  std::string read_text_dataset(const std::string& dataset) const;
+
+  /// Puts a checksum of all that the file holds into the root's attribute "checksum".
+  void write_checksum();
+  /// Why the file is not what write_checksum saw: "it has no checksum", "it has been changed since
+  /// it was written"; empty where it is. Reads all of it.
+  std::string why_changed() const;
   /// Hands everything to the operating system.
   void flush();
 

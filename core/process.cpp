@@ -1,119 +1,206 @@
 #include "core/process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <thread>
+
+#include "core/errors.h"
+#include "core/seconds.h"
+#include "core/supervisor.h"
 
 namespace ertbench {
 namespace {
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+/// Closes a descriptor.
+class Descriptor {
+ public:
+  explicit Descriptor(int descriptor) : descriptor_(descriptor) {}
+  Descriptor(Descriptor&&) = delete;
+  ~Descriptor() { close(); }
+  int get() const { return descriptor_; }
+  void close() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    descriptor_ = -1;
+  }
+
+ private:
+  int descriptor_;
+};
+
+/// To be written from its beginning.
+int open_to_write(const std::filesystem::path& file) {
+  const int descriptor =
+      ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor < 0) {
+    throw InputError(file.string() + ": cannot be written: " + std::strerror(errno) +
+                     "; check that its folder exists, may be written and has space");
+  }
+  return descriptor;
 }
 
-ProcessEnd end_of(int status) {
-  ProcessEnd end;
-  if (WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
-  if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);
-  return end;
+/// Stands in the place of a message's length behind the last one. A process that ends before its
+/// function returns, with whatever exit code, does not send it.
+constexpr std::uint64_t finished_mark = std::numeric_limits<std::uint64_t>::max();
+
+/// Each message goes through the pipe behind its length.
+void send_bytes(int pipe, std::uint64_t length, std::string_view message) {
+  std::string bytes(reinterpret_cast<const char*>(&length), sizeof length);
+  bytes += message;
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t count = ::write(pipe, bytes.data() + sent, bytes.size() - sent);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw std::runtime_error("nobody takes the message");
+    sent += static_cast<std::size_t>(count);
+  }
+}
+
+/// Moves the whole messages from the beginning of what came through a pipe to the outcome; whether
+/// there were any.
+bool take_messages(std::string& bytes, IsolatedOutcome& outcome) {
+  const std::size_t before = bytes.size();
+  std::uint64_t length = 0;
+  while (bytes.size() >= sizeof length) {
+    std::memcpy(&length, bytes.data(), sizeof length);
+    if (length == finished_mark) {
+      outcome.finished = true;
+      bytes.clear();
+      break;
+    }
+    if (bytes.size() - sizeof length < length) break;
+    outcome.messages.push_back(bytes.substr(sizeof length, length));
+    bytes.erase(0, sizeof length + length);
+  }
+  return bytes.size() < before;
+}
+
+/// Whether there is more to come.
+bool read_some(int pipe, std::string& bytes) {
+  char some[1 << 16];
+  const ssize_t count = ::read(pipe, some, sizeof some);
+  if (count > 0) bytes.append(some, static_cast<std::size_t>(count));
+  return count > 0 || (count < 0 && errno == EINTR);
+}
+
+ProcessEnd wait_for(const Supervisor& supervisor) {
+  while (::waitpid(supervisor.pid, nullptr, 0) < 0 && errno == EINTR) {
+  }
+  return read_report(supervisor.report);
 }
 
 }  // namespace
 
+std::string ProcessEnd::text() const {
+  if (timed_out) return "out of time";
+  if (out_of_memory) return "out of memory";
+  if (signal != 0) return strsignal(signal);
+  return "exit code " + std::to_string(exit_code);
+}
+
+std::uint64_t machine_memory_bytes() {
+  auto bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+               static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  for (const char* limit :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    std::uint64_t of_group = 0;
+    if (std::ifstream(limit) >> of_group) bytes = std::min(bytes, of_group);
+  }
+  return bytes;
+}
+
 ChildProcess::ChildProcess(const std::vector<std::string>& arguments,
-                           const ProcessSurroundings& surroundings, double time_limit_s)
-    : deadline_(now() + time_limit_s) {
+                           const ProcessSurroundings& surroundings, const ProcessLimits& limits) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  constexpr int writing = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC;
   const std::string folder = surroundings.folder.string();
-  const int err = ::open(surroundings.log.c_str(), writing, 0644);
-  const int out = ::open(surroundings.output.c_str(), writing, 0644);
-  const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  const pid_t parent = ::getpid();
-  pid_ = err >= 0 && out >= 0 && null >= 0 ? ::fork() : -1;
-  if (pid_ == 0) {
-    ::setpgid(0, 0);
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) _exit(127);  // it died before we asked
-    ::dup2(null, STDIN_FILENO);
-    ::dup2(out, STDOUT_FILENO);
-    ::dup2(err, STDERR_FILENO);
+  const bool to_log = surroundings.output == surroundings.log;
+  const Descriptor log(open_to_write(surroundings.log));
+  const Descriptor output(open_to_write(to_log ? "/dev/null" : surroundings.output));
+  const Descriptor input(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  const auto execute = [&] {
     if (folder.empty() || ::chdir(folder.c_str()) == 0) ::execvp(argv[0], argv.data());
     const char* why = std::strerror(errno);
-    if (::write(STDERR_FILENO, why, std::strlen(why)) < 0) _exit(126);
-    _exit(not_started);
-  }
-  const int error = errno;
-  for (const int descriptor : {err, out, null}) {
-    if (descriptor >= 0) ::close(descriptor);
-  }
-  if (pid_ < 0) {
-    throw std::runtime_error("cannot start " + arguments[0] + ": " + std::strerror(error));
-  }
-  ::setpgid(pid_, pid_);  // also here: whoever comes first
+    if (::write(STDERR_FILENO, why, std::strlen(why)) < 0) ::_exit(126);
+    ::_exit(not_started);
+  };
+  const Supervisor supervisor =
+      start_supervised({execute, log.get(), to_log, output.get(), input.get()}, limits);
+  supervisor_ = supervisor.pid;
+  report_ = supervisor.report;
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
-    : pid_(other.pid_), deadline_(other.deadline_), end_(other.end_) {
-  other.pid_ = -1;
+    : supervisor_(other.supervisor_), report_(other.report_), end_(other.end_) {
+  other.supervisor_ = -1;
 }
 
 ChildProcess::~ChildProcess() {
-  if (pid_ > 0 && !end_) {
-    ::kill(-pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
+  if (supervisor_ > 0 && !end_) {
+    ::kill(supervisor_, SIGTERM);
+    wait_for({supervisor_, report_});
   }
 }
 
 std::optional<ProcessEnd> ChildProcess::poll() {
-  if (end_) return end_;
-  int status = 0;
-  bool timed_out = false;
-  pid_t ended = ::waitpid(pid_, &status, WNOHANG);
-  if (ended == 0 && now() > deadline_) {
-    timed_out = true;
-    ::kill(-pid_, SIGKILL);
-    ended = ::waitpid(pid_, &status, 0);
-  }
-  if (ended == 0) return std::nullopt;
-  end_ = end_of(status);
-  end_->timed_out = timed_out;
+  if (!end_ && ::waitpid(supervisor_, nullptr, WNOHANG) != 0) end_ = read_report(report_);
   return end_;
 }
 
 ProcessEnd ChildProcess::wait() {
-  while (!poll()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  if (!end_) end_ = wait_for({supervisor_, report_});
   return *end_;
 }
 
-ProcessEnd run_in_child(const std::function<void()>& function, unsigned time_limit_s) {
-  const pid_t child = ::fork();
-  if (child < 0) return {.exit_code = 0};
-  if (child == 0) {
-    ::signal(SIGABRT, SIG_DFL);
-    ::signal(SIGALRM, SIG_DFL);
-    ::alarm(time_limit_s);
-    ::dup2(::open("/dev/null", O_WRONLY), STDERR_FILENO);
-    try {
-      function();
-    } catch (...) {
-    }
-    ::_exit(0);
+IsolatedOutcome run_isolated(
+    const std::function<void(const std::function<void(std::string_view message)>& send)>& function,
+    const ProcessLimits& limits, StandardError standard_error) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) {
+    throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
   }
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  const Descriptor read_end(ends[0]);
+  Descriptor write_end(ends[1]);
+  const Descriptor null(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  const bool dropped = standard_error == StandardError::dropped;
+  const auto run = [&] {
+    ::close(ends[0]);
+    if (dropped) ::dup2(null.get(), STDERR_FILENO);
+    function([&](std::string_view message) { send_bytes(ends[1], message.size(), message); });
+    send_bytes(ends[1], finished_mark, "");
+  };
+  const Supervised task{run, -1, false, dropped ? null.get() : -1, null.get()};
+  // Its time begins anew with each message, of which the supervisor knows nothing.
+  const Supervisor supervisor =
+      start_supervised(task, {std::numeric_limits<double>::infinity(), limits.memory_bytes});
+  write_end.close();
+
+  IsolatedOutcome outcome;
+  std::string bytes;
+  SteadyClock::time_point last = SteadyClock::now();
+  bool more = true;
+  bool timed_out = false;
+  while (more && !timed_out) {
+    pollfd one{read_end.get(), POLLIN, 0};
+    if (::poll(&one, 1, 50) > 0) more = read_some(read_end.get(), bytes);
+    if (take_messages(bytes, outcome)) last = SteadyClock::now();
+    timed_out = seconds_since(last) > limits.time_s;
   }
-  return end_of(status);
+  if (timed_out) ::kill(supervisor.pid, SIGTERM);
+  outcome.end = wait_for(supervisor);
+  outcome.end.timed_out = timed_out;
+  outcome.finished = outcome.finished && outcome.end.ok();
+  return outcome;
 }
 
 }  // namespace ertbench

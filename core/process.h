@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ertbench {
@@ -11,47 +13,74 @@ namespace ertbench {
 /// How a child process ended.
 struct ProcessEnd {
   bool timed_out = false;
-  int exit_code = -1;  ///< -1 where a signal ended it
+  bool out_of_memory = false;  ///< killed, as its processes held more than they may
+  int exit_code = -1;          ///< -1 where a signal ended it
   int signal = 0;
 
-  bool ok() const { return !timed_out && exit_code == 0; }
+  bool ok() const { return !timed_out && !out_of_memory && exit_code == 0; }
+  /// "exit code 3", "Segmentation fault", "out of memory", "out of time".
+  std::string text() const;
 };
+
+/// What a child process may take; more of it ends the child.
+struct ProcessLimits {
+  double time_s = 3600;
+  std::uint64_t memory_bytes = 0;  ///< resident, of all its processes together; 0: any amount
+};
+
+/// The memory that this machine, or the control group that we run in, has.
+std::uint64_t machine_memory_bytes();
 
 /// Where a child process runs and what becomes of what it says.
 struct ProcessSurroundings {
-  std::filesystem::path log = {};              ///< its standard error
+  /// Its standard error: the first megabyte and the last 64 kB of it.
+  std::filesystem::path log = {};
   std::filesystem::path output = "/dev/null";  ///< its standard output; may be `log`
   std::filesystem::path folder = {};           ///< its working folder; empty: ours
 };
 
-/// A child process without standard input. It dies with its parent, and is killed with its whole
-/// process group when its time is over.
+/// A child process without standard input. It has a supervisor, a process between it and us, that
+/// keeps its limits and its log and that ends whatever it started when it ends, when it has to end,
+/// or when we end: also what left its process group or its session, or outlived its parent.
 class ChildProcess {
  public:
   /// Starts `arguments[0]`, which is looked for in $PATH where it is a bare name. Throws
   /// std::runtime_error where no process can be made; one whose program cannot be started ends with
   /// exit code `not_started` and the reason in its log.
   ChildProcess(const std::vector<std::string>& arguments, const ProcessSurroundings& surroundings,
-               double time_limit_s);
+               const ProcessLimits& limits);
   static constexpr int not_started = 127;
 
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();  ///< kills it where it still runs
 
-  /// Whether it has ended, by itself or by its time limit; does not wait.
+  /// Whether it has ended, by itself or by its limits; does not wait.
   std::optional<ProcessEnd> poll();
   ProcessEnd wait();
 
  private:
-  int pid_ = -1;
-  double deadline_ = 0;
+  int supervisor_ = -1;
+  int report_ = -1;  ///< from which the supervisor's last word is read
   std::optional<ProcessEnd> end_;
 };
 
-/// Runs a function in a copy of this process, whose standard error is discarded, and waits for its
-/// end: for what may take its process down with it. Exceptions end the copy in order, with exit
-/// code 0. Where no process can be made, nothing runs and all counts as well.
-ProcessEnd run_in_child(const std::function<void()>& function, unsigned time_limit_s);
+/// What became of a function that ran in a copy of this process.
+struct IsolatedOutcome {
+  ProcessEnd end;
+  bool finished = false;              ///< whether it returned and its process ended well
+  std::vector<std::string> messages;  ///< all that it sent, in order
+};
+
+enum class StandardError { dropped, shared };
+
+/// Runs a function in a copy of this process, supervised as a ChildProcess is, and waits for its
+/// end: for what may take its process down with it, or never come back. What the function passes to
+/// `send` comes back as messages, up to the last whole one. Its time is counted from the start and
+/// anew from each message. An exception that leaves it ends the copy with exit code 1. This process
+/// must have no other threads. Throws std::runtime_error where no process can be made.
+IsolatedOutcome run_isolated(
+    const std::function<void(const std::function<void(std::string_view message)>& send)>& function,
+    const ProcessLimits& limits, StandardError standard_error = StandardError::dropped);
 
 }  // namespace ertbench

@@ -6,7 +6,7 @@
 namespace ertbench {
 
 /// A new folder in $TMPDIR or /tmp for files that nobody needs afterwards. Goes with its owner, and
-/// with all that it holds.
+/// with all that it holds; where the owner was killed, with the next process that makes one.
 class TemporaryFolder {
  public:
   /// `name` is a part of the folder's, for people who find it. Throws InputError where there is no
@@ -21,6 +21,7 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+  int lock_ = -1;  ///< of the folder: what nobody holds has lost its owner
 };
 
 }  // namespace ertbench

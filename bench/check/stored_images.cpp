@@ -39,7 +39,7 @@ bool make_images(const StoredImages& images) {
   ChildProcess process(
       {fs::read_symlink("/proc/self/exe").string(), "reconstruct", "--solver", images.spec.string(),
        "--input", images.frames.string(), "--output", images.now.string()},
-      {images.log}, time_limit_s);
+      {images.log}, {time_limit_s});
   return process.wait().ok();
 }
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
 #include "bench/score/metric_table.h"
@@ -41,7 +40,7 @@ ExitCode list() {
   }
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
-    const Experiment experiment = read_experiment(file, registry, chart_types());
+    const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
     std::printf("\n  experiments/%s\n      %s\n", file.filename().c_str(),
                 experiment.question.c_str());
   }

@@ -38,8 +38,8 @@ ExitCode parse_and_run(int argc, char** argv) {
   app.set_version_flag("--version", commit_text(this_build().commit, this_build().dirty));
   app.footer(
       "`ertbench COMMAND --help` shows an example of each command.\n"
-      "Exit codes: 0 done; 1 a trial failed, or a check found something worse; 2 input that\n"
-      "cannot be used; 3 a defect of ertbench.");
+      "Exit codes: 0 done; 1 a trial or a figure failed, or a check found something worse;\n"
+      "2 input that cannot be used; 3 a defect of ertbench.");
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const Command& command : commands()) {
     CLI::App* subcommand = app.add_subcommand(command.name);

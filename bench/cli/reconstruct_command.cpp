@@ -17,7 +17,7 @@ struct ReconstructArguments {
 
 ExitCode reconstruct(const ReconstructArguments& arguments) {
   SolverRegistry registry;
-  if (!arguments.plugin.empty()) registry.load_plugin(arguments.plugin);
+  if (!arguments.plugin.empty()) registry.add_library(arguments.plugin);
   const ReconstructSummary summary =
       reconstruct_file(arguments.solver, arguments.input, arguments.output, registry);
   std::printf("%llu frames in %s, %llu not converged, %llu undefined, %llu suspect\n",
@@ -32,6 +32,11 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
   for (const auto& [reason, frames] : reasons) {
     if (frames > 0)
       std::printf("  %llu with %s\n", static_cast<unsigned long long>(frames), reason);
+  }
+  if (!summary.checked) {
+    std::printf(
+        "  frames were checked for electrodes that read zero alone: the limits of noise and range\n"
+        "  need a solver that was fitted on 100 validation frames or more, by this version\n");
   }
   return done;
 }

@@ -42,8 +42,8 @@ ExitCode run(const RunArguments& arguments) {
   const Cache cache =
       Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
   const ExperimentResults results = run_experiment(experiment, cache, options);
-  report_experiment(experiment, cache, results, options.out);
-  return results.failures > 0 ? trial_failed : done;
+  const std::size_t undrawn = report_experiment(experiment, cache, results, options.out);
+  return results.failures > 0 || undrawn > 0 ? trial_failed : done;
 }
 
 }  // namespace

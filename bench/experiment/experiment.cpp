@@ -35,8 +35,9 @@ void read_datasets(JsonObject object, Experiment& experiment) {
   }
 }
 
-/// Loads the user's own solver libraries, named relative to the experiment file.
-void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& registry) {
+/// Names the user's own solver libraries to the registry; in the file they are relative to it.
+void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& registry,
+                  SolverCheck check) {
   if (!root.has("plugins")) return;
   const nlohmann::json& names = root.raw("plugins");
   if (!names.is_array()) root.fail("plugins", "must be a list of shared libraries");
@@ -44,12 +45,22 @@ void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& regi
     if (!name.is_string()) root.fail("plugins", "must name shared libraries, got " + name.dump());
     std::filesystem::path library = name.get<std::string>();
     if (library.is_relative()) library = experiment.file.parent_path() / library;
-    try {
-      registry.load_plugin(library);
-    } catch (const InputError& e) {
-      root.fail("plugins", e.what());
-    }
+    registry.add_library(library);
     experiment.plugins.push_back(std::move(library));
+  }
+  if (check == SolverCheck::none) return;
+  try {
+    registry.describe_libraries();
+  } catch (const InputError& e) {
+    root.fail("plugins", e.what());
+  }
+}
+
+/// What one trial may take.
+void read_limits(JsonObject& root, Experiment& experiment) {
+  experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
+  if (root.has("memory_limit_mb")) {
+    experiment.memory_limit_mb = root.number("memory_limit_mb", {64, 1e9});
   }
 }
 
@@ -184,12 +195,12 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.question = root.text_or("question", experiment.title);
   if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
   read_datasets(root.object("datasets"), experiment);
-  read_plugins(root, experiment, registry);
+  read_limits(root, experiment);
+  read_plugins(root, experiment, registry, check);
   experiment.solvers = read_solvers(root, experiment, registry, check);
   read_timing(root, experiment);
   read_check(root, experiment);
   read_right_sizing(root, experiment);
-  experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
   read_figure(root, experiment);
   read_published(root, experiment);
   if (root.has("charts") && !charts.empty()) {

@@ -49,7 +49,10 @@ struct Experiment {
   std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
   TimingSettings timing;
   CheckSettings check;
-  double time_limit_s = 3600;      ///< for one trial
+  double time_limit_s = 3600;  ///< for one trial
+  /// For one trial's processes together; nothing: 9/10 of the machine's, shared out among the
+  /// trials that run at a time.
+  std::optional<double> memory_limit_mb;
   std::vector<int> figure_scenes;  ///< of the first test set
   PublishedTable published;
   std::vector<std::shared_ptr<const Chart>> charts;
@@ -62,14 +65,14 @@ struct Experiment {
   std::vector<std::span<const SolverEntry>> rows() const;
 };
 
-/// Whether solvers are made to have their parameters checked, which may load a plugin.
+/// Whether solvers are made to have their parameters checked: those of plugins in child processes.
 enum class SolverCheck { all, none };
 
 /// Reads and checks an experiment file whole: unknown keys, types, ranges, solvers' parameters.
 /// Throws InputError naming file, JSON path and remedy. Solvers of a plugin that is absent are left
-/// to their trials, so that the other rows come out. `charts` are the types of charts that there
-/// are (chart_types()); where the list is empty the charts are left unread, for processes that draw
-/// none.
+/// to their trials, and those that took their process down are marked (SolverEntry::failure), so
+/// that the other rows come out. `charts` are the types of charts that there are (chart_types());
+/// where the list is empty the charts are left unread, for processes that draw none.
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
                            const ChartTypes& charts, SolverCheck check = SolverCheck::all);
 

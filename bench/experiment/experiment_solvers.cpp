@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bench/experiment/entry_check.h"
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/names.h"
 #include "bench/experiment/sweep.h"
@@ -18,17 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t most_seeds = 100;
-
-/// Where a value of a solver's own JSON stands in the experiment file.
-struct Moved {
-  std::string from;  ///< "/solvers/0/alpha"
-  std::string to;    ///< "/solvers/0/sweep/alpha/1"
-};
-
-bool mentions_auto(const json& value) {
-  if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
-  return value.is_structured() && std::any_of(value.begin(), value.end(), mentions_auto);
-}
 
 std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string& type,
                                            const SolverInfo* info) {
@@ -57,42 +47,26 @@ std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string&
   return seeds;
 }
 
-/// Makes the solver to have its parameters checked; what is wrong is said of the place in the file.
-void check_solver(const SolverEntry& entry, const std::vector<Moved>& moved,
-                  const Experiment& experiment, SolverRegistry& registry) {
-  const std::string source = experiment.file.string();
-  JsonObject object(*entry.spec, source, entry.path);
-  try {
-    const std::unique_ptr<Solver> solver = registry.make(object);
-    solver->check(experiment.sensor);
-    if (solver->needs_training() && !(experiment.training && experiment.validation)) {
-      object.fail("type", entry.type + " is trained; add /datasets/train and /datasets/validation");
-    }
-    if (!experiment.validation && mentions_auto(solver->parameters())) {
-      object.fail("",
-                  "a parameter is \"auto\", which is chosen on the validation set; add "
-                  "/datasets/validation or give a number");
-    }
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    for (const Moved& one : moved) {
-      const std::string start = source + ": " + one.from + ":";
-      if (message.starts_with(start)) {
-        throw InputError(source + ": " + one.to + ":" + message.substr(start.size()));
-      }
-    }
-    throw;
+/// Why an entry of a type that nobody knows cannot be run: a library that could not say what types
+/// it has may have this one.
+std::optional<Failure> failure_of_type(const SolverRegistry& registry) {
+  if (registry.unusable_libraries().empty()) return std::nullopt;
+  std::string message;
+  for (const SolverRegistry::UnusableLibrary& library : registry.unusable_libraries()) {
+    message += (message.empty() ? "" : "; ") + library.file.string() + " " + library.how +
+               " when it was loaded";
   }
+  return Failure{"failed", message};
 }
 
 /// One entry of the file, and all that it stands for.
 class EntryReader {
  public:
-  EntryReader(JsonObject object, const Experiment& experiment, SolverRegistry& registry,
-              SolverCheck check)
-      : object_(std::move(object)), experiment_(experiment), registry_(registry), check_(check) {}
+  EntryReader(JsonObject object, SolverRegistry& registry, SolverCheck check)
+      : object_(std::move(object)), registry_(registry), check_(check) {}
 
-  std::vector<SolverEntry> read() {
+  /// An entry for each seed at each point of the sweep, and what of its values stands elsewhere.
+  std::vector<std::pair<SolverEntry, std::vector<Moved>>> read() {
     type_ = object_.text("type");
     const std::string label = object_.text_or("label", type_);
     const std::string family = object_.text_or("family", label);
@@ -100,21 +74,17 @@ class EntryReader {
       object_.fail("family",
                    "must be made of the same characters as a label, got \"" + family + "\"");
     }
-    const std::vector<std::string> types = registry_.types();
-    const bool known = std::find(types.begin(), types.end(), type_) != types.end();
     const bool check = check_ == SolverCheck::all;
-    const SolverInfo* info = check ? registry_.find(type_) : registry_.find_loaded(type_);
+    const SolverInfo* info = check ? registry_.find(type_) : registry_.find_known(type_);
     const std::vector<std::optional<int>> seeds = read_seeds(object_, type_, info);
-    std::vector<SolverEntry> entries;
+    std::vector<std::pair<SolverEntry, std::vector<Moved>>> entries;
     for (const SweepPoint& point : read_sweep(object_, info)) {
       for (std::size_t s = 0; s < seeds.size(); ++s) {
         SolverEntry entry = make(point, seeds[s]);
         entry.family = family;
         entry.label = label + point.label;
         if (info) describe(entry, *info);
-        // Unknown types are refused here; a plugin that is absent is its trial's failure.
-        if (check && (!known || info)) check_solver(entry, moved(point, s), experiment_, registry_);
-        entries.push_back(std::move(entry));
+        entries.emplace_back(std::move(entry), moved(point, s));
       }
     }
     return entries;
@@ -151,7 +121,6 @@ class EntryReader {
   }
 
   JsonObject object_;
-  const Experiment& experiment_;
   SolverRegistry& registry_;
   SolverCheck check_;
   std::string type_;
@@ -172,11 +141,12 @@ void describe(SolverEntry& entry, const SolverInfo& info) {
 std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
                                       SolverRegistry& registry, SolverCheck check) {
   std::vector<SolverEntry> all;
+  std::vector<std::vector<Moved>> moved;                  // of each
   std::set<std::string> taken = {"truth", "no-contact"};  // labels, and names of files
   for (const JsonObject& object : root.objects("solvers")) {
-    std::vector<SolverEntry> entries = EntryReader(object, experiment, registry, check).read();
     const SolverEntry* previous = nullptr;
-    for (const SolverEntry& entry : entries) {
+    auto entries = EntryReader(object, registry, check).read();
+    for (auto& [entry, unused] : entries) {
       if (!is_label(entry.label)) {
         object.fail("label",
                     "must be made of letters, digits, spaces and any of . _ + = , - "
@@ -191,9 +161,22 @@ std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experi
       }
       previous = &entry;
     }
-    std::move(entries.begin(), entries.end(), std::back_inserter(all));
+    for (auto& [entry, places] : entries) {
+      all.push_back(std::move(entry));
+      moved.push_back(std::move(places));
+    }
   }
   if (all.empty()) root.fail("solvers", "must hold at least one solver");
+  if (check == SolverCheck::none) return all;
+  std::vector<EntryToCheck> to_check;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    // An unknown type is refused by the check, unless there is a library that may have it; a plugin
+    // of ours that is absent is its trial's failure.
+    if (!registry.find_known(all[i].type) && registry.is_of_plugin(all[i].type)) continue;
+    if (!registry.find_known(all[i].type)) all[i].failure = failure_of_type(registry);
+    if (!all[i].failure) to_check.push_back({&all[i], std::move(moved[i])});
+  }
+  check_entries(to_check, experiment, registry);
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/experiment/failure.h"
 #include "core/json_value.h"
 
 namespace ertbench {
@@ -22,8 +23,10 @@ struct SolverEntry {
   /// entry's label without the values of a sweep.
   std::string family;
   JsonValue sweep;  ///< those values, `{"alpha": 0.001}`; null without a sweep
-  /// What the registration of its type says (`describe`); nothing while the plugin of the type is
-  /// not loaded.
+  /// Why it cannot be run, where that came out when it was checked: its plugin took its process
+  /// down.
+  std::optional<Failure> failure;
+  /// What the registration of its type says (`describe`); nothing while that is not known.
   std::vector<std::string> inference_parameters;  ///< that have no part in the fit
   bool break_even_reference = false;              ///< what longer fits are held against by default
 

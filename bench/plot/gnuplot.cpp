@@ -77,7 +77,7 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
   const fs::path log = folder / kLog;
   const ProcessEnd end =
       ChildProcess({"gnuplot", "--default-settings", kScript},
-                   {.log = log, .output = log, .folder = folder.path()}, kTimeLimit_s)
+                   {.log = log, .output = log, .folder = folder.path()}, {kTimeLimit_s})
           .wait();
   if (end.exit_code == ChildProcess::not_started) {
     throw InputError("gnuplot: not found, no charts can be drawn; apt-get install gnuplot-nox");

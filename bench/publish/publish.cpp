@@ -31,7 +31,7 @@ std::vector<std::string> git(const fs::path& project, const std::vector<std::str
   std::vector<std::string> command = {"git", "-C", project.string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
   const fs::path output = folder.path() / "output";
-  ChildProcess process(command, {folder.path() / "log", output}, 60);
+  ChildProcess process(command, {folder.path() / "log", output}, {60});
   if (!process.wait().ok()) {
     throw InputError(project.string() + ": publishing needs the project's git repository: " +
                      one_line(contents_of(folder.path() / "log"), 200));
@@ -111,7 +111,11 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   if (of_models) {
     report_stages(stages, experiment, results, made);
   } else {
-    report_experiment(experiment, cache, results, made);
+    if (report_experiment(experiment, cache, results, made) > 0) {
+      throw InputError(made.string() +
+                       ": a figure could not be drawn, as said above; what was published before is "
+                       "as it was");
+    }
   }
   replace_folder(published, made);
   return results.failures;

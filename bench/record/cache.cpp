@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/build.h"
+#include "core/errors.h"
+#include "forward/data/dataset_file.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -18,6 +20,15 @@ Cache::Cache(std::filesystem::path folder, Reuse reuse)
 
 std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
   return folder_ / "datasets" / (spec.name + "-" + hash_of(to_json(spec).dump()) + ".h5");
+}
+
+DatasetFile Cache::open_dataset(const DatasetSpec& spec) const {
+  DatasetFile set(dataset(spec));
+  if (set.recipe() != to_json(spec).dump()) {
+    throw InputError(set.path().string() +
+                     ": holds another dataset than its name says; remove it and run again");
+  }
+  return set;
 }
 
 nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {

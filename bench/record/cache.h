@@ -9,6 +9,8 @@
 
 namespace ertbench {
 
+class DatasetFile;
+
 /// Where datasets and fitted solvers are kept, under a hash of everything that determines them: the
 /// canonical JSON with every default filled in, seeds and format versions. Two experiments that
 /// name the same training set share it, and whatever was fitted to it; so do solvers that differ
@@ -20,6 +22,8 @@ class Cache {
   explicit Cache(std::filesystem::path folder, Reuse reuse = Reuse::same_code);
 
   std::filesystem::path dataset(const DatasetSpec& spec) const;
+  /// That file, opened. Throws InputError where it is not the set of this spec.
+  DatasetFile open_dataset(const DatasetSpec& spec) const;
 
   /// The file of a fitted solver; what it was fitted with stands beside it under `.json`.
   std::filesystem::path fitted_solver(const FitRecipe& recipe) const;

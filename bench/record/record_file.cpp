@@ -4,6 +4,7 @@
 
 #include "core/atomic_file.h"
 #include "core/build.h"
+#include "core/json_checksum.h"
 #include "core/json_reader.h"
 
 namespace ertbench {
@@ -23,6 +24,7 @@ void write_record(const fs::path& file, json record, const std::string& key,
                   const BuildStamp& build) {
   record["key"] = key;
   record["build"] = to_json(build);
+  add_checksum(record);
   write_file_atomically(file, record.dump());
 }
 
@@ -31,6 +33,9 @@ FoundRecord find_record(const fs::path& file, const std::string& key, const Buil
   if (!fs::exists(file)) return {};
   try {
     json record = read_json_file(file);
+    if (const std::string changed = take_checksum(record); !changed.empty()) {
+      return {JsonValue(), changed};
+    }
     if (record.at("key") != key) return {JsonValue(), "it is of other settings"};
     std::string why = why_stale(build_stamp_from_json(record.value("build", json())), now, reuse);
     if (why.empty() && record.contains("fit_build")) {

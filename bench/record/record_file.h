@@ -18,6 +18,10 @@ inline constexpr int record_schema = 4;
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& job,
                                   const std::string& ending = ".json");
 
+/// Of the file in which a job's process leaves its record; the runner renames it when that has
+/// ended well, as what a process wrote that crashed afterwards is not to be trusted.
+inline constexpr const char* written_ending = ".written.json";
+
 /// The build of the records that this program writes.
 BuildStamp stamp_of_records(std::span<const std::filesystem::path> plugins);
 

@@ -64,16 +64,12 @@ ReportSection reconstructions_section(const Experiment& experiment,
   return section;
 }
 
-ReportSection training_section(const std::vector<std::string>& trained,
-                               const std::filesystem::path& folder) {
+ReportSection training_section(const std::vector<ReportFigure>& curves) {
   ReportSection section;
   section.title = "Training curves";
   section.text = "All values of each epoch are in training/, a CSV file for each training run.";
   section.collapsed = true;
-  for (const std::string& label : trained) {
-    section.figures.push_back({label, folder / "training" / (label + ".svg"),
-                               "losses and validation error; dots mark the epochs that were kept"});
-  }
+  section.figures = curves;
   return section;
 }
 
@@ -141,7 +137,7 @@ std::vector<ReportSection> provenance_sections(const Experiment& experiment,
 }  // namespace
 
 Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
-                 const TableText& text, const std::vector<std::string>& trained,
+                 const TableText& text, const std::vector<ReportFigure>& training_curves,
                  const std::vector<ReportSection>& ladders, const json& provenance,
                  const std::filesystem::path& folder) {
   Report report;
@@ -156,7 +152,7 @@ Report report_of(const Experiment& experiment, const std::vector<ResultRow>& row
   append(ladders);
   append(chart_sections(experiment, rows, folder));
   if (!experiment.figure_scenes.empty()) append({reconstructions_section(experiment, folder)});
-  if (!trained.empty()) append({training_section(trained, folder)});
+  if (!training_curves.empty()) append({training_section(training_curves)});
   append(provenance_sections(experiment, rows, provenance));
   ReportSection again;
   again.title = "To make it again";

@@ -14,9 +14,9 @@ namespace ertbench {
 
 /// The page of an experiment whose charts have been drawn into `folder`: a table for each test set
 /// and how to read it, the sections of the ladders, the charts, the reconstructions where there are
-/// any, the training curves of `trained` (labels) and where the numbers come from.
+/// any, the training curves and where the numbers come from.
 Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
-                 const TableText& text, const std::vector<std::string>& trained,
+                 const TableText& text, const std::vector<ReportFigure>& training_curves,
                  const std::vector<ReportSection>& ladders, const nlohmann::json& provenance,
                  const std::filesystem::path& folder);
 

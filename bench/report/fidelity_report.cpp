@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/charts/fidelity_chart.h"
+#include "bench/plot/drawing.h"
 #include "bench/record/provenance.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
@@ -129,7 +130,10 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   write_file_atomically(folder / "fidelity.csv", csv_of(data_of(rows)));
   write_file_atomically(folder / "fidelity.md", markdown_of(table));
   write_file_atomically(folder / "provenance.json", origin.dump(2) + "\n");
-  if (!rows.empty()) draw_fidelity_chart(rows, experiment.title, folder / "fidelity");
+  if (!rows.empty()) {
+    draw_or_say(folder / "fidelity",
+                [&] { draw_fidelity_chart(rows, experiment.title, folder / "fidelity"); });
+  }
   std::printf("%s\nResults in %s\n", terminal_of(table).c_str(), folder.c_str());
 }
 

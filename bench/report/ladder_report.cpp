@@ -5,6 +5,7 @@
 #include "bench/analysis/detection.h"
 #include "bench/charts/ladder_chart.h"
 #include "bench/charts/ladder_figures.h"
+#include "bench/plot/drawing.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
 
@@ -35,9 +36,10 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
                ", one condition made worse at a time; every solver sees the same frames. The same "
                "numbers are in breakdown.csv, every level in levels.csv.";
   if (const auto map = ladder_map_of(title, breakdowns)) {
-    draw_heat_map(*map, folder / "breakdown");
+    const bool drawn =
+        draw_or_say(folder / "breakdown", [&] { draw_heat_map(*map, folder / "breakdown"); });
     table.figures.push_back({"Where each solver breaks down", folder / "breakdown.svg",
-                             "dark: early on the ladder; light: late or never"});
+                             "dark: early on the ladder; light: late or never", drawn});
   }
   table.tables = breakdown.sections;
   table.notes = breakdown.legend;
@@ -59,19 +61,26 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
     });
     if (!climbed) continue;
     const std::string name = "ladder_" + axis.name;
-    draw_ladder_chart(ladders, axis, outcomes, folder / name);
+    const bool drawn = draw_or_say(
+        folder / name, [&] { draw_ladder_chart(ladders, axis, outcomes, folder / name); });
     charts.figures.push_back({axis.title, folder / (name + ".svg"),
-                              "failing frames and relative error, mildest level on the left"});
+                              "failing frames and relative error, mildest level on the left",
+                              drawn});
   }
   std::vector<ReportSection> sections = {table, detection};
   if (!charts.figures.empty()) sections.push_back(charts);
 
-  if (draw_gallery(ladders, outcomes, experiment.sensor, folder / "worst_frames")) {
+  bool any = true;
+  const bool drawn = draw_or_say(folder / "worst_frames", [&] {
+    any = draw_gallery(ladders, outcomes, experiment.sensor, folder / "worst_frames");
+  });
+  if (any) {
     ReportSection gallery;
     gallery.title = "Worst frames";
     gallery.figures = {{"What failure looks like", folder / "worst_frames.svg",
                         "of each kind of failure the worst frame at the level where the solver "
-                        "breaks down"}};
+                        "breaks down",
+                        drawn}};
     sections.push_back(gallery);
   }
   return sections;

@@ -8,11 +8,12 @@
 
 namespace ertbench {
 
-/// A chart that has been drawn.
+/// A chart that has been drawn, or whose file says why not (draw_or_say).
 struct ReportFigure {
   std::string title;
   std::filesystem::path svg;  ///< its file, which is copied into the page
   std::string caption;        ///< behind the title; may be empty
+  bool drawn = true;
 };
 
 /// A heading and what stands below it, in this order; all but the title may be empty. All texts are

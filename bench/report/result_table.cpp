@@ -1,6 +1,8 @@
 #include "bench/report/result_table.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
 
 #include "bench/record/convergence.h"
 #include "bench/report/published_value.h"
@@ -177,6 +179,18 @@ std::string labels_not_converged(std::span<const ResultRow> rows) {
   return out;
 }
 
+/// The rows whose solvers could not be fitted to know noise and range, each once.
+std::string labels_without_limits(std::span<const ResultRow> rows) {
+  std::string out;
+  std::set<std::string> seen;
+  for (const ResultRow& row : rows) {
+    if (!row.parameters->is_object() || !row.parameters->contains("frame_check")) continue;
+    const std::string name = one_line(row.label, kLabelLength);
+    if (seen.insert(name).second) out += (out.empty() ? "" : ", ") + name;
+  }
+  return out;
+}
+
 std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableText& text) {
   std::vector<std::string> out = {"δσ: the change of the conductivity σ from its background."};
   for (const MetricEntry& entry : kMetricTable) {
@@ -211,6 +225,13 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "was still falling when the budget of epochs ended, and a longer training may do better. "
         "Under a learning rate that falls to 0 with the budget (one-cycle) a training mostly ends "
         "so; this says nothing of how much there is to gain.");
+  }
+  if (const std::string labels = labels_without_limits(rows); !labels.empty()) {
+    out.push_back(
+        "frames not checked for noise and range: " + labels +
+        ". The limits are fitted on 100 or more frames of the validation set (of the training set "
+        "where there is none), and there were fewer: only electrodes that read zero make a frame "
+        "suspect.");
   }
   if (!text.builds.empty()) out.push_back(text_of(text.builds));
   if (!text.published.rows.empty()) {

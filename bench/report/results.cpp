@@ -7,6 +7,7 @@
 #include "bench/analysis/differences.h"
 #include "bench/charts/chart.h"
 #include "bench/charts/reconstruction_figure.h"
+#include "bench/plot/drawing.h"
 #include "bench/record/provenance.h"
 #include "bench/report/experiment_report.h"
 #include "bench/report/result_table.h"
@@ -70,11 +71,11 @@ std::string description(const DatasetSpec& spec) {
 }
 
 /// Truth of the figure's scenes and the column of every solver.
-void draw_figure(const Experiment& experiment, const Cache& cache, const ExperimentResults& results,
+bool draw_figure(const Experiment& experiment, const Cache& cache, const ExperimentResults& results,
                  const fs::path& folder) {
-  if (experiment.figure_scenes.empty()) return;
+  if (experiment.figure_scenes.empty()) return true;
   const DatasetSpec& test = experiment.tests.front();
-  const DatasetFile set(cache.dataset(test));
+  const DatasetFile set = cache.open_dataset(test);
   const auto count = static_cast<Eigen::Index>(experiment.figure_scenes.size());
   ReconstructionFigure figure;
   figure.sensor = experiment.sensor;
@@ -105,7 +106,19 @@ void draw_figure(const Experiment& experiment, const Cache& cache, const Experim
     }
     figure.columns.push_back(std::move(column));
   }
-  draw_reconstruction_figure(figure, folder / "reconstructions");
+  const fs::path stem = folder / "reconstructions";
+  return draw_or_say(stem, [&] { draw_reconstruction_figure(figure, stem); });
+}
+
+/// The figures of the stages that could not be drawn, by their files' names.
+std::vector<std::string> undrawn_of(const std::vector<ReportSection>& sections) {
+  std::vector<std::string> names;
+  for (const ReportSection& section : sections) {
+    for (const ReportFigure& figure : section.figures) {
+      if (!figure.drawn) names.push_back(figure.svg.stem().string());
+    }
+  }
+  return names;
 }
 
 /// differences.csv and differences.md, where there are two rows to compare.
@@ -122,9 +135,9 @@ void write_differences(const ExperimentResults& results, const fs::path& folder)
 
 }  // namespace
 
-void write_results(const Experiment& experiment, const Cache& cache,
-                   const ExperimentResults& results, const std::vector<ReportSection>& sections,
-                   const fs::path& folder) {
+std::size_t write_results(const Experiment& experiment, const Cache& cache,
+                          const ExperimentResults& results,
+                          const std::vector<ReportSection>& sections, const fs::path& folder) {
   TableText text;
   text.title = experiment.title;
   text.published = experiment.published;
@@ -147,28 +160,37 @@ void write_results(const Experiment& experiment, const Cache& cache,
   write_file_atomically(folder / "table.csv",
                         csv_of(result_data(results.rows, experiment.published)));
   write_file_atomically(folder / "table.tex", latex_of(table));
-  draw_figure(experiment, cache, results, folder);
+  std::vector<std::string> undrawn = undrawn_of(sections);
+  if (!draw_figure(experiment, cache, results, folder)) undrawn.emplace_back("reconstructions");
   write_differences(results, folder);
   for (const auto& chart : experiment.charts) {
-    chart->draw(results.rows, experiment.title, folder);
+    const bool drawn = draw_or_say(folder / chart->name(),
+                                   [&] { chart->draw(results.rows, experiment.title, folder); });
+    if (!drawn) undrawn.push_back(chart->name());
     chart->summarise(results.rows, summary);
   }
-  std::vector<std::string> trained;
+  std::vector<ReportFigure> training_curves;
   for (const auto& [label, sources] : results.training) {
-    if (write_training_results(label, sources, folder / "training")) trained.push_back(label);
+    const auto figure = write_training_results(label, sources, folder / "training");
+    if (!figure) continue;
+    if (!figure->drawn) undrawn.push_back("training/" + label);
+    training_curves.push_back(*figure);
   }
-  const Report report = report_of(experiment, results.rows, text, trained, sections,
+  if (!undrawn.empty()) summary["undrawn"] = undrawn;
+  const Report report = report_of(experiment, results.rows, text, training_curves, sections,
                                   summary.at("provenance"), folder);
   write_file_atomically(folder / "report.html", report_html(report));
   write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+  return undrawn.size();
 }
 
-void report_results(const Experiment& experiment, const Cache& cache,
-                    const ExperimentResults& results, const std::vector<ReportSection>& sections,
-                    const fs::path& folder) {
-  write_results(experiment, cache, results, sections, folder);
+std::size_t report_results(const Experiment& experiment, const Cache& cache,
+                           const ExperimentResults& results,
+                           const std::vector<ReportSection>& sections, const fs::path& folder) {
+  const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
   std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
               folder.c_str());
+  return undrawn;
 }
 
 }  // namespace ertbench

@@ -13,16 +13,20 @@ namespace ertbench {
 
 /// summary.json, table.md, table.csv, table.tex, differences.md, differences.csv, the figure of
 /// reconstructions, the charts that the experiment asks for, those of the training, and report.html
-/// of all this; each file is written aside and renamed.
+/// of all this; each file is written aside and renamed. A figure that cannot be drawn holds up
+/// nothing: its file says why, and summary.json names it under "undrawn". Returns how many there
+/// are.
 ///
 /// `sections`: what the stages add to the page.
-void write_results(const Experiment& experiment, const Cache& cache,
-                   const ExperimentResults& results, const std::vector<ReportSection>& sections,
-                   const std::filesystem::path& folder);
+std::size_t write_results(const Experiment& experiment, const Cache& cache,
+                          const ExperimentResults& results,
+                          const std::vector<ReportSection>& sections,
+                          const std::filesystem::path& folder);
 
 /// write_results, then the short table and the folder's name on standard output.
-void report_results(const Experiment& experiment, const Cache& cache,
-                    const ExperimentResults& results, const std::vector<ReportSection>& sections,
-                    const std::filesystem::path& folder);
+std::size_t report_results(const Experiment& experiment, const Cache& cache,
+                           const ExperimentResults& results,
+                           const std::vector<ReportSection>& sections,
+                           const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/charts/training_chart.h"
+#include "bench/plot/drawing.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
 
@@ -25,8 +26,9 @@ std::optional<double> best_epoch(const nlohmann::json& parameters) {
 
 }  // namespace
 
-bool write_training_results(const std::string& label, const std::vector<TrainingSource>& sources,
-                            const fs::path& folder) {
+std::optional<ReportFigure> write_training_results(const std::string& label,
+                                                   const std::vector<TrainingSource>& sources,
+                                                   const fs::path& folder) {
   TrainingChart chart;
   chart.title = label;
   for (const TrainingSource& source : sources) {
@@ -42,9 +44,11 @@ bool write_training_results(const std::string& label, const std::vector<Training
       spdlog::warn("{}: {}", source.stem, error.what());
     }
   }
-  if (chart.runs.empty()) return false;
-  draw_training_chart(chart, folder / label);
-  return true;
+  if (chart.runs.empty()) return std::nullopt;
+  const bool drawn =
+      draw_or_say(folder / label, [&] { draw_training_chart(chart, folder / label); });
+  return ReportFigure{label, folder / (label + ".svg"),
+                      "losses and validation error; dots mark the epochs that were kept", drawn};
 }
 
 }  // namespace ertbench

@@ -97,7 +97,7 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
   for (const DatasetSpec* spec : sets) {
     const bool first = spec == sets.front();
     ScoredFrames scored =
-        score_set(*fitted.solver, DatasetFile(context.cache.dataset(*spec)), experiment.sensor,
+        score_set(*fitted.solver, context.cache.open_dataset(*spec), experiment.sensor,
                   first ? experiment.figure_scenes : std::vector<int>{});
     ResultRow& row = scored.row;
     row.label = job.entry->label;

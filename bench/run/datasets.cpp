@@ -7,6 +7,7 @@
 
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/process.h"
 #include "core/progress.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
@@ -16,20 +17,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Why the file of a dataset is not to be taken as it is; empty where it may be.
-std::string why_not(const fs::path& file, Reuse reuse) {
+/// Why the file of a dataset is not to be taken as it is; empty where it may be. Reads all of it.
+std::string why_not(const DatasetSpec& spec, const fs::path& file, Reuse reuse) {
   try {
-    return why_stale(DatasetFile(file).build(), stamp_of_this_build(this_build().data_code), reuse);
+    const DatasetFile set(file);
+    if (set.recipe() != to_json(spec).dump()) return "it is another dataset than its name says";
+    const std::string stale =
+        why_stale(set.build(), stamp_of_this_build(this_build().data_code), reuse);
+    return stale.empty() ? set.why_changed() : stale;
   } catch (const InputError& error) {
     return std::string("it cannot be read: ") + error.what();
   }
+}
+
+/// The same, found out in a child: the HDF5 library does not survive every damaged file.
+std::string why_not_safely(const DatasetSpec& spec, const fs::path& file, Reuse reuse) {
+  const IsolatedOutcome outcome =
+      run_isolated([&](const auto& send) { send(why_not(spec, file, reuse)); },
+                   {600, machine_memory_bytes() / 2});
+  if (outcome.finished && !outcome.messages.empty()) return outcome.messages.front();
+  return "it is damaged: the HDF5 library cannot get through it (" + outcome.end.text() + ")";
 }
 
 /// Whether the cache has the dataset; what is not to be reused there is removed, and said.
 bool is_there(const DatasetSpec& spec, const Cache& cache) {
   const fs::path file = cache.dataset(spec);
   if (!fs::exists(file)) return false;
-  const std::string why = why_not(file, cache.reuse());
+  const std::string why = why_not_safely(spec, file, cache.reuse());
   if (why.empty()) return true;
   spdlog::info("dataset \"{}\" is made again: {}", spec.name, why);
   fs::remove(file);

@@ -10,6 +10,7 @@
 #include "core/atomic_file.h"
 #include "core/build.h"
 #include "core/file_lock.h"
+#include "core/json_checksum.h"
 #include "core/json_reader.h"
 #include "core/replace_file.h"
 #include "core/seconds.h"
@@ -56,9 +57,16 @@ bool load(const FitRecipe& recipe, const fs::path& file, Reuse reuse, FittedSolv
   if (!fs::exists(file) || !fs::exists(note_of(file))) return false;
   std::string why;
   try {
-    const json note = read_json_file(note_of(file));
+    json note = read_json_file(note_of(file));
+    why = take_checksum(note);
     out.build = build_stamp_from_json(note.value("build", json()));
-    why = why_stale(out.build, stamp_of_fit(recipe), reuse);
+    if (why.empty()) why = why_stale(out.build, stamp_of_fit(recipe), reuse);
+    if (why.empty() && note.at("key") != Cache::fitted_solver_key(recipe)) {
+      why = "it is another solver than its name says";
+    }
+    if (why.empty() && note.at("file_checksum") != hash_of_file(file)) {
+      why = "its file has been changed since it was written";
+    }
     if (why.empty()) {
       out.fit_s = note.at("fit_s").get<double>();
       out.solver->load(file, recipe.sensor);
@@ -80,8 +88,9 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
   input.sensor = recipe.sensor;
   input.threads = threads;
   input.work_folder = work_folder;
-  if (recipe.training) input.training = &training.emplace(cache.dataset(*recipe.training));
-  if (recipe.validation) input.validation = &validation.emplace(cache.dataset(*recipe.validation));
+  if (recipe.training) input.training = &training.emplace(cache.open_dataset(*recipe.training));
+  if (recipe.validation)
+    input.validation = &validation.emplace(cache.open_dataset(*recipe.validation));
   const Clock::time_point start = Clock::now();
   ProgressFile progress(progress_file);
   input.progress = [&](std::uint64_t done, std::uint64_t total, const std::string& text) {
@@ -92,13 +101,17 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
   out.fit_s = seconds_since(start) + out.solver->fit_report().earlier_s;
 }
 
-void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fitted) {
+/// `threads`: that it was fitted with; a training comes out otherwise with another number.
+void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fitted, int threads) {
   replace_file(file, [&](const fs::path& aside) { fitted.solver->save(aside); });
-  write_file_atomically(note_of(file), json{{"fit_s", fitted.fit_s},
-                                            {"build", to_json(*fitted.build)},
-                                            {"parameters", fitted.solver->parameters()},
-                                            {"key", Cache::fitted_solver_key(recipe)}}
-                                           .dump(2));
+  json note = {{"fit_s", fitted.fit_s},
+               {"build", to_json(*fitted.build)},
+               {"parameters", fitted.solver->parameters()},
+               {"threads", threads},
+               {"key", Cache::fitted_solver_key(recipe)},
+               {"file_checksum", hash_of_file(file)}};
+  add_checksum(note);
+  write_file_atomically(note_of(file), note.dump(2));
 }
 
 }  // namespace
@@ -113,7 +126,7 @@ FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRe
   if (load(recipe, file, cache.reuse(), out)) return out;
   out.solver = registry.make(spec);  // a damaged file may have left it half loaded
   fit(recipe, cache, work_folder.path(), threads, progress_file, out);
-  save(recipe, file, out);
+  save(recipe, file, out, threads);
   return out;
 }
 

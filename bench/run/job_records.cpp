@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/run/stage.h"
+#include "core/replace_file.h"
 
 namespace ertbench {
 
@@ -26,7 +27,17 @@ FoundRecord JobRecords::find(const Job& job) const {
   return found;
 }
 
-bool JobRecords::has(const Job& job) const { return static_cast<bool>(find(job).record); }
+bool JobRecords::accept(const Job& job) const {
+  const std::filesystem::path written = file(job, written_ending);
+  if (!std::filesystem::exists(written)) return false;
+  put_in_place(written, file(job));
+  return static_cast<bool>(find(job).record);
+}
+
+void JobRecords::discard(const Job& job) const {
+  std::error_code ignored;
+  std::filesystem::remove(file(job, written_ending), ignored);
+}
 
 std::optional<nlohmann::json> JobRecords::read(const Job& job) const {
   const FoundRecord found = find(job);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/experiment/failure.h"
 #include "bench/record/record_file.h"
 #include "bench/run/job.h"
 
@@ -14,14 +15,6 @@ namespace ertbench {
 
 class Stage;
 struct Experiment;
-
-/// Why a job left no record.
-struct Failure {
-  std::string status;  ///< "failed", "timed out", "crashed", "not run"
-  std::string message;
-
-  std::string text() const { return message.empty() ? status : status + ": " + message; }
-};
 
 /// The records that the jobs of one stage left in a result folder, now or earlier, and what failed
 /// just now.
@@ -34,8 +27,11 @@ class JobRecords {
   std::filesystem::path file(const Job& job, const std::string& ending = ".json") const;
   /// The job's record, of the right key and one that the stage can read, where it may be reused.
   FoundRecord find(const Job& job) const;
-  /// Whether there is one.
-  bool has(const Job& job) const;
+  /// Puts the record that the job's process has written, which ended well, into its place; whether
+  /// there was one.
+  bool accept(const Job& job) const;
+  /// Removes what a process wrote that did not.
+  void discard(const Job& job) const;
   /// Nothing where it has none.
   std::optional<nlohmann::json> read(const Job& job) const;
 

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
-#include <cstring>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -30,13 +28,18 @@ std::string last_line(const fs::path& log) {
   return last;
 }
 
-Failure failure_of(const ProcessEnd& end, const fs::path& log, double time_limit_s) {
-  if (end.timed_out) return {"timed out", "after " + duration_text(time_limit_s)};
-  if (end.signal != 0) {
-    return {"crashed", std::string(strsignal(end.signal)) + "; see " + log.string()};
+std::string megabytes(std::uint64_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
+
+Failure failure_of(const ProcessEnd& end, const fs::path& log, const ProcessLimits& limits) {
+  if (end.timed_out) return {"timed out", "after " + duration_text(limits.time_s)};
+  if (end.out_of_memory) {
+    return {"out of memory",
+            "needed more than " + megabytes(limits.memory_bytes) + " (\"memory_limit_mb\")"};
   }
+  if (end.signal != 0) return {"crashed", end.text() + "; see " + log.string()};
+  if (end.ok()) return {"failed", "ended its process before it had a result"};
   const std::string line = last_line(log);
-  return {"failed", line.empty() ? "exit code " + std::to_string(end.exit_code) : line};
+  return {"failed", line.empty() ? end.text() : line};
 }
 
 }  // namespace
@@ -107,16 +110,29 @@ void JobRunner::start_some(std::deque<Job>& waiting, std::size_t at_a_time) {
   while (!waiting.empty() && running_.size() < at_a_time) {
     const Job job = std::move(waiting.front());
     waiting.pop_front();
-    if (records_.failure(job)) {  // in an earlier round
+    if (job.entry && job.entry->failure) records_.add_failure(job, *job.entry->failure);
+    if (records_.failure(job)) {  // just now, or in an earlier round
       ++done_;
       continue;
     }
-    running_.push_back(start(job, static_cast<int>(std::max<std::size_t>(1, cores() / at_a_time))));
+    running_.push_back(start(job, at_a_time));
   }
 }
 
-JobRunner::Running JobRunner::start(const Job& job, int threads) const {
+ProcessLimits JobRunner::limits(std::size_t at_a_time) const {
+  constexpr double share = 0.9;  // of the machine's memory
+  const double bytes =
+      experiment_.memory_limit_mb
+          ? *experiment_.memory_limit_mb * (1 << 20)
+          : share * static_cast<double>(machine_memory_bytes()) / static_cast<double>(at_a_time);
+  return {stage_.time_limit_s(experiment_), static_cast<std::uint64_t>(bytes)};
+}
+
+JobRunner::Running JobRunner::start(const Job& job, std::size_t at_a_time) const {
   remove_progress(records_.file(job, ".progress"));
+  records_.discard(job);
+  const std::size_t threads = std::max<std::size_t>(1, cores() / at_a_time);
+  const ProcessLimits allowed = limits(at_a_time);
   std::vector<std::string> arguments = {program_.string(),
                                         "trial",
                                         experiment_.file.string(),
@@ -128,8 +144,7 @@ JobRunner::Running JobRunner::start(const Job& job, int threads) const {
                                         "--threads=" + std::to_string(threads)};
   const std::vector<std::string> options = stage_.options();
   arguments.insert(arguments.end(), options.begin(), options.end());
-  return {job,
-          ChildProcess(arguments, {records_.file(job, ".log")}, stage_.time_limit_s(experiment_))};
+  return {job, allowed, ChildProcess(arguments, {records_.file(job, ".log")}, allowed)};
 }
 
 void JobRunner::finish_some() {
@@ -139,17 +154,22 @@ void JobRunner::finish_some() {
       ++one;
       continue;
     }
-    finish(one->job, *end);
+    finish(*one, *end);
     one = running_.erase(one);
     ++done_;
   }
 }
 
-void JobRunner::finish(const Job& job, const ProcessEnd& end) {
+void JobRunner::finish(const Running& one, const ProcessEnd& end) {
+  const Job& job = one.job;
   remove_progress(records_.file(job, ".progress"));
-  if (end.ok() && records_.has(job)) return;
-  const Failure failure =
-      failure_of(end, records_.file(job, ".log"), stage_.time_limit_s(experiment_));
+  if (end.ok() && records_.accept(job)) return;
+  records_.discard(job);
+  // What a process left in the cache whose memory was no longer what it should be.
+  if (end.signal != 0 && !end.timed_out && !end.out_of_memory) {
+    stage_.forget(experiment_, cache_, job);
+  }
+  const Failure failure = failure_of(end, records_.file(job, ".log"), one.limits);
   spdlog::warn("{} ({}): {}: {}", job.title, stage_.name(), failure.status, failure.message);
   records_.add_failure(job, failure);
 }

@@ -26,15 +26,17 @@ class JobRunner {
  private:
   struct Running {
     Job job;
+    ProcessLimits limits;
     ChildProcess process;
   };
 
   /// Says, too, what is reused of earlier builds and what is not, and why.
   std::deque<Job> without_records(const std::vector<Job>& jobs) const;
-  Running start(const Job& job, int threads) const;
+  ProcessLimits limits(std::size_t at_a_time) const;
+  Running start(const Job& job, std::size_t at_a_time) const;
   void start_some(std::deque<Job>& waiting, std::size_t at_a_time);
   void finish_some();
-  void finish(const Job& job, const ProcessEnd& end);
+  void finish(const Running& one, const ProcessEnd& end);
   void show(Progress& progress, std::size_t total) const;
 
   const Stage& stage_;

@@ -1,8 +1,8 @@
 #include "bench/run/reconstruct.h"
 
-#include <chrono>
+#include <limits>
 #include <nlohmann/json.hpp>
-#include <thread>
+#include <stdexcept>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
@@ -18,6 +18,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 namespace layout = dataset_layout;
 
 constexpr std::uint64_t streamed_frames = 1024;
@@ -30,7 +31,7 @@ struct FramesFile {
     file.require_shape(layout::reference_voltages, {channels});
     reference = file.read_vector(layout::reference_voltages).transpose();
     if (file.has(layout::scenes_written) &&
-        static_cast<std::uint64_t>(file.read_vector(layout::scenes_written)[0]) != frames) {
+        file.read_rows(layout::scenes_written, 0, 1)(0, 0) != static_cast<double>(frames)) {
       throw InputError(path.string() + ": is not finished; generate it again to go on");
     }
   }
@@ -53,10 +54,18 @@ void read_everything(const fs::path& path) {
 }
 
 /// Reads the whole file in a child: the library does not survive every damaged file. What the child
-/// finds wrong in an orderly way, the parent finds again.
+/// finds wrong in an orderly way, the reading that counts finds again.
 void survive_reading(const fs::path& path) {
-  constexpr unsigned time_limit_s = 600;  // for a library that never comes back
-  if (!run_in_child([&] { read_everything(path); }, time_limit_s).ok()) {
+  constexpr double time_limit_s = 600;  // for a library that never comes back
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto&) {
+        try {
+          read_everything(path);
+        } catch (const std::exception&) {
+        }
+      },
+      {time_limit_s, machine_memory_bytes() / 2});
+  if (!outcome.finished) {
     throw InputError(path.string() +
                      ": is damaged: the HDF5 library cannot get through it; write it again");
   }
@@ -64,7 +73,7 @@ void survive_reading(const fs::path& path) {
 
 std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const Sensor& sensor,
                                     SolverRegistry& registry) {
-  nlohmann::json spec = read_json_file(spec_file);
+  json spec = read_json_file(spec_file);
   std::optional<fs::path> checkpoint;
   if (spec.is_object() && spec.contains("checkpoint")) {
     checkpoint = JsonObject(spec, spec_file.string(), "").text("checkpoint");
@@ -95,22 +104,18 @@ void count_report(const FrameReport& report, ReconstructSummary& summary) {
   summary.out_of_range += (report.reasons & out_of_range) != 0;
 }
 
-}  // namespace
-
-ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
-                                    const fs::path& output, SolverRegistry& registry) {
-  std::error_code error;
-  if (fs::equivalent(input, output, error)) {
-    throw InputError(output.string() + ": is the input; name another output");
-  }
-  survive_reading(input);
+/// In a process of its own.
+ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& input,
+                                    const fs::path& output, const fs::path& aside,
+                                    SolverRegistry& registry) {
   const FramesFile frames(input);
   const std::unique_ptr<Solver> solver = solver_from(spec_file, frames.sensor, registry);
 
   ReconstructSummary summary;
   summary.frames = frames.frames;
-  replace_file(output, [&](const fs::path& aside) {
-    Hdf5File out = Hdf5File::create(aside);
+  summary.checked = !solver->parameters().contains("frame_check");
+  const auto write = [&](const fs::path& place) {
+    Hdf5File out = Hdf5File::create(place);
     const auto grid = static_cast<std::uint64_t>(frames.sensor.image_grid);
     out.create_dataset("/conductivity_change", {frames.frames, grid, grid});
     out.write_text("/conductivity_change", "units", "S/m");
@@ -150,8 +155,54 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
       progress.update(first + count, frames.frames);
     }
     out.flush();
-  });
+  };
+  replace_file(output, write, aside);
   return summary;
+}
+
+json to_json(const ReconstructSummary& s) {
+  return {s.frames,         s.not_converged, s.undefined,    s.suspect,
+          s.dead_electrode, s.noise,         s.out_of_range, s.checked};
+}
+
+ReconstructSummary summary_from_json(const json& value) {
+  return {value.at(0), value.at(1), value.at(2), value.at(3),
+          value.at(4), value.at(5), value.at(6), value.at(7)};
+}
+
+}  // namespace
+
+ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
+                                    const fs::path& output, SolverRegistry& registry) {
+  std::error_code error;
+  if (fs::equivalent(input, output, error)) {
+    throw InputError(output.string() + ": is the input; name another output");
+  }
+  survive_reading(input);
+  const fs::path aside = aside_of(output);
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto& send) {
+        registry.allow_plugins();
+        json said;
+        try {
+          said["summary"] = to_json(reconstruct_here(spec_file, input, output, aside, registry));
+        } catch (const InputError& wrong) {
+          said["refused"] = wrong.what();
+        } catch (const std::exception& exception) {
+          said["failed"] = exception.what();
+        }
+        send(said.dump(-1, ' ', false, json::error_handler_t::replace));
+      },
+      {std::numeric_limits<double>::infinity(), 0}, StandardError::shared);
+  if (!outcome.finished || outcome.messages.empty()) {
+    fs::remove(aside, error);
+    throw InputError(spec_file.string() + ": the solver ended its process (" + outcome.end.text() +
+                     "); " + output.string() + " was not written");
+  }
+  const json said = json::parse(outcome.messages.back());
+  if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
+  if (said.contains("failed")) throw std::runtime_error(said.at("failed").get<std::string>());
+  return summary_from_json(said.at("summary"));
 }
 
 }  // namespace ertbench

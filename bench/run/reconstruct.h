@@ -16,6 +16,7 @@ struct ReconstructSummary {
   std::uint64_t dead_electrode = 0;
   std::uint64_t noise = 0;
   std::uint64_t out_of_range = 0;
+  bool checked = true;  ///< for noise and range, too: see FrameCheck::has_limits
 };
 
 /// Reconstructs a file of frames. `spec_file`: one entry of an experiment's "solvers" list;
@@ -27,7 +28,8 @@ struct ReconstructSummary {
 /// written aside and renamed.
 ///
 /// Frames are streamed. A file so damaged that the HDF5 library itself crashes or hangs on it is
-/// found out in a child process first. Throws InputError for whatever cannot be used.
+/// found out in a child process first, and the solver, which may come from a plugin, runs in a
+/// child too. Throws InputError for whatever cannot be used, and where the solver ends its process.
 ReconstructSummary reconstruct_file(const std::filesystem::path& spec_file,
                                     const std::filesystem::path& input,
                                     const std::filesystem::path& output, SolverRegistry& registry);

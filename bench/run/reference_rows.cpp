@@ -47,7 +47,7 @@ std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const Data
                                       const Cache& cache) {
   std::vector<ResultRow> rows;
   for (const DatasetSpec& test : tests) {
-    const References references = score_references(sensor, DatasetFile(cache.dataset(test)));
+    const References references = score_references(sensor, cache.open_dataset(test));
     rows.push_back(row_of("truth", test, references.truth));
     rows.push_back(row_of("no-contact", test, references.untouched));
   }

@@ -76,10 +76,10 @@ std::vector<ReportSection> report_stages(const Stages& stages, const Experiment&
   return sections;
 }
 
-void report_experiment(const Experiment& experiment, const Cache& cache,
-                       const ExperimentResults& results, const fs::path& folder) {
+std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
+                              const ExperimentResults& results, const fs::path& folder) {
   const auto sections = report_stages(stages_of_run(), experiment, results, folder);
-  report_results(experiment, cache, results, sections, folder);
+  return report_results(experiment, cache, results, sections, folder);
 }
 
 }  // namespace ertbench

@@ -34,8 +34,9 @@ std::vector<ReportSection> report_stages(const Stages& stages, const Experiment&
                                          const std::filesystem::path& folder);
 
 /// The same with the stages of `ertbench run`, then tables, figures and the page of the experiment;
-/// prints the table.
-void report_experiment(const Experiment& experiment, const Cache& cache,
-                       const ExperimentResults& results, const std::filesystem::path& folder);
+/// prints the table. Returns how many figures could not be drawn.
+std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
+                              const ExperimentResults& results,
+                              const std::filesystem::path& folder);
 
 }  // namespace ertbench

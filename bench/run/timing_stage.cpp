@@ -132,7 +132,7 @@ json TimingStage::run(const Job& job, const JobContext& context) const {
   const int last = (job.round + 1) * timing.frames / timing.rounds;
   json record = {{"schema", record_schema}, {"calibration_us", calibration_us()}};
   for (const DatasetSpec& test : experiment.tests) {
-    const DatasetFile file(context.cache.dataset(test));
+    const DatasetFile file = context.cache.open_dataset(test);
     const TimedSet set(*fitted.solver, file, experiment.sensor, timing);
     const std::vector<double> latencies = set.latencies(first, last);
     record["timing"][test.name] = {

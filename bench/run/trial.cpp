@@ -9,6 +9,18 @@
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
+namespace {
+
+/// Fills in what the registration of the entry's type says, whose plugin this loads. What is wrong
+/// with that the stage says, with the place in the file.
+void describe_loaded(SolverEntry& entry, SolverRegistry& registry) {
+  try {
+    describe(entry, registry.load(entry.type));
+  } catch (const InputError&) {
+  }
+}
+
+}  // namespace
 
 void run_trial(const Stage& stage, const std::string& name, Experiment& experiment,
                const Cache& cache, SolverRegistry& registry, int threads,
@@ -19,14 +31,14 @@ void run_trial(const Stage& stage, const std::string& name, Experiment& experime
   if (job == jobs.end()) {
     throw InputError("--job: the stage " + stage.name() + " has no job \"" + name + "\"");
   }
+  registry.allow_plugins();  // this process is there for nothing else
   for (SolverEntry& entry : experiment.solvers) {
-    if (&entry != job->entry) continue;
-    if (const SolverInfo* info = registry.find(entry.type)) describe(entry, *info);
+    if (&entry == job->entry) describe_loaded(entry, registry);
   }
   const JobContext context{experiment, cache, registry, threads,
                            record_file(folder, name, ".progress")};
-  write_record(record_file(folder, name), stage.run(*job, context), stage.key(experiment, *job),
-               stamp_of_records(experiment.plugins));
+  write_record(record_file(folder, name, written_ending), stage.run(*job, context),
+               stage.key(experiment, *job), stamp_of_records(experiment.plugins));
 }
 
 }  // namespace ertbench

@@ -58,7 +58,7 @@ std::vector<std::string> BenchmarkProcess::list(const std::string& filter) const
   std::vector<std::string> arguments = {program_, "--benchmark_list_tests=true"};
   if (!filter.empty()) arguments.push_back("--benchmark_filter=" + filter);
   require_success(
-      ChildProcess(arguments, {folder_ / "log", folder_ / "names"}, time_limit_s).wait(),
+      ChildProcess(arguments, {folder_ / "log", folder_ / "names"}, {time_limit_s}).wait(),
       folder_ / "log");
   std::vector<std::string> names;
   std::ifstream in(folder_ / "names");
@@ -75,7 +75,7 @@ nlohmann::json BenchmarkProcess::run(const std::string& filter,
   std::vector<std::string> arguments = {program_, "--benchmark_out=" + out.string(),
                                         "--benchmark_out_format=json", least_time};
   if (!filter.empty()) arguments.push_back("--benchmark_filter=" + filter);
-  ChildProcess process(arguments, {folder_ / "log"}, time_limit_s);
+  ChildProcess process(arguments, {folder_ / "log"}, {time_limit_s});
   while (!process.poll()) {
     finished(benchmarks_in(out));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));

@@ -11,6 +11,11 @@ namespace ertbench {
 
 namespace layout = dataset_layout;
 
+std::string written_recipe(const Hdf5File& file) {
+  if (file.has(layout::recipe)) return file.read_text_dataset(layout::recipe);
+  return file.has_attribute("/", "recipe") ? file.read_text("/", "recipe") : "";
+}
+
 std::optional<BuildStamp> written_build(const Hdf5File& file) {
   if (!file.has_attribute("/", "build")) return std::nullopt;
   const std::string text = file.read_text("/", "build");
@@ -21,13 +26,13 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
     : path_(file),
       file_(std::make_unique<Hdf5File>(Hdf5File::open(file))),
       sensor_(sensor_of(*file_)),
-      recipe_(file_->has_attribute("/", "recipe") ? file_->read_text("/", "recipe") : ""),
+      recipe_(written_recipe(*file_)),
       build_(written_build(*file_)) {
   const auto channels = static_cast<std::uint64_t>(sensor_.channels());
   const auto grid = static_cast<std::uint64_t>(sensor_.image_grid);
   size_ = file_->require_shape(layout::voltages, {0, channels})[0];
   if (file_->has(layout::scenes_written) &&
-      static_cast<std::uint64_t>(file_->read_vector(layout::scenes_written)[0]) != size_) {
+      file_->read_rows(layout::scenes_written, 0, 1)(0, 0) != static_cast<double>(size_)) {
     throw InputError(file.string() +
                      ": is not finished; generate it again under the same name to go on");
   }
@@ -41,12 +46,13 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
 DatasetFile::DatasetFile(DatasetFile&&) noexcept = default;
 DatasetFile::~DatasetFile() = default;
 
+std::string DatasetFile::why_changed() const { return file_->why_changed(); }
+
 DatasetSpec DatasetFile::spec() const {
   nlohmann::json recipe = nlohmann::json::parse(recipe_, nullptr, false);
   if (!recipe.is_object() || !recipe.contains("name") || !recipe["name"].is_string()) {
-    throw InputError(
-        path_.string() +
-        ": /: attribute \"recipe\" does not say how the set was made; generate it again");
+    throw InputError(path_.string() +
+                     ": /recipe: does not say how the set was made; generate it again");
   }
   const std::string name = recipe["name"];
   for (const char* key : {"format_version", "sensor", "name"}) recipe.erase(key);

@@ -31,6 +31,9 @@ class DatasetFile {
   const std::filesystem::path& path() const { return path_; }
   /// The canonical JSON that determines the file (DatasetSpec, sensor, seeds, versions), as text.
   const std::string& recipe() const { return recipe_; }
+  /// Why the file is not what was written (Hdf5File::why_changed); empty where it is. Reads all of
+  /// it.
+  std::string why_changed() const;
   /// The build that wrote the file; nothing where it does not say.
   const std::optional<BuildStamp>& build() const { return build_; }
   /// The spec that the recipe describes. Throws InputError where the file has none.
@@ -51,6 +54,9 @@ class DatasetFile {
   std::optional<BuildStamp> build_;
   Eigen::VectorXd reference_;
 };
+
+/// The recipe that a file, whole or not, was written by; empty where it does not say.
+std::string written_recipe(const Hdf5File& file);
 
 /// The build that wrote a file, whole or not: its root attribute "build" (JSON).
 std::optional<BuildStamp> written_build(const Hdf5File& file);

@@ -9,7 +9,8 @@
 /// Names and row layouts inside a dataset file, shared by what writes and what reads it.
 namespace ertbench::dataset_layout {
 
-inline constexpr int schema_version = 1;
+/// Version 1 had the recipe in an attribute of the root, which ends at 64 kB.
+inline constexpr int schema_version = 2;
 
 inline const std::string voltages = "/voltages";                      // [N, channels] V, noisy
 inline const std::string clean_voltages = "/clean_voltages";          // [N, channels] V
@@ -20,6 +21,8 @@ inline const std::string conductivity = "/conductivity";              // [N, gri
 inline const std::string contacts = "/contacts";
 /// [N, contacts, vertices, 2], NaN where absent; only where the set may hold polygons.
 inline const std::string contact_vertices = "/contact_vertices";
+/// One string: the canonical JSON of the DatasetSpec.
+inline const std::string recipe = "/recipe";
 /// [1]: rows that are whole, from the first.
 inline const std::string scenes_written = "/scenes_written";
 

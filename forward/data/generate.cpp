@@ -89,7 +89,7 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   describe(layout::reference_voltages, "V", "the untouched sheet by the same model, without noise");
   file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
   file.write_number("/", "schema_version", layout::schema_version);
-  file.write_text("/", "recipe", to_json(spec).dump());
+  file.write_text_dataset(layout::recipe, to_json(spec).dump());
   file.write_text("/", "build", to_json(stamp_of_this_build(this_build().data_code)).dump());
   file.write_text("/", "sensor", to_json(spec.sensor).dump());
   file.write_number("/", "seed", static_cast<double>(spec.seed));
@@ -108,9 +108,11 @@ std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& 
   if (!fs::exists(part)) return std::nullopt;
   try {
     const Hdf5File file = Hdf5File::open(part);
-    if (file.read_text("/", "recipe") != to_json(spec).dump()) return std::nullopt;
+    if (written_recipe(file) != to_json(spec).dump()) return std::nullopt;
     if (written_build(file) != stamp_of_this_build(this_build().data_code)) return std::nullopt;
-    return static_cast<std::uint64_t>(file.read_vector(layout::scenes_written)[0]);
+    const double written = file.read_rows(layout::scenes_written, 0, 1)(0, 0);
+    if (!(written >= 0 && written <= static_cast<double>(spec.count))) return std::nullopt;
+    return static_cast<std::uint64_t>(written);
   } catch (const InputError&) {
     return std::nullopt;  // cut off before its storage was laid out, or another thing altogether
   }
@@ -122,7 +124,7 @@ bool is_finished(const DatasetSpec& spec, const fs::path& file) {
   try {
     const DatasetFile set(file);
     return set.recipe() == to_json(spec).dump() && set.build() &&
-           set.build()->code == this_build().data_code;
+           set.build()->code == this_build().data_code && set.why_changed().empty();
   } catch (const InputError&) {
     return false;
   }
@@ -232,6 +234,8 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
       out.flush();
       if (options.progress) options.progress(done, spec.count);
     }
+    out.write_checksum();
+    out.flush();
   }
   lock.sync();
   std::error_code error;

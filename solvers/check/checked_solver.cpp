@@ -58,6 +58,7 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
 nlohmann::json CheckedSolver::parameters() const {
   nlohmann::json out = inner_->parameters();
   out["inference_check"] = check_frames_;
+  if (ready_ && check_frames_ && !check_.has_limits()) out["frame_check"] = frame_check_of_zeros;
   return out;
 }
 

@@ -50,6 +50,8 @@ class FrameCheck {
   /// What `packed` gave. Throws std::invalid_argument where it is not that.
   FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed);
 
+  /// Whether noise and range have limits: it was fitted, and on enough frames.
+  bool has_limits() const { return noise_.limit > 0; }
   /// All of it in one vector, for the file of a fitted solver.
   Eigen::VectorXd packed() const;
 

@@ -1,15 +1,21 @@
 #include "solvers/registry/registry.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 #include "core/errors.h"
 #include "core/json_reader.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/linear/registration.h"
+#include "solvers/registry/plugin_description.h"
 #include "solvers/registry/plugin_library.h"
 #include "solvers/total_variation/registration.h"
 
 namespace ertbench {
+
+namespace fs = std::filesystem;
+
 namespace {
 
 /// Others rely on it: readers of an experiment on the names, its "seeds" on the parameter "seed",
@@ -63,29 +69,69 @@ void SolverRegistry::add_plugin_type(const std::string& type, const std::string&
   if (std::find(order_.begin(), order_.end(), type) == order_.end()) order_.push_back(type);
 }
 
-void SolverRegistry::load_plugin(const std::filesystem::path& library) {
-  register_plugin(library, *this);
+void SolverRegistry::add_library(const fs::path& library) { not_described_.push_back(library); }
+
+void SolverRegistry::describe_libraries() {
+  for (const fs::path& library : std::exchange(not_described_, {})) describe(library);
 }
 
-const SolverInfo& SolverRegistry::require(const std::string& type) {
-  if (const SolverInfo* const found = find_loaded(type)) return *found;
+void SolverRegistry::describe(const fs::path& library) {
+  const PluginDescription found = describe_in_child([&] {
+    SolverRegistry loaded = *this;
+    loaded.load_plugin(library);
+    std::vector<SolverType> brought;
+    for (const auto& [type, info] : loaded.solvers_) {
+      if (solvers_.count(type) == 0) brought.push_back({type, info});
+    }
+    return brought;
+  });
+  if (!found.refused.empty()) throw InputError(found.refused);
+  if (!found.failed.empty()) {
+    unusable_.push_back({library, found.failed});
+    return;
+  }
+  for (const SolverType& type : found.types) {
+    const auto [place, is_new] = plugin_of_.emplace(type.name, library);
+    if (!is_new && library.filename() != place->second.filename()) {
+      throw InputError(library.string() + ": two solvers are called \"" + type.name +
+                       "\"; the other is in " + place->second.string() + "; rename one");
+    }
+    if (is_new) order_.push_back(type.name);
+    described_.emplace(type.name, type.info);
+  }
+}
+
+void SolverRegistry::load_plugin(const fs::path& library) { register_plugin(library, *this); }
+
+fs::path SolverRegistry::library_of(const std::string& type) const {
   const auto plugin = plugin_of_.find(type);
   if (plugin == plugin_of_.end()) {
     std::string known;
     for (const auto& name : order_) known += (known.empty() ? "" : ", ") + name;
     throw InputError("no solver is called \"" + type + "\"; known: " + known);
   }
+  if (plugin->second.has_parent_path()) return plugin->second;
   std::string folders;
   for (const auto& folder : plugin_folders()) {
-    if (std::filesystem::exists(folder / plugin->second)) {
-      load_plugin(folder / plugin->second);
-      if (const SolverInfo* const found = find_loaded(type)) return *found;
-      throw InputError((folder / plugin->second).string() + ": holds no solver \"" + type + "\"");
-    }
+    if (fs::exists(folder / plugin->second)) return folder / plugin->second;
     folders += (folders.empty() ? "" : ", ") + folder.string();
   }
-  throw InputError(type + " lives in " + plugin->second + ", which is not in " + folders +
+  throw InputError(type + " lives in " + plugin->second.string() + ", which is not in " + folders +
                    "; build it, or name its folder in $ERTBENCH_PLUGINS");
+}
+
+const SolverInfo& SolverRegistry::load(const std::string& type) {
+  const auto found = solvers_.find(type);
+  if (found != solvers_.end()) return found->second;
+  if (plugin_of_.count(type) == 0) describe_libraries();
+  const fs::path library = library_of(type);
+  if (!plugins_allowed_) {
+    throw std::logic_error(type + " was to be made in a process that may not load its plugin");
+  }
+  load_plugin(library);
+  const auto loaded = solvers_.find(type);
+  if (loaded != solvers_.end()) return loaded->second;
+  throw InputError(library.string() + ": holds no solver \"" + type + "\"");
 }
 
 std::unique_ptr<Solver> SolverRegistry::make(JsonObject spec) {
@@ -93,24 +139,33 @@ std::unique_ptr<Solver> SolverRegistry::make(JsonObject spec) {
   spec.text_or("label", type);
   const SolverInfo* info = nullptr;
   try {
-    info = &require(type);
+    info = &load(type);
   } catch (const InputError& error) {
     spec.fail("type", error.what());
   }
   return CheckedSolver::make(type, *info, std::move(spec));
 }
 
-const SolverInfo* SolverRegistry::find_loaded(const std::string& type) const {
-  const auto found = solvers_.find(type);
-  return found == solvers_.end() ? nullptr : &found->second;
+const SolverInfo* SolverRegistry::find_known(const std::string& type) const {
+  for (const auto* infos : {&solvers_, &described_}) {
+    const auto found = infos->find(type);
+    if (found != infos->end()) return &found->second;
+  }
+  return nullptr;
 }
 
 const SolverInfo* SolverRegistry::find(const std::string& type) {
+  if (const SolverInfo* const known = find_known(type)) return known;
   try {
-    return &require(type);
+    if (plugin_of_.count(type) == 0) {
+      describe_libraries();
+    } else {
+      describe(library_of(type));
+    }
   } catch (const InputError&) {
     return nullptr;
   }
+  return find_known(type);
 }
 
 }  // namespace ertbench

@@ -10,7 +10,6 @@
 
 #include "core/errors.h"
 #include "core/file_lock.h"
-#include "core/process.h"
 #include "core/replace_file.h"
 #include "core/temporary_folder.h"
 
@@ -106,34 +105,6 @@ TEST(ReplaceFile, LeavesNothingWhereItCannotBePutInPlace) {
   EXPECT_THROW(replace_file(folder / "taken", [](const fs::path& aside) { write(aside, "text"); }),
                InputError);
   EXPECT_EQ(files_in(folder.path()), 1u);
-}
-
-TEST(ChildProcess, SaysAllItHasToSayInItsFolder) {
-  const TemporaryFolder folder;
-  const fs::path log = folder / "log";
-  const ProcessEnd end = ChildProcess({"sh", "-c", "echo one; echo two >&2; pwd; exit 3"},
-                                      {.log = log, .output = log, .folder = folder.path()}, 60)
-                             .wait();
-  EXPECT_EQ(end.exit_code, 3);
-  EXPECT_EQ(content_of(log), "one\ntwo\n" + folder.path().string() + "\n");
-}
-
-TEST(ChildProcess, EndsWithItsTimeAndWhereThereIsNoProgram) {
-  const TemporaryFolder folder;
-  EXPECT_TRUE(ChildProcess({"sleep", "60"}, {.log = folder / "log"}, 0.05).wait().timed_out);
-  const ProcessEnd end = ChildProcess({"no-such-program"}, {.log = folder / "log"}, 60).wait();
-  EXPECT_EQ(end.exit_code, ChildProcess::not_started);
-  EXPECT_EQ(content_of(folder / "log"), "No such file or directory");
-}
-
-TEST(RunInChild, KeepsHarmFromItsParent) {
-  int value = 1;
-  EXPECT_TRUE(run_in_child([&] { value = 2; }, 60).ok());
-  EXPECT_EQ(value, 1);
-  EXPECT_TRUE(run_in_child([] { throw std::runtime_error("in order"); }, 60).ok());
-  EXPECT_EQ(run_in_child([] { std::abort(); }, 60).signal, SIGABRT);
-  EXPECT_EQ(run_in_child([] { std::this_thread::sleep_for(std::chrono::seconds(60)); }, 1).signal,
-            SIGALRM);
 }
 
 }  // namespace

@@ -84,6 +84,7 @@ TEST(Registry, ReportsABrokenPlugin) {
   const PluginFolders folders((folder / "").string());
   SolverRegistry registry;
   registry.add_plugin_type("broken", "libbroken.so");
+  registry.allow_plugins();
   const std::string message = failure(registry, {{"type", "broken"}});
   EXPECT_NE(message.find("cannot be loaded"), std::string::npos) << message;
   EXPECT_EQ(registry.find("broken"), nullptr);
@@ -96,10 +97,14 @@ TEST(Registry, LoadsAPluginWhenOneOfItsSolversIsMade) {
   const PluginFolders folders(library.parent_path().string());
   SolverRegistry registry;
   registry.add_plugin_type("back-projection", library.filename().string());
+  EXPECT_THROW(failure(registry, {{"type", "back-projection"}}), std::logic_error);
+  registry.allow_plugins();
   const json spec = {{"type", "back-projection"}, {"gain", 2}};
   const std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, "", ""));
   solver->fit(FitInput{});
-  EXPECT_EQ(solver->parameters(), (json{{"gain", 2}, {"inference_check", true}}));
+  EXPECT_EQ(solver->parameters(), (json{{"gain", 2},
+                                        {"inference_check", true},
+                                        {"frame_check", "electrodes that read zero alone"}}));
   const Frames changes = eidors_changes();
   const Images expected = 2 * changes * ForwardModel(Sensor{}, Sensor{}.image_grid).jacobian();
   EXPECT_LT(relative_difference(reconstruct(*solver, changes).images, expected), 1e-14);

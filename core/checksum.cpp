@@ -1,0 +1,34 @@
+#include "core/checksum.h"
+
+#include <xxhash.h>
+
+#include <cstdio>
+
+namespace ertbench {
+
+struct Checksum::State {
+  XXH3_state_t* hash = XXH3_createState();
+  State() { XXH3_128bits_reset(hash); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { XXH3_freeState(hash); }
+};
+
+Checksum::Checksum() : state_(std::make_unique<State>()) {}
+
+Checksum::~Checksum() = default;
+
+void Checksum::add(std::string_view bytes) {
+  XXH3_128bits_update(state_->hash, bytes.data(), bytes.size());
+}
+
+std::string Checksum::text() const {
+  const XXH128_hash_t hash = XXH3_128bits_digest(state_->hash);
+  char digits[33];
+  std::snprintf(digits, sizeof digits, "%016llx%016llx",
+                static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return digits;
+}
+
+}  // namespace ertbench
