@@ -46,13 +46,6 @@ struct FramesFile {
   Eigen::RowVectorXd reference;
 };
 
-void read_everything(const fs::path& path) {
-  const FramesFile input(path);
-  for (std::uint64_t first = 0; first < input.frames; first += streamed_frames) {
-    input.changes(first, std::min(streamed_frames, input.frames - first));
-  }
-}
-
 /// Reads the whole file in a child: the library does not survive every damaged file. What the child
 /// finds wrong in an orderly way, the reading that counts finds again.
 void survive_reading(const fs::path& path) {
@@ -60,7 +53,7 @@ void survive_reading(const fs::path& path) {
   const IsolatedOutcome outcome = run_isolated(
       [&](const auto&) {
         try {
-          read_everything(path);
+          read_frames(path);
         } catch (const std::exception&) {
         }
       },
@@ -171,6 +164,13 @@ ReconstructSummary summary_from_json(const json& value) {
 }
 
 }  // namespace
+
+void read_frames(const fs::path& input) {
+  const FramesFile file(input);
+  for (std::uint64_t first = 0; first < file.frames; first += streamed_frames) {
+    file.changes(first, std::min(streamed_frames, file.frames - first));
+  }
+}
 
 ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
                                     const fs::path& output, SolverRegistry& registry) {

@@ -34,4 +34,9 @@ ReconstructSummary reconstruct_file(const std::filesystem::path& spec_file,
                                     const std::filesystem::path& input,
                                     const std::filesystem::path& output, SolverRegistry& registry);
 
+/// Reads a file of frames from its beginning to its end, and throws InputError where it cannot be
+/// used. The HDF5 library itself crashes or hangs on some damaged files: reconstruct_file calls
+/// this in a child process first, the fuzzing target (tests/fuzz) in its own.
+void read_frames(const std::filesystem::path& input);
+
 }  // namespace ertbench
