@@ -149,7 +149,7 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
       out.write_rows("/reason", first, reason);
       progress.update(first + count, frames.frames);
     }
-    out.flush();
+    out.close();
   });
   return summary;
 }
