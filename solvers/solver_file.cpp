@@ -6,7 +6,6 @@
 #include "core/json_reader.h"
 
 namespace ertbench {
-namespace {
 
 nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
   try {
@@ -16,8 +15,6 @@ nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
                      ": not valid JSON; fit it anew");
   }
 }
-
-}  // namespace
 
 void write_owner(Hdf5File& file, const std::string& type, const Sensor& sensor) {
   file.write_text("/", "solver", type);

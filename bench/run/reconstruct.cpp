@@ -154,7 +154,7 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
       out.write_rows("/reason", first, reason);
       progress.update(first + count, frames.frames);
     }
-    out.flush();
+    out.close();
   };
   replace_file(output, write, aside);
   return summary;

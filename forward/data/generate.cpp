@@ -100,7 +100,7 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
                   "ascending, V_j - V_(j+1), pairs sharing an electrode with the drive skipped");
   file.write_text("/", "electrode_order",
                   "clockwise along the border from " + spec.sensor.sheet->border_start());
-  file.flush();
+  file.close();
 }
 
 /// Scenes that an earlier call left whole in `part`, or nothing where it cannot be continued.
@@ -235,7 +235,7 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
       if (options.progress) options.progress(done, spec.count);
     }
     out.write_checksum();
-    out.flush();
+    out.close();
   }
   lock.sync();
   std::error_code error;

@@ -66,12 +66,18 @@ Hdf5File make_container(const fs::path& file) {
   aside += ".contents";
   const bool saved = fs::exists(file);
   if (saved) fs::rename(file, aside);
-  Hdf5File container = Hdf5File::create(file);
-  container.write_number("/", container_attribute, container_version);
-  // A dataset without elements cannot be reserved.
-  if (saved && fs::file_size(aside) > 0) pack(aside, container);
-  if (saved) fs::remove(aside);
-  return container;
+  try {
+    Hdf5File container = Hdf5File::create(file);
+    container.write_number("/", container_attribute, container_version);
+    // A dataset without elements cannot be reserved.
+    if (saved && fs::file_size(aside) > 0) pack(aside, container);
+    fs::remove(aside);
+    return container;
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(aside, ignored);
+    throw;
+  }
 }
 
 /// A folder for the contents of one container; several threads may load at the same time.
@@ -88,6 +94,7 @@ void add_frame_check(const fs::path& file, const SolverOwner& owner,
   Hdf5File out = has_place ? Hdf5File::open_writable(file) : make_container(file);
   if (!out.has_attribute("/", "solver")) write_owner(out, owner.type, owner.sensor);
   out.write_vector(check, numbers);
+  out.close();
 }
 
 CheckedFile::CheckedFile(const fs::path& file, const SolverOwner& owner) : of_solver_(file) {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "solvers/check/frame_check.h"
-#include "solvers/keeps_frame_check.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
 
@@ -57,9 +56,8 @@ class CheckedSolver final : public Solver {
 
   std::string type_;
   std::unique_ptr<Solver> inner_;
-  KeepsFrameCheck* keeper_;  ///< the inner solver, where its file has a place for the check
-  bool check_frames_;        ///< "inference_check"
-  bool ready_ = false;       ///< fitted or loaded
+  bool check_frames_;   ///< "inference_check"
+  bool ready_ = false;  ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;
   FrameCheck check_;

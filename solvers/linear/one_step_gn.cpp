@@ -111,6 +111,7 @@ std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {
   Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
   save_matrix(out);
+  out.close();
 }
 
 void OneStepGaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) {

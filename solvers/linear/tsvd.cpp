@@ -162,6 +162,7 @@ void TruncatedSvd::save(const std::filesystem::path& file) const {
   Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
   out.write_number("/", "least_singular_value", least_kept_);
   save_matrix(out);
+  out.close();
 }
 
 void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor) {

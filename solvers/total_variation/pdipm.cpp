@@ -99,7 +99,7 @@ void Pdipm::reconstruct(FramesView changes, ImagesView images,
 }
 
 void Pdipm::save(const std::filesystem::path& file) const {
-  create_solver_file(file, type, sensor_, parameters());
+  create_solver_file(file, type, sensor_, parameters()).close();
 }
 
 void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
