@@ -39,36 +39,80 @@ MatrixXd system_matrix(const BorderPoints& p, const ArrayXd& half_inverse_mu) {
   return system;
 }
 
-/// Gives the matrix the fluxes that are known: of a charge at y as much flows through an arc as the
-/// angle turns under which y and its mirror image see a point that runs along it. A flux that is
-/// slightly wrong counts as a charge, and where conductivities differ much such a charge makes a
-/// potential that many times larger.
-void conserve_flux(const Sheet& sheet, const BorderLayout& layout, const BorderPoints& p,
-                   const ArrayXd& half_inverse_mu, MatrixXd& system) {
+using Complex = std::complex<double>;
+
+/// The angle by which a point that runs along an arc turns round y, as seen from there. `chain` has
+/// the arc's ends and points, in order.
+double angle_turned(const std::vector<Complex>& chain, const Complex& y) {
+  int turns = 0;  // counter-clockwise across the negative real axis, where the argument jumps
+  Complex last = chain.front() - y;
+  for (std::size_t i = 1; i < chain.size(); ++i) {
+    const Complex next = chain[i] - y;
+    const bool is_above = last.imag() >= 0;
+    if (is_above != (next.imag() >= 0)) {
+      const double area = last.real() * next.imag() - next.real() * last.imag();
+      if (is_above == (area > 0)) turns += is_above ? 1 : -1;
+    }
+    last = next;
+  }
+  return std::arg(chain.back() - y) - std::arg(chain.front() - y) + 2 * pi * turns;
+}
+
+/// The same for a point of the arc itself, which is passed without a turn: at most half a turn, and
+/// that counter-clockwise, as ellipses are traced.
+double own_angle_turned(const Complex& begin, const Complex& end, const Complex& y) {
+  const double angle = std::arg((end - y) / (begin - y));
+  return angle > 1e-6 ? angle - pi : angle + pi;
+}
+
+/// Adds to a kernel at the points of an arc what its flux through the arc lacks, where the kernel
+/// is large.
+void correct_flux(const ArrayXd& weight, double flux, Eigen::Ref<ArrayXd> kernel) {
+  const ArrayXd size = kernel.abs();
+  const double sum = (size * weight).sum();
+  if (sum > 0) kernel += (flux - (kernel * weight).sum()) / sum * size;
+}
+
+/// Gives the equation the fluxes that are known: of a charge as much flows through an arc as the
+/// angle turns under which the charge and its mirror image see a point that runs along it. A flux
+/// that is slightly wrong counts as a charge, and where conductivities differ much such a charge
+/// makes a potential that many times larger. `slopes` [L, points] of unit charges at `electrodes`.
+void conserve_flux(const Sheet& sheet, const BorderLayout& layout,
+                   const Eigen::Array2Xd& electrodes, const ArrayXd& half_inverse_mu,
+                   BorderSystem& system, MatrixXd& slopes) {
+  constexpr double touching = 1e-8;
+  const BorderPoints& p = system.points;
   for (std::size_t a = 0; a < layout.arcs.size(); ++a) {
     const ContactArc& arc = layout.arcs[a];
-    if (!is_strong(arc.left / arc.right)) continue;
     const Index first = p.first[a];
     const Index count = p.first[a + 1] - first;
-    const std::complex<double> begin = sheet.to_disc(arc.piece.at(arc.begin).z).w;
-    const std::complex<double> end = sheet.to_disc(arc.piece.at(arc.end).z).w;
+    const Complex begin = sheet.to_disc(arc.piece.at(arc.begin).z).w;
+    const Complex end = sheet.to_disc(arc.piece.at(arc.end).z).w;
+    std::vector<Complex> chain{begin};
+    for (Index i = first; i < first + count; ++i) chain.emplace_back(p.x[i], p.y[i]);
+    chain.push_back(end);
     const ArrayXd weight = p.weight.segment(first, count);
     for (Index j = 0; j < p.size(); ++j) {
       const bool is_own = j >= first && j < first + count;
-      const std::complex<double> y(p.x[j], p.y[j]);
-      double turn = is_own ? pi : 0;  // a point of the arc itself is passed at half a turn
-      if (!arc.closed) {
-        turn += std::arg((end - y) / (begin - y)) +
-                std::arg((1.0 - end * std::conj(y)) / (1.0 - begin * std::conj(y)));
-      }
-      auto column = system.col(j).segment(first, count);
-      if (is_own) column[j - first] -= half_inverse_mu[j];
-      double missing = turn / (2 * pi) - (column.array() * weight).sum() / p.weight[j];
-      missing -= std::round(missing);  // whole turns, which `turn` does not count
-      // It is missing where the kernel is large.
-      const ArrayXd size = column.array().abs();
-      column.array() += missing * p.weight[j] / (size * weight).sum() * size;
-      if (is_own) column[j - first] += half_inverse_mu[j];
+      const Complex y(p.x[j], p.y[j]);
+      const double mirrored = std::arg((1.0 - end * std::conj(y)) / (1.0 - begin * std::conj(y)));
+      double angle = pi;
+      if (!is_own)
+        angle = angle_turned(chain, y);
+      else if (!arc.closed)
+        angle = own_angle_turned(begin, end, y);
+      ArrayXd kernel = system.matrix.col(j).segment(first, count);
+      if (is_own) kernel[j - first] -= half_inverse_mu[j];
+      correct_flux(weight, (angle + mirrored) / (2 * pi) * p.weight[j], kernel);
+      if (is_own) kernel[j - first] += half_inverse_mu[j];
+      system.matrix.col(j).segment(first, count) = kernel;
+    }
+    for (Index e = 0; e < electrodes.cols(); ++e) {
+      const Complex y(electrodes(0, e), electrodes(1, e));
+      if (std::abs(begin - y) < touching || std::abs(end - y) < touching) continue;
+      ArrayXd kernel = slopes.row(e).segment(first, count).transpose();
+      correct_flux(weight, -angle_turned(chain, y) / pi, kernel);
+      slopes.row(e).segment(first, count) = kernel.transpose();
     }
   }
 }
@@ -128,7 +172,6 @@ BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
   }
   const ArrayXd half_inverse_mu = (system.right + system.left) / (2 * (system.right - system.left));
   system.matrix = system_matrix(points, half_inverse_mu);
-  conserve_flux(sheet, layout, points, half_inverse_mu, system.matrix);
   MatrixXd slopes(electrodes.cols(), count);  // of unit charges
   system.potentials.resize(electrodes.cols(), count);
   for (Index e = 0; e < electrodes.cols(); ++e) {
@@ -137,6 +180,10 @@ BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
     const ArrayXd square = dx.square() + dy.square();
     slopes.row(e) = -1 / pi * (points.normal_x * dx + points.normal_y * dy) / square;
     system.potentials.row(e) = -0.5 / pi * square.log() * points.weight;
+  }
+  if (std::any_of(layout.arcs.begin(), layout.arcs.end(),
+                  [](const ContactArc& arc) { return is_strong(arc.left / arc.right); })) {
+    conserve_flux(sheet, layout, electrodes, half_inverse_mu, system, slopes);
   }
   system.screened = screened_regions(sheet, layout, points, electrodes, source);
   ArrayXd charge = source;
