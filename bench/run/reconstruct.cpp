@@ -193,7 +193,8 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
         }
         send(said.dump(-1, ' ', false, json::error_handler_t::replace));
       },
-      {std::numeric_limits<double>::infinity(), 0}, StandardError::shared);
+      {std::numeric_limits<double>::infinity(), machine_memory_bytes() / 10 * 9},
+      StandardError::shared);
   if (!outcome.finished || outcome.messages.empty()) {
     fs::remove(aside, error);
     throw InputError(spec_file.string() + ": the solver ended its process (" + outcome.end.text() +

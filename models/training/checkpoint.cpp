@@ -32,11 +32,15 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& check
   write_tensors(out, "/best", checkpoint.best);
   write_tensors(out, "/optimiser", checkpoint.optimiser);
   write_tensors(out, "/objective", checkpoint.objective);
+  out.write_checksum();
   out.close();
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& file, const Checkpoint& like) {
   const Hdf5File in = Hdf5File::open(file);
+  if (const std::string why = in.why_changed(); !why.empty()) {
+    throw InputError(file.string() + ": " + why);
+  }
   Checkpoint out;
   out.result = read_result(in);
   const auto rows = static_cast<std::uint64_t>(out.result.epochs);
