@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
@@ -10,11 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "core/json_text.h"
+
 namespace ertbench {
 
-/// Reads and parses a JSON file. Throws InputError naming the file and the line and column where it
-/// is not JSON, or the key that stands twice in one object.
-nlohmann::json read_json_file(const std::filesystem::path& file);
+/// Reads and parses a JSON file. Throws InputError naming the file where it is no regular file, or
+/// too large, and for what parse_json refuses.
+nlohmann::json read_json_file(const std::filesystem::path& file,
+                              std::uint64_t most_bytes = most_json_bytes);
 
 /// A closed or half-open interval that a number must lie in.
 struct Range {

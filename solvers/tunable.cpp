@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/json_text.h"
+
 namespace ertbench {
 
 Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool whole) {
@@ -15,7 +17,7 @@ Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool
                       (!whole || value.get<double>() == std::floor(value.get<double>()));
   if (!usable) {
     object.fail(key, (whole ? "must be a whole number, " : "") + range.text() +
-                         " or \"auto\", got " + value.dump());
+                         " or \"auto\", got " + json_shown(value));
   }
   tunable.value = value.get<double>();
   return tunable;

@@ -8,6 +8,7 @@
 #include "bench/experiment/names.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -41,7 +42,8 @@ void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& regi
   const nlohmann::json& names = root.raw("plugins");
   if (!names.is_array()) root.fail("plugins", "must be a list of shared libraries");
   for (const nlohmann::json& name : names) {
-    if (!name.is_string()) root.fail("plugins", "must name shared libraries, got " + name.dump());
+    if (!name.is_string())
+      root.fail("plugins", "must name shared libraries, got " + json_shown(name));
     std::filesystem::path library = name.get<std::string>();
     if (library.is_relative()) library = experiment.file.parent_path() / library;
     try {
@@ -103,7 +105,7 @@ void read_figure(JsonObject& root, Experiment& experiment) {
     if (!scenes[s].is_number_integer() || scenes[s] < 0 || scenes[s] >= count) {
       object.fail("scenes", "must be scene numbers from 0 to " + std::to_string(count - 1) +
                                 " of \"" + experiment.tests[0].name + "\", got " +
-                                scenes[s].dump());
+                                json_shown(scenes[s]));
     }
     experiment.figure_scenes.push_back(scenes[s].get<int>());
   }
@@ -122,7 +124,7 @@ void read_published(JsonObject& root, Experiment& experiment) {
           name.is_string() && std::any_of(experiment.tests.begin(), experiment.tests.end(),
                                           [&](const DatasetSpec& d) { return d.name == name; });
       if (!test)
-        object.fail("datasets", "must name test sets of this experiment, got " + name.dump());
+        object.fail("datasets", "must name test sets of this experiment, got " + json_shown(name));
       experiment.published.datasets.push_back(name);
     }
   }

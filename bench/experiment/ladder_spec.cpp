@@ -8,6 +8,7 @@
 #include "bench/experiment/names.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -58,7 +59,7 @@ std::vector<std::string> read_strings(JsonObject& object, const char* key) {
   const bool strings =
       value.is_array() && !value.empty() &&
       std::all_of(value.begin(), value.end(), [](const json& one) { return one.is_string(); });
-  if (!strings) object.fail(key, "must be a string or a list of strings, got " + value.dump());
+  if (!strings) object.fail(key, "must be a string or a list of strings, got " + json_shown(value));
   return value.get<std::vector<std::string>>();
 }
 
@@ -188,7 +189,7 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
           dataset_at(ladders, experiment.sensor, axis, axis.levels[i]);
         }
       } catch (const InputError& error) {
-        one.fail("levels", "level " + std::to_string(i) + ", " + axis.levels[i].json().dump() +
+        one.fail("levels", "level " + std::to_string(i) + ", " + json_shown(axis.levels[i].json()) +
                                ", makes what cannot be used: " + error.what());
       }
     }

@@ -10,6 +10,7 @@
 #include "core/csv_field.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -64,7 +65,7 @@ bool matches_any(const std::string& text, const std::string& patterns) {
 std::string text_in(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number()) return number_text(value.get<double>());
-  return value.is_null() ? "" : value.dump();
+  return value.is_null() ? "" : json_text(value);
 }
 
 /// One condition of a selection.

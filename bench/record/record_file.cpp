@@ -23,14 +23,14 @@ void write_record(const fs::path& file, json record, const std::string& key,
                   const BuildStamp& build) {
   record["key"] = key;
   record["build"] = to_json(build);
-  write_file_atomically(file, record.dump());
+  write_file_atomically(file, json_text(record));
 }
 
 FoundRecord find_record(const fs::path& file, const std::string& key, const BuildStamp& now,
                         Reuse reuse) {
   if (!fs::exists(file)) return {};
   try {
-    json record = read_json_file(file);
+    json record = read_json_file(file, most_record_bytes);
     if (record.at("key") != key) return {JsonValue(), "it is of other settings"};
     std::string why = why_stale(build_stamp_from_json(record.value("build", json())), now, reuse);
     if (why.empty() && record.contains("fit_build")) {

@@ -14,6 +14,7 @@
 #include "bench/score/metric_summary.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
+#include "core/json_text.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 
@@ -65,7 +66,7 @@ std::string description(const DatasetSpec& spec) {
   } else {
     text += "no noise";
   }
-  if (spec.faults.any()) text += "; faults " + to_json(spec.faults).dump();
+  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
   return text + "; seed " + std::to_string(spec.seed);
 }
 
@@ -160,7 +161,7 @@ void write_results(const Experiment& experiment, const Cache& cache,
   const Report report = report_of(experiment, results.rows, text, trained, sections,
                                   summary.at("provenance"), folder);
   write_file_atomically(folder / "report.html", report_html(report));
-  write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
 }
 
 void report_results(const Experiment& experiment, const Cache& cache,

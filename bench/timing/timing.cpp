@@ -14,6 +14,7 @@
 #include "bench/timing/benchmark_process.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
+#include "core/json_text.h"
 #include "core/progress.h"
 #include "core/temporary_folder.h"
 
@@ -199,7 +200,7 @@ int run_timing(const TimingOptions& options) {
       std::printf("%s\n  failed: it %s\n", program.process.name().c_str(), program.failure.c_str());
     }
   }
-  write_file_atomically(options.out, result.dump(1) + "\n");
+  write_file_atomically(options.out, json_text(result, 1) + "\n");
   std::printf("all in %s\n", options.out.c_str());
   return failed;
 }
