@@ -17,6 +17,9 @@ namespace {
 
 using nlohmann::json;
 
+/// Of a title, a question, a label: messages, tables and pages repeat it.
+constexpr std::size_t most_text = 4000;
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -72,13 +75,14 @@ json read_json_file(const std::filesystem::path& file, std::uint64_t most_bytes)
 std::string Range::text() const {
   const bool below = std::isfinite(low);
   const bool above = std::isfinite(high);
+  const std::string of = *unit ? std::string(" ") + unit : "";
   if (below && above) {
     return (low_open ? "must be > " + number_text(low) + " and <= "
                      : "must be from " + number_text(low) + " to ") +
-           number_text(high);
+           number_text(high) + of;
   }
-  if (below) return (low_open ? "must be > " : "must be >= ") + number_text(low);
-  if (above) return "must be <= " + number_text(high);
+  if (below) return (low_open ? "must be > " : "must be >= ") + number_text(low) + of;
+  if (above) return "must be <= " + number_text(high) + of;
   return "must be a number";
 }
 
@@ -148,6 +152,10 @@ std::string JsonObject::text(std::string_view key) {
   const json& v = at(key);
   if (!v.is_string() || v.get_ref<const std::string&>().empty()) {
     fail(key, "must be a string that is not empty, got " + json_shown(v));
+  }
+  if (v.get_ref<const std::string&>().size() > most_text) {
+    fail(key,
+         "must be at most " + std::to_string(most_text) + " bytes of text, got " + json_shown(v));
   }
   return v.get<std::string>();
 }

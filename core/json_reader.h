@@ -25,11 +25,12 @@ struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool low_open = false;  ///< low itself is excluded
+  const char* unit = "";  ///< of both, for messages: "A"
 
   static Range positive() { return {0, std::numeric_limits<double>::infinity(), true}; }
   static Range at_least(double low) { return {low}; }
   bool contains(double x) const { return low_open ? x > low && x <= high : x >= low && x <= high; }
-  std::string text() const;  ///< "must be > 0"
+  std::string text() const;  ///< "must be > 0", "must be from 1e-09 to 100 A"
 };
 
 /// A strict view of one JSON object: every key is read by its type and range, and `finish` refuses

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/json_text.h"
+#include "core/text.h"
 
 namespace ertbench {
 
@@ -20,6 +21,15 @@ Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool
                          " or \"auto\", got " + json_shown(value));
   }
   tunable.value = value.get<double>();
+  return tunable;
+}
+
+Tunable read_weight(JsonObject& object, std::string_view key) {
+  constexpr Range weights{1e-20, 1e20};
+  const Tunable tunable = read_tunable(object, key, Range::positive());
+  if (tunable.value && !weights.contains(*tunable.value)) {
+    object.fail(key, weights.text() + " or \"auto\", got " + number_text(*tunable.value));
+  }
   return tunable;
 }
 

@@ -9,6 +9,7 @@
 #include "core/errors.h"
 #include "core/json_reader.h"
 #include "core/json_text.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -137,7 +138,7 @@ void read_published(JsonObject& root, Experiment& experiment) {
     for (const Metric metric : kMetrics) {
       if (!values.has(name_of(metric))) continue;
       const bool length = entry_of(metric).quantity == Quantity::length;
-      row.values[metric] = values.number(name_of(metric)) * (length && sides ? 2 : 1);
+      row.values[metric] = values.number(name_of(metric), {-1e6, 1e6}) * (length && sides ? 2 : 1);
     }
     values.finish();
     experiment.published.rows.push_back(row);
@@ -180,7 +181,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   JsonObject root(json, file.string(), "");
   Experiment experiment;
   experiment.file = file;
-  experiment.name = file.stem().string();
+  experiment.name = printable(file.stem().string());
   root.has("$schema");  // for editors
   experiment.title = root.text_or("title", experiment.name);
   experiment.question = root.text_or("question", experiment.title);
