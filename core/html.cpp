@@ -3,13 +3,6 @@
 #include "core/text.h"
 
 namespace ertbench {
-namespace {
-
-/// XML has no such characters, not even as numbers.
-bool is_no_character_of_xml(char32_t point) { return (point & 0xfffeU) == 0xfffeU; }
-
-}  // namespace
-
 std::string html_escaped(std::string_view text) {
   std::string out;
   for (const char32_t point : code_points(text)) {
@@ -33,7 +26,7 @@ std::string html_escaped(std::string_view text) {
         if (point == U'\n' || point == U'\t') {
           out += static_cast<char>(point);
         } else if (!is_control(point)) {
-          append_utf8(out, is_no_character_of_xml(point) ? 0xfffd : point);
+          append_utf8(out, point);
         }
     }
   }

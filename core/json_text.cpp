@@ -99,15 +99,15 @@ std::string json_text(const json& value, int indent) {
 
 std::string json_shown(const json& value) { return printable(json_text(value), 60); }
 
-json printable_json(const json& value) {
-  if (value.is_string()) return printable(value.get_ref<const std::string&>());
+json printable_json(const json& value, std::size_t most) {
+  if (value.is_string()) return printable(value.get_ref<const std::string&>(), most);
   if (!value.is_structured()) return value;
   json out = value.is_array() ? json::array() : json::object();
   for (const auto& [key, one] : value.items()) {
     if (value.is_array()) {
-      out.push_back(printable_json(one));
+      out.push_back(printable_json(one, most));
     } else {
-      out[printable(key)] = printable_json(one);
+      out[printable(key, most)] = printable_json(one, most);
     }
   }
   return out;

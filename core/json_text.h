@@ -30,7 +30,7 @@ std::string json_text(const nlohmann::json& value, int indent = -1);
 /// A value of the user's as a message shows it: its first 60 characters, printable.
 std::string json_shown(const nlohmann::json& value);
 
-/// The value with printable strings and keys; for what plugins say.
-nlohmann::json printable_json(const nlohmann::json& value);
+/// The value with its strings and keys printable, of at most `most` characters each.
+nlohmann::json printable_json(const nlohmann::json& value, std::size_t most = 200);
 
 }  // namespace ertbench

@@ -137,7 +137,7 @@ void append_utf8(std::string& text, char32_t point) {
 
 bool is_control(char32_t point) {
   return point < 0x20 || (point >= 0x7f && point < 0xa0) || (point >= 0x202a && point <= 0x202e) ||
-         (point >= 0x2066 && point <= 0x2069);
+         (point >= 0x2066 && point <= 0x2069) || (point & 0xfffeU) == 0xfffeU;
 }
 
 std::string printable(std::string_view text, std::size_t most) {

@@ -27,13 +27,16 @@ void append_utf8(std::string& text, char32_t point);
 
 /// Whether a terminal, a browser or a reader would obey this character instead of showing it: C0,
 /// DEL and C1, and those that turn the direction of the text around them (U+202A ... U+202E,
-/// U+2066 ... U+2069).
+/// U+2066 ... U+2069). Also what no text may hold: U+FFFE and U+FFFF of every plane.
 bool is_control(char32_t point);
 
 /// Text from elsewhere, which may be anything, as one line that may stand in a message, a record or
 /// on a terminal: valid UTF-8, a space for each tab and line end, U+FFFD for any other control
 /// character. Of longer text the first `most` characters and "…".
 std::string printable(std::string_view text, std::size_t most = 200);
+
+/// The same for the path of a file, which stays whole: no system has longer ones.
+inline std::string printable_path(std::string_view path) { return printable(path, 4096); }
 
 /// The same with its line ends kept, in which only '\n' is one.
 std::string printable_lines(std::string_view text, std::size_t most = std::string_view::npos);

@@ -131,7 +131,8 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   write_file_atomically(folder / "fidelity.md", markdown_of(table));
   write_file_atomically(folder / "provenance.json", json_text(origin, 2) + "\n");
   if (!rows.empty()) draw_fidelity_chart(rows, experiment.title, folder / "fidelity");
-  std::printf("%s\nResults in %s\n", terminal_of(table).c_str(), folder.c_str());
+  std::printf("%s\nResults in %s\n", terminal_of(table).c_str(),
+              printable_path(folder.string()).c_str());
 }
 
 }  // namespace ertbench

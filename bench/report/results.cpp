@@ -130,7 +130,7 @@ void write_results(const Experiment& experiment, const Cache& cache,
   text.title = experiment.title;
   text.published = experiment.published;
   text.builds = results.builds;
-  text.command = "./ertbench run " + experiment.file.string();
+  text.command = "./ertbench run " + printable_path(experiment.file.string());
   for (const DatasetSpec& test : experiment.tests) {
     text.dataset_descriptions[test.name] = description(test);
   }
@@ -169,7 +169,7 @@ void report_results(const Experiment& experiment, const Cache& cache,
                     const fs::path& folder) {
   write_results(experiment, cache, results, sections, folder);
   std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
-              folder.c_str());
+              printable_path(folder.string()).c_str());
 }
 
 }  // namespace ertbench
