@@ -11,6 +11,7 @@
 #include "core/hdf5_checksum.h"
 #include "core/hdf5_guard.h"
 #include "core/hdf5_handle.h"
+#include "core/regular_file.h"
 
 namespace ertbench {
 namespace {
@@ -116,9 +117,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, error)) {
     throw InputError(file.string() + ": does not exist; check the name");
   }
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw InputError(file.string() + ": is not a regular file; name an HDF5 file");
-  }
+  require_regular_file(file);
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access_properties());
   if (id < 0) {
     throw InputError(file.string() +

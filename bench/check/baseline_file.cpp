@@ -5,6 +5,7 @@
 
 #include "bench/check/baseline.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 
 namespace ertbench {
 namespace {
@@ -97,7 +98,7 @@ std::string to_json_text(const Baseline& baseline) {
               {"rows", json::array()}};
   for (const BaselineRow& row : baseline.rows)
     out["rows"].push_back(to_json(row, baseline.metrics));
-  return out.dump(2) + "\n";
+  return json_text(out, 2) + "\n";
 }
 
 Baseline read_baseline(const std::filesystem::path& file) {

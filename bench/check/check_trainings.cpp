@@ -7,6 +7,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/run/runner.h"
 #include "core/atomic_file.h"
+#include "core/json_text.h"
 #include "core/replace_file.h"
 #include "solvers/registry/registry.h"
 
@@ -39,7 +40,7 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
         {"type", entry.type},
         {"checkpoint", fs::absolute(cache.fitted_solver(fit_recipe(experiment, entry))).string()}};
     fs::create_directories(out);
-    write_file_atomically(spec, solver.dump() + "\n");
+    write_file_atomically(spec, json_text(solver) + "\n");
   }
   if (trainings.empty()) return {};
   run_experiment(experiment, cache, options);

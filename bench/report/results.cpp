@@ -15,6 +15,7 @@
 #include "bench/score/metric_summary.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
+#include "core/json_text.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 
@@ -66,7 +67,7 @@ std::string description(const DatasetSpec& spec) {
   } else {
     text += "no noise";
   }
-  if (spec.faults.any()) text += "; faults " + to_json(spec.faults).dump();
+  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
   return text + "; seed " + std::to_string(spec.seed);
 }
 
@@ -142,7 +143,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   text.title = experiment.title;
   text.published = experiment.published;
   text.builds = results.builds;
-  text.command = "./ertbench run " + experiment.file.string();
+  text.command = "./ertbench run " + printable_path(experiment.file.string());
   for (const DatasetSpec& test : experiment.tests) {
     text.dataset_descriptions[test.name] = description(test);
   }
@@ -180,7 +181,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   const Report report = report_of(experiment, results.rows, text, training_curves, sections,
                                   summary.at("provenance"), folder);
   write_file_atomically(folder / "report.html", report_html(report));
-  write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
   return undrawn.size();
 }
 
@@ -189,7 +190,7 @@ std::size_t report_results(const Experiment& experiment, const Cache& cache,
                            const std::vector<ReportSection>& sections, const fs::path& folder) {
   const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
   std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
-              folder.c_str());
+              printable_path(folder.string()).c_str());
   return undrawn;
 }
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/json_text.h"
 #include "models/networks/tensor_file.h"
 
 namespace ertbench {
@@ -12,7 +13,8 @@ namespace {
 TrainingResult read_result(const Hdf5File& file) {
   TrainingResult result;
   try {
-    result = training_result_from_json(nlohmann::json::parse(file.read_text("/", "result")));
+    result = training_result_from_json(
+        parse_json(file.read_text("/", "result"), file.path().string() + ": attribute result"));
   } catch (const nlohmann::json::exception&) {
     result = {};
   }

@@ -6,10 +6,15 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
+#include "core/text.h"
 #include "solvers/check/checked_file.h"
 
 namespace ertbench {
 namespace {
+
+/// Characters of a text that a solver, which may be anybody's plugin, says of itself.
+constexpr std::size_t most_said = 1000;
 
 /// A finite number times zero is zero, any other NaN: no branch, and several numbers at a time.
 template <typename Row>
@@ -53,10 +58,17 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
 }
 
 nlohmann::json CheckedSolver::parameters() const {
-  nlohmann::json out = inner_->parameters();
+  nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
   if (ready_ && check_frames_ && !check_.has_limits()) out["frame_check"] = frame_check_of_zeros;
   return out;
+}
+
+FitReport CheckedSolver::fit_report() const {
+  FitReport report = inner_->fit_report();
+  report.status = printable(report.status);
+  report.message = printable(report.message, most_said);
+  return report;
 }
 
 void CheckedSolver::fit(const FitInput& input) {

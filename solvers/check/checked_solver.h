@@ -38,7 +38,7 @@ class CheckedSolver final : public Solver {
   void check(const Sensor& sensor) const override { inner_->check(sensor); }
   bool needs_training() const override { return inner_->needs_training(); }
   void fit(const FitInput& input) override;
-  FitReport fit_report() const override { return inner_->fit_report(); }
+  FitReport fit_report() const override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
   Eigen::Index block_frames() const override { return inner_->block_frames(); }

@@ -63,7 +63,7 @@ OneStepGaussNewton::OneStepGaussNewton(JsonObject parameters)
 void OneStepGaussNewton::read(JsonObject parameters) {
   prior_ = prior_from_name(
       parameters.choice_or("prior", name_of(Prior::noser), {"tikhonov", "noser", "laplace"}));
-  lambda_ = read_tunable(parameters, "lambda", Range::positive());
+  lambda_ = read_weight(parameters, "lambda");
   choice_ = read_chosen(parameters, lambda_.value);
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();

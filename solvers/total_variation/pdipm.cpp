@@ -36,7 +36,7 @@ struct MaskedProblem {
 Pdipm::Pdipm(JsonObject parameters) { read(std::move(parameters)); }
 
 void Pdipm::read(JsonObject parameters) {
-  alpha_ = read_tunable(parameters, "alpha", Range::positive());
+  alpha_ = read_weight(parameters, "alpha");
   options_.tolerance = parameters.number_or("tolerance", 1e-4, {1e-8, 0.1});
   options_.max_iterations = parameters.integer_or("max_iterations", 50, 1, 1000);
   options_.alpha = alpha_.value.value_or(0);
