@@ -49,6 +49,7 @@ ExitCode generate(const GenerateArguments& arguments) {
                                  }});
   std::printf("%s: %llu scenes in %s\n", name.c_str(), static_cast<unsigned long long>(spec->count),
               file.c_str());
+  warn_of_missed_promise(*spec, file);
   return done;
 }
 

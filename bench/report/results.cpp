@@ -18,6 +18,7 @@
 #include "core/json_text.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
+#include "forward/data/missed_promise.h"
 
 namespace ertbench {
 namespace {
@@ -69,6 +70,12 @@ std::string description(const DatasetSpec& spec) {
   }
   if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
   return text + "; seed " + std::to_string(spec.seed);
+}
+
+/// Nothing where the file is no longer there.
+MissedPromise missed_promise_in(const fs::path& file, const DatasetSpec& spec) {
+  if (!fs::exists(file)) return {};
+  return missed_promise(spec, DatasetFile(file));
 }
 
 /// Truth of the figure's scenes and the column of every solver.
@@ -144,8 +151,17 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   text.published = experiment.published;
   text.builds = results.builds;
   text.command = "./ertbench run " + printable_path(experiment.file.string());
+  nlohmann::json missed_promises = nlohmann::json::object();
   for (const DatasetSpec& test : experiment.tests) {
     text.dataset_descriptions[test.name] = description(test);
+    const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
+    if (missed.scenes == 0) continue;
+    text.dataset_descriptions[test.name] += "; " + missed.sentence();
+    missed_promises[test.name] = {{"scenes", missed.scenes},
+                                  {"of", missed.of},
+                                  {"model_error", missed.model_error},
+                                  {"largest_error", missed.largest_error},
+                                  {"sentence", missed.sentence()}};
   }
   nlohmann::json summary = {{"schema", 1},
                             {"experiment", experiment.name},
@@ -155,6 +171,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
                             {"provenance", provenance(experiment, results.jobs)},
                             {"builds", to_json(results.builds)},
                             {"rows", nlohmann::json::array()}};
+  if (!missed_promises.empty()) summary["missed_promises"] = missed_promises;
   for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
   const Table table = result_table(results.rows, text);
   write_file_atomically(folder / "table.md", markdown_of(table));

@@ -49,6 +49,9 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
   file_->require_shape(layout::conductivity, {size_, grid, grid});
   file_->require_shape(layout::contacts, {size_, 0, layout::contact_columns});
   file_->require_shape(layout::reference_voltages, {channels});
+  if (file_->has(layout::model_effort)) {
+    file_->require_shape(layout::model_effort, {size_, layout::effort_columns});
+  }
   reference_ = file_->read_vector(layout::reference_voltages);
 }
 
@@ -79,6 +82,11 @@ Frames DatasetFile::clean_voltages(std::uint64_t first, std::uint64_t count) con
 
 Images DatasetFile::conductivity(std::uint64_t first, std::uint64_t count) const {
   return file_->read_rows(layout::conductivity, first, count);
+}
+
+Eigen::VectorXd DatasetFile::model_errors(std::uint64_t first, std::uint64_t count) const {
+  if (!file_->has(layout::model_effort)) return {};
+  return file_->read_rows(layout::model_effort, first, count).col(layout::effort_columns - 1);
 }
 
 std::vector<Scene> DatasetFile::scenes(std::uint64_t first, std::uint64_t count) const {
