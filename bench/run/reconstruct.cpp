@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "bench/run/reconstruct_output.h"
 #include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "core/json_reader.h"
@@ -99,10 +100,7 @@ void count_report(const FrameReport& report, ReconstructSummary& summary) {
 
 ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
                                     const fs::path& output, SolverRegistry& registry) {
-  std::error_code error;
-  if (fs::equivalent(input, output, error)) {
-    throw InputError(output.string() + ": is the input; name another output");
-  }
+  require_image_output(output, reconstruction_inputs(spec_file, input));
   survive_reading(input);
   const FramesFile frames(input);
   const std::unique_ptr<Solver> solver = solver_from(spec_file, frames.sensor, registry);

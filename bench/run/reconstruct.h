@@ -27,7 +27,8 @@ struct ReconstructSummary {
 /// written aside and renamed.
 ///
 /// Frames are streamed. A file so damaged that the HDF5 library itself crashes or hangs on it is
-/// found out in a child process first. Throws InputError for whatever cannot be used.
+/// found out in a child process first. Throws InputError for whatever cannot be used, and for an
+/// output that is one of the inputs or another file than such images.
 ReconstructSummary reconstruct_file(const std::filesystem::path& spec_file,
                                     const std::filesystem::path& input,
                                     const std::filesystem::path& output, SolverRegistry& registry);
