@@ -17,7 +17,7 @@ bool is_number(std::string_view text) {
 
 /// Whether a spreadsheet would compute it, or it looks like what we write in place of such a field.
 bool needs_apostrophe(std::string_view text) {
-  const std::size_t first = text.find_first_not_of('\'');
+  const std::size_t first = text.find_first_not_of("' ");
   return first != std::string_view::npos &&
          std::string_view("=+-@\t\r\n").find(text[first]) != std::string_view::npos;
 }

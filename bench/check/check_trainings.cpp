@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const std::string trained = "trained ";  ///< begins the name of each row
+
 }  // namespace
 
 std::vector<StoredImages> short_trainings(const fs::path& folder,
@@ -33,7 +35,7 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
     if (types.count(entry.type) == 0) continue;
     options.only.push_back(entry.label);
     const fs::path spec = out / (entry.label + ".json");
-    trainings.push_back({"trained " + entry.label, spec, cache.dataset(experiment.tests.front()),
+    trainings.push_back({trained + entry.label, spec, cache.dataset(experiment.tests.front()),
                          folder / (entry.label + ".images.h5"), out / (entry.label + ".images.h5"),
                          out / (entry.label + ".log"), short_training_tolerance});
     const nlohmann::json solver = {
@@ -48,10 +50,20 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
   return trainings;
 }
 
-std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings) {
+std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings,
+                                         const std::vector<std::string>& expected) {
   std::vector<CheckLine> lines;
   std::transform(trainings.begin(), trainings.end(), std::back_inserter(lines), compare_images);
+  std::vector<std::string> rows;
+  for (const std::string& label : expected) rows.push_back(trained + label);
+  add_missing_images(rows, lines);
   return lines;
+}
+
+std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings) {
+  std::vector<std::string> labels;
+  for (const StoredImages& one : trainings) labels.push_back(one.row.substr(trained.size()));
+  return labels;
 }
 
 bool store_trainings(const std::vector<StoredImages>& trainings) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "bench/run/reconstruct_output.h"
 #include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "core/json_reader.h"
@@ -175,10 +176,7 @@ ReconstructSummary summary_from_json(const json& value) {
 
 ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
                                     const fs::path& output, SolverRegistry& registry) {
-  std::error_code error;
-  if (fs::equivalent(input, output, error)) {
-    throw InputError(output.string() + ": is the input; name another output");
-  }
+  require_image_output(output, reconstruction_inputs(spec_file, input));
   survive_reading(input);
   const fs::path aside = aside_of(output);
   const IsolatedOutcome outcome = run_isolated(
@@ -197,7 +195,8 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
       {std::numeric_limits<double>::infinity(), machine_memory_bytes() / 10 * 9},
       StandardError::shared);
   if (!outcome.finished || outcome.messages.empty()) {
-    fs::remove(aside, error);
+    std::error_code ignored;
+    fs::remove(aside, ignored);
     throw InputError(spec_file.string() + ": the solver ended its process (" + outcome.end.text() +
                      "); " + output.string() + " was not written");
   }

@@ -22,6 +22,7 @@ TEST(CsvField, NoSpreadsheetComputesIt) {
   EXPECT_EQ(csv_field("+cmd"), "'+cmd");
   EXPECT_EQ(csv_field("-cmd|' /C calc'!A0"), "'-cmd|' /C calc'!A0");
   EXPECT_EQ(csv_field("=A1,\"b\""), "\"'=A1,\"\"b\"\"\"");
+  EXPECT_EQ(csv_field(" =1"), "' =1");
   EXPECT_EQ(csv_field("\t=1"), "'\t=1");
   EXPECT_EQ(csv_field("\r=1"), "\"'\r=1\"");
 }
@@ -33,7 +34,7 @@ TEST(CsvField, NumbersAndWordsStayWhatTheyAre) {
 }
 
 TEST(CsvLines, TakeTheApostropheOffAgain) {
-  for (const char* text : {"=1", "'=1", "''@x", "-x", "-0.5", "'-0.5", "'it", "+", "'"}) {
+  for (const char* text : {"=1", "'=1", "''@x", "-x", "-0.5", "'-0.5", "'it", "+", "'", " =1", "' -x"}) {
     EXPECT_EQ(csv_lines(csv_field(text) + ",b\n")[0][0], text);
   }
 }
