@@ -1,11 +1,33 @@
 #include "core/csv_field.h"
 
+#include <charconv>
+#include <cmath>
+
 #include "core/text.h"
 
 namespace ertbench {
+namespace {
 
-std::string csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+bool is_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+  return end.ec == std::errc() && end.ptr == text.data() + text.size() && std::isfinite(value);
+}
+
+/// Whether a spreadsheet would compute it, or it looks like what we write in place of such a field.
+bool needs_apostrophe(std::string_view text) {
+  const std::size_t first = text.find_first_not_of("' ");
+  return first != std::string_view::npos &&
+         std::string_view("=+-@\t\r\n").find(text[first]) != std::string_view::npos;
+}
+
+}  // namespace
+
+std::string csv_field(std::string_view field) {
+  const bool text_only = needs_apostrophe(field) && !is_number(field);
+  const std::string text = (text_only ? "'" : "") + std::string(field);
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"') out += '"';
@@ -23,10 +45,14 @@ std::vector<std::vector<std::string>> csv_lines(std::string_view text) {
   std::vector<std::string> line;
   std::string field;
   bool quoted = false;
-  const auto end_line = [&] {
+  const auto end_field = [&] {
+    if (field.starts_with('\'') && needs_apostrophe(field)) field.erase(0, 1);
     line.push_back(std::move(field));
-    lines.push_back(std::move(line));
     field.clear();
+  };
+  const auto end_line = [&] {
+    end_field();
+    lines.push_back(std::move(line));
     line.clear();
   };
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -36,8 +62,7 @@ std::vector<std::vector<std::string>> csv_lines(std::string_view text) {
     } else if (c == '"') {
       quoted = !quoted;
     } else if (c == ',' && !quoted) {
-      line.push_back(std::move(field));
-      field.clear();
+      end_field();
     } else if (c == '\n' && !quoted) {
       end_line();
     } else if (c != '\r' || quoted) {

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/errors.h"
 #include "core/hdf5_checksum.h"
 #include "core/hdf5_guard.h"
 #include "core/hdf5_handle.h"
+#include "core/regular_file.h"
 
 namespace ertbench {
 namespace {
@@ -24,6 +26,17 @@ void prepare_library() {
   forbid_foreign_hdf5();
 }
 
+/// What failed and why, of a message that adds to an error of the operating system the library's
+/// inner state and a line break.
+std::string in_brief(const std::string& message) {
+  const std::string reason = "error message = '";
+  const std::size_t what = message.find(": time = ");
+  const std::size_t why = message.find(reason);
+  if (what == std::string::npos || why == std::string::npos) return message;
+  const std::size_t first = why + reason.size();
+  return message.substr(0, what) + ": " + message.substr(first, message.find('\'', first) - first);
+}
+
 /// The innermost message of the library's error stack.
 std::string library_message() {
   std::string message;
@@ -35,7 +48,7 @@ std::string library_message() {
         return 0;
       },
       &message);
-  return message.empty() ? "" : " (HDF5: " + message + ")";
+  return message.empty() ? "" : " (HDF5: " + in_brief(message) + ")";
 }
 
 /// The library's own locking is off: it refuses readers on file systems without locks, and
@@ -63,6 +76,34 @@ std::string dimensions(const std::vector<std::uint64_t>& shape, bool any = false
   return text + "]";
 }
 
+hid_t storage_type(Hdf5File::Number number) {
+  switch (number) {
+    case Hdf5File::Number::uint8:
+      return H5T_STD_U8LE;
+    case Hdf5File::Number::real32:
+      return H5T_IEEE_F32LE;
+    case Hdf5File::Number::int64:
+      return H5T_STD_I64LE;
+    case Hdf5File::Number::real64:
+      break;
+  }
+  return H5T_IEEE_F64LE;
+}
+
+const char* name_of(Hdf5File::Number number) {
+  switch (number) {
+    case Hdf5File::Number::uint8:
+      return "8-bit integers without sign";
+    case Hdf5File::Number::real32:
+      return "32-bit real numbers";
+    case Hdf5File::Number::int64:
+      return "64-bit integers";
+    case Hdf5File::Number::real64:
+      break;
+  }
+  return "64-bit real numbers";
+}
+
 std::uint64_t product(const std::vector<std::uint64_t>& shape, std::size_t first) {
   return std::accumulate(shape.begin() + static_cast<std::ptrdiff_t>(first), shape.end(),
                          std::uint64_t{1}, std::multiplies<>());
@@ -76,9 +117,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, error)) {
     throw InputError(file.string() + ": does not exist; check the name");
   }
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw InputError(file.string() + ": is not a regular file; name an HDF5 file");
-  }
+  require_regular_file(file);
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDONLY, access_properties());
   if (id < 0) {
     throw InputError(file.string() +
@@ -99,10 +138,12 @@ Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
 
 Hdf5File Hdf5File::create(const std::filesystem::path& file) {
   prepare_library();
-  const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_properties());
+  const Hdf5Handle access = access_properties();  // closing it would clear the library's message
+  const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   if (id < 0) {
     throw InputError(file.string() +
-                     ": cannot be created; check that the folder exists and is writable" +
+                     ": cannot be created; check that the folder exists and is writable; is the "
+                     "disk full?" +
                      library_message());
   }
   return Hdf5File(file, id);
@@ -126,6 +167,32 @@ bool Hdf5File::has(const std::string& object) const {
 
 bool Hdf5File::has_attribute(const std::string& object, const std::string& name) const {
   return H5Aexists_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> Hdf5File::names(const std::string& group) const {
+  if (!has(group)) return {};
+  H5L_info_t link;
+  const bool is_link = group != "/" && (H5Lget_info(id_, group.c_str(), &link, H5P_DEFAULT) < 0 ||
+                                        link.type != H5L_TYPE_HARD);
+  if (is_link) fail(group, "is a link to elsewhere");
+  const Hdf5Handle opened(H5Gopen2(id_, group.c_str(), H5P_DEFAULT), H5Gclose);
+  if (!opened.valid()) fail(group, "must be a group" + library_message());
+  struct Found {
+    std::vector<std::string> names;
+    std::string link;
+  } found;
+  const auto add = [](hid_t, const char* name, const H5L_info_t* info, void* out) -> herr_t {
+    auto& all = *static_cast<Found*>(out);
+    all.names.emplace_back(name);
+    if (info->type == H5L_TYPE_HARD) return 0;
+    all.link = name;
+    return 1;
+  };
+  if (H5Literate(opened, H5_INDEX_NAME, H5_ITER_INC, nullptr, add, &found) < 0) {
+    fail(group, "cannot be read; the file is damaged or cut short" + library_message());
+  }
+  if (!found.link.empty()) fail(group + "/" + found.link, "is a link to elsewhere");
+  return found.names;
 }
 
 std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
@@ -235,6 +302,15 @@ double Hdf5File::read_number(const std::string& object, const std::string& attri
   return value;
 }
 
+void Hdf5File::require_number(const std::string& dataset, Number number) const {
+  shape(dataset);  // throws where it is no dataset of numbers
+  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle type(H5Dget_type(set), H5Tclose);
+  if (H5Tequal(type, storage_type(number)) <= 0) {
+    fail(dataset, std::string("must be stored as ") + name_of(number));
+  }
+}
+
 void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& extent,
                               Number number) {
   const std::vector<hsize_t> dims(extent.begin(), extent.end());
@@ -245,10 +321,11 @@ void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std:
   H5Pset_layout(properties, H5D_CONTIGUOUS);
   H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER);
-  const Hdf5Handle set(
-      H5Dcreate2(id_, dataset.c_str(), number == Number::real64 ? H5T_IEEE_F64LE : H5T_STD_U8LE,
-                 space, H5P_DEFAULT, properties, H5P_DEFAULT),
-      H5Dclose);
+  const Hdf5Handle groups(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(groups, 1);
+  const Hdf5Handle set(H5Dcreate2(id_, dataset.c_str(), storage_type(number), space, groups,
+                                  properties, H5P_DEFAULT),
+                       H5Dclose);
   if (!set.valid()) fail(dataset, "cannot be created" + library_message());
 }
 
@@ -266,7 +343,8 @@ void Hdf5File::write_rows(const std::string& dataset, std::uint64_t first,
   if (static_cast<std::uint64_t>(rows.cols()) != product(extent, 1) ||
       H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
           0 ||
-      H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0) {
+      H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0 ||
+      H5Dflush(set) < 0) {  // or its closing, which cannot be seen to fail, would write it
     fail(dataset, "cannot be written; is the disk full?" + library_message());
   }
 }
@@ -355,6 +433,13 @@ std::string Hdf5File::why_changed() const {
 
 void Hdf5File::flush() {
   if (H5Fflush(id_, H5F_SCOPE_GLOBAL) < 0) {
+    fail("/", "cannot be written; is the disk full?" + library_message());
+  }
+}
+
+void Hdf5File::close() {
+  // The library crashes where a file is closed again, even if it could not be closed.
+  if (H5Fclose(std::exchange(id_, -1)) < 0) {
     fail("/", "cannot be written; is the disk full?" + library_message());
   }
 }

@@ -27,6 +27,9 @@ class Hdf5File {
 
   bool has(const std::string& object) const;
   bool has_attribute(const std::string& object, const std::string& name) const;
+  /// What a group holds, in alphabetical order; nothing where there is no such group. Throws where
+  /// one of it is a link to elsewhere.
+  std::vector<std::string> names(const std::string& group) const;
 
   /// Dimensions of a dataset of real numbers. Throws where it is absent or of another type.
   std::vector<std::uint64_t> shape(const std::string& dataset) const;
@@ -42,8 +45,12 @@ class Hdf5File {
   std::string read_text(const std::string& object, const std::string& attribute) const;
   double read_number(const std::string& object, const std::string& attribute) const;
 
-  enum class Number { real64, uint8 };
+  enum class Number { real64, uint8, real32, int64 };
+  /// Throws unless the dataset is stored as numbers of this type.
+  void require_number(const std::string& dataset, Number number) const;
+
   /// A dataset whose storage is reserved at once, so that a file cut short later is still readable.
+  /// Groups on the way to it ("/group/dataset") are made where they are missing.
   void create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& shape,
                       Number number = Number::real64);
   void write_rows(const std::string& dataset, std::uint64_t first, const RowMajorMatrix& rows);
@@ -62,6 +69,9 @@ class Hdf5File {
   std::string why_changed() const;
   /// Hands everything to the operating system.
   void flush();
+  /// Ends the use of the file. Throws where what was written cannot be handed to the operating
+  /// system, which the destructor keeps to itself: whoever writes a file calls this last.
+  void close();
 
   const std::filesystem::path& path() const { return path_; }
 

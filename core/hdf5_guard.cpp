@@ -61,7 +61,7 @@ std::string why_not_read(std::int64_t dataset) {
   bool all = layout == H5D_COMPACT || declared <= stored;
   if (layout == H5D_CHUNKED) {
     hsize_t chunks = 0;
-    const bool counted = H5Dget_num_chunks(dataset, H5S_ALL, &chunks) >= 0;
+    const bool counted = H5Dget_num_chunks(dataset, space, &chunks) >= 0;
     all = counted && static_cast<double>(chunks) >= chunks_of(properties, extent) &&
           declared <= largest_expansion * stored + free_bytes;
   }

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
 
 #include "core/errors.h"
+#include "core/json_text.h"
+#include "core/regular_file.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -15,10 +17,8 @@ namespace {
 
 using nlohmann::json;
 
-std::string shown(const json& value) {
-  std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
-}
+/// Of a title, a question, a label: messages, tables and pages repeat it.
+constexpr std::size_t most_text = 4000;
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -46,7 +46,7 @@ bool is_slip(const std::string& key, const std::string& known) {
 /// JSON path segment: "~" and "/" are escaped as in RFC 6901.
 std::string escaped(std::string_view key) {
   std::string out;
-  for (const char c : key) {
+  for (const char c : printable(key)) {
     if (c == '~') {
       out += "~0";
     } else if (c == '/') {
@@ -60,59 +60,35 @@ std::string escaped(std::string_view key) {
 
 }  // namespace
 
-json read_json_file(const std::filesystem::path& file) {
+json read_json_file(const std::filesystem::path& file, std::uint64_t most_bytes) {
+  const std::string name = file.string();
+  require_regular_file(file);
   std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    throw InputError(file.string() + ": is a directory; name a JSON file");
-  }
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (!error) require_json_size(size, name, most_bytes);
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file.string() + ": cannot be opened; check the name");
-
-  std::vector<std::set<std::string>> keys;  // one set for each open object
-  std::optional<std::string> twice;
-  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) {
-      keys.emplace_back();
-    } else if (event == json::parse_event_t::object_end) {
-      keys.pop_back();
-    } else if (event == json::parse_event_t::key) {
-      const auto& key = parsed.get_ref<const std::string&>();
-      if (!keys.back().insert(key).second && !twice) twice = key;
-    }
-    return true;
-  };
-  json value;
-  try {
-    value = json::parse(in, watch);
-  } catch (const json::exception& e) {
-    std::string what = e.what();
-    const auto start = what.find("] ");
-    throw InputError(file.string() + ": not valid JSON: " +
-                     (start == std::string::npos ? what : what.substr(start + 2)));
-  }
-  if (twice) {
-    throw InputError(file.string() + ": the key \"" + *twice +
-                     "\" stands twice in one object; remove one");
-  }
-  return value;
+  if (!in) throw InputError(name + ": cannot be opened; check the name and the permissions");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return parse_json(text, name, most_bytes);
 }
 
 std::string Range::text() const {
   const bool below = std::isfinite(low);
   const bool above = std::isfinite(high);
+  const std::string of = *unit ? std::string(" ") + unit : "";
   if (below && above) {
     return (low_open ? "must be > " + number_text(low) + " and <= "
                      : "must be from " + number_text(low) + " to ") +
-           number_text(high);
+           number_text(high) + of;
   }
-  if (below) return (low_open ? "must be > " : "must be >= ") + number_text(low);
-  if (above) return "must be <= " + number_text(high);
+  if (below) return (low_open ? "must be > " : "must be >= ") + number_text(low) + of;
+  if (above) return "must be <= " + number_text(high) + of;
   return "must be a number";
 }
 
 JsonObject::JsonObject(const json& value, std::string source, std::string path)
     : value_(&value), source_(std::move(source)), path_(std::move(path)) {
-  if (!value.is_object()) fail("", "must be an object, got " + shown(value));
+  if (!value.is_object()) fail("", "must be an object, got " + json_shown(value));
 }
 
 std::string JsonObject::path_of(std::string_view key) const {
@@ -142,7 +118,7 @@ const json& JsonObject::raw(std::string_view key) { return at(key); }
 double JsonObject::number(std::string_view key, Range range) {
   const json& v = at(key);
   if (!v.is_number() || !range.contains(v.get<double>())) {
-    fail(key, range.text() + ", got " + shown(v));
+    fail(key, range.text() + ", got " + json_shown(v));
   }
   return v.get<double>();
 }
@@ -156,7 +132,7 @@ int JsonObject::integer(std::string_view key, int low, int high) {
   const bool whole = v.is_number() && v.get<double>() == std::floor(v.get<double>());
   if (!whole || v.get<double>() < low || v.get<double>() > high) {
     fail(key, "must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
-                  ", got " + shown(v));
+                  ", got " + json_shown(v));
   }
   return static_cast<int>(v.get<double>());
 }
@@ -168,14 +144,18 @@ int JsonObject::integer_or(std::string_view key, int fallback, int low, int high
 bool JsonObject::boolean_or(std::string_view key, bool fallback) {
   if (!has(key)) return fallback;
   const json& v = at(key);
-  if (!v.is_boolean()) fail(key, "must be true or false, got " + shown(v));
+  if (!v.is_boolean()) fail(key, "must be true or false, got " + json_shown(v));
   return v.get<bool>();
 }
 
 std::string JsonObject::text(std::string_view key) {
   const json& v = at(key);
   if (!v.is_string() || v.get_ref<const std::string&>().empty()) {
-    fail(key, "must be a string that is not empty, got " + shown(v));
+    fail(key, "must be a string that is not empty, got " + json_shown(v));
+  }
+  if (v.get_ref<const std::string&>().size() > most_text) {
+    fail(key,
+         "must be at most " + std::to_string(most_text) + " bytes of text, got " + json_shown(v));
   }
   return v.get<std::string>();
 }
@@ -190,7 +170,7 @@ std::string JsonObject::choice(std::string_view key, const std::vector<std::stri
       std::find(choices.begin(), choices.end(), v.get<std::string>()) == choices.end()) {
     std::string list;
     for (const auto& c : choices) list += (list.empty() ? "\"" : ", \"") + c + "\"";
-    fail(key, "must be one of " + list + ", got " + shown(v));
+    fail(key, "must be one of " + list + ", got " + json_shown(v));
   }
   return v.get<std::string>();
 }
@@ -207,7 +187,7 @@ std::pair<double, double> JsonObject::interval(std::string_view key, Range range
     return {x, x};
   }
   const std::vector<double> ends = numbers(key, 2, range);
-  if (ends[0] > ends[1]) fail(key, "must be [low, high] with low <= high, got " + shown(v));
+  if (ends[0] > ends[1]) fail(key, "must be [low, high] with low <= high, got " + json_shown(v));
   return {ends[0], ends[1]};
 }
 
@@ -219,7 +199,7 @@ std::pair<int, int> JsonObject::integer_interval(std::string_view key, int low, 
   }
   const auto [first, last] = interval(key, {double(low), double(high)});
   if (first != std::floor(first) || last != std::floor(last)) {
-    fail(key, "must be whole numbers, got " + shown(v));
+    fail(key, "must be whole numbers, got " + json_shown(v));
   }
   return {static_cast<int>(first), static_cast<int>(last)};
 }
@@ -228,12 +208,12 @@ std::vector<double> JsonObject::numbers(std::string_view key, std::size_t size, 
   const json& v = at(key);
   if (!v.is_array() || v.size() != size ||
       !std::all_of(v.begin(), v.end(), [](const json& x) { return x.is_number(); })) {
-    fail(key, "must be an array of " + std::to_string(size) + " numbers, got " + shown(v));
+    fail(key, "must be an array of " + std::to_string(size) + " numbers, got " + json_shown(v));
   }
   for (std::size_t i = 0; i < size; ++i) {
     if (!range.contains(v[i].get<double>())) {
       fail(std::string(key),
-           "element " + std::to_string(i) + " " + range.text() + ", got " + shown(v[i]));
+           "element " + std::to_string(i) + " " + range.text() + ", got " + json_shown(v[i]));
     }
   }
   return v.get<std::vector<double>>();
@@ -243,7 +223,7 @@ std::vector<std::string> JsonObject::choices(std::string_view key,
                                              const std::vector<std::string>& choices) {
   const json& v = at(key);
   const std::string wanted = "must be a list of any of " + json(choices).dump();
-  if (!v.is_array() || v.empty()) fail(key, wanted + ", got " + shown(v));
+  if (!v.is_array() || v.empty()) fail(key, wanted + ", got " + json_shown(v));
   std::vector<std::string> out;
   for (std::size_t i = 0; i < v.size(); ++i) {
     const json one = {{std::to_string(i), v[i]}};
@@ -280,7 +260,7 @@ std::vector<int> JsonObject::integers(std::string_view key, std::size_t least, s
     fail(key, "must be an array of " + std::to_string(least) +
                   (most == least ? "" : " to " + std::to_string(most)) + " whole numbers from " +
                   std::to_string(range.first) + " to " + std::to_string(range.second) + ", got " +
-                  shown(v));
+                  json_shown(v));
   }
   return v.get<std::vector<int>>();
 }
@@ -291,7 +271,7 @@ JsonObject JsonObject::object(std::string_view key) {
 
 std::vector<JsonObject> JsonObject::objects(std::string_view key) {
   const json& v = at(key);
-  if (!v.is_array()) fail(key, "must be an array of objects, got " + shown(v));
+  if (!v.is_array()) fail(key, "must be an array of objects, got " + json_shown(v));
   std::vector<JsonObject> out;
   for (std::size_t i = 0; i < v.size(); ++i) {
     out.emplace_back(v[i], source_, path_of(key) + "/" + std::to_string(i));

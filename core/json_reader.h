@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
@@ -10,22 +11,26 @@
 #include <utility>
 #include <vector>
 
+#include "core/json_text.h"
+
 namespace ertbench {
 
-/// Reads and parses a JSON file. Throws InputError naming the file and the line and column where it
-/// is not JSON, or the key that stands twice in one object.
-nlohmann::json read_json_file(const std::filesystem::path& file);
+/// Reads and parses a JSON file. Throws InputError naming the file where it is no regular file, or
+/// too large, and for what parse_json refuses.
+nlohmann::json read_json_file(const std::filesystem::path& file,
+                              std::uint64_t most_bytes = most_json_bytes);
 
 /// A closed or half-open interval that a number must lie in.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool low_open = false;  ///< low itself is excluded
+  const char* unit = "";  ///< of both, for messages: "A"
 
   static Range positive() { return {0, std::numeric_limits<double>::infinity(), true}; }
   static Range at_least(double low) { return {low}; }
   bool contains(double x) const { return low_open ? x > low && x <= high : x >= low && x <= high; }
-  std::string text() const;  ///< "must be > 0"
+  std::string text() const;  ///< "must be > 0", "must be from 1e-09 to 100 A"
 };
 
 /// A strict view of one JSON object: every key is read by its type and range, and `finish` refuses

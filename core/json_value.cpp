@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/json_text.h"
+
 namespace ertbench {
 
 using nlohmann::json;
@@ -19,7 +21,7 @@ const json& JsonValue::operator*() const {
 
 JsonValue::operator bool() const { return !(*this)->is_null(); }
 
-std::string JsonValue::text() const { return *this ? (*this)->dump() : ""; }
+std::string JsonValue::text() const { return *this ? json_text(**this) : ""; }
 
 bool operator==(const JsonValue& a, const JsonValue& b) { return *a == *b; }
 

@@ -34,7 +34,7 @@ std::string duration_text(double seconds) {
 }
 
 Progress::Progress(std::string task)
-    : task_(std::move(task)), terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()) {}
+    : task_(printable(task)), terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()) {}
 
 Progress::~Progress() {
   if (line_open_) std::fputc('\n', stderr);
@@ -54,7 +54,7 @@ void Progress::update(std::uint64_t done, std::uint64_t total, const std::string
   const double elapsed = std::chrono::duration<double>(time - start_).count();
   std::string state = std::to_string(total ? 100 * done / total : 100) + "%";
   if (!text.empty()) {
-    state += ": " + text;
+    state += ": " + printable(text);
   } else if (done > first_done_ && done < total) {
     state +=
         ", " + duration_text(elapsed * double(total - done) / double(done - first_done_)) + " left";

@@ -53,8 +53,7 @@ void remove_left_folders(const fs::path& place) {
 
 TemporaryFolder::TemporaryFolder(const std::string& name) {
   const fs::path place = fs::temp_directory_path();
-  static const bool once = (remove_left_folders(place), true);
-  static_cast<void>(once);
+  remove_left_folders(place);
   std::string path = (place / (prefix + name + "_XXXXXX")).string();
   if (::mkdtemp(path.data()) == nullptr) {
     throw InputError(path + ": no temporary folder (" + std::generic_category().message(errno) +

@@ -9,6 +9,8 @@
 namespace ertbench {
 namespace {
 
+constexpr char32_t replacement = 0xfffd;
+
 bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
 
 bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }
@@ -20,6 +22,34 @@ int following_bytes(unsigned char first) {
   if (first < 0xe0) return 1;
   if (first < 0xf0) return 2;
   return first < 0xf5 ? 3 : -1;
+}
+
+/// The smallest number that takes so many bytes after the first; less would be an overlong form.
+char32_t least_of(int following) {
+  return following == 1 ? 0x80 : following == 2 ? 0x800 : 0x10000;
+}
+
+bool is_character(char32_t point) {
+  return point <= 0x10ffff && (point < 0xd800 || point > 0xdfff);
+}
+
+std::string without_controls(std::string_view text, std::size_t most, bool keep_lines) {
+  std::string out;
+  std::size_t characters = 0;
+  // Four bytes make a character at most: what is cut off need not be decoded.
+  const std::size_t enough = most < text.size() / 4 ? 4 * (most + 1) : text.size();
+  for (const char32_t point : code_points(text.substr(0, enough))) {
+    if (characters++ == most) return out + "…";
+    const bool line_end = point == U'\n' || point == U'\r' || point == U'\t';
+    if (point == U'\n' && keep_lines) {
+      out += '\n';
+    } else if (line_end) {
+      out += ' ';
+    } else {
+      append_utf8(out, is_control(point) ? replacement : point);
+    }
+  }
+  return out;
 }
 
 /// What must not be broken: up to and with the next hyphen, underscore or run of white space.
@@ -64,7 +94,6 @@ std::string three_digits(double value) {
 }
 
 std::vector<char32_t> code_points(std::string_view text) {
-  constexpr char32_t replacement = 0xfffd;
   std::vector<char32_t> out;
   for (std::size_t i = 0; i < text.size();) {
     const auto first = static_cast<unsigned char>(text[i++]);
@@ -78,9 +107,45 @@ std::vector<char32_t> code_points(std::string_view text) {
     for (; read < following && i < text.size() && !begins_character(text[i]); ++read, ++i) {
       point = (point << 6U) | (static_cast<unsigned char>(text[i]) & 0x3fU);
     }
-    out.push_back(read == following ? point : replacement);
+    out.push_back(read == following && point >= least_of(following) && is_character(point)
+                      ? point
+                      : replacement);
   }
   return out;
+}
+
+void append_utf8(std::string& text, char32_t point) {
+  if (!is_character(point)) point = replacement;
+  const auto byte = [&](char32_t bits) { text += static_cast<char>(bits); };
+  const auto following = [&](unsigned shift) { byte(0x80U | (point >> shift & 0x3fU)); };
+  if (point < 0x80) {
+    byte(point);
+  } else if (point < 0x800) {
+    byte(0xc0U | point >> 6U);
+    following(0);
+  } else if (point < 0x10000) {
+    byte(0xe0U | point >> 12U);
+    following(6);
+    following(0);
+  } else {
+    byte(0xf0U | point >> 18U);
+    following(12);
+    following(6);
+    following(0);
+  }
+}
+
+bool is_control(char32_t point) {
+  return point < 0x20 || (point >= 0x7f && point < 0xa0) || (point >= 0x202a && point <= 0x202e) ||
+         (point >= 0x2066 && point <= 0x2069) || (point & 0xfffeU) == 0xfffeU;
+}
+
+std::string printable(std::string_view text, std::size_t most) {
+  return without_controls(text, most, false);
+}
+
+std::string printable_lines(std::string_view text, std::size_t most) {
+  return without_controls(text, most, true);
 }
 
 std::size_t character_count(std::string_view text) {

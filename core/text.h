@@ -18,8 +18,28 @@ std::string number_text(double value);
 /// Three digits that count: "0.0123", "5.40", "1230".
 std::string three_digits(double value);
 
-/// All characters of UTF-8 text; bytes that are not UTF-8 become U+FFFD.
+/// All characters of UTF-8 text; bytes that are not UTF-8 (overlong forms and surrogates among
+/// them) become U+FFFD.
 std::vector<char32_t> code_points(std::string_view text);
+
+/// Adds one character in UTF-8, U+FFFD in place of a number that is none.
+void append_utf8(std::string& text, char32_t point);
+
+/// Whether a terminal, a browser or a reader would obey this character instead of showing it: C0,
+/// DEL and C1, and those that turn the direction of the text around them (U+202A ... U+202E,
+/// U+2066 ... U+2069). Also what no text may hold: U+FFFE and U+FFFF of every plane.
+bool is_control(char32_t point);
+
+/// Text from elsewhere, which may be anything, as one line that may stand in a message, a record or
+/// on a terminal: valid UTF-8, a space for each tab and line end, U+FFFD for any other control
+/// character. Of longer text the first `most` characters and "…".
+std::string printable(std::string_view text, std::size_t most = 200);
+
+/// The same for the path of a file, which stays whole: no system has longer ones.
+inline std::string printable_path(std::string_view path) { return printable(path, 4096); }
+
+/// The same with its line ends kept, in which only '\n' is one.
+std::string printable_lines(std::string_view text, std::size_t most = std::string_view::npos);
 
 /// The number of characters of UTF-8 text.
 std::size_t character_count(std::string_view text);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/json_text.h"
 
 namespace ertbench {
 
@@ -58,7 +59,7 @@ ChannelMask ChannelMask::from_json(JsonObject& object) {
   }
   if (!value.is_array()) {
     object.fail("channel_mask",
-                "must be \"none\", \"detect\" or a list of electrodes, got " + value.dump());
+                "must be \"none\", \"detect\" or a list of electrodes, got " + json_shown(value));
   }
   for (const int electrode : object.integers("channel_mask", 1, 59, {0, 63})) {
     mask.electrodes |= ElectrodeSet{1} << electrode;

@@ -4,35 +4,33 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/text.h"
 
 namespace ertbench {
-namespace {
 
 nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
   try {
-    return nlohmann::json::parse(file.read_text("/", name));
-  } catch (const nlohmann::json::exception&) {
-    throw InputError(file.path().string() + ": attribute " + name +
-                     ": not valid JSON; fit it anew");
+    return parse_json(file.read_text("/", name), file.path().string() + ": attribute " + name);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) + "; fit it anew");
   }
 }
 
-}  // namespace
-
 void write_owner(Hdf5File& file, const std::string& type, const Sensor& sensor) {
   file.write_text("/", "solver", type);
-  file.write_text("/", "sensor", to_json(sensor).dump());
+  file.write_text("/", "sensor", json_text(to_json(sensor)));
 }
 
 void require_owner(const Hdf5File& file, const std::string& type, const Sensor& sensor) {
   const std::string name = file.path().string();
   if (const std::string found = file.read_text("/", "solver"); found != type) {
-    throw InputError(name + ": holds a fitted \"" + found + "\", not a \"" + type + "\"");
+    throw InputError(name + ": holds a fitted \"" + printable(found) + "\", not a \"" + type +
+                     "\"");
   }
   const nlohmann::json found = json_attribute(file, "sensor");
   if (sensor_from_json(JsonObject(found, name, "/sensor")) != sensor) {
-    throw InputError(name + ": was fitted for the sensor " + found.dump() + ", asked for is " +
-                     to_json(sensor).dump() + "; fit the solver anew");
+    throw InputError(name + ": was fitted for the sensor " + json_text(found) + ", asked for is " +
+                     json_text(to_json(sensor)) + "; fit the solver anew");
   }
 }
 
@@ -41,7 +39,7 @@ Hdf5File create_solver_file(const std::filesystem::path& file, const std::string
   Hdf5File out = Hdf5File::create(file);
   write_owner(out, type, sensor);
   out.write_number("/", "format_version", solver_file_version);
-  out.write_text("/", "parameters", parameters.dump());
+  out.write_text("/", "parameters", json_text(parameters));
   return out;
 }
 

@@ -22,6 +22,10 @@ Hdf5File create_solver_file(const std::filesystem::path& file, const std::string
 Hdf5File open_solver_file(const std::filesystem::path& file, const std::string& type,
                           const Sensor& sensor);
 
+/// An attribute of the root that is JSON text. Throws InputError where it is missing or is not
+/// JSON.
+nlohmann::json json_attribute(const Hdf5File& file, const std::string& name);
+
 /// The parameters of the fit in an opened file. Throws InputError where they are not JSON.
 nlohmann::json parameters_of_fit(const Hdf5File& file);
 

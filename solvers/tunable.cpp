@@ -3,6 +3,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/json_text.h"
+#include "core/text.h"
+
 namespace ertbench {
 
 Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool whole) {
@@ -15,9 +18,18 @@ Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool
                       (!whole || value.get<double>() == std::floor(value.get<double>()));
   if (!usable) {
     object.fail(key, (whole ? "must be a whole number, " : "") + range.text() +
-                         " or \"auto\", got " + value.dump());
+                         " or \"auto\", got " + json_shown(value));
   }
   tunable.value = value.get<double>();
+  return tunable;
+}
+
+Tunable read_weight(JsonObject& object, std::string_view key) {
+  constexpr Range weights{1e-20, 1e20};
+  const Tunable tunable = read_tunable(object, key, Range::positive());
+  if (tunable.value && !weights.contains(*tunable.value)) {
+    object.fail(key, weights.text() + " or \"auto\", got " + number_text(*tunable.value));
+  }
   return tunable;
 }
 

@@ -20,4 +20,8 @@ struct Tunable {
 /// `range` (and whole where `whole`).
 Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool whole = false);
 
+/// The same for the weight of a prior, a number > 0 whose square and the inverse of that a computer
+/// can hold: from 1e-20 to 1e20.
+Tunable read_weight(JsonObject& object, std::string_view key);
+
 }  // namespace ertbench

@@ -3,6 +3,7 @@
 #include "bench/analysis/detection.h"
 #include "bench/analysis/ladder_results.h"
 #include "core/csv_field.h"
+#include "core/json_text.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -61,7 +62,7 @@ TableSection levels_data(const std::vector<LadderOutcome>& outcomes) {
       for (const LadderLevel& level : climb.levels) {
         const Level& at = level.level;
         section.rows.push_back(
-            cells_of(solver, climb.axis, at.is_number() ? at.json().dump() : at.text(), level));
+            cells_of(solver, climb.axis, at.is_number() ? json_text(at.json()) : at.text(), level));
       }
     }
   }

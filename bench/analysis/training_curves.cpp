@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -51,7 +52,8 @@ TrainingCurves read_training_curves(const std::filesystem::path& file) {
     for (std::size_t c = 0; c < fields.size(); ++c) {
       char* end = nullptr;
       const double value = std::strtod(fields[c].c_str(), &end);
-      if (fields[c].empty() || *end != '\0') fail("\"" + fields[c] + "\" is not a number");
+      if (fields[c].empty() || *end != '\0')
+        fail("\"" + printable(fields[c]) + "\" is not a number");
       curves.values[c].push_back(value);
     }
   }

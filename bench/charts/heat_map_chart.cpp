@@ -6,6 +6,7 @@
 
 #include "bench/experiment/chart_keys.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -36,7 +37,7 @@ struct Axis {
 
 std::string text_of(const json& value) {
   if (value.is_string()) return value.get<std::string>();
-  if (!value.is_number()) return value.dump();
+  if (!value.is_number()) return json_text(value);
   char text[32];
   std::snprintf(text, sizeof text, "%g", value.get<double>());
   return text;

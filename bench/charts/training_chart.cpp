@@ -156,15 +156,17 @@ class Curves {
     }
   }
 
-  /// Of what is finite, and above zero where the axis is logarithmic.
+  /// Of what is finite and can be drawn, and above zero where the axis is logarithmic.
   Points points_of(const TrainingRun& run, const std::string& name) {
+    constexpr double most = 1e100;  // axes have no room for more
     Points points;
     const std::vector<double>* column = find_column(run.curves, name);
     for (std::size_t i = 0; column && i < column->size(); ++i) {
       const double epoch = run.curves.values.front()[i];
       const bool loss = group_ == Group::losses;
       const double value = loss ? std::abs((*column)[i]) : (*column)[i];
-      if (!std::isfinite(epoch) || !std::isfinite(value) || (loss && value <= 0)) continue;
+      if (!(std::abs(epoch) < most) || !(std::abs(value) < most)) continue;
+      if (loss && value < 1 / most) continue;
       epochs_.extend(epoch);
       values_.extend(value);
       points.emplace_back(epoch, value);
@@ -190,7 +192,8 @@ class Curves {
     Span shown = values_;
     if (group_ == Group::shares) return Axis::even({-0.05, 1.05});
     if (group_ == Group::validation) {
-      const double margin = std::max(0.06 * (shown.high - shown.low), 0.02 * std::abs(shown.high));
+      const double spread = shown.high - shown.low;
+      const double margin = std::max({0.06 * spread, 0.02 * std::abs(shown.high), 1e-6});
       return Axis::even({shown.low - margin, shown.high + margin});
     }
     const double margin = std::max(1.06, std::sqrt(1.3 * shown.low / shown.high));

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "bench/record/provenance.h"
+#include "core/json_text.h"
 #include "core/quantile.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
@@ -64,7 +65,7 @@ void add_seeds(const ResultRow& row, BaselineRow& out) {
 }
 
 std::string shown(const json& value, const json::json_pointer& place) {
-  return value.contains(place) ? one_line(value.at(place).dump(), 60) : "absent";
+  return value.contains(place) ? json_shown(value.at(place)) : "absent";
 }
 
 /// The first difference, in the words of changed_experiment.

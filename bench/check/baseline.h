@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <span>
@@ -59,6 +60,9 @@ struct Baseline {
   std::vector<BaselineRow> rows;
   /// What was scored when it was stored; metrics that came later are not compared.
   std::vector<Metric> metrics{kMetrics.begin(), kMetrics.end()};
+  /// The stored networks and the short trainings beside it, by name, whose images belong to it.
+  std::vector<std::string> networks;
+  std::vector<std::string> trainings;
 
   const BaselineRow* find(const ResultRow& row) const;
 };
@@ -85,11 +89,16 @@ std::string changed_experiment(const Baseline& baseline, const Experiment& exper
 /// `{"schema": 1, "experiment", "provenance": {"commit", "cpu", ...}, "datasets": {"test": {...},
 /// ...}, "rows": [{"label", "dataset", "entry": {...}, "tolerance": {"class", "relative"},
 /// "status", "frames", "undefined_frames", "frames_not_converged", "metrics": {"AR": number, or one
-/// for each seed, or null, ...}, "seeds": [...], "times": {"latency", "batch_frame"} or null}]}`,
-/// indented.
+/// for each seed, or null, ...}, "seeds": [...], "times": {"latency", "batch_frame"} or null}],
+/// "networks": [...], "trainings": [...], "checksum"}`, indented.
 std::string to_json_text(const Baseline& baseline);
 
-/// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type.
+/// The "checksum" of a baseline: a hash of its JSON without it.
+std::string baseline_checksum(nlohmann::json baseline);
+
+/// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type,
+/// of rows or metrics that are not there, and of a checksum that is not that of the content: what a
+/// baseline has lost would pass for what is as it was.
 Baseline read_baseline(const std::filesystem::path& file);
 
 }  // namespace ertbench

@@ -4,7 +4,9 @@
 #include <span>
 
 #include "bench/check/baseline.h"
+#include "core/build_stamp.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 
 namespace ertbench {
 namespace {
@@ -13,6 +15,7 @@ using nlohmann::json;
 
 constexpr int schema = 1;
 constexpr int most = std::numeric_limits<int>::max();
+constexpr const char* checksum = "checksum";
 
 json to_json(const BaselineRow& row, std::span<const Metric> known) {
   json metrics = json::object();
@@ -77,6 +80,12 @@ BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
     row.metrics[metric] = values_from(metrics, name_of(metric), row.seeds.size());
   }
   metrics.finish();
+  const bool scored = row.frames > row.undefined_frames;
+  if (scored && std::all_of(known.begin(), known.end(),
+                            [&](Metric metric) { return row.metrics[metric].empty(); })) {
+    object.fail("metrics",
+                "has no value, though " + std::to_string(row.frames) + " frames were scored");
+  }
   if (!object.raw("times").is_null()) {
     JsonObject times = object.object("times");
     row.times = RelativeTimes{times.number("latency", Range::positive()),
@@ -85,6 +94,15 @@ BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
   }
   object.finish();
   return row;
+}
+
+std::vector<std::string> names_from(JsonObject& root, const char* key) {
+  const json& names = root.raw(key);
+  if (!names.is_array() ||
+      !std::all_of(names.begin(), names.end(), [](const json& name) { return name.is_string(); })) {
+    root.fail(key, "must be a list of names, got " + json_shown(names));
+  }
+  return names.get<std::vector<std::string>>();
 }
 
 }  // namespace
@@ -97,7 +115,15 @@ std::string to_json_text(const Baseline& baseline) {
               {"rows", json::array()}};
   for (const BaselineRow& row : baseline.rows)
     out["rows"].push_back(to_json(row, baseline.metrics));
-  return out.dump(2) + "\n";
+  out["networks"] = baseline.networks;
+  out["trainings"] = baseline.trainings;
+  out[checksum] = baseline_checksum(out);
+  return json_text(out, 2) + "\n";
+}
+
+std::string baseline_checksum(json baseline) {
+  baseline.erase(checksum);
+  return hash_of(json_text(baseline));
 }
 
 Baseline read_baseline(const std::filesystem::path& file) {
@@ -115,7 +141,13 @@ Baseline read_baseline(const std::filesystem::path& file) {
   baseline.datasets = root.object("datasets").value();
   const std::vector<JsonObject> rows = root.objects("rows");
   baseline.metrics = metrics_of(rows);
+  if (rows.empty()) root.fail("rows", "holds no rows, with which nothing could be compared");
   for (const JsonObject& row : rows) baseline.rows.push_back(row_from(row, baseline.metrics));
+  baseline.networks = names_from(root, "networks");
+  baseline.trainings = names_from(root, "trainings");
+  if (root.text(checksum) != baseline_checksum(value)) {
+    root.fail(checksum, "is not that of the content, which was changed since it was written");
+  }
   root.finish();
   return baseline;
 }

@@ -86,7 +86,9 @@ class RowComparison {
     const std::vector<double>& values = before_.metrics[metric];
     const std::optional<double> now = now_.metrics[metric].mean;
     if (values.empty() || !now) {
-      const Verdict verdict = !values.empty() ? Verdict::worse : now ? Verdict::added : Verdict::ok;
+      const Verdict verdict = !values.empty() ? Verdict::worse
+                              : now           ? Verdict::missing
+                                              : Verdict::ok;
       add(name_of(metric), values.empty() ? "-" : with_digits(centre_of(values)),
           now ? with_digits(*now) : "-", "", verdict);
       return;
@@ -109,7 +111,6 @@ class RowComparison {
   }
 
   void compare_times(bool same_cpu) {
-    if (!before_.times) return;
     const std::optional<RelativeTimes> now = relative_times(now_);
     struct Quantity {
       const char* name;
@@ -120,6 +121,10 @@ class RowComparison {
         {"latency / calibration", &RelativeTimes::latency, allowed_slow_down},
         {"batch frame / calibration", &RelativeTimes::batch_frame, allowed_batch_slow_down}};
     for (const auto& [quantity, time, allowed] : quantities) {
+      if (!before_.times) {
+        if (now) add(quantity, "-", with_digits((*now).*time, 3), "", Verdict::missing);
+        continue;
+      }
       const double before = (*before_.times).*time;
       const double most = allowed * before;
       Verdict verdict = Verdict::ok;
@@ -157,8 +162,6 @@ const char* name_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::ok:
       return "ok";
-    case Verdict::added:
-      return "new";
     case Verdict::better:
       return "better";
     case Verdict::slower_warning:
@@ -189,7 +192,7 @@ std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultR
   for (const ResultRow& row : rows) {
     const BaselineRow* before = baseline.find(row);
     if (!before) {
-      lines.push_back({name(row), "row", "-", status_text(row), "", Verdict::added});
+      lines.push_back({name(row), "row", "-", status_text(row), "", Verdict::missing});
       continue;
     }
     RowComparison comparison(*before, row, name(row), context, truth_of(rows, row.dataset));

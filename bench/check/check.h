@@ -11,15 +11,14 @@ namespace ertbench {
 
 enum class Verdict {
   ok,              ///< within what is allowed
-  added,           ///< not in the baseline
   better,          ///< beyond what is allowed, in the right direction
   slower_warning,  ///< slower than allowed, on another cpu than the baseline's
   slower,          ///< the same on the same cpu
-  missing,         ///< in the baseline, not in the results
+  missing,         ///< in the baseline and not in the results, or the other way round
   worse,
 };
 
-/// "ok", "new", "better", "slower (warning)", "slower", "missing", "worse".
+/// "ok", "better", "slower (warning)", "slower", "missing", "worse".
 const char* name_of(Verdict verdict);
 /// Whether it makes the check fail: slower, missing or worse.
 bool is_regression(Verdict verdict);
@@ -41,11 +40,11 @@ struct CheckContext {
 };
 
 /// Every quantity of every row against the baseline, row by row in the order of `rows`; then what
-/// is missing. Of a change beyond what is allowed, better is what brings a metric nearer to its
-/// ideal (metric_table.h). Any other is worse, also one to the
-/// other side of the ideal at the same distance, and any of the truth. A metric that did not exist
-/// when the baseline was stored is not compared. Counts and statuses are exact. Of a row that
-/// failed only the status is compared.
+/// is missing. A row or a value that the baseline does not have is missing as well: it may have
+/// lost it. Of a change beyond what is allowed, better is what brings a metric nearer to its ideal
+/// (metric_table.h). Any other is worse, also one to the other side of the ideal at the same
+/// distance, and any of the truth. A metric that did not exist when the baseline was stored is not
+/// compared. Counts and statuses are exact. Of a row that failed only the status is compared.
 std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultRow> rows,
                                const CheckContext& context);
 

@@ -19,6 +19,7 @@
 #include "core/atomic_file.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -26,6 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using Names = std::vector<std::string>;
 
 class Check {
  public:
@@ -45,16 +47,17 @@ class Check {
     const Baseline baseline = usable_baseline();
     run(experiment_.check.seeds);
     std::vector<CheckLine> lines = compare(baseline, rows_, context());
-    append(lines, stored_networks());
-    append(lines, compare_trainings(trainings()));
+    append(lines, compare_networks(baseline.networks));
+    append(lines, compare_trainings(trainings(), baseline.trainings));
     report(baseline, lines);
     return !has_regression(lines);
   }
 
   bool compare_images() {
+    const Baseline baseline = usable_baseline();
     open_cache();
-    std::vector<CheckLine> lines = stored_networks();
-    append(lines, compare_trainings(trainings()));
+    std::vector<CheckLine> lines = compare_networks(baseline.networks);
+    append(lines, compare_trainings(trainings(), baseline.trainings));
     std::printf("%s%s\n", terminal_of(check_table(lines, true)).c_str(),
                 check_summary(lines).c_str());
     return !has_regression(lines);
@@ -70,13 +73,14 @@ class Check {
     }
     run(baseline_trainings());
     if (failures_ > 0) return refuse("a trial failed");
-    const std::vector<CheckLine> stored = stored_networks();
+    const std::vector<CheckLine> stored = compare_networks(before ? before->networks : Names());
     const std::vector<StoredImages> trained = trainings();
-    const Baseline baseline =
-        make_baseline(experiment_, rows_, comparisons_of(experiment_, registry_));
+    Baseline baseline = make_baseline(experiment_, rows_, comparisons_of(experiment_, registry_));
+    baseline.networks = stored_networks(networks(), types());
+    baseline.trainings = labels_of(trained);
     const std::vector<Noticeable> coarse = beyond_limits(noticeable(baseline));
     if (!coarse.empty() && !options_.accept_coarse) return refuse_coarse(coarse);
-    const std::vector<CheckLine> changed_trainings = compare_trainings(trained);
+    const std::vector<CheckLine> changed_trainings = compare_trainings(trained, baseline.trainings);
     if (!store_trainings(trained)) return refuse("a short training failed");
     if (file_.has_parent_path()) fs::create_directories(file_.parent_path());
     write_file_atomically(file_, to_json_text(baseline));
@@ -84,7 +88,7 @@ class Check {
     if (before) {
       lines = compare(*before, rows_, context());
     } else {
-      std::printf("Made anew: %s\n", why.c_str());
+      std::printf("Made anew: %s\n", printable(why, 1000).c_str());
     }
     append(lines, stored);
     append(lines, changed_trainings);
@@ -92,7 +96,8 @@ class Check {
                 terminal_of(check_table(lines, options_.all)).c_str(),
                 terminal_of(noticeable_table(noticeable(baseline))).c_str(),
                 weakest_text(noticeable(baseline)).c_str());
-    std::printf("Baseline of %zu rows in %s\n", baseline.rows.size(), file_.c_str());
+    std::printf("Baseline of %zu rows in %s\n", baseline.rows.size(),
+                printable_path(file_.string()).c_str());
     return !has_regression(stored);
   }
 
@@ -172,9 +177,10 @@ class Check {
     return types;
   }
 
-  std::vector<CheckLine> stored_networks() const {
-    return compare_stored_networks(file_.parent_path() / "networks", types(),
-                                   run_.out / "networks");
+  fs::path networks() const { return file_.parent_path() / "networks"; }
+
+  std::vector<CheckLine> compare_networks(const Names& expected) const {
+    return compare_stored_networks(networks(), types(), expected, run_.out / "networks");
   }
 
   std::vector<StoredImages> trainings() const {
@@ -191,7 +197,8 @@ class Check {
       return "commit " + provenance.value("commit", "unknown") + ", " +
              provenance.value("date", "unknown") + ", " + provenance.value("cpu", "unknown");
     };
-    const std::string old_machine = "old: " + file_.string() + ", " + machine(*baseline.provenance);
+    const std::string old_machine =
+        "old: " + printable_path(file_.string()) + ", " + machine(*baseline.provenance);
     const std::string new_machine = "new: " + machine(machine_provenance());
     const std::string weakest = weakest_text(noticeable(baseline));
     const std::string summary = check_summary(lines) + (weakest.empty() ? "" : "; " + weakest);
@@ -209,7 +216,7 @@ class Check {
     std::printf("\n%s\n%s\n%s\n%s\n%s%s; all of it in %s\n",
                 terminal_of(check_table(lines, options_.all)).c_str(), terminal_of(noticed).c_str(),
                 old_machine.c_str(), new_machine.c_str(), times.c_str(), summary.c_str(),
-                (run_.out / "check.md").c_str());
+                printable_path((run_.out / "check.md").string()).c_str());
   }
 
   bool refuse_coarse(const std::vector<Noticeable>& coarse) const {
@@ -222,12 +229,13 @@ class Check {
     std::printf(
         "Raise /check/seeds or /check/baseline_seeds in %s, train longer, or accept it with "
         "--accept-coarse.\n",
-        experiment_.file.c_str());
+        printable_path(experiment_.file.string()).c_str());
     return refuse("it would be too coarse");
   }
 
   bool refuse(const char* why) const {
-    std::printf("%s, so that the baseline was left as it is: %s\n", why, file_.c_str());
+    std::printf("%s, so that the baseline was left as it is: %s\n", why,
+                printable_path(file_.string()).c_str());
     return false;
   }
 

@@ -16,7 +16,8 @@ std::string program_hash(const std::vector<std::filesystem::path>& plugins);
 /// datasets, fitted solvers and records a check would not see what changed in the program. What
 /// this very program left is kept, so that an interrupted check goes on where it stopped.
 ///
-/// Throws InputError where the folder holds results that are not a check's; they are left alone.
+/// The folder carries our mark, `.ertbench-check`; where it does not, nothing in it is removed.
+/// Throws InputError where it holds results and no mark; they are left alone.
 Cache prepare_check_folder(const std::filesystem::path& folder, const std::string& program);
 
 }  // namespace ertbench

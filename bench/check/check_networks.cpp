@@ -12,6 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string row_of(const std::string& name) { return "stored " + name; }
+
 std::vector<fs::path> specifications(const fs::path& folder, const std::set<std::string>& types) {
   std::vector<fs::path> out;
   std::error_code absent;
@@ -30,11 +32,12 @@ std::vector<fs::path> specifications(const fs::path& folder, const std::set<std:
 
 std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
                                                const std::set<std::string>& types,
+                                               const std::vector<std::string>& expected,
                                                const fs::path& out) {
   std::vector<CheckLine> lines;
   for (const fs::path& spec : specifications(folder, types)) {
     const std::string name = spec.stem().string();
-    const StoredImages images{"stored " + name,
+    const StoredImages images{row_of(name),
                               spec,
                               folder / "frames.h5",
                               folder / (name + ".images.h5"),
@@ -44,7 +47,17 @@ std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
     make_images(images);
     lines.push_back(compare_images(images));
   }
+  std::vector<std::string> rows;
+  std::transform(expected.begin(), expected.end(), std::back_inserter(rows), row_of);
+  add_missing_images(rows, lines);
   return lines;
+}
+
+std::vector<std::string> stored_networks(const fs::path& folder,
+                                         const std::set<std::string>& types) {
+  std::vector<std::string> names;
+  for (const fs::path& spec : specifications(folder, types)) names.push_back(spec.stem().string());
+  return names;
 }
 
 }  // namespace ertbench

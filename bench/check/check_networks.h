@@ -16,10 +16,15 @@ namespace ertbench {
 /// leaves its images and log in `out`.
 ///
 /// A line each, "stored NAME": the largest relative difference (2-norm) of a frame's image, at most
-/// stored_image_tolerance. Without the folder there is no line. Throws InputError for files that
-/// cannot be used.
+/// stored_image_tolerance; "missing" for each of the `expected` that is not in the folder. Throws
+/// InputError for files that cannot be used.
 std::vector<CheckLine> compare_stored_networks(const std::filesystem::path& folder,
                                                const std::set<std::string>& types,
+                                               const std::vector<std::string>& expected,
                                                const std::filesystem::path& out);
+
+/// The names of those in the folder.
+std::vector<std::string> stored_networks(const std::filesystem::path& folder,
+                                         const std::set<std::string>& types);
 
 }  // namespace ertbench

@@ -7,6 +7,7 @@
 #include "bench/experiment/experiment.h"
 #include "core/atomic_file.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -78,7 +79,7 @@ int train_over_seeds(const Experiment& experiment, const std::set<std::string>& 
   seeds.out = options.out / "seeds";
   fs::create_directories(seeds.out);
   const fs::path file = seeds.out / (experiment.name + ".json");
-  write_file_atomically(file, experiment_over_seeds(experiment, few, count).dump(2) + "\n");
+  write_file_atomically(file, json_text(experiment_over_seeds(experiment, few, count), 2) + "\n");
   SolverRegistry registry;  // into which no plugin has been loaded yet
   const Experiment copy = read_experiment(file, registry, chart_types());
   const ExperimentResults results = run_experiment(copy, cache, seeds);

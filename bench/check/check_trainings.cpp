@@ -7,6 +7,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/run/runner.h"
 #include "core/atomic_file.h"
+#include "core/json_text.h"
 #include "core/replace_file.h"
 #include "solvers/registry/registry.h"
 
@@ -14,6 +15,8 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+
+const std::string trained = "trained ";  ///< begins the name of each row
 
 }  // namespace
 
@@ -32,14 +35,14 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
     if (types.count(entry.type) == 0) continue;
     options.only.push_back(entry.label);
     const fs::path spec = out / (entry.label + ".json");
-    trainings.push_back({"trained " + entry.label, spec, cache.dataset(experiment.tests.front()),
+    trainings.push_back({trained + entry.label, spec, cache.dataset(experiment.tests.front()),
                          folder / (entry.label + ".images.h5"), out / (entry.label + ".images.h5"),
                          out / (entry.label + ".log"), short_training_tolerance});
     const nlohmann::json solver = {
         {"type", entry.type},
         {"checkpoint", fs::absolute(cache.fitted_solver(fit_recipe(experiment, entry))).string()}};
     fs::create_directories(out);
-    write_file_atomically(spec, solver.dump() + "\n");
+    write_file_atomically(spec, json_text(solver) + "\n");
   }
   if (trainings.empty()) return {};
   run_experiment(experiment, cache, options);
@@ -47,10 +50,20 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
   return trainings;
 }
 
-std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings) {
+std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings,
+                                         const std::vector<std::string>& expected) {
   std::vector<CheckLine> lines;
   std::transform(trainings.begin(), trainings.end(), std::back_inserter(lines), compare_images);
+  std::vector<std::string> rows;
+  for (const std::string& label : expected) rows.push_back(trained + label);
+  add_missing_images(rows, lines);
   return lines;
+}
+
+std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings) {
+  std::vector<std::string> labels;
+  for (const StoredImages& one : trainings) labels.push_back(one.row.substr(trained.size()));
+  return labels;
 }
 
 bool store_trainings(const std::vector<StoredImages>& trainings) {

@@ -28,8 +28,12 @@ std::vector<StoredImages> short_trainings(const std::filesystem::path& folder,
                                           const std::filesystem::path& out, int jobs);
 
 /// A line "trained LABEL" each: the largest relative difference of a frame's image, at most
-/// short_training_tolerance.
-std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings);
+/// short_training_tolerance; "missing" for each of the `expected` labels that was not trained.
+std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings,
+                                         const std::vector<std::string>& expected);
+
+/// Their labels.
+std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings);
 
 /// Puts today's images in the place of the stored ones; false where one is missing, and then none
 /// is replaced.

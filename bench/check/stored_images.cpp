@@ -1,5 +1,6 @@
 #include "bench/check/stored_images.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 
@@ -58,6 +59,14 @@ CheckLine compare_images(const StoredImages& images) {
   line.now = text_of(change);
   if (change <= images.most) line.verdict = Verdict::ok;
   return line;
+}
+
+void add_missing_images(const std::vector<std::string>& rows, std::vector<CheckLine>& lines) {
+  for (const std::string& row : rows) {
+    const bool there = std::any_of(lines.begin(), lines.end(),
+                                   [&](const CheckLine& line) { return line.row == row; });
+    if (!there) lines.push_back({row, "images", "-", "-", "", Verdict::missing});
+  }
 }
 
 }  // namespace ertbench

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "bench/check/check.h"
 
@@ -25,5 +26,8 @@ bool make_images(const StoredImages& images);
 /// or statuses are not the same; "worse" beyond `most`, or where there are no images of today,
 /// "missing" where none are stored. Throws InputError where the stored images cannot be read.
 CheckLine compare_images(const StoredImages& images);
+
+/// A line "missing" for each of the `rows` that has none among `lines`.
+void add_missing_images(const std::vector<std::string>& rows, std::vector<CheckLine>& lines);
 
 }  // namespace ertbench

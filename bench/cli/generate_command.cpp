@@ -8,6 +8,7 @@
 #include "bench/run/datasets.h"
 #include "core/errors.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "forward/data/generate.h"
 #include "solvers/registry/registry.h"
 
@@ -27,7 +28,8 @@ ExitCode generate(const GenerateArguments& arguments) {
   if (arguments.dataset.empty() && arguments.out.empty()) {
     ensure_datasets(experiment, cache);
     for (const DatasetSpec* spec : experiment.datasets()) {
-      std::printf("%s: %s\n", spec->name.c_str(), cache.dataset(*spec).c_str());
+      std::printf("%s: %s\n", spec->name.c_str(),
+                  printable_path(cache.dataset(*spec).string()).c_str());
     }
     return done;
   }
@@ -38,17 +40,24 @@ ExitCode generate(const GenerateArguments& arguments) {
   const DatasetSpec* spec = experiment.find_dataset(name);
   if (!spec) {
     throw InputError("--dataset: must name one of the datasets of " + arguments.experiment + ": " +
-                     list_of(names) + (name.empty() ? "" : "; got \"" + name + "\""));
+                     list_of(names) + (name.empty() ? "" : "; got \"" + printable(name) + "\""));
   }
   const std::filesystem::path file =
       arguments.out.empty() ? cache.dataset(*spec) : std::filesystem::path(arguments.out);
-  if (arguments.out.empty()) std::filesystem::create_directories(file.parent_path());
+  if (arguments.out.empty()) {
+    std::filesystem::create_directories(file.parent_path());
+  } else {
+    std::vector<std::filesystem::path> inputs = experiment.plugins;
+    inputs.push_back(experiment.file);
+    require_dataset_output(file, inputs);
+  }
   Progress progress("generating \"" + name + "\"");
   generate_dataset(*spec, file, {cores(), [&](std::uint64_t written, std::uint64_t total) {
                                    progress.update(written, total);
                                  }});
   std::printf("%s: %llu scenes in %s\n", name.c_str(), static_cast<unsigned long long>(spec->count),
-              file.c_str());
+              printable_path(file.string()).c_str());
+  warn_of_missed_promise(*spec, file);
   return done;
 }
 
@@ -60,7 +69,9 @@ Action add_generate(CLI::App& command) {
   add_experiment(command, arguments->experiment);
   command.add_option("--dataset", arguments->dataset,
                      "Only this one (default: all, into the cache)");
-  command.add_option("--out", arguments->out, "HDF5 file to write (default: in the cache)");
+  command.add_option("--out", arguments->out,
+                     "HDF5 file to write (default: in the cache); of what is there,\n"
+                     "only a dataset is written over");
   command.footer(
       "Example:\n  ertbench generate experiments/table_c1.json --dataset test --out test.h5\n"
       "A run that was cut off goes on where it stopped when the same command is given again.");

@@ -6,6 +6,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/score/metric_table.h"
 #include "core/build.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -22,9 +23,10 @@ ExitCode list() {
       std::printf("\n  %s\n      not available: its plugin is not built\n", type.c_str());
       continue;
     }
-    std::printf("\n  %s\n      %s\n", type.c_str(), info->summary.c_str());
+    std::printf("\n  %s\n      %s\n", type.c_str(), printable(info->summary, 1000).c_str());
     for (const ParameterInfo& parameter : info->parameters) {
-      std::printf("      \"%s\": %s\n", parameter.name.c_str(), parameter.description.c_str());
+      std::printf("      \"%s\": %s\n", printable(parameter.name).c_str(),
+                  printable(parameter.description, 1000).c_str());
     }
   }
   std::printf("\nMetrics (δσ: the change of the conductivity; * may be chosen as an error):\n\n");
@@ -41,8 +43,8 @@ ExitCode list() {
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
-    std::printf("\n  experiments/%s\n      %s\n", file.filename().c_str(),
-                experiment.question.c_str());
+    std::printf("\n  experiments/%s\n      %s\n", printable_path(file.filename().string()).c_str(),
+                printable(experiment.question).c_str());
   }
   return done;
 }

@@ -7,19 +7,24 @@
 //   ertbench list
 //   ertbench timing 'reconstruct/tsvd'
 
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 
 #include "bench/cli/command.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
+
+constexpr std::size_t most_said = 8000;  ///< characters of a message, a library's among them
 
 /// A word that is no command gets an answer of its own: CLI11 would only say that it expected one.
 void require_command(const CLI::App& app, const std::string& word) {
@@ -29,7 +34,44 @@ void require_command(const CLI::App& app, const std::string& word) {
     if (command->get_name() == word) return;
     if (!command->get_group().empty()) names.push_back(command->get_name());
   }
-  throw InputError("no command is called \"" + word + "\"; there are " + list_of(names));
+  throw InputError("no command is called \"" + printable(word) + "\"; there are " + list_of(names));
+}
+
+/// Lines of the log as a terminal may have them, whatever the texts in them are.
+class PrintableLines : public spdlog::formatter {
+ public:
+  PrintableLines() : lines_("%^%l%$: %v") {}
+
+  void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) override {
+    const std::string text =
+        printable_lines({message.payload.data(), message.payload.size()}, most_said);
+    spdlog::details::log_msg safe = message;
+    safe.payload = text;
+    lines_.format(safe, out);
+    message.color_range_start = safe.color_range_start;
+    message.color_range_end = safe.color_range_end;
+  }
+
+  std::unique_ptr<spdlog::formatter> clone() const override {
+    return std::make_unique<PrintableLines>();
+  }
+
+ private:
+  spdlog::pattern_formatter lines_;
+};
+
+/// What the library that reads the command line says, with the words of it as they may be shown.
+std::string shown(std::string text, int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const std::string safe = printable(word);
+    if (safe == word) continue;
+    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+      text.replace(at, word.size(), safe);
+      at += safe.size();
+    }
+  }
+  return printable_lines(text, most_said);
 }
 
 ExitCode parse_and_run(int argc, char** argv) {
@@ -49,7 +91,12 @@ ExitCode parse_and_run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? done : bad_input;
+    std::ostringstream help;
+    std::ostringstream mistake;
+    const ExitCode code = app.exit(e, help, mistake) == 0 ? done : bad_input;
+    std::fputs(help.str().c_str(), stdout);
+    std::fputs(shown(mistake.str(), argc, argv).c_str(), stderr);
+    return code;
   }
   const auto chosen = std::find_if(actions.begin(), actions.end(),
                                    [](const auto& action) { return action.first->parsed(); });
@@ -66,19 +113,23 @@ extern "C" const char* __lsan_default_options() { return "print_suppressions=0";
 #endif
 
 int main(int argc, char** argv) {
+  const auto say = [](const char* before, const std::string& text, const char* after) {
+    std::fprintf(stderr, "%s%s%s\n", before,
+                 ertbench::printable_lines(text, ertbench::most_said).c_str(), after);
+  };
   spdlog::set_default_logger(spdlog::stderr_color_mt("ertbench"));
-  spdlog::set_pattern("%^%l%$: %v");
+  spdlog::set_formatter(std::make_unique<ertbench::PrintableLines>());
   try {
     return ertbench::parse_and_run(argc, argv);
   } catch (const ertbench::InputError& e) {
-    std::fprintf(stderr, "%s\n", e.what());
+    say("", e.what(), "");
     return ertbench::bad_input;
   } catch (const std::filesystem::filesystem_error& e) {
-    std::fprintf(stderr, "%s: %s; check that the folder exists and can be written\n",
-                 e.path1().c_str(), e.code().message().c_str());
+    say("", e.path1().string() + ": " + e.code().message(),
+        "; check that the folder exists and can be written");
     return ertbench::bad_input;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "ertbench failed; please report this: %s\n", e.what());
+    say("ertbench failed; please report this: ", e.what(), "");
     return ertbench::our_defect;
   }
 }

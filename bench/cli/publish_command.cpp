@@ -7,6 +7,7 @@
 #include "bench/publish/publish.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -31,7 +32,7 @@ ExitCode publish(const PublishArguments& arguments) {
     failures += publish_experiment(experiment, project, Cache::standard().with(Reuse::clean),
                                    arguments.jobs);
     std::printf("published %s in %s\n", experiment.name.c_str(),
-                (project / "results/published" / experiment.name).c_str());
+                printable_path((project / "results/published" / experiment.name).string()).c_str());
   }
   publish_pages(project);
   return failures > 0 ? trial_failed : done;

@@ -3,6 +3,8 @@
 
 #include "bench/cli/command.h"
 #include "bench/run/reconstruct.h"
+#include "bench/run/reconstruct_output.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -17,11 +19,15 @@ struct ReconstructArguments {
 
 ExitCode reconstruct(const ReconstructArguments& arguments) {
   SolverRegistry registry;
-  if (!arguments.plugin.empty()) registry.add_library(arguments.plugin);
+  if (!arguments.plugin.empty()) {
+    require_image_output(arguments.output, {arguments.plugin});
+    registry.add_library(arguments.plugin);
+  }
   const ReconstructSummary summary =
       reconstruct_file(arguments.solver, arguments.input, arguments.output, registry);
   std::printf("%llu frames in %s, %llu not converged, %llu undefined, %llu suspect\n",
-              static_cast<unsigned long long>(summary.frames), arguments.output.c_str(),
+              static_cast<unsigned long long>(summary.frames),
+              printable_path(arguments.output).c_str(),
               static_cast<unsigned long long>(summary.not_converged),
               static_cast<unsigned long long>(summary.undefined),
               static_cast<unsigned long long>(summary.suspect));
@@ -54,7 +60,8 @@ Action add_reconstruct(CLI::App& command) {
       ->required();
   command
       .add_option("--output", arguments->output,
-                  "HDF5 with /conductivity_change [N, 24, 24] S/m and /status [N]")
+                  "HDF5 with /conductivity_change [N, 24, 24] S/m and /status [N];\n"
+                  "of what is there, only such a file is written over")
       ->required();
   command.add_option("--plugin", arguments->plugin, "Shared library of your own solvers");
   command.footer(

@@ -6,6 +6,7 @@
 #include "bench/record/cache.h"
 #include "bench/run/runner.h"
 #include "core/errors.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -35,7 +36,7 @@ ExitCode run(const RunArguments& arguments) {
         std::any_of(experiment.solvers.begin(), experiment.solvers.end(),
                     [&](const SolverEntry& e) { return e.label == label || e.family == label; });
     if (!known) {
-      throw InputError("--only: no solver is labelled \"" + label + "\" in " +
+      throw InputError("--only: no solver is labelled \"" + printable(label) + "\" in " +
                        arguments.experiment + "; there are " + list_of(labels));
     }
   }

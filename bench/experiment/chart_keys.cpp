@@ -5,6 +5,7 @@
 
 #include "bench/experiment/experiment.h"
 #include "core/json_reader.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -46,8 +47,8 @@ std::vector<std::string> read_row_labels(JsonObject& object, const Experiment& e
     const std::string name = place.text(key);
     const std::vector<std::string> labels = labels_of(experiment, name);
     if (labels.empty()) {
-      place.fail(key,
-                 "no solver is labelled \"" + name + "\"; there are " + all_labels(experiment));
+      place.fail(key, "no solver is labelled \"" + printable(name) + "\"; there are " +
+                          all_labels(experiment));
     }
     for (const std::string& label : labels) {
       if (std::find(out.begin(), out.end(), label) != out.end()) {
@@ -68,9 +69,9 @@ std::vector<std::string> read_sweep_labels(JsonObject& object, const Experiment&
     if (entry.family == name && two) labels.push_back(entry.label);
   }
   if (labels.empty()) {
-    object.fail(
-        "solver",
-        "must be the label of a solver with a \"sweep\" of two parameters, got \"" + name + "\"");
+    object.fail("solver",
+                "must be the label of a solver with a \"sweep\" of two parameters, got \"" +
+                    printable(name) + "\"");
   }
   return labels;
 }

@@ -6,7 +6,9 @@
 #include "bench/experiment/experiment.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "core/process.h"
+#include "core/text.h"
 #include "solvers/registry/plugin_description.h"
 #include "solvers/registry/registry.h"
 
@@ -79,15 +81,17 @@ std::size_t check_some(std::span<const EntryToCheck> entries, const Experiment& 
       [&](const auto& send) {
         registry.allow_plugins();
         for (const EntryToCheck& one : entries) {
-          send(said_of(one, experiment, registry)
-                   .dump(-1, ' ', false, json::error_handler_t::replace));
+          send(json_text(said_of(one, experiment, registry)));
         }
       },
       {time_s, machine_memory_bytes() / 2});
   for (std::size_t i = 0; i < outcome.messages.size(); ++i) {
-    const json said = json::parse(outcome.messages[i]);
+    const json said = parse_json(outcome.messages[i], "what a plugin said");
     if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
-    if (said.contains("failed")) entries[i].entry->failure = {"failed", said.at("failed")};
+    if (said.contains("failed")) {
+      const std::string how = said.at("failed");
+      entries[i].entry->failure = {"failed", printable(how)};
+    }
   }
   const std::size_t done = outcome.messages.size();
   if (done == entries.size()) return done;  // whatever became of its process then

@@ -8,6 +8,8 @@
 #include "bench/experiment/names.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -42,7 +44,8 @@ void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& regi
   const nlohmann::json& names = root.raw("plugins");
   if (!names.is_array()) root.fail("plugins", "must be a list of shared libraries");
   for (const nlohmann::json& name : names) {
-    if (!name.is_string()) root.fail("plugins", "must name shared libraries, got " + name.dump());
+    if (!name.is_string())
+      root.fail("plugins", "must name shared libraries, got " + json_shown(name));
     std::filesystem::path library = name.get<std::string>();
     if (library.is_relative()) library = experiment.file.parent_path() / library;
     registry.add_library(library);
@@ -114,7 +117,7 @@ void read_figure(JsonObject& root, Experiment& experiment) {
     if (!scenes[s].is_number_integer() || scenes[s] < 0 || scenes[s] >= count) {
       object.fail("scenes", "must be scene numbers from 0 to " + std::to_string(count - 1) +
                                 " of \"" + experiment.tests[0].name + "\", got " +
-                                scenes[s].dump());
+                                json_shown(scenes[s]));
     }
     experiment.figure_scenes.push_back(scenes[s].get<int>());
   }
@@ -133,7 +136,7 @@ void read_published(JsonObject& root, Experiment& experiment) {
           name.is_string() && std::any_of(experiment.tests.begin(), experiment.tests.end(),
                                           [&](const DatasetSpec& d) { return d.name == name; });
       if (!test)
-        object.fail("datasets", "must name test sets of this experiment, got " + name.dump());
+        object.fail("datasets", "must name test sets of this experiment, got " + json_shown(name));
       experiment.published.datasets.push_back(name);
     }
   }
@@ -146,7 +149,7 @@ void read_published(JsonObject& root, Experiment& experiment) {
     for (const Metric metric : kMetrics) {
       if (!values.has(name_of(metric))) continue;
       const bool length = entry_of(metric).quantity == Quantity::length;
-      row.values[metric] = values.number(name_of(metric)) * (length && sides ? 2 : 1);
+      row.values[metric] = values.number(name_of(metric), {-1e6, 1e6}) * (length && sides ? 2 : 1);
     }
     values.finish();
     experiment.published.rows.push_back(row);
@@ -189,7 +192,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   JsonObject root(json, file.string(), "");
   Experiment experiment;
   experiment.file = file;
-  experiment.name = file.stem().string();
+  experiment.name = printable(file.stem().string());
   root.has("$schema");  // for editors
   experiment.title = root.text_or("title", experiment.name);
   experiment.question = root.text_or("question", experiment.title);

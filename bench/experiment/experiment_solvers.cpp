@@ -11,6 +11,7 @@
 #include "bench/experiment/sweep.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -71,8 +72,8 @@ class EntryReader {
     const std::string label = object_.text_or("label", type_);
     const std::string family = object_.text_or("family", label);
     if (object_.has("family") && !is_label(family)) {
-      object_.fail("family",
-                   "must be made of the same characters as a label, got \"" + family + "\"");
+      object_.fail("family", "must be made of the same characters as a label, got \"" +
+                                 printable(family) + "\"");
     }
     const bool check = check_ == SolverCheck::all;
     const SolverInfo* info = check ? registry_.find(type_) : registry_.find_known(type_);
@@ -157,7 +158,8 @@ std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experi
       bool free = next_seed || taken.insert(entry.label).second;
       if (entry.seed) free = taken.insert(entry.stem()).second && free;
       if (!free) {
-        object.fail("label", "\"" + entry.label + "\" is taken; give every solver its own label");
+        object.fail("label",
+                    "\"" + printable(entry.label) + "\" is taken; give every solver its own label");
       }
       previous = &entry;
     }

@@ -8,6 +8,8 @@
 #include "bench/experiment/names.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -30,7 +32,8 @@ json varied(const JsonValue& base, const LadderAxis& axis, const Level& level, b
     try {
       out[json::json_pointer(own)] = value;
     } catch (const json::exception&) {
-      throw InputError("\"" + pointer + "\" leads nowhere; a pointer is like \"/scenes/radius\"");
+      throw InputError("\"" + printable(pointer) +
+                       "\" leads nowhere; a pointer is like \"/scenes/radius\"");
     }
   };
   for (const auto& [pointer, value] : axis.set) put(pointer, *value);
@@ -42,10 +45,10 @@ FailureRule read_failure(JsonObject& ladders) {
   FailureRule rule;
   if (!ladders.has("failure")) return rule;
   JsonObject object = ladders.object("failure");
-  rule.relative_error = object.number_or("relative_error", rule.relative_error, Range::positive());
+  rule.relative_error = object.number_or("relative_error", rule.relative_error, {0, 1e6, true});
   rule.distance = object.number_or("distance", rule.distance, {0, 3});
   rule.contact_threshold =
-      object.number_or("contact_threshold", rule.contact_threshold, Range::positive());
+      object.number_or("contact_threshold", rule.contact_threshold, {0, 1e6, true});
   rule.share = object.number_or("share", rule.share, {0, 0.99});
   object.finish();
   return rule;
@@ -58,7 +61,7 @@ std::vector<std::string> read_strings(JsonObject& object, const char* key) {
   const bool strings =
       value.is_array() && !value.empty() &&
       std::all_of(value.begin(), value.end(), [](const json& one) { return one.is_string(); });
-  if (!strings) object.fail(key, "must be a string or a list of strings, got " + value.dump());
+  if (!strings) object.fail(key, "must be a string or a list of strings, got " + json_shown(value));
   return value.get<std::vector<std::string>>();
 }
 
@@ -110,7 +113,7 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
     const auto entry = std::find_if(experiment.solvers.begin(), experiment.solvers.end(),
                                     [&](const SolverEntry& e) { return e.label == label; });
     if (entry == experiment.solvers.end()) {
-      object.fail("solver", "no solver is labelled \"" + label + "\"");
+      object.fail("solver", "no solver is labelled \"" + printable(label) + "\"");
     }
     const SolverInfo* info = check == SolverCheck::all ? registry.find(entry->type) : nullptr;
     for (const std::string& pointer : axis.vary) {
@@ -123,7 +126,8 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
       const bool known =
           !info || std::any_of(info->parameters.begin(), info->parameters.end(),
                                [&](const ParameterInfo& p) { return p.name == key; });
-      if (!known) object.fail("vary", "\"" + key + "\" is no parameter of " + entry->type);
+      if (!known)
+        object.fail("vary", "\"" + printable(key) + "\" is no parameter of " + entry->type);
     }
   }
 }
@@ -178,7 +182,7 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   for (const JsonObject& one : object.objects("axes")) {
     LadderAxis axis = read_axis(one, experiment, registry, check);
     if (!names.insert(axis.name).second) {
-      one.fail("name", "\"" + axis.name + "\" is taken; give every axis its own name");
+      one.fail("name", "\"" + printable(axis.name) + "\" is taken; give every axis its own name");
     }
     for (std::size_t i = 0; i < axis.levels.size(); ++i) {
       try {
@@ -188,7 +192,7 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
           dataset_at(ladders, experiment.sensor, axis, axis.levels[i]);
         }
       } catch (const InputError& error) {
-        one.fail("levels", "level " + std::to_string(i) + ", " + axis.levels[i].json().dump() +
+        one.fail("levels", "level " + std::to_string(i) + ", " + json_shown(axis.levels[i].json()) +
                                ", makes what cannot be used: " + error.what());
       }
     }

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "core/json_text.h"
+
 namespace ertbench {
 namespace {
 
@@ -14,7 +16,7 @@ std::string level_words(const nlohmann::json& value) {
     return text;
   }
   if (value.is_string()) return value.get<std::string>();
-  if (!value.is_array()) return value.dump();
+  if (!value.is_array()) return json_text(value);
   std::string out;
   for (const nlohmann::json& one : value) out += (out.empty() ? "" : ", ") + level_words(one);
   return out;
@@ -31,7 +33,7 @@ Level::Level(nlohmann::json value) : value_(std::move(value)) {}
 bool Level::is_number() const { return json().is_number(); }
 
 double Level::number() const {
-  if (!is_number()) throw std::logic_error("the level " + json().dump() + " is not a number");
+  if (!is_number()) throw std::logic_error("the level " + json_text(json()) + " is not a number");
   return json().get<double>();
 }
 

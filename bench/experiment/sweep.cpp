@@ -7,6 +7,7 @@
 
 #include "bench/experiment/names.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -72,7 +73,8 @@ void check_values(const json& values, JsonObject& sweep, const std::string& name
         value.is_array() && !value.empty() &&
         std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
     if (!value.is_number() && !value.is_string() && !value.is_boolean() && !numbers) {
-      fail("must be a number, a string, true or false, or a list of numbers, got " + value.dump());
+      fail("must be a number, a string, true or false, or a list of numbers, got " +
+           json_shown(value));
     }
     if (value.is_string() && !is_label_text(value.get_ref<const std::string&>())) {
       fail(
@@ -81,7 +83,7 @@ void check_values(const json& values, JsonObject& sweep, const std::string& name
     }
     const auto here = values.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(values.begin(), here, value) != here) {
-      fail(value.dump() + " stands twice; remove one");
+      fail(json_shown(value) + " stands twice; remove one");
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "bench/pages/page_expression.h"
 #include "core/errors.h"
+#include "core/markdown.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -101,7 +102,7 @@ class Page {
     const std::string format = word == std::string::npos ? before : before.substr(word + 1);
     const std::string prefix = word == std::string::npos ? "" : before.substr(0, word + 1);
     if (value.is_null()) return prefix.empty() ? "—" : "";
-    if (value.is_string()) return prefix + value.get<std::string>();
+    if (value.is_string()) return prefix + markdown_escaped(value.get<std::string>());
     if (!value.is_number()) throw InputError(column + " is no number");
     return prefix + formatted(value.get<double>(), format.empty() ? "d" : format);
   }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/markdown.h"
 #include "core/quantile.h"
 #include "core/text.h"
 
@@ -239,7 +240,7 @@ std::string in_threes(double number) {
 double PageValue::number() const {
   if (numbers.size() != 1) {
     throw InputError("one number is meant, and there are " + std::to_string(numbers.size()) +
-                     (numbers.empty() && !text.empty() ? " (\"" + text + "\")" : ""));
+                     (numbers.empty() && !text.empty() ? " (\"" + printable(text) + "\")" : ""));
   }
   return numbers.front().second;
 }
@@ -269,7 +270,7 @@ std::string formatted(double number, const std::string& format) {
 }
 
 std::string formatted(const PageValue& value, const std::string& format) {
-  if (value.numbers.empty()) return value.text;
+  if (value.numbers.empty()) return markdown_escaped(value.text);
   std::string out;
   const bool range = value.text == "range";
   for (const auto& [label, number] : value.numbers) {

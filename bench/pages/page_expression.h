@@ -36,8 +36,8 @@ struct PageValue {
 PageValue evaluate(std::string_view expression, ResultRows& results);
 
 /// `value` as a page shows it. `format`: `.3f`, `.2g`, `.1%` (a share), `d` (whole, in threes),
-/// `us` (a time in µs, with its unit), or nothing for text. A range is "low to high", a list has
-/// commas.
+/// `us` (a time in µs, with its unit), or nothing for text, in which nothing is markup. A range is
+/// "low to high", a list has commas.
 std::string formatted(const PageValue& value, const std::string& format);
 std::string formatted(double number, const std::string& format);
 

@@ -10,6 +10,8 @@
 #include "core/csv_field.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
+#include "core/regular_file.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -27,6 +29,7 @@ json cell_value(const std::string& text) {
 }
 
 json csv_rows(const fs::path& file) {
+  require_regular_file(file);
   std::ifstream in(file);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   const std::vector<std::vector<std::string>> lines = csv_lines(text);
@@ -38,6 +41,16 @@ json csv_rows(const fs::path& file) {
     }
     if (!row.contains("label")) row["label"] = lines[i].front();
     rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// The "rows" of a summary.json.
+json json_rows(const fs::path& file) {
+  const json content = read_json_file(file);
+  json rows = json::array();
+  for (const JsonObject& row : JsonObject(content, file.string(), "").objects("rows")) {
+    rows.push_back(row.value());
   }
   return rows;
 }
@@ -64,7 +77,7 @@ bool matches_any(const std::string& text, const std::string& patterns) {
 std::string text_in(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number()) return number_text(value.get<double>());
-  return value.is_null() ? "" : value.dump();
+  return value.is_null() ? "" : json_text(value);
 }
 
 /// One condition of a selection.
@@ -94,7 +107,7 @@ const json& ResultRows::rows(const std::string& file) {
   fs::path path = folder_ / file;
   if (path.extension() != ".csv" && path.extension() != ".json") path /= "summary.json";
   if (!fs::exists(path)) throw InputError(path.string() + ": there is no such result");
-  const json rows = path.extension() == ".csv" ? csv_rows(path) : read_json_file(path).at("rows");
+  const json rows = path.extension() == ".csv" ? csv_rows(path) : json_rows(path);
   return *files_.emplace(file, JsonValue(rows)).first->second;
 }
 
@@ -132,6 +145,9 @@ const json& value_in(const json& row, const std::string& column) {
   return *value;
 }
 
-std::string label_of(const json& row) { return row.value("label", ""); }
+std::string label_of(const json& row) {
+  const auto label = row.find("label");
+  return label != row.end() && label->is_string() ? label->get<std::string>() : "";
+}
 
 }  // namespace ertbench

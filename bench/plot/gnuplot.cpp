@@ -8,6 +8,7 @@
 #include "core/errors.h"
 #include "core/process.h"
 #include "core/temporary_folder.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -52,6 +53,14 @@ std::string without_filters(std::string svg) {
   const std::string rim = "style='fill:white;stroke:white;stroke-width:3;stroke-linejoin:round'";
   for (auto at = svg.find(filter); at != std::string::npos; at = svg.find(filter, at)) {
     svg.replace(at, filter.size(), rim);
+  }
+  return svg;
+}
+
+/// gnuplot escapes "<" and "&" alone; XML has this end of CDATA nowhere else.
+std::string without_cdata_ends(std::string svg) {
+  for (auto at = svg.find("]]>"); at != std::string::npos; at = svg.find("]]>", at)) {
+    svg.replace(at, 3, "]]&gt;");
   }
   return svg;
 }
@@ -119,7 +128,8 @@ void draw_chart(const std::string& commands, const FileContents& inputs, int wid
   FileContents files = inputs;
   files["commands.gnuplot"] = commands;
   const FileContents made = run_gnuplot(script, files, {"chart.svg", "chart.png"});
-  const std::string svg = with_sharp_pixels(without_filters(without_titles(made.at("chart.svg"))));
+  const std::string svg =
+      with_sharp_pixels(without_filters(without_titles(without_cdata_ends(made.at("chart.svg")))));
   write_file_atomically(stem.string() + ".svg", with_tooltips(svg, tooltips));
   write_file_atomically(stem.string() + ".png", made.at("chart.png"));
 }
@@ -128,7 +138,7 @@ std::string gnuplot_string(const std::string& text) {
   // Octal, since gnuplot runs what stands between back-ticks, and doubled single quotes fail at the
   // start of a string.
   std::string out = "\"";
-  for (const char c : text) {
+  for (const char c : printable(text, text.size())) {  // an SVG must not hold control characters
     switch (c) {
       case '"':
         out += "\\042";
@@ -140,8 +150,7 @@ std::string gnuplot_string(const std::string& text) {
         out += "\\140";
         break;
       default:
-        out +=
-            static_cast<unsigned char>(c) < 0x20 ? ' ' : c;  // SVG must not hold control characters
+        out += c;
     }
   }
   return out + "\"";

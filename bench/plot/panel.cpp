@@ -30,6 +30,13 @@ std::string text_of(const Points& points) {
   return data.text();
 }
 
+/// gnuplot prints a tick's text by a number's format.
+std::string as_format(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '%' ? "%%" : std::string(1, c);
+  return out;
+}
+
 /// gnuplot's commands for the axis "x" or "y".
 std::string commands(const Axis& axis, const std::string& name) {
   std::ostringstream out;
@@ -42,7 +49,7 @@ std::string commands(const Axis& axis, const std::string& name) {
     out << "set " << name << "tics (";
     for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
       const Tick& tick = axis.ticks[i];
-      out << (i > 0 ? ", " : "") << gnuplot_string(tick.text) << " " << tick.value;
+      out << (i > 0 ? ", " : "") << gnuplot_string(as_format(tick.text)) << " " << tick.value;
     }
     out << ")" << (axis.slanted ? " rotate by 45 right" : " norotate") << "\n";
     if (axis.grid) {

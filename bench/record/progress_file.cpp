@@ -5,6 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/json_text.h"
+#include "core/text.h"
+
 namespace ertbench {
 namespace {
 
@@ -12,6 +17,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr double pause_s = 0.5;
+constexpr double longest_s = 1e9;  ///< more is no time that anybody would wait for
 
 fs::path aside_of(const fs::path& file) {
   fs::path aside = file;
@@ -38,15 +44,15 @@ void ProgressFile::update(std::uint64_t done, std::uint64_t total, const std::st
   last_ = now;
   double left = 0;
   if (done > first_done_ && done < total) {
-    left = seconds_since(*start_) * static_cast<double>(total - done) /
-           static_cast<double>(done - first_done_);
+    left = std::min(longest_s, seconds_since(*start_) * static_cast<double>(total - done) /
+                                   static_cast<double>(done - first_done_));
   }
   const double fraction =
       total > 0 ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total)) : 0;
   const json content = {{"fraction", fraction}, {"text", text}, {"seconds_left", left}};
   // Renamed into place but not forced to the disk: it is of no use after a power cut.
   std::ofstream out(aside_of(file_));
-  out << content.dump(-1, ' ', false, json::error_handler_t::replace);
+  out << json_text(content);
   out.close();
   std::error_code ignored;
   if (out) fs::rename(aside_of(file_), file_, ignored);
@@ -59,13 +65,17 @@ void remove_progress(const fs::path& file) {
 }
 
 std::optional<TrialProgress> read_progress(const fs::path& file) {
-  std::ifstream in(file);
-  if (!in) return std::nullopt;
   try {
-    const json content = json::parse(in);
-    return TrialProgress{content.at("fraction"), content.at("text"), content.at("seconds_left")};
-  } catch (const json::exception&) {
-    return std::nullopt;
+    const json content = read_json_file(file);
+    JsonObject object(content, file.string(), "");
+    TrialProgress progress;
+    progress.fraction = object.number("fraction", {0, 1});
+    if (!object.raw("text").is_string()) return std::nullopt;
+    progress.text = printable(object.raw("text").get_ref<const std::string&>());
+    progress.seconds_left = object.number("seconds_left", {0, longest_s});
+    return progress;
+  } catch (const InputError&) {
+    return std::nullopt;  // not there, or not written by us
   }
 }
 

@@ -25,14 +25,14 @@ void write_record(const fs::path& file, json record, const std::string& key,
   record["key"] = key;
   record["build"] = to_json(build);
   add_checksum(record);
-  write_file_atomically(file, record.dump());
+  write_file_atomically(file, json_text(record));
 }
 
 FoundRecord find_record(const fs::path& file, const std::string& key, const BuildStamp& now,
                         Reuse reuse) {
   if (!fs::exists(file)) return {};
   try {
-    json record = read_json_file(file);
+    json record = read_json_file(file, most_record_bytes);
     if (const std::string changed = take_checksum(record); !changed.empty()) {
       return {JsonValue(), changed};
     }

@@ -1,6 +1,7 @@
 #include "bench/record/reuse.h"
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 
@@ -20,7 +21,8 @@ Reuse reuse_from_name(const std::string& name) {
   for (const Reuse reuse : {Reuse::same_code, Reuse::same_program, Reuse::clean}) {
     if (name == name_of(reuse)) return reuse;
   }
-  throw InputError("--reuse: must be same-code, same-program or clean, got \"" + name + "\"");
+  throw InputError("--reuse: must be same-code, same-program or clean, got \"" + printable(name) +
+                   "\"");
 }
 
 std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse) {

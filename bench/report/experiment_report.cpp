@@ -4,6 +4,7 @@
 
 #include "bench/charts/chart.h"
 #include "bench/report/result_table.h"
+#include "core/json_text.h"
 
 namespace ertbench {
 namespace {
@@ -75,7 +76,7 @@ ReportSection training_section(const std::vector<ReportFigure>& curves) {
 
 std::string value_text(const json& value) {
   if (value.is_string()) return value.get<std::string>();
-  if (!value.is_object()) return value.dump();
+  if (!value.is_object()) return json_text(value);
   std::string out;
   for (const auto& [key, part] : value.items()) {
     out += (out.empty() ? "" : ", ") + key + " " + value_text(part);
@@ -101,10 +102,10 @@ std::string training_seeds(const std::vector<ResultRow>& rows, const std::string
 std::string recipes_text(const json& datasets) {
   std::string out;
   for (const auto& [name, recipe] : datasets.items()) {
-    out += (out.empty() ? "{\n" : ",\n") + json(name).dump() + ": {";
+    out += (out.empty() ? "{\n" : ",\n") + json_text(name) + ": {";
     const char* separator = "\n  ";
     for (const auto& [key, value] : recipe.items()) {
-      out += separator + json(key).dump() + ": " + value.dump();
+      out += separator + json_text(key) + ": " + json_text(value);
       separator = ",\n  ";
     }
     out += "\n}";

@@ -8,6 +8,7 @@
 #include "bench/record/provenance.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
+#include "core/json_text.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -129,12 +130,13 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   origin["builds"] = to_json(builds);
   write_file_atomically(folder / "fidelity.csv", csv_of(data_of(rows)));
   write_file_atomically(folder / "fidelity.md", markdown_of(table));
-  write_file_atomically(folder / "provenance.json", origin.dump(2) + "\n");
+  write_file_atomically(folder / "provenance.json", json_text(origin, 2) + "\n");
   if (!rows.empty()) {
     draw_or_say(folder / "fidelity",
                 [&] { draw_fidelity_chart(rows, experiment.title, folder / "fidelity"); });
   }
-  std::printf("%s\nResults in %s\n", terminal_of(table).c_str(), folder.c_str());
+  std::printf("%s\nResults in %s\n", terminal_of(table).c_str(),
+              printable_path(folder.string()).c_str());
 }
 
 }  // namespace ertbench

@@ -15,8 +15,10 @@
 #include "bench/score/metric_summary.h"
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
+#include "core/json_text.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
+#include "forward/data/missed_promise.h"
 
 namespace ertbench {
 namespace {
@@ -66,8 +68,14 @@ std::string description(const DatasetSpec& spec) {
   } else {
     text += "no noise";
   }
-  if (spec.faults.any()) text += "; faults " + to_json(spec.faults).dump();
+  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
   return text + "; seed " + std::to_string(spec.seed);
+}
+
+/// Nothing where the file is no longer there.
+MissedPromise missed_promise_in(const fs::path& file, const DatasetSpec& spec) {
+  if (!fs::exists(file)) return {};
+  return missed_promise(spec, DatasetFile(file));
 }
 
 /// Truth of the figure's scenes and the column of every solver.
@@ -142,9 +150,18 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   text.title = experiment.title;
   text.published = experiment.published;
   text.builds = results.builds;
-  text.command = "./ertbench run " + experiment.file.string();
+  text.command = "./ertbench run " + printable_path(experiment.file.string());
+  nlohmann::json missed_promises = nlohmann::json::object();
   for (const DatasetSpec& test : experiment.tests) {
     text.dataset_descriptions[test.name] = description(test);
+    const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
+    if (missed.scenes == 0) continue;
+    text.dataset_descriptions[test.name] += "; " + missed.sentence();
+    missed_promises[test.name] = {{"scenes", missed.scenes},
+                                  {"of", missed.of},
+                                  {"model_error", missed.model_error},
+                                  {"largest_error", missed.largest_error},
+                                  {"sentence", missed.sentence()}};
   }
   nlohmann::json summary = {{"schema", 1},
                             {"experiment", experiment.name},
@@ -154,6 +171,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
                             {"provenance", provenance(experiment, results.jobs)},
                             {"builds", to_json(results.builds)},
                             {"rows", nlohmann::json::array()}};
+  if (!missed_promises.empty()) summary["missed_promises"] = missed_promises;
   for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
   const Table table = result_table(results.rows, text);
   write_file_atomically(folder / "table.md", markdown_of(table));
@@ -180,7 +198,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   const Report report = report_of(experiment, results.rows, text, training_curves, sections,
                                   summary.at("provenance"), folder);
   write_file_atomically(folder / "report.html", report_html(report));
-  write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
   return undrawn.size();
 }
 
@@ -189,7 +207,7 @@ std::size_t report_results(const Experiment& experiment, const Cache& cache,
                            const std::vector<ReportSection>& sections, const fs::path& folder) {
   const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
   std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
-              folder.c_str());
+              printable_path(folder.string()).c_str());
   return undrawn;
 }
 

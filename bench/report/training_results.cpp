@@ -9,7 +9,10 @@
 #include "bench/charts/training_chart.h"
 #include "bench/plot/drawing.h"
 #include "core/atomic_file.h"
+#include "core/csv_field.h"
 #include "core/errors.h"
+#include "core/regular_file.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -24,6 +27,21 @@ std::optional<double> best_epoch(const nlohmann::json& parameters) {
   return epoch.is_number() ? std::optional(epoch.get<double>()) : std::nullopt;
 }
 
+/// The log of a training, which a plugin may have written.
+std::string harmless_csv(const fs::path& file) {
+  require_regular_file(file);
+  std::ifstream in(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  std::string out;
+  for (const std::vector<std::string>& line : csv_lines(text)) {
+    for (std::size_t c = 0; c < line.size(); ++c) {
+      out += (c > 0 ? "," : "") + csv_field(printable(line[c]));
+    }
+    out += "\n";
+  }
+  return out;
+}
+
 }  // namespace
 
 std::optional<ReportFigure> write_training_results(const std::string& label,
@@ -34,10 +52,8 @@ std::optional<ReportFigure> write_training_results(const std::string& label,
   for (const TrainingSource& source : sources) {
     if (!fs::exists(source.log)) continue;
     fs::create_directories(folder);
-    std::ifstream in(source.log, std::ios::binary);
-    write_file_atomically(folder / (source.stem + ".csv"),
-                          std::string(std::istreambuf_iterator<char>(in), {}));
     try {
+      write_file_atomically(folder / (source.stem + ".csv"), harmless_csv(source.log));
       chart.runs.push_back(
           {source.title, read_training_curves(source.log), best_epoch(*source.parameters)});
     } catch (const InputError& error) {

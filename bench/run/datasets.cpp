@@ -11,6 +11,7 @@
 #include "core/progress.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
+#include "forward/data/missed_promise.h"
 
 namespace ertbench {
 namespace {
@@ -56,13 +57,22 @@ void ensure_datasets(const Experiment& experiment, const Cache& cache) {
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   fs::create_directories(cache.folder() / "datasets");
   for (const DatasetSpec* spec : experiment.datasets()) {
-    if (is_there(*spec, cache)) continue;
+    if (is_there(*spec, cache)) {
+      warn_of_missed_promise(*spec, cache.dataset(*spec));
+      continue;
+    }
     Progress progress("generating \"" + spec->name + "\" (" + std::to_string(spec->count) +
                       " scenes, grid " + text_of(spec->model) + ")");
     generate_dataset(
         *spec, cache.dataset(*spec),
         {cores, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); }});
+    warn_of_missed_promise(*spec, cache.dataset(*spec));
   }
+}
+
+void warn_of_missed_promise(const DatasetSpec& spec, const fs::path& file) {
+  const std::string missed = missed_promise(spec, DatasetFile(file)).sentence();
+  if (!missed.empty()) spdlog::warn("{}: {}", spec.name, missed);
 }
 
 void ensure_dataset(const DatasetSpec& spec, const Cache& cache, int threads) {

@@ -12,6 +12,7 @@
 #include "core/file_lock.h"
 #include "core/json_checksum.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "core/replace_file.h"
 #include "core/seconds.h"
 #include "forward/data/dataset_file.h"
@@ -111,7 +112,7 @@ void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fit
                {"key", Cache::fitted_solver_key(recipe)},
                {"file_checksum", hash_of_file(file)}};
   add_checksum(note);
-  write_file_atomically(note_of(file), note.dump(2));
+  write_file_atomically(note_of(file), json_text(note, 2));
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "bench/run/reconstruct_output.h"
 #include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
 #include "core/process.h"
 #include "core/progress.h"
 #include "core/replace_file.h"
@@ -124,7 +126,7 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
     out.write_text("/reason", "description",
                    "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
                    "voltages out of the range that it was fitted for; 0 none");
-    out.write_text("/", "solver", solver->parameters().dump());
+    out.write_text("/", "solver", json_text(printable_json(solver->parameters())));
     Progress progress("reconstructing");
     for (std::uint64_t first = 0; first < frames.frames; first += streamed_frames) {
       const std::uint64_t count = std::min(streamed_frames, frames.frames - first);
@@ -147,7 +149,7 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
       out.write_rows("/reason", first, reason);
       progress.update(first + count, frames.frames);
     }
-    out.flush();
+    out.close();
   };
   replace_file(output, write, aside);
   return summary;
@@ -174,10 +176,7 @@ void read_frames(const fs::path& input) {
 
 ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
                                     const fs::path& output, SolverRegistry& registry) {
-  std::error_code error;
-  if (fs::equivalent(input, output, error)) {
-    throw InputError(output.string() + ": is the input; name another output");
-  }
+  require_image_output(output, reconstruction_inputs(spec_file, input));
   survive_reading(input);
   const fs::path aside = aside_of(output);
   const IsolatedOutcome outcome = run_isolated(
@@ -191,15 +190,17 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
         } catch (const std::exception& exception) {
           said["failed"] = exception.what();
         }
-        send(said.dump(-1, ' ', false, json::error_handler_t::replace));
+        send(json_text(said));
       },
-      {std::numeric_limits<double>::infinity(), 0}, StandardError::shared);
+      {std::numeric_limits<double>::infinity(), machine_memory_bytes() / 10 * 9},
+      StandardError::shared);
   if (!outcome.finished || outcome.messages.empty()) {
-    fs::remove(aside, error);
+    std::error_code ignored;
+    fs::remove(aside, ignored);
     throw InputError(spec_file.string() + ": the solver ended its process (" + outcome.end.text() +
                      "); " + output.string() + " was not written");
   }
-  const json said = json::parse(outcome.messages.back());
+  const json said = parse_json(outcome.messages.back(), "what the solver's process said");
   if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
   if (said.contains("failed")) throw std::runtime_error(said.at("failed").get<std::string>());
   return summary_from_json(said.at("summary"));

@@ -3,9 +3,12 @@
 #include <algorithm>
 
 #include "bench/run/seeds.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
+
+constexpr std::size_t most_message = 2000;  ///< characters, of all its seeds
 
 /// A trial that did not go as it should.
 struct Remark {
@@ -73,6 +76,8 @@ ResultRow scored_row(const DatasetSpec& test, std::size_t set,
   remarks.insert(remarks.end(), reported.begin(), reported.end());
   row.status = "ok";
   apply(remarks, trials.size(), row);
+  row.status = printable(row.status);
+  row.message = printable(row.message, most_message);
   if (!missing.empty() && !results.empty()) {
     row.message += "; the numbers are of the other " +
                    (results.size() == 1 ? "seed" : std::to_string(results.size()) + " seeds");
@@ -118,8 +123,8 @@ void add_times(std::span<const TimedTrial> trials, ResultRow& row) {
       const std::string seed =
           trial.entry->seed ? "seed " + std::to_string(*trial.entry->seed) + ": " : "";
       const std::string before = row.message.empty() ? "" : row.message + "; ";
-      row.message = before + seed + "timing: " + trial.failure->message;
-      row.status = trial.failure->status;
+      row.message = before + seed + "timing: " + printable(trial.failure->message, most_message);
+      row.status = printable(trial.failure->status);
       return;
     }
   }

@@ -7,6 +7,7 @@
 #include "bench/run/ladder_stage.h"
 #include "bench/run/timing_stage.h"
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 
@@ -33,7 +34,7 @@ std::unique_ptr<Stage> stage_named(const std::string& name, int scenes) {
     if (stage->name() == name) return std::move(stage);
     names += (names.empty() ? "" : ", ") + stage->name();
   }
-  throw InputError("no stage is called \"" + name + "\"; there are " + names);
+  throw InputError("no stage is called \"" + printable(name) + "\"; there are " + names);
 }
 
 }  // namespace ertbench

@@ -6,6 +6,7 @@
 #include "bench/experiment/experiment_solvers.h"
 #include "bench/record/record_file.h"
 #include "core/errors.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -29,7 +30,8 @@ void run_trial(const Stage& stage, const std::string& name, Experiment& experime
   const auto job =
       std::find_if(jobs.begin(), jobs.end(), [&](const Job& one) { return one.name == name; });
   if (job == jobs.end()) {
-    throw InputError("--job: the stage " + stage.name() + " has no job \"" + name + "\"");
+    throw InputError("--job: the stage " + stage.name() + " has no job \"" + printable(name) +
+                     "\"");
   }
   registry.allow_plugins();  // this process is there for nothing else
   for (SolverEntry& entry : experiment.solvers) {

@@ -1,5 +1,6 @@
+#include "core/markdown.h"
+
 #include <algorithm>
-#include <cctype>
 #include <sstream>
 
 #include "bench/table/writers.h"
@@ -8,44 +9,18 @@
 namespace ertbench {
 namespace {
 
-bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
-
-/// Keeps every character what it is: no emphasis, HTML, link, formula or new column.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '\n' || c == '\r') {
-      out += ' ';
-    } else {
-      const bool has_next = i + 1 < text.size();
-      const bool link = c == ']' && has_next && (text[i + 1] == '(' || text[i + 1] == '[');
-      const bool emphasis =
-          c == '_' && !(i > 0 && has_next && is_word(text[i - 1]) && is_word(text[i + 1]));
-      if (link || emphasis || std::string("|\\*`~$").find(c) != std::string::npos) out += '\\';
-      out += c;
-    }
-  }
-  return out;
-}
-
 std::string text_of(const Cell& cell) {
-  std::string out = escaped(cell.text);
-  if (!cell.interval.empty()) out += (out.empty() ? "" : " ") + escaped(cell.interval);
-  for (const std::string& line : cell.lines) out += (out.empty() ? "" : "<br>") + escaped(line);
+  std::string out = markdown_escaped(cell.text);
+  if (!cell.interval.empty()) out += (out.empty() ? "" : " ") + markdown_escaped(cell.interval);
+  for (const std::string& line : cell.lines)
+    out += (out.empty() ? "" : "<br>") + markdown_escaped(line);
   return out;
 }
 
 /// The titles of the columns, then the rows.
 std::vector<std::vector<std::string>> texts_of(const TableSection& section) {
   std::vector<std::vector<std::string>> lines(1);
-  for (const Column& column : section.columns) lines[0].push_back(escaped(column.title));
+  for (const Column& column : section.columns) lines[0].push_back(markdown_escaped(column.title));
   for (const auto& row : section.rows) {
     std::vector<std::string>& line = lines.emplace_back();
     for (const Cell& cell : row) line.push_back(text_of(cell));
@@ -83,13 +58,14 @@ void print(std::ostream& out, const TableSection& section) {
 std::string paragraphs(const std::string& text) {
   std::string out;
   for (const std::string& paragraph : split(text, "\n\n")) {
-    if (!paragraph.empty()) out += escaped(paragraph) + "\n\n";
+    if (!paragraph.empty()) out += markdown_escaped(paragraph) + "\n\n";
   }
   return out;
 }
 
 /// A fence longer than any run of back-ticks in what it holds.
-std::string fenced(const std::string& text) {
+std::string fenced(const std::string& command) {
+  const std::string text = printable_path(command);
   std::size_t longest = 2;
   std::size_t run = 0;
   for (const char c : text) {
@@ -104,17 +80,17 @@ std::string fenced(const std::string& text) {
 
 std::string markdown_of(const Table& table) {
   std::ostringstream out;
-  if (!table.title.empty()) out << "# " << escaped(table.title) << "\n\n";
+  if (!table.title.empty()) out << "# " << markdown_escaped(table.title) << "\n\n";
   out << paragraphs(table.text);
   for (const TableSection& section : table.sections) {
     section.require_cells();
-    if (!section.caption.empty()) out << "## " << escaped(section.caption) << "\n\n";
+    if (!section.caption.empty()) out << "## " << markdown_escaped(section.caption) << "\n\n";
     out << paragraphs(section.text);
     print(out, section);
     out << "\n";
-    for (const std::string& note : section.notes) out << escaped(note) << "\n\n";
+    for (const std::string& note : section.notes) out << markdown_escaped(note) << "\n\n";
   }
-  for (const std::string& entry : table.legend) out << "- " << escaped(entry) << "\n";
+  for (const std::string& entry : table.legend) out << "- " << markdown_escaped(entry) << "\n";
   if (!table.command.empty()) out << "\nTo make it again:\n\n" << fenced(table.command);
   return out.str();
 }

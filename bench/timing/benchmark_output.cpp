@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/errors.h"
+#include "core/json_text.h"
 #include "core/quantile.h"
 #include "core/text.h"
 
@@ -79,8 +81,12 @@ std::string limit_of(const json& benchmark) {
 }  // namespace
 
 json parse_benchmark_output(std::string_view text) {
-  json output = json::parse(with_nulls(text), nullptr, /*allow_exceptions=*/false);
-  if (output.is_discarded()) throw std::runtime_error("its output is not whole");
+  json output;
+  try {
+    output = parse_json(with_nulls(text), "its output");
+  } catch (const InputError& error) {
+    throw std::runtime_error(error.what());
+  }
   const auto benchmarks = output.find("benchmarks");
   const auto is_benchmark = [](const json& one) {
     return one.is_object() && one.contains("name") && one["name"].is_string();

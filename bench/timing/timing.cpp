@@ -14,8 +14,10 @@
 #include "bench/timing/benchmark_process.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
+#include "core/json_text.h"
 #include "core/progress.h"
 #include "core/temporary_folder.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -48,7 +50,8 @@ void attempt(Program& program, const Work& work) {
   } catch (const std::runtime_error& error) {
     program.failure = error.what();
     program.count = 0;
-    std::fprintf(stderr, "%s %s\n", program.process.name().c_str(), error.what());
+    std::fprintf(stderr, "%s %s\n", program.process.name().c_str(),
+                 printable_lines(error.what()).c_str());
   }
 }
 
@@ -84,7 +87,7 @@ std::vector<Program> find_programs(const fs::path& folder, const fs::path& tempo
   }
   std::string known;
   for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
-  throw InputError("FILTER: no benchmark matches the regular expression \"" + filter +
+  throw InputError("FILTER: no benchmark matches the regular expression \"" + printable(filter) +
                    "\"; their names begin with " + known);
 }
 
@@ -196,11 +199,12 @@ int run_timing(const TimingOptions& options) {
     }
     if (!program.failure.empty()) {
       ++failed;
-      std::printf("%s\n  failed: it %s\n", program.process.name().c_str(), program.failure.c_str());
+      std::printf("%s\n  failed: it %s\n", program.process.name().c_str(),
+                  printable(program.failure, 1000).c_str());
     }
   }
-  write_file_atomically(options.out, result.dump(1) + "\n");
-  std::printf("all in %s\n", options.out.c_str());
+  write_file_atomically(options.out, json_text(result, 1) + "\n");
+  std::printf("all in %s\n", printable_path(options.out.string()).c_str());
   return failed;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "forward/border/corner_grading.h"
+
 namespace ertbench {
 namespace {
 
@@ -22,17 +24,6 @@ int least(const ContactArc& arc) {
   if (arc.closed) return around;
   const double share = (arc.end - arc.begin) / arc.piece.length();
   return std::max(least_open, static_cast<int>(around * share));
-}
-
-/// Whether two arcs have an end in common.
-bool are_joined(const ContactArc& a, const ContactArc& b) {
-  if (a.closed || b.closed) return false;
-  for (const double s : {a.begin, a.end}) {
-    for (const double t : {b.begin, b.end}) {
-      if (std::abs(a.piece.at(s).z - b.piece.at(t).z) < 1e-7) return true;
-    }
-  }
-  return false;
 }
 
 /// Of each arc the largest spacing, in units of the allowed one, and the point where that is.
@@ -84,6 +75,7 @@ std::vector<Demand> demands(const std::vector<ContactArc>& arcs, const BorderPoi
 BorderLayout border_layout(const Sheet& sheet, const Eigen::Array2Xd& electrodes,
                            const Scene& scene, BorderCuts cuts) {
   BorderLayout layout{contact_arcs(scene, sheet), {}};
+  set_gradings(sheet, layout.arcs);
   for (const ContactArc& arc : layout.arcs) layout.counts.push_back(least(arc));
   for (int pass = 0; pass < passes; ++pass) {
     const BorderPoints points = border_points(sheet, layout.arcs, layout.counts);

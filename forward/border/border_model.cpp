@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "forward/border/border_layout.h"
@@ -19,6 +20,8 @@ using Eigen::VectorXd;
 constexpr double refinement = 1.5;
 /// Of what the last refinement changed, what is still missing at third order: 1 / (1.5^3 - 1).
 constexpr double remaining = 0.42;
+/// First order's 1 / 1.5: of steps that shrink more slowly nothing can be told.
+constexpr double slowest_shrinking = 0.67;
 /// The error over the distance from reciprocity: 1 in the median, at most 2 in most scenes.
 constexpr double reciprocity_margin = 2;
 
@@ -69,27 +72,54 @@ VectorXd BorderModel::electrode_ratios(const Scene& scene) const {
   return ratios;
 }
 
+MatrixXd BorderModel::source_potentials(const ArrayXd& source,
+                                        const std::vector<ScreenedRegion>& screened,
+                                        const MatrixXd& potentials) const {
+  MatrixXd out = neumann_ * (source - 1).matrix().asDiagonal();
+  for (const ScreenedRegion& region : screened) {
+    MatrixXd inside = neumann_(Eigen::all, region.electrodes) - potentials * region.charges;
+    VectorXd is_outside = VectorXd::Ones(source.size());
+    is_outside(region.electrodes).setZero();
+    const double outside = std::max(1.0, is_outside.sum());
+    inside.rowwise() -= (is_outside.transpose() * inside / outside).eval();
+    out(Eigen::all, region.electrodes) =
+        (1 / region.ratio - 1) * (1 - is_outside.array()).matrix().asDiagonal() * inside;
+  }
+  return out;
+}
+
 BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, const ArrayXd& source,
                                                 double resolution) const {
-  MatrixXd impedance = neumann_ * (source - 1).matrix().asDiagonal();
-  impedance = pair_differences(pair_differences(impedance.transpose()).transpose());
-  Solution solution;
-  if (!layout.arcs.empty()) {
-    const BorderSystem system =
-        border_system(*sensor_.sheet, layout, electrodes_, source, resolution);
-    impedance += pair_differences(system.potentials *
-                                  system.matrix.partialPivLu().solve(system.slopes.transpose()));
-    solution.points = static_cast<int>(system.points.size());
+  if (layout.arcs.empty()) {
+    const MatrixXd own = source_potentials(source, {}, {});
+    return {voltages(pair_differences(pair_differences(own.transpose()).transpose()))};
   }
-  solution.change = voltages(impedance);
+  const BorderSystem system =
+      border_system(*sensor_.sheet, layout, electrodes_, source, resolution);
+  const MatrixXd own = source_potentials(source, system.screened, system.potentials);
+  MatrixXd impedance = pair_differences(pair_differences(own.transpose()).transpose());
+  impedance += pair_differences(system.potentials *
+                                system.matrix.partialPivLu().solve(system.slopes.transpose()));
+  Solution solution{voltages(impedance), static_cast<int>(system.points.size())};
+  average_reciprocal(system.magnitude, solution);
+  return solution;
+}
+
+void BorderModel::average_reciprocal(const ArrayXd& magnitude, Solution& solution) const {
+  const Index electrodes = magnitude.size();
+  const auto of_drive = [&](int channel) {
+    const Index k = channels_[static_cast<std::size_t>(channel)].drive;
+    return std::max(magnitude[k], magnitude[(k + 1) % electrodes]);
+  };
   double asymmetry = 0;
   for (const auto& [a, b] : pairs_) {
-    const double mean = (solution.change[a] + solution.change[b]) / 2;
-    asymmetry += std::pow(solution.change[a] - solution.change[b], 2);
+    const double share = 1 / (1 + std::pow(of_drive(a) / of_drive(b), 2));  // of a in the mean
+    const double difference = solution.change[a] - solution.change[b];
+    const double mean = solution.change[b] + share * difference;
+    asymmetry += 4 * share * (1 - share) * difference * difference;
     solution.change[a] = solution.change[b] = mean;
   }
-  if (solution.points > 0) solution.error = reciprocity_margin * std::sqrt(asymmetry);
-  return solution;
+  solution.error = reciprocity_margin * std::sqrt(asymmetry);
 }
 
 BorderModel::Solution BorderModel::solve_at(const Scene& scene, double resolution) const {
@@ -109,10 +139,15 @@ BorderModel::Solution BorderModel::solve(const Scene& scene, const Tolerance& to
   const ArrayXd source = electrode_ratios(scene).array().inverse();
   double resolution = 1 / refinement;
   Solution solution = solve_layout(layout, source, resolution);
+  double last_step = std::numeric_limits<double>::infinity();
   while (solution.points > 0) {
     resolution *= refinement;
     Solution finer = solve_layout(layout, source, resolution);
-    finer.error = std::max(finer.error, remaining * (finer.change - solution.change).norm());
+    const double step = (finer.change - solution.change).norm();
+    // What is missing if the steps go on shrinking as they did.
+    const double shrinking = std::min(step / last_step, slowest_shrinking);
+    finer.error = std::max(finer.error, std::max(remaining, shrinking / (1 - shrinking)) * step);
+    last_step = step;
     solution = std::move(finer);
     if (solution.error <= tolerance(solution.change) || refinement * solution.points > most_points)
       break;

@@ -12,6 +12,7 @@
 namespace ertbench {
 
 struct BorderLayout;
+struct ScreenedRegion;
 
 /// The voltages of the continuous sheet, without a mesh: unknowns on the borders of the contacts
 /// alone. With N the Neumann function of the sheet and u0 the field of the electrodes,
@@ -72,6 +73,15 @@ class BorderModel {
   Eigen::VectorXd electrode_ratios(const Scene& scene) const;
   Solution solve_layout(const BorderLayout& layout, const Eigen::ArrayXd& source,
                         double resolution) const;
+  /// Potentials [L, L] at the electrodes (rows) by the unit currents' own charges, beyond those on
+  /// the uniform sheet; `potentials` as in BorderSystem.
+  Eigen::MatrixXd source_potentials(const Eigen::ArrayXd& source,
+                                    const std::vector<ScreenedRegion>& screened,
+                                    const Eigen::MatrixXd& potentials) const;
+  /// Puts weighted means in the place of channels that reciprocity makes equal, and the estimate of
+  /// the error that their differences give. `magnitude` as in BorderSystem: of two channels the one
+  /// whose drive's charges are smaller is the better by as much.
+  void average_reciprocal(const Eigen::ArrayXd& magnitude, Solution& solution) const;
   /// `impedance` [L, L] by measuring and drive pair, conductivity 1, to [channels] V.
   Eigen::VectorXd voltages(const Eigen::MatrixXd& impedance) const;
 

@@ -10,8 +10,8 @@ namespace ertbench {
 
 /// Quadrature points on the borders of the contacts, mapped onto the unit disc. A closed border has
 /// points at equal parameters, which converge spectrally; a stretch between corners or junctions
-/// has the midpoint rule in s with the parameter s^3 / (s^3 + (1 - s)^3) (Kress 1990), whose points
-/// gather at the ends, where the density is singular. All arrays [points].
+/// has the midpoint rule in s with the parameter s^p / (s^p + (1 - s)^p) (Kress 1990), p the arc's
+/// grading, whose points gather at the ends, where the density is singular. All arrays [points].
 struct BorderPoints {
   Eigen::ArrayXd x, y;                ///< position
   Eigen::ArrayXd normal_x, normal_y;  ///< unit normal to the right of the direction of travel

@@ -1,7 +1,9 @@
 #include "forward/border/border_system.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 namespace ertbench {
@@ -37,6 +39,109 @@ MatrixXd system_matrix(const BorderPoints& p, const ArrayXd& half_inverse_mu) {
   return system;
 }
 
+using Complex = std::complex<double>;
+
+/// The angle by which a point that runs along an arc turns round y, as seen from there. `chain` has
+/// the arc's ends and points, in order.
+double angle_turned(const std::vector<Complex>& chain, const Complex& y) {
+  int turns = 0;  // counter-clockwise across the negative real axis, where the argument jumps
+  Complex last = chain.front() - y;
+  for (std::size_t i = 1; i < chain.size(); ++i) {
+    const Complex next = chain[i] - y;
+    const bool is_above = last.imag() >= 0;
+    if (is_above != (next.imag() >= 0)) {
+      const double area = last.real() * next.imag() - next.real() * last.imag();
+      if (is_above == (area > 0)) turns += is_above ? 1 : -1;
+    }
+    last = next;
+  }
+  return std::arg(chain.back() - y) - std::arg(chain.front() - y) + 2 * pi * turns;
+}
+
+/// The same for a point of the arc itself, which is passed without a turn: at most half a turn, and
+/// that counter-clockwise, as ellipses are traced.
+double own_angle_turned(const Complex& begin, const Complex& end, const Complex& y) {
+  const double angle = std::arg((end - y) / (begin - y));
+  return angle > 1e-6 ? angle - pi : angle + pi;
+}
+
+/// Adds to a kernel at the points of an arc what its flux through the arc lacks, where the kernel
+/// is large.
+void correct_flux(const ArrayXd& weight, double flux, Eigen::Ref<ArrayXd> kernel) {
+  const ArrayXd size = kernel.abs();
+  const double sum = (size * weight).sum();
+  if (sum > 0) kernel += (flux - (kernel * weight).sum()) / sum * size;
+}
+
+/// Gives the equation the fluxes that are known: of a charge as much flows through an arc as the
+/// angle turns under which the charge and its mirror image see a point that runs along it. A flux
+/// that is slightly wrong counts as a charge, and where conductivities differ much such a charge
+/// makes a potential that many times larger. `slopes` [L, points] of unit charges at `electrodes`.
+void conserve_flux(const Sheet& sheet, const BorderLayout& layout,
+                   const Eigen::Array2Xd& electrodes, const ArrayXd& half_inverse_mu,
+                   BorderSystem& system, MatrixXd& slopes) {
+  constexpr double touching = 1e-8;
+  const BorderPoints& p = system.points;
+  for (std::size_t a = 0; a < layout.arcs.size(); ++a) {
+    const ContactArc& arc = layout.arcs[a];
+    const Index first = p.first[a];
+    const Index count = p.first[a + 1] - first;
+    const Complex begin = sheet.to_disc(arc.piece.at(arc.begin).z).w;
+    const Complex end = sheet.to_disc(arc.piece.at(arc.end).z).w;
+    std::vector<Complex> chain{begin};
+    for (Index i = first; i < first + count; ++i) chain.emplace_back(p.x[i], p.y[i]);
+    chain.push_back(end);
+    const ArrayXd weight = p.weight.segment(first, count);
+    for (Index j = 0; j < p.size(); ++j) {
+      const bool is_own = j >= first && j < first + count;
+      const Complex y(p.x[j], p.y[j]);
+      const double mirrored = std::arg((1.0 - end * std::conj(y)) / (1.0 - begin * std::conj(y)));
+      double angle = pi;
+      if (!is_own)
+        angle = angle_turned(chain, y);
+      else if (!arc.closed)
+        angle = own_angle_turned(begin, end, y);
+      ArrayXd kernel = system.matrix.col(j).segment(first, count);
+      if (is_own) kernel[j - first] -= half_inverse_mu[j];
+      correct_flux(weight, (angle + mirrored) / (2 * pi) * p.weight[j], kernel);
+      if (is_own) kernel[j - first] += half_inverse_mu[j];
+      system.matrix.col(j).segment(first, count) = kernel;
+    }
+    for (Index e = 0; e < electrodes.cols(); ++e) {
+      const Complex y(electrodes(0, e), electrodes(1, e));
+      if (std::abs(begin - y) < touching || std::abs(end - y) < touching) continue;
+      ArrayXd kernel = slopes.row(e).segment(first, count).transpose();
+      correct_flux(weight, -angle_turned(chain, y) / pi, kernel);
+      slopes.row(e).segment(first, count) = kernel.transpose();
+    }
+  }
+}
+
+/// The charges on a region's border that screen its electrodes, [points, electrodes]: the equation
+/// on that border alone with no conductivity inside, where no current comes out.
+MatrixXd screening_charges(const ScreenedRegion& region, const BorderSystem& system,
+                           const ArrayXd& half_inverse_mu, const MatrixXd& slopes) {
+  std::vector<int> border;
+  for (const int arc : region.arcs) {
+    for (int i = system.points.first[static_cast<std::size_t>(arc)];
+         i < system.points.first[static_cast<std::size_t>(arc) + 1]; ++i) {
+      border.push_back(i);
+    }
+  }
+  MatrixXd matrix = system.matrix(border, border);
+  for (std::size_t k = 0; k < border.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    const double side = system.left[border[k]] == region.ratio ? 0.5 : -0.5;
+    matrix(i, i) += side - half_inverse_mu[border[k]];
+  }
+  MatrixXd charges =
+      MatrixXd::Zero(system.points.size(), static_cast<Index>(region.electrodes.size()));
+  const MatrixXd right_side = -slopes(region.electrodes, border).transpose();
+  const MatrixXd on_border = matrix.partialPivLu().solve(right_side);
+  charges(border, Eigen::all) = on_border;
+  return charges;
+}
+
 }  // namespace
 
 MatrixXd pair_differences(const MatrixXd& rows) {
@@ -65,18 +170,33 @@ BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
     system.left[i] = layout.arcs[static_cast<std::size_t>(arc)].left;
     system.right[i] = layout.arcs[static_cast<std::size_t>(arc)].right;
   }
-  MatrixXd slopes(electrodes.cols(), count);
+  const ArrayXd half_inverse_mu = (system.right + system.left) / (2 * (system.right - system.left));
+  system.matrix = system_matrix(points, half_inverse_mu);
+  MatrixXd slopes(electrodes.cols(), count);  // of unit charges
   system.potentials.resize(electrodes.cols(), count);
   for (Index e = 0; e < electrodes.cols(); ++e) {
     const ArrayXd dx = points.x - electrodes(0, e);
     const ArrayXd dy = points.y - electrodes(1, e);
     const ArrayXd square = dx.square() + dy.square();
-    slopes.row(e) = -source[e] / pi * (points.normal_x * dx + points.normal_y * dy) / square;
+    slopes.row(e) = -1 / pi * (points.normal_x * dx + points.normal_y * dy) / square;
     system.potentials.row(e) = -0.5 / pi * square.log() * points.weight;
   }
-  system.slopes = pair_differences(slopes);
-  system.matrix =
-      system_matrix(points, (system.right + system.left) / (2 * (system.right - system.left)));
+  if (std::any_of(layout.arcs.begin(), layout.arcs.end(),
+                  [](const ContactArc& arc) { return is_strong(arc.left / arc.right); })) {
+    conserve_flux(sheet, layout, electrodes, half_inverse_mu, system, slopes);
+  }
+  system.screened = screened_regions(sheet, layout, points, electrodes, source);
+  ArrayXd charge = source;
+  for (const ScreenedRegion& region : system.screened) charge(region.electrodes) = 1;
+  system.magnitude = charge.max(1);
+  MatrixXd drives = charge.matrix().asDiagonal() * slopes;
+  for (ScreenedRegion& region : system.screened) {
+    region.charges = screening_charges(region, system, half_inverse_mu, slopes);
+    const ArrayXd share = (1 - region.ratio) / (system.right - system.left);
+    drives(region.electrodes, Eigen::all) +=
+        region.charges.transpose() * share.matrix().asDiagonal();
+  }
+  system.slopes = pair_differences(drives);
   return system;
 }
 

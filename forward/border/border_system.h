@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "forward/border/border_layout.h"
+#include "forward/border/screened_regions.h"
 
 namespace ertbench {
 
@@ -15,6 +16,10 @@ struct BorderSystem {
   Eigen::MatrixXd matrix;      ///< [points, points]
   Eigen::MatrixXd slopes;      ///< [L, points] of the drives' fields across the borders
   Eigen::MatrixXd potentials;  ///< [L, points] at the electrodes, of the points' charges
+  std::vector<ScreenedRegion> screened;
+  /// [L] how many times larger than the potentials the charges are that make them, which is what
+  /// the discretisation's error grows with.
+  Eigen::ArrayXd magnitude;
 };
 
 /// `resolution` multiplies the layout's counts; `electrodes` [2, L] on the unit circle, `source`

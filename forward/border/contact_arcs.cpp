@@ -46,6 +46,18 @@ double ratio_at(const Scene& scene, Complex point) {
   return contact < 0 ? 1 : scene.contacts[static_cast<std::size_t>(contact)].conductivity_ratio;
 }
 
+bool is_strong(double ratio) { return ratio < 0.1 || ratio > 10; }
+
+bool are_joined(const ContactArc& a, const ContactArc& b) {
+  if (a.closed || b.closed) return false;
+  for (const double s : {a.begin, a.end}) {
+    for (const double t : {b.begin, b.end}) {
+      if (std::abs(a.piece.at(s).z - b.piece.at(t).z) < 1e-7) return true;
+    }
+  }
+  return false;
+}
+
 std::vector<ContactArc> contact_arcs(const Scene& scene, const Sheet& sheet) {
   std::vector<std::vector<BorderPiece>> borders;
   std::vector<Eigen::AlignedBox2d> boxes;

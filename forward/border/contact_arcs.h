@@ -20,6 +20,7 @@ struct ContactArc {
   bool ends_at_sheet = false;
   double left = 1;        ///< conductivity / background on the left of the direction of travel
   double right = 1;       ///< and on the right
+  double grading = 3;     ///< of the points on it, see graded_parameter
   int contact = 0;        ///< whose border it is
   int left_contact = -1;  ///< which contact's conductivity `left` is, -1 the background
   int right_contact = -1;
@@ -33,5 +34,12 @@ double ratio_at(const Scene& scene, std::complex<double> point);
 /// contact of lower ratio are left out, what several contacts share is there once. Exact up to
 /// rounding for every scene, whatever overlaps or sticks out.
 std::vector<ContactArc> contact_arcs(const Scene& scene, const Sheet& sheet);
+
+/// Whether conductivities of this ratio differ so much, more than tenfold, that the equation takes
+/// precautions which the usual contacts do without.
+bool is_strong(double ratio);
+
+/// Whether two arcs have an end in common.
+bool are_joined(const ContactArc& a, const ContactArc& b);
 
 }  // namespace ertbench

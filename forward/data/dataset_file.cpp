@@ -11,6 +11,16 @@ namespace ertbench {
 
 namespace layout = dataset_layout;
 
+namespace {
+
+/// An attribute of the root.
+nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
+  return parse_json(file.read_text("/", name),
+                    file.path().string() + ": attribute \"" + name + "\" of /");
+}
+
+}  // namespace
+
 std::string written_recipe(const Hdf5File& file) {
   if (file.has(layout::recipe)) return file.read_text_dataset(layout::recipe);
   return file.has_attribute("/", "recipe") ? file.read_text("/", "recipe") : "";
@@ -18,8 +28,7 @@ std::string written_recipe(const Hdf5File& file) {
 
 std::optional<BuildStamp> written_build(const Hdf5File& file) {
   if (!file.has_attribute("/", "build")) return std::nullopt;
-  const std::string text = file.read_text("/", "build");
-  return build_stamp_from_json(nlohmann::json::parse(text, nullptr, false));
+  return build_stamp_from_json(json_attribute(file, "build"));
 }
 
 DatasetFile::DatasetFile(const std::filesystem::path& file)
@@ -40,6 +49,9 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
   file_->require_shape(layout::conductivity, {size_, grid, grid});
   file_->require_shape(layout::contacts, {size_, 0, layout::contact_columns});
   file_->require_shape(layout::reference_voltages, {channels});
+  if (file_->has(layout::model_effort)) {
+    file_->require_shape(layout::model_effort, {size_, layout::effort_columns});
+  }
   reference_ = file_->read_vector(layout::reference_voltages);
 }
 
@@ -49,7 +61,8 @@ DatasetFile::~DatasetFile() = default;
 std::string DatasetFile::why_changed() const { return file_->why_changed(); }
 
 DatasetSpec DatasetFile::spec() const {
-  nlohmann::json recipe = nlohmann::json::parse(recipe_, nullptr, false);
+  nlohmann::json recipe;
+  if (!recipe_.empty()) recipe = parse_json(recipe_, path_.string() + ": /recipe");
   if (!recipe.is_object() || !recipe.contains("name") || !recipe["name"].is_string()) {
     throw InputError(path_.string() +
                      ": /recipe: does not say how the set was made; generate it again");
@@ -71,6 +84,11 @@ Images DatasetFile::conductivity(std::uint64_t first, std::uint64_t count) const
   return file_->read_rows(layout::conductivity, first, count);
 }
 
+Eigen::VectorXd DatasetFile::model_errors(std::uint64_t first, std::uint64_t count) const {
+  if (!file_->has(layout::model_effort)) return {};
+  return file_->read_rows(layout::model_effort, first, count).col(layout::effort_columns - 1);
+}
+
 std::vector<Scene> DatasetFile::scenes(std::uint64_t first, std::uint64_t count) const {
   const RowMajorMatrix contacts = file_->read_rows(layout::contacts, first, count, true);
   RowMajorMatrix vertices(contacts.rows(), 0);
@@ -86,11 +104,7 @@ std::vector<Scene> DatasetFile::scenes(std::uint64_t first, std::uint64_t count)
 
 Sensor sensor_of(const Hdf5File& file) {
   if (!file.has_attribute("/", "sensor")) return {};
-  const std::string text = file.read_text("/", "sensor");
-  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
-  if (json.is_discarded()) {
-    throw InputError(file.path().string() + ": /: attribute \"sensor\" is not valid JSON");
-  }
+  const nlohmann::json json = json_attribute(file, "sensor");
   return sensor_from_json(
       JsonObject(json, file.path().string() + ": attribute \"sensor\" of /", ""));
 }

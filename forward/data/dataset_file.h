@@ -43,6 +43,8 @@ class DatasetFile {
   Frames voltages(std::uint64_t first, std::uint64_t count) const;          ///< with noise, V
   Frames clean_voltages(std::uint64_t first, std::uint64_t count) const;    ///< without, V
   Images conductivity(std::uint64_t first, std::uint64_t count) const;      ///< truth, S/m
+  /// Estimated 2-norms of the errors of the clean voltages, [count] V; empty for a set on a grid.
+  Eigen::VectorXd model_errors(std::uint64_t first, std::uint64_t count) const;
   std::vector<Scene> scenes(std::uint64_t first, std::uint64_t count) const;
 
  private:

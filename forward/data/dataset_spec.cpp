@@ -51,7 +51,7 @@ SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
   if (object.has("grid") && object.raw("grid").is_string()) {
     object.choice("grid", {"auto"});
     ContinuousSheet sheet;
-    sheet.model_error = object.number_or("model_error", sheet.model_error, {0, 10, true});
+    sheet.model_error = object.number_or("model_error", sheet.model_error, {1e-6, 10});
     return sheet;
   }
   if (object.has("model_error")) {
@@ -103,7 +103,7 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
   const nlohmann::json& snr = object.raw("snr_db");
   if (!snr.is_null()) {
     if (!snr.is_number()) object.fail("snr_db", "must be a number of dB, or null for no noise");
-    spec.noise.snr_db = object.number("snr_db", {-200, 400});
+    spec.noise.snr_db = object.number("snr_db", {-200, 400, false, "dB"});
     spec.noise.basis = object.choice("snr_basis", {"absolute", "difference"}) == "absolute"
                            ? SnrBasis::absolute
                            : SnrBasis::difference;

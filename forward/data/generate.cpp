@@ -1,11 +1,14 @@
 #include "forward/data/generate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
+#include <fstream>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 #include "core/build.h"
@@ -13,6 +16,7 @@
 #include "core/errors.h"
 #include "core/file_lock.h"
 #include "core/hdf5_file.h"
+#include "core/output_file.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_layout.h"
 #include "forward/data/scene_model.h"
@@ -24,6 +28,26 @@ namespace fs = std::filesystem;
 namespace layout = dataset_layout;
 
 constexpr std::uint64_t rows_per_block = 1024;
+
+/// The name under which a dataset grows.
+fs::path part_of(const fs::path& file) {
+  fs::path part = file;
+  return part += ".part";
+}
+
+/// Whether it begins as HDF5 does and cannot be opened as that.
+bool is_unfinished_hdf5(const fs::path& file) {
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  std::array<char, signature.size()> start{};
+  std::ifstream(file, std::ios::binary).read(start.data(), start.size());
+  if (std::string_view(start.data(), start.size()) != signature) return false;
+  try {
+    Hdf5File::open(file);
+    return false;
+  } catch (const InputError&) {
+    return true;
+  }
+}
 
 std::uint64_t contact_width(const DatasetSpec& spec) {
   return std::max<std::size_t>(1, spec.most_contacts());
@@ -100,7 +124,7 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
                   "ascending, V_j - V_(j+1), pairs sharing an electrode with the drive skipped");
   file.write_text("/", "electrode_order",
                   "clockwise along the border from " + spec.sensor.sheet->border_start());
-  file.flush();
+  file.close();
 }
 
 /// Scenes that an earlier call left whole in `part`, or nothing where it cannot be continued.
@@ -191,12 +215,28 @@ DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, st
   return generate_rows(spec, model, first, count, 1);
 }
 
+void require_dataset_output(const fs::path& file, const std::vector<fs::path>& inputs) {
+  const auto is_dataset = [](const fs::path& one) {
+    try {
+      const Hdf5File opened = Hdf5File::open(one);
+      return opened.has(layout::voltages) && opened.has(layout::scenes_written);
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  require_output(file, inputs, {"dataset of ours", is_dataset});
+  const auto is_part = [&](const fs::path& one) {
+    // One that was cut off before its storage was laid out is not yet a dataset.
+    return fs::is_empty(one) || is_dataset(one) || is_unfinished_hdf5(one);
+  };
+  require_output(part_of(file), inputs, {"unfinished dataset of ours", is_part});
+}
+
 void generate_dataset(const DatasetSpec& spec, const fs::path& file,
                       const GenerateOptions& options) {
   const SceneModel model(spec.sensor, spec.model);
   const int threads = std::max(1, options.threads);
-  fs::path part = file;
-  part += ".part";
+  const fs::path part = part_of(file);
   const FileLock lock(part);
   if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
     fs::remove(part);
@@ -235,7 +275,7 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
       if (options.progress) options.progress(done, spec.count);
     }
     out.write_checksum();
-    out.flush();
+    out.close();
   }
   lock.sync();
   std::error_code error;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 #include "forward/data/dataset_spec.h"
 
@@ -27,6 +28,12 @@ struct GenerateOptions {
 /// Throws InputError where the folder cannot be written or the disk is too small.
 void generate_dataset(const DatasetSpec& spec, const std::filesystem::path& file,
                       const GenerateOptions& options = {});
+
+/// Throws InputError unless a dataset may be written as `file`, a name of the user's: nothing
+/// stands there and under its name while it grows, or datasets, and it is none of the `inputs`
+/// (require_output).
+void require_dataset_output(const std::filesystem::path& file,
+                            const std::vector<std::filesystem::path>& inputs);
 
 /// The same scenes as arrays, rows [first, first + count): what a block of the file holds.
 struct DatasetBlock {

@@ -204,11 +204,12 @@ SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& s
           std::find(shape_names.begin(), shape_names.end(), name) - shape_names.begin()));
     }
   }
-  if (object.has("radius")) d.radius = object.interval("radius", {0, 2, true});
-  if (object.has("aspect")) d.aspect = object.interval("aspect", {0, 1, true});
+  if (object.has("radius")) d.radius = object.interval("radius", {contact_lengths[0], 2});
+  if (object.has("aspect")) d.aspect = object.interval("aspect", {1e-3, 1});
   if (object.has("corners")) d.corners = object.integer_interval("corners", 3, 64);
   if (object.has("conductivity_ratio")) {
-    d.conductivity_ratio = object.interval("conductivity_ratio", {0, 1000, true});
+    d.conductivity_ratio =
+        object.interval("conductivity_ratio", {conductivity_ratios[0], conductivity_ratios[1]});
   }
   d.blank_fraction = object.number_or("blank_fraction", 0, {0, 1});
   d.inside = object.choice_or("placement", "inside", {"inside", "centre-inside"}) == "inside";

@@ -46,14 +46,16 @@ void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
     const bool stale = spec.faults.displacement_reference == DisplacementReference::stale;
     const Eigen::VectorXd& reference =
         stale ? model.reference_voltages() : nominal.reference_voltages();
+    // Of the frame as the set holds it; what divides its voltages divides their error.
+    const double divisor = 1 + spec.faults.background_change;
     const auto tolerance = [&](const Eigen::VectorXd& change) {
-      return model_error * noise_norm(spec.noise, nominal.reference_voltages(),
-                                      nominal.reference_voltages() + change);
+      return model_error * divisor *
+             noise_norm(spec.noise, nominal.reference_voltages(), (reference + change) / divisor);
     };
     const BorderModel::Solution solution = model.solve(scenes[i], tolerance);
     const auto row = static_cast<Eigen::Index>(i);
     voltages.row(row) = reference + solution.change;
-    effort.row(row) << solution.points, solution.error;
+    effort.row(row) << solution.points, solution.error / divisor;
   }
 }
 

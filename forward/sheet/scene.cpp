@@ -31,9 +31,8 @@ bool crosses_itself(const std::vector<Eigen::Vector2d>& vertices) {
 }
 
 Contact contact_from_json(JsonObject object) {
-  // A length that no contact needs, so that areas and boxes stay finite.
   const Range position{-100, 100};
-  const Range length{0, 100, true};
+  const Range length{contact_lengths[0], contact_lengths[1]};
   Contact contact;
   contact.shape = shape_named(object.choice("shape", shape_names));
   const auto vector = [&](const char* key, Range range) {
@@ -55,7 +54,8 @@ Contact contact_from_json(JsonObject object) {
       contact.angle = object.number_or("angle", 0, {-1000, 1000});
     }
   }
-  contact.conductivity_ratio = object.number("conductivity_ratio", {0, 1000, true});
+  contact.conductivity_ratio =
+      object.number("conductivity_ratio", {conductivity_ratios[0], conductivity_ratios[1]});
   object.finish();
   return contact;
 }

@@ -1,11 +1,19 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 namespace ertbench {
+
+/// Of a contact's conductivity over the background's. Less is an insulator as good as any, and
+/// would leave nothing of the stiffness of its elements.
+inline constexpr std::array<double, 2> conductivity_ratios = {1e-6, 1000};
+/// Of a contact's radius, half axis or half side, domain units: no contact needs more or less, and
+/// areas, boxes and their inverses are finite.
+inline constexpr std::array<double, 2> contact_lengths = {1e-6, 100};
 
 class JsonObject;
 

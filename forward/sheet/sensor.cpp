@@ -90,8 +90,11 @@ Sensor sensor_from_json(JsonObject object) {
   sensor.electrode_count = object.integer_or("electrode_count", sensor.electrode_count, 5, 64);
   sensor.electrode_offset = object.number_or("electrode_offset", sensor.electrode_spacing() / 2,
                                              {0, sensor.sheet->border_length()});
-  sensor.drive_current = object.number_or("drive_current", sensor.drive_current, Range::positive());
-  sensor.background = object.number_or("background", sensor.background, Range::positive());
+  // From the leakage of an insulator to the best of metals, whose voltages and their squares are
+  // numbers of float32 as well.
+  sensor.drive_current =
+      object.number_or("drive_current", sensor.drive_current, {1e-9, 100, false, "A"});
+  sensor.background = object.number_or("background", sensor.background, {1e-9, 1e8, false, "S/m"});
   object.finish();
   if (sensor.electrode_offset >= sensor.electrode_spacing()) {
     object.fail("electrode_offset", "must be less than the distance between electrodes, " +

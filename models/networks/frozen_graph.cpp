@@ -39,7 +39,7 @@ FrozenGraph::FrozenGraph(Network& network, int channels, bool bfloat16) : bfloat
   };
   const auto unnamed = [](const torch::Tensor&) { return std::string(); };
   const auto type = bfloat16 ? torch::kBFloat16 : torch::kFloat32;
-  network.to(type);
+  if (bfloat16) network.to(type);  // integers, too, which a network to be saved needs as they are
   const auto traced = jit::tracer::trace({torch::zeros({1, channels}, type)}, forward, unnamed,
                                          /*strict=*/true, /*force_outplace=*/true);
   std::shared_ptr<jit::Graph> graph = traced.first->graph;

@@ -1,48 +1,37 @@
 #include "models/solvers/learned_solver.h"
 
-#include <torch/serialize/archive.h>
-#include <torch/utils.h>
+#include <fstream>
 
 #include "core/errors.h"
 #include "core/json_reader.h"
 #include "forward/data/dataset_file.h"
+#include "models/networks/tensor_file.h"
 #include "models/networks/torch_runtime.h"
+#include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
-using torch::serialize::InputArchive;
-using torch::serialize::OutputArchive;
-
-/// Raised whenever an older file would be read wrongly, or the same settings train otherwise.
-constexpr int learned_file_version = 1;
 
 torch::Tensor tensor_of(const Eigen::RowVectorXf& row) {
   return torch::from_blob(const_cast<float*>(row.data()), {row.size()}).clone();
 }
 
-Eigen::RowVectorXf row_of(InputArchive& archive, const std::string& name, int size) {
-  torch::Tensor tensor;
-  archive.read(name, tensor);
-  if (tensor.numel() != size || tensor.dtype() != torch::kFloat32) {
-    throw std::runtime_error(name + " has another size");
-  }
-  return Eigen::Map<const Eigen::RowVectorXf>(tensor.contiguous().data_ptr<float>(), size);
+Eigen::RowVectorXf read_row(const Hdf5File& file, const std::string& dataset, int size) {
+  const torch::Tensor row = read_tensor(file, dataset, torch::empty({size}));
+  return Eigen::Map<const Eigen::RowVectorXf>(row.data_ptr<float>(), size);
 }
 
-torch::Tensor tensor_of(const Eigen::VectorXd& values) {
-  return torch::from_blob(const_cast<double*>(values.data()), {values.size()}, torch::kFloat64)
-      .clone();
-}
-
-/// Empty in a file from before there was a check.
-Eigen::VectorXd frame_check_of(InputArchive& archive) {
-  torch::Tensor tensor;
-  if (!archive.try_read("frame_check", tensor)) return {};
-  if (tensor.dtype() != torch::kFloat64) throw std::runtime_error("frame_check has another type");
-  const torch::Tensor values = tensor.contiguous();
-  return Eigen::Map<const Eigen::VectorXd>(values.data_ptr<double>(), values.numel());
+/// What fitted networks were until version 0.2.
+void refuse_torch_archive(const std::filesystem::path& file) {
+  char start[2] = {};
+  std::ifstream(file, std::ios::binary).read(start, sizeof start);
+  if (start[0] != 'P' || start[1] != 'K') return;
+  throw InputError(file.string() +
+                   ": is a torch archive, in which versions up to 0.2 kept a fitted network; such "
+                   "an archive is code that runs when it is loaded, and is not read any more; fit "
+                   "the solver anew");
 }
 
 const DatasetFile& required(const DatasetFile* set, const std::string& type, const char* name,
@@ -55,16 +44,6 @@ const DatasetFile& required(const DatasetFile* set, const std::string& type, con
     throw InputError(set->path().string() + ": is of another sensor; generate it for this one");
   }
   return *set;
-}
-
-void copy_weights(const Network& from, Network& to) {
-  const torch::NoGradGuard no_gradients;
-  const auto copy = [](const std::vector<torch::Tensor>& source,
-                       std::vector<torch::Tensor> target) {
-    for (std::size_t i = 0; i < source.size(); ++i) target.at(i).copy_(source[i]);
-  };
-  copy(from.parameters(), to.parameters());
-  copy(from.buffers(), to.buffers());
 }
 
 }  // namespace
@@ -119,7 +98,7 @@ void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> networ
   network_ = std::move(network);
   if (bfloat16_inference_) {  // rounds a copy: the network itself is what `save` writes
     const std::shared_ptr<Network> rounded = make_network(sensor);
-    copy_weights(*network_, *rounded);
+    copy_values(weights_of(*network_), weights_of(*rounded));
     graph_.emplace(*rounded, sensor.channels(), true);
     return;
   }
@@ -139,64 +118,34 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
 void LearnedSolver::save(const std::filesystem::path& file) const {
   json parameters = settings();
   parameters.update(to_json(training_));
-  const json description = {{"solver", type_},
-                            {"format_version", learned_file_version},
-                            {"sensor", to_json(sensor_)},
-                            {"parameters", parameters},
-                            {"training", result_}};
-  OutputArchive archive;
-  archive.write("ertbench", torch::IValue(description.dump()));
-  archive.write("mean", tensor_of(standardisation_.mean));
-  archive.write("scale", tensor_of(standardisation_.scale));
-  archive.write("frame_check", tensor_of(frame_check_));
-  OutputArchive network;
-  network_->save(network);
-  archive.write("network", network);
-  archive.save_to(file.string());
+  Hdf5File out = create_solver_file(file, type_, sensor_, parameters);
+  out.write_text("/", "training", result_.dump());
+  write_tensor(out, "/mean", tensor_of(standardisation_.mean));
+  write_tensor(out, "/scale", tensor_of(standardisation_.scale));
+  write_tensors(out, "/network", weights_of(*network_));
+  out.close();
 }
 
 void LearnedSolver::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const std::string name = file.string();
-  InputArchive archive;
-  json description;
-  try {
-    archive.load_from(name);
-    torch::IValue text;
-    archive.read("ertbench", text);
-    description = json::parse(text.toStringRef());
-  } catch (const std::exception&) {
-    throw InputError(name + ": is not the file of a fitted network, or damaged");
-  }
-  JsonObject object(description, name, "/ertbench");
-  if (const std::string found = object.text("solver"); found != type_) {
-    throw InputError(name + ": holds a fitted \"" + found + "\", not a \"" + type_ + "\"");
-  }
-  if (const int found = object.integer("format_version", 0, 1000000);
-      found != learned_file_version) {
-    throw InputError(name + ": has format version " + std::to_string(found) +
-                     ", this program reads " + std::to_string(learned_file_version) +
-                     "; train the network anew");
-  }
-  if (sensor_from_json(object.object("sensor")) != sensor) {
-    throw InputError(name + ": was trained for the sensor " + description.at("sensor").dump() +
-                     ", asked for is " + to_json(sensor).dump() + "; train it for this one");
-  }
-  read(object.object("parameters"));
+  refuse_torch_archive(file);
+  const Hdf5File in = open_solver_file(file, type_, sensor);
+  const json parameters = parameters_of_fit(in);
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  result_ = json_attribute(in, "training");
   start_torch(1);
   try {
-    const std::shared_ptr<Network> network = make_network(sensor);
-    InputArchive weights;
-    archive.read("network", weights);
-    network->load(weights);
-    standardisation_.mean = row_of(archive, "mean", sensor.channels());
-    standardisation_.scale = row_of(archive, "scale", sensor.channels());
-    frame_check_ = frame_check_of(archive);
-    result_ = description.at("training");
     fit_report();  // throws where it is not what a training reports
+    standardisation_.mean = read_row(in, "/mean", sensor.channels());
+    standardisation_.scale = read_row(in, "/scale", sensor.channels());
+    const std::shared_ptr<Network> network = make_network(sensor);
+    const NamedTensors weights = weights_of(*network);
+    copy_values(read_tensors(in, "/network", weights), weights);
     freeze(sensor, network);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) + "; fit the solver anew");
   } catch (const std::exception& error) {
-    throw InputError(name + ": its weights do not fit its settings: " +
-                     std::string(error.what()).substr(0, 200));
+    throw InputError(file.string() + ": does not fit its parameters: " +
+                     std::string(error.what()).substr(0, 200) + "; fit the solver anew");
   }
 }
 

@@ -8,7 +8,6 @@
 #include "models/networks/frozen_graph.h"
 #include "models/training/objective.h"
 #include "models/training/trainer.h"
-#include "solvers/keeps_frame_check.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -16,10 +15,12 @@ namespace ertbench {
 /// A solver that is a trained network. The derived classes say which network, what it is
 /// initialised with and what its training minimises; all else is here.
 ///
-/// `fit` needs a training and a validation set. The fitted file is a torch archive: the network's
-/// weights, the standardisation, the check of frames, and under "ertbench" a JSON text with type,
-/// version, sensor, parameters and what the training reported.
-class LearnedSolver : public Solver, public KeepsFrameCheck {
+/// `fit` needs a training and a validation set. The fitted file (solver_file.h) has in `/network`
+/// the network's weights by their names (tensor_file.h), in `/mean` and `/scale` the
+/// standardisation [channels], and in the attribute `training` (JSON text) what the training
+/// reported. Weights that are not those of the network that its parameters describe are refused by
+/// name.
+class LearnedSolver : public Solver {
  public:
   /// The settings and, once fitted, under "training" how that went.
   nlohmann::json parameters() const final;
@@ -31,8 +32,6 @@ class LearnedSolver : public Solver, public KeepsFrameCheck {
                    std::span<FrameReport> reports) const final;
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
-  void keep_frame_check(const Eigen::VectorXd& numbers) final { frame_check_ = numbers; }
-  const Eigen::VectorXd& kept_frame_check() const final { return frame_check_; }
   /// Few enough that the maps of convolutions stay in the cache.
   Eigen::Index block_frames() const override { return 64; }
 
@@ -57,7 +56,6 @@ class LearnedSolver : public Solver, public KeepsFrameCheck {
 
   std::string type_;
   bool bfloat16_inference_ = false;
-  Eigen::VectorXd frame_check_;  ///< its numbers; empty where there are none
   Sensor sensor_;
   Standardisation standardisation_;
   std::shared_ptr<Network> network_;  ///< null before fit or load

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "models/networks/reduced_precision.h"
+#include "models/training/adam_state.h"
 
 namespace ertbench {
 namespace {
@@ -112,24 +113,20 @@ std::optional<std::string> AdversarialObjective::collapse() {
   return "discriminator collapsed";
 }
 
-void AdversarialObjective::save(torch::serialize::OutputArchive& archive) const {
-  if (!optimiser_) return;
-  torch::serialize::OutputArchive discriminator;
-  discriminator_->save(discriminator);
-  archive.write("discriminator", discriminator);
-  torch::serialize::OutputArchive optimiser;
-  optimiser_->save(optimiser);
-  archive.write("discriminator_optimiser", optimiser);
+NamedTensors AdversarialObjective::state() const {
+  NamedTensors all;
+  if (!optimiser_) return all;
+  append(all, "discriminator.", weights_of(*discriminator_));
+  append(all, "optimiser.", state_of(*optimiser_));
+  return all;
 }
 
-void AdversarialObjective::load(torch::serialize::InputArchive& archive) {
+void AdversarialObjective::set_state(const NamedTensors& state) {
   if (!optimiser_) return;
-  torch::serialize::InputArchive discriminator;
-  archive.read("discriminator", discriminator);
-  discriminator_->load(discriminator);
-  torch::serialize::InputArchive optimiser;
-  archive.read("discriminator_optimiser", optimiser);
-  optimiser_->load(optimiser);
+  const NamedTensors weights = weights_of(*discriminator_);
+  copy_values(state, weights);
+  ertbench::set_state(*optimiser_,
+                      {state.begin() + static_cast<std::ptrdiff_t>(weights.size()), state.end()});
 }
 
 }  // namespace ertbench

@@ -47,8 +47,9 @@ class AdversarialObjective final : public Objective {
   void begin_step(std::uint64_t step, std::uint64_t steps) override;
   void set_learning_rate(double learning_rate) override;
   std::optional<std::string> collapse() override;
-  void save(torch::serialize::OutputArchive& archive) const override;
-  void load(torch::serialize::InputArchive& archive) override;
+  /// The discriminator's weights and its optimiser's state.
+  NamedTensors state() const override;
+  void set_state(const NamedTensors& state) override;
 
  private:
   torch::Tensor odds(const torch::Tensor& images);

@@ -1,12 +1,13 @@
 #pragma once
 
-#include <torch/serialize/archive.h>
 #include <torch/types.h>
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "models/networks/named_tensors.h"
 
 namespace ertbench {
 
@@ -31,8 +32,9 @@ class Objective {
   virtual std::optional<std::string> collapse() { return std::nullopt; }
 
   /// All that the next step depends on.
-  virtual void save(torch::serialize::OutputArchive&) const {}
-  virtual void load(torch::serialize::InputArchive&) {}
+  virtual NamedTensors state() const { return {}; }
+  /// Goes on from what `state` gave: the same names, in the same order.
+  virtual void set_state(const NamedTensors&) {}
 };
 
 /// Mean squared error, |y - S y_true|^2 where a blur S is given.

@@ -2,17 +2,17 @@
 
 #include <spdlog/spdlog.h>
 #include <torch/optim/adam.h>
-#include <torch/serialize/archive.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/replace_file.h"
 #include "models/networks/reduced_precision.h"
+#include "models/training/adam_state.h"
+#include "models/training/checkpoint.h"
 #include "models/training/training_log.h"
 #include "models/training/weights.h"
 
@@ -20,8 +20,6 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
-using torch::serialize::InputArchive;
-using torch::serialize::OutputArchive;
 
 /// A network whose images differ by less between any two frames has stopped looking at them.
 constexpr double least_spread = 1e-4;
@@ -55,13 +53,6 @@ std::vector<std::string> log_columns(const Objective& objective) {
   return columns;
 }
 
-template <typename Saved>
-OutputArchive archive_of(const Saved& saved) {
-  OutputArchive archive;
-  saved.save(archive);
-  return archive;
-}
-
 /// A training between two epochs.
 class Training {
  public:
@@ -85,18 +76,18 @@ class Training {
     resume();
     while (!done() && epoch()) {
     }
-    fs::remove(checkpoint());
+    fs::remove(checkpoint_file());
     if (result_.best_epoch == 0) {
       throw std::runtime_error("the training diverged: " + result_.report.message +
                                "; lower \"learning_rate\"");
     }
-    set_weights(network_, best_);
+    copy_values(best_, weights_of(network_));
     result_.converged = result_.best_epoch < settings_.epochs;
     return result_;
   }
 
  private:
-  fs::path checkpoint() const { return outlet_.folder / "checkpoint.pt"; }
+  fs::path checkpoint_file() const { return outlet_.folder / "checkpoint.h5"; }
 
   bool done() const {
     return result_.epochs >= settings_.epochs ||
@@ -185,7 +176,8 @@ class Training {
     log_.add(row);
     result_.seconds += watch.seconds();
     log_.write(outlet_.folder);
-    if (!done() && saved_.seconds() >= outlet_.checkpoint_interval_s) save();
+    const bool due = saved_.seconds() >= outlet_.checkpoint_interval_s;
+    if (due && !done() && result_.best_epoch > 0) save();
   }
 
   void set_status(const std::string& status, const std::string& message) {
@@ -202,56 +194,50 @@ class Training {
     }
   }
 
+  Checkpoint state() const {
+    return {.result = result_,
+            .log = log_.rows(),
+            .network = weights_of(network_),
+            .best = best_,
+            .optimiser = state_of(optimiser_),
+            .objective = objective_.state()};
+  }
+
   void save() {
     saved_ = {};
-    const auto write = [&](const fs::path& aside) {
-      OutputArchive archive;
-      const nlohmann::json state = {{"result", to_json(result_)}, {"log", log_.rows()}};
-      archive.write("state", torch::IValue(state.dump()));
-      OutputArchive network = archive_of(network_);
-      archive.write("network", network);
-      OutputArchive optimiser = archive_of(optimiser_);
-      archive.write("optimiser", optimiser);
-      OutputArchive objective = archive_of(objective_);
-      archive.write("objective", objective);
-      OutputArchive best;
-      for (std::size_t i = 0; i < best_.size(); ++i) best.write(std::to_string(i), best_[i]);
-      archive.write("best", best);
-      archive.save_to(aside.string());
-    };
-    fs::path aside = checkpoint();
-    replace_file(checkpoint(), write, aside += ".part");
+    fs::path aside = checkpoint_file();
+    replace_file(
+        checkpoint_file(), [&](const fs::path& to) { write_checkpoint(to, state()); },
+        aside += ".part");
   }
 
   void resume() {
-    if (!fs::exists(checkpoint())) return;
-    InputArchive archive;
+    forget_older_checkpoint();
+    if (!fs::exists(checkpoint_file())) return;
+    Checkpoint expected = state();
+    expected.best = expected.network;
+    Checkpoint found;
     try {
-      archive.load_from(checkpoint().string());
-    } catch (const std::exception&) {
-      spdlog::warn("{}: is damaged; the training begins anew", checkpoint().string());
+      found = read_checkpoint(checkpoint_file(), expected);
+    } catch (const std::exception& error) {
+      spdlog::warn("{}; the training begins anew", error.what());
       return;
     }
-    torch::IValue text;
-    archive.read("state", text);
-    const nlohmann::json state = nlohmann::json::parse(text.toStringRef());
-    result_ = training_result_from_json(state.at("result"));
+    result_ = found.result;
     result_.report.earlier_s = result_.seconds;
-    log_.set_rows(state.at("log"));
-    const auto part = [&](const char* name) {
-      InputArchive found;
-      archive.read(name, found);
-      return found;
-    };
-    InputArchive network = part("network");
-    network_.load(network);
-    InputArchive optimiser = part("optimiser");
-    optimiser_.load(optimiser);
-    InputArchive objective = part("objective");
-    objective_.load(objective);
-    InputArchive best = part("best");
-    best_ = copies(weights_of(network_));
-    for (std::size_t i = 0; i < best_.size(); ++i) best.read(std::to_string(i), best_[i]);
+    log_.set_rows(found.log);
+    copy_values(found.network, weights_of(network_));
+    best_ = std::move(found.best);
+    set_state(optimiser_, found.optimiser);
+    objective_.set_state(found.objective);
+  }
+
+  /// Versions up to 0.2 left an archive of libtorch's, which is code when it is read.
+  void forget_older_checkpoint() const {
+    const fs::path file = outlet_.folder / "checkpoint.pt";
+    if (!fs::remove(file)) return;
+    spdlog::warn("{}: is of an older version and not read; the training begins anew",
+                 file.string());
   }
 
   Network& network_;
@@ -265,7 +251,7 @@ class Training {
   torch::optim::Adam optimiser_;
   TrainingLog log_;
   TrainingResult result_;
-  std::vector<torch::Tensor> best_;
+  NamedTensors best_;  ///< weights of the best epoch; empty before the first
   Stopwatch saved_;
   Stopwatch shown_;
 };

@@ -1,7 +1,6 @@
 #include "models/training/training_log.h"
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "core/errors.h"
 #include "core/replace_file.h"
@@ -31,10 +30,19 @@ void TrainingLog::write(const std::filesystem::path& folder) const {
   replace_file(folder / "training.csv", write, folder / "training.csv.part");
 }
 
-nlohmann::json TrainingLog::rows() const { return rows_; }
+RowMajorMatrix TrainingLog::rows() const {
+  RowMajorMatrix out(static_cast<Eigen::Index>(rows_.size()),
+                     static_cast<Eigen::Index>(columns_.size()));
+  for (Eigen::Index i = 0; i < out.rows(); ++i) {
+    const std::vector<double>& row = rows_[static_cast<std::size_t>(i)];
+    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), out.cols());
+  }
+  return out;
+}
 
-void TrainingLog::set_rows(const nlohmann::json& rows) {
-  rows_ = rows.get<std::vector<std::vector<double>>>();
+void TrainingLog::set_rows(const RowMajorMatrix& rows) {
+  rows_.clear();
+  for (const auto& row : rows.rowwise()) rows_.emplace_back(row.begin(), row.end());
 }
 
 }  // namespace ertbench

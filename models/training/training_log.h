@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
+
+#include "core/arrays.h"
 
 namespace ertbench {
 
@@ -17,8 +18,8 @@ class TrainingLog {
   void add(std::vector<double> row) { rows_.push_back(std::move(row)); }
   void write(const std::filesystem::path& folder) const;
 
-  nlohmann::json rows() const;
-  void set_rows(const nlohmann::json& rows);
+  RowMajorMatrix rows() const;  ///< [epochs, columns]
+  void set_rows(const RowMajorMatrix& rows);
 
  private:
   std::vector<std::string> columns_;

@@ -8,25 +8,6 @@ namespace ertbench {
 
 namespace nn = torch::nn;
 
-std::vector<torch::Tensor> weights_of(const Network& network) {
-  std::vector<torch::Tensor> weights = network.parameters();
-  const std::vector<torch::Tensor> buffers = network.buffers();
-  weights.insert(weights.end(), buffers.begin(), buffers.end());
-  return weights;
-}
-
-std::vector<torch::Tensor> copies(const std::vector<torch::Tensor>& tensors) {
-  std::vector<torch::Tensor> out;
-  for (const torch::Tensor& tensor : tensors) out.push_back(tensor.detach().clone());
-  return out;
-}
-
-void set_weights(Network& network, const std::vector<torch::Tensor>& weights) {
-  const torch::NoGradGuard no_gradients;
-  std::size_t i = 0;
-  for (torch::Tensor& tensor : weights_of(network)) tensor.copy_(weights[i++]);
-}
-
 std::vector<torch::optim::OptimizerParamGroup> parameter_groups(const Network& network) {
   const std::vector<torch::Tensor> slow = network.slow_parameters();
   std::vector<torch::Tensor> others;

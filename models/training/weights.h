@@ -8,12 +8,6 @@
 
 namespace ertbench {
 
-/// Parameters and buffers, in the network's order.
-std::vector<torch::Tensor> weights_of(const Network& network);
-void set_weights(Network& network, const std::vector<torch::Tensor>& weights);
-/// Without gradients, sharing nothing with the originals.
-std::vector<torch::Tensor> copies(const std::vector<torch::Tensor>& tensors);
-
 /// All parameters but Network::slow_parameters, and these.
 std::vector<torch::optim::OptimizerParamGroup> parameter_groups(const Network& network);
 

@@ -66,12 +66,18 @@ Hdf5File make_container(const fs::path& file) {
   aside += ".contents";
   const bool saved = fs::exists(file);
   if (saved) fs::rename(file, aside);
-  Hdf5File container = Hdf5File::create(file);
-  container.write_number("/", container_attribute, container_version);
-  // A dataset without elements cannot be reserved.
-  if (saved && fs::file_size(aside) > 0) pack(aside, container);
-  if (saved) fs::remove(aside);
-  return container;
+  try {
+    Hdf5File container = Hdf5File::create(file);
+    container.write_number("/", container_attribute, container_version);
+    // A dataset without elements cannot be reserved.
+    if (saved && fs::file_size(aside) > 0) pack(aside, container);
+    fs::remove(aside);
+    return container;
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(aside, ignored);
+    throw;
+  }
 }
 
 /// A folder for the contents of one container; several threads may load at the same time.
@@ -88,6 +94,8 @@ void add_frame_check(const fs::path& file, const SolverOwner& owner,
   Hdf5File out = has_place ? Hdf5File::open_writable(file) : make_container(file);
   if (!out.has_attribute("/", "solver")) write_owner(out, owner.type, owner.sensor);
   out.write_vector(check, numbers);
+  out.write_checksum();
+  out.close();
 }
 
 CheckedFile::CheckedFile(const fs::path& file, const SolverOwner& owner) : of_solver_(file) {
@@ -96,6 +104,12 @@ CheckedFile::CheckedFile(const fs::path& file, const SolverOwner& owner) : of_so
   const Hdf5File in = Hdf5File::open(file);
   if (!in.has_attribute("/", "solver")) return;
   require_owner(in, owner.type, owner.sensor);
+  // Files of versions up to 0.2 have none.
+  if (in.has_attribute("/", "checksum")) {
+    if (const std::string why = in.why_changed(); !why.empty()) {
+      throw InputError(file.string() + ": " + why + "; fit the solver anew");
+    }
+  }
   if (in.has(check)) frame_check_ = in.read_vector(check);
   if (!in.has_attribute("/", container_attribute)) return;
   unpacked_.emplace(folder_name());

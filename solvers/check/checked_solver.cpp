@@ -6,10 +6,15 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/json_text.h"
+#include "core/text.h"
 #include "solvers/check/checked_file.h"
 
 namespace ertbench {
 namespace {
+
+/// Characters of a text that a solver, which may be anybody's plugin, says of itself.
+constexpr std::size_t most_said = 1000;
 
 /// A finite number times zero is zero, any other NaN: no branch, and several numbers at a time.
 template <typename Row>
@@ -22,8 +27,8 @@ std::span<FrameReport> part_of(std::span<FrameReport> reports, Eigen::Index firs
   return reports.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
 }
 
-FrameCheck check_from(const Eigen::VectorXd* numbers, const Sensor& sensor, ElectrodeSet masked,
-                      const std::filesystem::path& file) {
+FrameCheck check_from(const std::optional<Eigen::VectorXd>& numbers, const Sensor& sensor,
+                      ElectrodeSet masked, const std::filesystem::path& file) {
   // From before there was one: electrodes that read zero are found without a fit.
   if (!numbers) return FrameCheck(sensor, masked);
   try {
@@ -36,10 +41,7 @@ FrameCheck check_from(const Eigen::VectorXd* numbers, const Sensor& sensor, Elec
 }  // namespace
 
 CheckedSolver::CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames)
-    : type_(std::move(type)),
-      inner_(std::move(inner)),
-      keeper_(dynamic_cast<KeepsFrameCheck*>(inner_.get())),
-      check_frames_(check_frames) {}
+    : type_(std::move(type)), inner_(std::move(inner)), check_frames_(check_frames) {}
 
 std::unique_ptr<Solver> CheckedSolver::make(const std::string& type, const SolverInfo& info,
                                             JsonObject parameters) {
@@ -56,10 +58,17 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
 }
 
 nlohmann::json CheckedSolver::parameters() const {
-  nlohmann::json out = inner_->parameters();
+  nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
   if (ready_ && check_frames_ && !check_.has_limits()) out["frame_check"] = frame_check_of_zeros;
   return out;
+}
+
+FitReport CheckedSolver::fit_report() const {
+  FitReport report = inner_->fit_report();
+  report.status = printable(report.status);
+  report.message = printable(report.message, most_said);
+  return report;
 }
 
 void CheckedSolver::fit(const FitInput& input) {
@@ -67,7 +76,6 @@ void CheckedSolver::fit(const FitInput& input) {
   inner_->check(input.sensor);
   inner_->fit(input);
   become_ready(input.sensor, FrameCheck(input, inner_->masked_channels().electrodes));
-  if (keeper_) keeper_->keep_frame_check(check_.packed());
 }
 
 void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
@@ -131,18 +139,15 @@ bool CheckedSolver::is_finite(const FramesView& changes, const ImagesView& image
 void CheckedSolver::save(const std::filesystem::path& file) const {
   if (!ready_) throw std::logic_error("a solver was saved before it was fitted");
   inner_->save(file);
-  if (!keeper_) add_frame_check(file, {type_, sensor_}, check_.packed());
+  add_frame_check(file, {type_, sensor_}, check_.packed());
 }
 
 void CheckedSolver::load(const std::filesystem::path& file, const Sensor& sensor) {
   ready_ = false;
   const CheckedFile opened(file, {type_, sensor});
   inner_->load(opened.of_solver(), sensor);
-  const Eigen::VectorXd* numbers = opened.frame_check() ? &*opened.frame_check() : nullptr;
-  if (keeper_)
-    numbers = keeper_->kept_frame_check().size() ? &keeper_->kept_frame_check() : nullptr;
   const ElectrodeSet masked = inner_->masked_channels().electrodes;
-  become_ready(sensor, check_from(numbers, sensor, masked, file));
+  become_ready(sensor, check_from(opened.frame_check(), sensor, masked, file));
 }
 
 }  // namespace ertbench

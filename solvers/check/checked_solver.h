@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "solvers/check/frame_check.h"
-#include "solvers/keeps_frame_check.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
 
@@ -39,7 +38,7 @@ class CheckedSolver final : public Solver {
   void check(const Sensor& sensor) const override { inner_->check(sensor); }
   bool needs_training() const override { return inner_->needs_training(); }
   void fit(const FitInput& input) override;
-  FitReport fit_report() const override { return inner_->fit_report(); }
+  FitReport fit_report() const override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
@@ -57,9 +56,8 @@ class CheckedSolver final : public Solver {
 
   std::string type_;
   std::unique_ptr<Solver> inner_;
-  KeepsFrameCheck* keeper_;  ///< the inner solver, where its file has a place for the check
-  bool check_frames_;        ///< "inference_check"
-  bool ready_ = false;       ///< fitted or loaded
+  bool check_frames_;   ///< "inference_check"
+  bool ready_ = false;  ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;
   FrameCheck check_;

@@ -63,7 +63,7 @@ OneStepGaussNewton::OneStepGaussNewton(JsonObject parameters)
 void OneStepGaussNewton::read(JsonObject parameters) {
   prior_ = prior_from_name(
       parameters.choice_or("prior", name_of(Prior::noser), {"tikhonov", "noser", "laplace"}));
-  lambda_ = read_tunable(parameters, "lambda", Range::positive());
+  lambda_ = read_weight(parameters, "lambda");
   choice_ = read_chosen(parameters, lambda_.value);
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
@@ -111,6 +111,7 @@ std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {
   Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
   save_matrix(out);
+  out.close();
 }
 
 void OneStepGaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) {

@@ -38,9 +38,9 @@ void TruncatedSvd::read(JsonObject parameters) {
   }
   by_rank_ = !parameters.has("threshold");
   cut_ = by_rank_ ? read_tunable(parameters, "rank", Range::at_least(1), true)
-                  : read_tunable(parameters, "threshold", Range{0, 1, true});
+                  : read_tunable(parameters, "threshold", Range{1e-15, 1});
   if (!by_rank_ && cut_.value == 1.0) {
-    parameters.fail("threshold", "must be > 0 and < 1 or \"auto\", got 1");
+    parameters.fail("threshold", "must be >= 1e-15 and < 1 or \"auto\", got 1");
   }
   choice_ = read_chosen(parameters, cut_.value);
   set_mask(ChannelMask::from_json(parameters));
@@ -162,6 +162,7 @@ void TruncatedSvd::save(const std::filesystem::path& file) const {
   Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
   out.write_number("/", "least_singular_value", least_kept_);
   save_matrix(out);
+  out.close();
 }
 
 void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor) {

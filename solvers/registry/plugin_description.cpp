@@ -3,7 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/json_text.h"
 #include "core/process.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -51,20 +53,19 @@ json said_of(const std::function<std::vector<SolverType>()>& load) {
 }  // namespace
 
 PluginDescription describe_in_child(const std::function<std::vector<SolverType>()>& load) {
-  const IsolatedOutcome outcome = run_isolated(
-      [&](const auto& send) {
-        send(said_of(load).dump(-1, ' ', false, json::error_handler_t::replace));
-      },
-      {plugin_time_limit_s, machine_memory_bytes() / 2});
+  const IsolatedOutcome outcome =
+      run_isolated([&](const auto& send) { send(json_text(said_of(load))); },
+                   {plugin_time_limit_s, machine_memory_bytes() / 2});
   PluginDescription description;
   if (!outcome.finished || outcome.messages.empty()) {
     description.failed = "ended its process (" + outcome.end.text() + ")";
     return description;
   }
-  const json said = json::parse(outcome.messages.front());
+  const json said = parse_json(outcome.messages.front(), "what a plugin said");
   description.refused = said.value("refused", "");
-  description.failed = said.value("failed", "");
-  for (const json& type : said.value("types", json::array())) {
+  description.failed = printable(said.value("failed", ""));
+  const json types = printable_json(said.value("types", json::array()), 2000);
+  for (const json& type : types) {
     description.types.push_back(solver_type_from_json(type));
   }
   return description;

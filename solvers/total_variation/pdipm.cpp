@@ -36,7 +36,7 @@ struct MaskedProblem {
 Pdipm::Pdipm(JsonObject parameters) { read(std::move(parameters)); }
 
 void Pdipm::read(JsonObject parameters) {
-  alpha_ = read_tunable(parameters, "alpha", Range::positive());
+  alpha_ = read_weight(parameters, "alpha");
   options_.tolerance = parameters.number_or("tolerance", 1e-4, {1e-8, 0.1});
   options_.max_iterations = parameters.integer_or("max_iterations", 50, 1, 1000);
   options_.alpha = alpha_.value.value_or(0);
@@ -99,7 +99,7 @@ void Pdipm::reconstruct(FramesView changes, ImagesView images,
 }
 
 void Pdipm::save(const std::filesystem::path& file) const {
-  create_solver_file(file, type, sensor_, parameters());
+  create_solver_file(file, type, sensor_, parameters()).close();
 }
 
 void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {

@@ -45,6 +45,11 @@ TEST(CheckImages, StoredSolversMustMakeTheImagesThatTheyOnceMade) {
   outcome = small.check();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
   EXPECT_TRUE(contains(outcome, "4 rows ok, 1 worse")) << outcome.output;
+  fs::rename(networks, small.folder() / "elsewhere");  // a comparison must not be lost unnoticed
+  outcome = small.check();
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_TRUE(contains(outcome, "4 rows ok, 1 missing")) << outcome.output;
+  fs::rename(small.folder() / "elsewhere", networks);
   write_text(networks / "small tsvd.json", R"({"type": "tsvd", "checkpoint": "absent.fitted"})");
   outcome = small.check();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
@@ -88,6 +93,11 @@ TEST(CheckImages, ShortTrainingsMustMakeTheImagesThatTheyMadeAndAreRenewedWithTh
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_TRUE(contains(outcome, "trained short")) << outcome.output;
   EXPECT_EQ(small.check().exit_code, 0);
+  fs::rename(small.folder() / "trainings", small.folder() / "elsewhere");
+  outcome = small.check("--images");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_TRUE(contains(outcome, "1 row missing")) << outcome.output;
+  fs::rename(small.folder() / "elsewhere", small.folder() / "trainings");
   fs::remove(small.folder() / "trainings/short.images.h5");
   outcome = small.check();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;

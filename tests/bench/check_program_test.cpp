@@ -52,6 +52,46 @@ TEST(CheckProgram, MakesAnewWhatAnotherBuildLeftAndKeepsItsOwn) {
   EXPECT_EQ(small.check().exit_code, 1);
 }
 
+TEST(CheckProgram, ARowThatTheBaselineLostIsMissing) {
+  CheckedExperiment small("lost");
+  ASSERT_EQ(small.check("--update").exit_code, 0);
+  json lost = small.baseline();
+  lost["rows"].erase(3);  // the toy's
+  small.set_baseline(lost);
+  const Outcome outcome = small.check();
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_TRUE(contains(outcome, "3 rows ok, 1 missing")) << outcome.output;
+}
+
+TEST(CheckProgram, EmptiesOnlyFoldersThatItHasMarked) {
+  CheckedExperiment small("foreign");
+  ASSERT_EQ(small.check("--update").exit_code, 0);
+  const fs::path mine = small.folder() / "mine";
+  for (const char* folder : {"cache", "records", "seeds"}) {
+    fs::create_directories(mine / folder);
+    write_text(mine / folder / "precious", "text");
+  }
+  const auto left_alone = [&] {
+    const Outcome outcome = small.check("--out mine");
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    EXPECT_TRUE(contains(outcome, "mine: holds results that are not a check's")) << outcome.output;
+    for (const char* folder : {"cache", "records", "seeds"}) {
+      EXPECT_EQ(read_text(mine / folder / "precious"), "text");
+    }
+  };
+  left_alone();
+  write_text(mine / "program", "of somebody's");
+  left_alone();
+  write_text(mine / ".ertbench-check", "text");
+  left_alone();
+  write_text(mine / ".ertbench-check", R"({"made_by": "me", "program": "0"})");
+  left_alone();
+  fs::remove(mine / ".ertbench-check");
+  fs::create_symlink(small.folder() / "results/small/check/.ertbench-check",
+                     mine / ".ertbench-check");
+  left_alone();
+}
+
 TEST(CheckProgram, LeavesTheResultsOfARunAloneAndCanReuseThem) {
   CheckedExperiment small("reuse");
   ASSERT_EQ(small.check("--update").exit_code, 0);
@@ -84,6 +124,14 @@ TEST(CheckProgram, WithoutAUsableBaselineItSaysHowToMakeOneBeforeItRunsAnything)
   bad["rows"][2].erase("frames");
   small.set_baseline(bad);
   refused("small.baseline: /rows/2/frames: is missing");
+  bad = good;
+  bad["rows"] = json::array();
+  small.set_baseline(bad);
+  refused("small.baseline: /rows: holds no rows");
+  bad = good;
+  bad["rows"][2]["metrics"]["AR"] = 1;
+  write_text(small.folder() / "small.baseline", bad.dump());
+  refused("small.baseline: /checksum: is not that of the content");
   write_text(small.folder() / "small.baseline", R"({"schema": 1,)");
   refused("small.baseline: not valid JSON");
   small.set_baseline(good);

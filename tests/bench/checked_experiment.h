@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bench/check/baseline.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench::testing {
@@ -33,7 +34,9 @@ class CheckedExperiment {
     write_text(folder_ / "libtoys.so", read_text(folder_ / "libtoys.so") + "\n");
   }
   json baseline() const { return json::parse(read_text(folder_ / "small.baseline")); }
-  void set_baseline(const json& changed) {
+  /// As `--update` would have written it.
+  void set_baseline(json changed) {
+    changed["checksum"] = baseline_checksum(changed);
     write_text(folder_ / "small.baseline", changed.dump(2));
   }
   const TemporaryFolder& folder() const { return folder_; }

@@ -199,7 +199,8 @@ const Broken broken[] = {
      "low <= high", false},
     {"/datasets/validation/scenes/radius", "[0.1, 0.2, 0.3]", "/datasets/validation/scenes/radius",
      "2 numbers"},
-    {"/datasets/validation/scenes/radius", "-0.1", "/datasets/validation/scenes/radius", "> 0"},
+    {"/datasets/validation/scenes/radius", "-0.1", "/datasets/validation/scenes/radius",
+     "from 1e-06 to 2"},
     {"/datasets/validation/scenes/contacts", "[1.5, 2]", "/datasets/validation/scenes/contacts",
      "whole"},
     {"/datasets/validation/scenes/shapes", "[\"circle\"]", "/datasets/validation/scenes/shapes/0",
@@ -216,7 +217,7 @@ const Broken broken[] = {
     {"/datasets/test/scenes/0/contacts/0/shape", "\"ring\"",
      "/datasets/test/scenes/0/contacts/0/shape", "\"polygon\""},
     {"/datasets/test/scenes/0/contacts/0/conductivity_ratio", "0",
-     "/datasets/test/scenes/0/contacts/0/conductivity_ratio", "> 0"},
+     "/datasets/test/scenes/0/contacts/0/conductivity_ratio", "from 1e-06 to 1000"},
     {"/datasets/test/scenes/0/contacts/0/semi_axes", "[1, 1]",
      "/datasets/test/scenes/0/contacts/0/semi_axes", "unknown key"},
     {"/datasets/test/scenes/0/contacts",
@@ -231,8 +232,24 @@ const Broken broken[] = {
     {"/sensor/electrode_count", "3", "/sensor/electrode_count", "from 5"},
     {"/sensor/electrode_offset", "0.1", "/sensor", "falls between", false},
     {"/sensor/electrode_offset", "0.5", "/sensor/electrode_offset", "less than", false},
-    {"/sensor/background", "0", "/sensor/background", "> 0"},
-    {"/sensor/drive_current", "\"25 mA\"", "/sensor/drive_current", "> 0"},
+    {"/sensor/background", "0", "/sensor/background", "must be from 1e-09 to 1e+08 S/m, got 0"},
+    {"/sensor/background", "1e200", "/sensor/background", "to 1e+08 S/m, got 1e+200"},
+    {"/sensor/background", "1e-200", "/sensor/background", "from 1e-09"},
+    {"/sensor/drive_current", "\"25 mA\"", "/sensor/drive_current", "from 1e-09 to 100 A"},
+    {"/sensor/drive_current", "1e200", "/sensor/drive_current", "to 100 A"},
+    {"/sensor/drive_current", "1e-200", "/sensor/drive_current", "from 1e-09"},
+    {"/solvers/1/lambda", "1e200", "/solvers/1/lambda", "must be from 1e-20 to 1e+20 or \"auto\""},
+    {"/solvers/1/lambda", "1e-200", "/solvers/1/lambda", "from 1e-20"},
+    {"/solvers/2/alpha", "1e-200", "/solvers/2/alpha", "from 1e-20"},
+    {"/datasets/validation/scenes/radius", "1e-200", "/datasets/validation/scenes/radius",
+     "from 1e-06 to 2"},
+    {"/datasets/validation/scenes/aspect", "1e-200", "/datasets/validation/scenes/aspect",
+     "from 0.001 to 1"},
+    {"/datasets/validation/scenes/conductivity_ratio", "[1e-200, 1]",
+     "/datasets/validation/scenes/conductivity_ratio", "from 1e-06 to 1000"},
+    {"/datasets/test/scenes/0/contacts/0/radius", "1e-200",
+     "/datasets/test/scenes/0/contacts/0/radius", "from 1e-06 to 100"},
+    {"/published/rows/tsvd/AR", "1e308", "/published/rows/tsvd/AR", "from -1e+06 to 1e+06"},
     {"/sensor/electrodes", "16", "/sensor/electrodes", "did you mean"},
     {"/timing/frames", "100", "/timing/frames", "from 662"},
     {"/timing/rounds", "0", "/timing/rounds", "from 1"},
@@ -510,7 +527,8 @@ TEST(Experiment, TextThatIsNotJsonIsRefused) {
             std::string::npos);
   EXPECT_NE(message_for("[]").find("/: must be an object"), std::string::npos);
   EXPECT_NE(message_for("{\"time_limit_s\": 1e999}").find("text.json"), std::string::npos);
-  EXPECT_NE(message_for(std::string(100000, '[')).find("not valid JSON"), std::string::npos);
+  EXPECT_NE(message_for(std::string(100000, '[')).find("text.json: is nested deeper than 64"),
+            std::string::npos);
   EXPECT_NE(message_for(std::string("\0\xff\xfe", 3)).find("not valid JSON"), std::string::npos);
   EXPECT_NE(refusal(folder / "absent.json").find("cannot be opened"), std::string::npos);
   EXPECT_NE(refusal(folder.path()).find("is a directory"), std::string::npos);

@@ -236,6 +236,35 @@ TEST(Program, GenerateWritesTheNamedDataset) {
 }
 
 /// EIDORS's frames and what EIDORS makes of them.
+TEST(Program, SaysWhereTheVoltagesMissTheirModelError) {
+  const TemporaryFolder folder("missed_promise");
+  nlohmann::json experiment = small_experiment();
+  nlohmann::json& test = experiment["datasets"]["test"];
+  test["count"] = 2;
+  test["grid"] = "auto";
+  test["model_error"] = 1e-10;  // out of reach of contacts with corners
+  test["scenes"]["shapes"] = {"rectangle"};
+  experiment.erase("figure");
+  write_text(folder / "small.json", experiment.dump());
+  const std::string sentence =
+      "2 of 2 scenes have voltages whose estimated error is above 1e-10 of "
+      "the noise, at most ";
+  for (const char* arguments :
+       {"generate small.json --dataset test --out test.h5", "generate small.json",
+        "generate small.json", "run small.json --out out"}) {
+    const Outcome outcome = run_program(folder.path(), arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    const std::size_t where = outcome.output.find("test: " + sentence);
+    EXPECT_NE(where, std::string::npos) << arguments << ": " << outcome.output;
+    EXPECT_EQ(outcome.output.find(sentence, where + 10), std::string::npos) << "said twice";
+  }
+  EXPECT_NE(read_text(folder / "out/table.md").find(sentence), std::string::npos);
+  EXPECT_NE(read_text(folder / "out/report.html").find(sentence), std::string::npos);
+  const nlohmann::json missed = summary_of(folder / "out").at("missed_promises").at("test");
+  EXPECT_EQ(missed.at("scenes"), 2);
+  EXPECT_EQ(missed.at("sentence").get<std::string>().find(sentence), 0u);
+}
+
 TEST(Program, ReconstructsFramesOfEidors) {
   const TemporaryFolder folder("reconstruct");
   const Hdf5File eidors = Hdf5File::open(ERTBENCH_TEST_DATA "/eidors_d2s.h5");

@@ -32,7 +32,8 @@ TEST(HtmlEscaped, LeavesNoMarkup) { EXPECT_EQ(html_escaped(hostile), harmless); 
 TEST(HtmlEscaped, IsUtf8WithoutControlCharacters) {
   EXPECT_EQ(html_escaped("a\tb\nc\x01\x7f\r\x1b[0m"), "a\tb\nc[0m");
   EXPECT_EQ(html_escaped("µ \xff \xe2\x82 €"), "µ \ufffd \ufffd €");
-  EXPECT_EQ(html_escaped("\xe0\x80\xbc"), "&lt;") << "an overlong < is one too";
+  EXPECT_EQ(html_escaped("\xe0\x80\xbc"), "\ufffd") << "an overlong < is none";
+  EXPECT_EQ(html_escaped("a\xc2\x9b\u202e\uffff"), "a");
   EXPECT_EQ(html_escaped("\xed\xa0\x80"), "\ufffd") << "half of a pair";
   EXPECT_EQ(html_escaped("😀"), "😀");
 }

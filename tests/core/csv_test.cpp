@@ -16,5 +16,28 @@ TEST(CsvLines, ReadBackWhatFieldsWereWritten) {
   EXPECT_EQ(lines[2], std::vector<std::string>{"last"});
 }
 
+TEST(CsvField, NoSpreadsheetComputesIt) {
+  EXPECT_EQ(csv_field("=1+1"), "'=1+1");
+  EXPECT_EQ(csv_field("@SUM(A1)"), "'@SUM(A1)");
+  EXPECT_EQ(csv_field("+cmd"), "'+cmd");
+  EXPECT_EQ(csv_field("-cmd|' /C calc'!A0"), "'-cmd|' /C calc'!A0");
+  EXPECT_EQ(csv_field("=A1,\"b\""), "\"'=A1,\"\"b\"\"\"");
+  EXPECT_EQ(csv_field(" =1"), "' =1");
+  EXPECT_EQ(csv_field("\t=1"), "'\t=1");
+  EXPECT_EQ(csv_field("\r=1"), "\"'\r=1\"");
+}
+
+TEST(CsvField, NumbersAndWordsStayWhatTheyAre) {
+  for (const char* text : {"-0.5", "+1e-3", "-12", "one-step-gn", "a=b", "'quoted'", "—", ""}) {
+    EXPECT_EQ(csv_field(text), text);
+  }
+}
+
+TEST(CsvLines, TakeTheApostropheOffAgain) {
+  for (const char* text : {"=1", "'=1", "''@x", "-x", "-0.5", "'-0.5", "'it", "+", "'", " =1", "' -x"}) {
+    EXPECT_EQ(csv_lines(csv_field(text) + ",b\n")[0][0], text);
+  }
+}
+
 }  // namespace
 }  // namespace ertbench

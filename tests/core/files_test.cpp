@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <thread>
 
@@ -105,6 +108,48 @@ TEST(ReplaceFile, LeavesNothingWhereItCannotBePutInPlace) {
   EXPECT_THROW(replace_file(folder / "taken", [](const fs::path& aside) { write(aside, "text"); }),
                InputError);
   EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+/// Runs a part of a test in another process; whether it was not killed and nothing failed in it.
+bool in_another_process(const std::function<void()>& part) {
+  const pid_t process = ::fork();
+  if (process == 0) {
+    part();
+    ::_exit(::testing::Test::HasFailure() ? 1 : 0);
+  }
+  int status = 0;
+  ::waitpid(process, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST(TemporaryFolder, OfAKilledProcessGoesWithTheNext) {
+  const TemporaryFolder place;
+  const auto made_in_it = [&](const std::function<void(const fs::path&)>& use) {
+    return in_another_process([&] {
+      ::setenv("TMPDIR", place.path().c_str(), 1);
+      use(TemporaryFolder("left").path());
+    });
+  };
+  EXPECT_FALSE(made_in_it([](const fs::path& folder) {
+    write(folder / "drawing", "half");
+    ::raise(SIGKILL);
+  }));
+  EXPECT_EQ(files_in(place.path()), 1u);
+  EXPECT_TRUE(made_in_it([](const fs::path&) {}));
+  EXPECT_EQ(files_in(place.path()), 1u) << "it may be that its owner has not locked it yet";
+  const fs::path left = fs::directory_iterator(place.path())->path();
+  fs::last_write_time(left, fs::file_time_type::clock::now() - std::chrono::minutes(2));
+  fs::create_directory(place / "ertbench");  // not ours
+  // One that somebody holds stays, however old it is.
+  EXPECT_TRUE(made_in_it([&](const fs::path& held) {
+    fs::last_write_time(held, fs::file_time_type::clock::now() - std::chrono::minutes(2));
+    EXPECT_FALSE(fs::exists(left));
+    EXPECT_TRUE(in_another_process([&] {
+      const TemporaryFolder other;
+      EXPECT_TRUE(fs::exists(held));
+    }));
+  }));
+  EXPECT_EQ(files_in(place.path()), 1u);
 }
 
 }  // namespace

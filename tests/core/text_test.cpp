@@ -30,6 +30,30 @@ TEST(Text, CountsCharacters) {
   EXPECT_EQ(code_points("\xff\xc3"), (std::vector<char32_t>{0xfffd, 0xfffd}));
 }
 
+TEST(Text, OverlongFormsAndSurrogatesAreNoCharacters) {
+  // "<" in two and three bytes, U+D800, U+110000: RFC 3629 has none of them.
+  EXPECT_EQ(code_points("\xe0\x80\xbc"), (std::vector<char32_t>{0xfffd}));
+  EXPECT_EQ(code_points("\xed\xa0\x80"), (std::vector<char32_t>{0xfffd}));
+  EXPECT_EQ(code_points("\xf4\x90\x80\x80"), (std::vector<char32_t>{0xfffd}));
+}
+
+TEST(Text, PrintableHasNothingThatATerminalObeys) {
+  EXPECT_EQ(printable("σ of the sheet, S/m"), "σ of the sheet, S/m");
+  EXPECT_EQ(printable("a\tb\r\nc"), "a b  c");
+  EXPECT_EQ(printable("\x1b[31mred\x7f\x01"), "\ufffd[31mred\ufffd\ufffd");
+  EXPECT_EQ(printable("\xc2\x9b\x33\x31m"), "\ufffd31m");  // CSI in one character
+  EXPECT_EQ(printable("a\u202eb\u2066c\u2069"), "a\ufffdb\ufffdc\ufffd");
+  EXPECT_EQ(printable("\xff\xc3"), "\ufffd\ufffd");
+  EXPECT_EQ(printable_lines("a\r\nb\x1b"), "a \nb\ufffd");
+}
+
+TEST(Text, PrintableIsCutBetweenCharacters) {
+  EXPECT_EQ(printable("δσδσ", 4), "δσδσ");
+  EXPECT_EQ(printable("δσδσ", 3), "δσδ…");
+  EXPECT_EQ(printable("😀😀😀", 2), "😀😀…");
+  EXPECT_EQ(character_count(printable(std::string(5000, '\xff'))), 201U);
+}
+
 TEST(Text, OneLine) {
   EXPECT_EQ(one_line(" a \n\t b ", 10), "a b");
   EXPECT_EQ(one_line("δσδσ", 3), "δσδ…");

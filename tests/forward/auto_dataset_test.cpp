@@ -9,6 +9,7 @@
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
+#include "forward/data/missed_promise.h"
 #include "forward/data/scene_model.h"
 
 namespace ertbench {
@@ -65,6 +66,55 @@ TEST(AutoDataset, FileHoldsTheEffortAndItsRecipeReadsBack) {
   for (const char* key : {"format_version", "sensor", "name"}) recipe.erase(key);
   EXPECT_EQ(to_json(auto_spec(recipe)), to_json(spec));
   std::filesystem::remove(file);
+}
+
+TEST(AutoDataset, SaysOnHowManyScenesThePromiseIsMissed) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / "ertbench_missed_promise_test.h5";
+  for (const bool out_of_reach : {false, true}) {
+    // Corners leave every scene with a contact above 1e-10 of the noise, whatever the points.
+    nlohmann::json object = auto_set(6);
+    object["scenes"] = {{"blank_fraction", 0.5}, {"shapes", {"rectangle"}}};
+    object["faults"] = {{"background_change", 0.5}};
+    if (out_of_reach) object["model_error"] = 1e-10;
+    const DatasetSpec spec = auto_spec(object);
+    std::filesystem::remove(file);
+    generate_dataset(spec, file, {1, {}});
+    std::uint64_t touched = 0;
+    for (const Scene& scene : DatasetFile(file).scenes(0, 6)) touched += !scene.contacts.empty();
+    ASSERT_GT(touched, 0u);
+    ASSERT_LT(touched, 6u);
+    const MissedPromise missed = missed_promise(spec, DatasetFile(file));
+    EXPECT_EQ(missed.of, 6u);
+    EXPECT_EQ(missed.scenes, out_of_reach ? touched : 0);
+    const RowMajorMatrix effort = Hdf5File::open(file).read_rows("/model_effort", 0, 6);
+    EXPECT_EQ(missed.largest_error, out_of_reach ? effort.col(1).maxCoeff() : 0);
+    EXPECT_EQ(missed.sentence().empty(), !out_of_reach);
+  }
+  std::filesystem::remove(file);
+  const MissedPromise three{.scenes = 3, .of = 500, .model_error = 0.05, .largest_error = 0.0012};
+  EXPECT_EQ(
+      three.sentence(),
+      "3 of 500 scenes have voltages whose estimated error is above 0.05 of the noise, at most "
+      "0.0012 V");
+  const MissedPromise one{
+      .scenes = 1, .of = 1, .model_error = 1, .is_noisy = false, .largest_error = 2};
+  EXPECT_EQ(one.sentence(),
+            "1 of 1 scenes has voltages whose estimated error is above 1 of the noise of 80 dB, at "
+            "most 2 V");
+}
+
+TEST(AutoDataset, StrongContactsOnElectrodesKeepThePromise) {
+  nlohmann::json object = auto_set(1);
+  for (const double ratio : {1e-3, 1e-6, 1e3}) {
+    const nlohmann::json contact = {
+        {"shape", "disc"}, {"centre", {0.75, 1}}, {"radius", 0.3}, {"conductivity_ratio", ratio}};
+    object["scenes"] = nlohmann::json::array({{{"contacts", nlohmann::json::array({contact})}}});
+    const DatasetSpec spec = auto_spec(object);
+    const SceneModel model(spec.sensor, spec.model);
+    const DatasetBlock block = generate_block(spec, model, 0, 1);
+    EXPECT_LE(block.effort(0, 1), 0.25 * (block.voltages - block.clean_voltages).norm()) << ratio;
+  }
 }
 
 TEST(AutoDataset, FinerBoundTakesMorePoints) {

@@ -24,12 +24,6 @@ const json specs[] = {
     {{"type", "dd-ert"}, {"width", 4}, {"convolutions", 1}, {"discriminator_widths", {4, 8}}},
 };
 
-std::unique_ptr<Solver> make_learned(const json& spec) {
-  SolverRegistry registry;
-  registry.load_plugin(ERTBENCH_MODELS_PLUGIN);
-  return registry.make(JsonObject(spec, "spec.json", ""));
-}
-
 json with_budget(json spec) {
   spec["epochs"] = 2;
   spec["batch"] = 16;
@@ -81,11 +75,13 @@ TEST_P(LearnedContract, ASavedSolverIsTheSameAgain) {
   EXPECT_EQ(again->parameters(), solver->parameters());
   const Frames changes = random_changes(5);
   EXPECT_EQ(reconstruct(*again, changes).images, reconstruct(*solver, changes).images);
+  again->save(files_.folder() / "again.fitted");
+  EXPECT_EQ(bytes_of(files_.folder() / "again.fitted"), bytes_of(file));
 
   Sensor other;
   other.drive_current = 0.01;
   EXPECT_THAT(message_of<InputError>([&] { again->load(file, other); }),
-              HasSubstr("was trained for the sensor"));
+              HasSubstr("was fitted for the sensor"));
   const std::string another = GetParam()["type"] == "fcnn" ? "dcnn" : "fcnn";
   EXPECT_THAT(message_of<InputError>([&] {
                 make_learned({{"type", another}})->load(file, {});
@@ -99,9 +95,9 @@ TEST_P(LearnedContract, FilesThatAreNoneAreRefused) {
   EXPECT_THAT(message_of<InputError>([&] { solver->load(file, {}); }), HasSubstr("no such file"));
   std::ofstream(file) << "not an archive";
   EXPECT_THAT(message_of<InputError>([&] { solver->load(file, {}); }),
-              HasSubstr("is not the file of a fitted network"));
+              HasSubstr("cannot be opened as HDF5"));
   EXPECT_THAT(message_of<InputError>([&] { solver->load(files_.folder() / "train.h5", {}); }),
-              HasSubstr("is not the file of a fitted network"));
+              HasSubstr("is not the file of a fitted solver"));
 }
 
 TEST_P(LearnedContract, NeedsItsData) {

@@ -1,12 +1,25 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench::testing {
+
+inline std::unique_ptr<Solver> make_learned(const nlohmann::json& spec) {
+  SolverRegistry registry;
+  registry.load_plugin(ERTBENCH_MODELS_PLUGIN);
+  return registry.make(JsonObject(spec, "spec.json", ""));
+}
+
+inline std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 /// A small training and validation set in files, and the input of a fit that uses them.
 class TrainingFiles {

@@ -12,7 +12,9 @@
 #include "models/networks/torch_runtime.h"
 #include "models/training/adversarial_objective.h"
 #include "models/training/trainer.h"
+#include "tests/file_size_limit.h"
 #include "tests/models/models_testing.h"
+#include "tests/models/torch_archive.h"
 
 namespace ertbench {
 namespace {
@@ -48,11 +50,14 @@ struct SmallTraining {
     return train(*network, *objective, *scenes, *validation, settings, outlet);
   }
 
-  std::vector<float> weights() const {
-    std::vector<float> all;
-    for (const torch::Tensor& tensor : network->parameters()) {
-      const torch::Tensor flat = tensor.detach().flatten().contiguous();
-      all.insert(all.end(), flat.data_ptr<float>(), flat.data_ptr<float>() + flat.numel());
+  /// Of the network, with its running statistics, and of all that it was trained against.
+  std::vector<double> weights() const {
+    NamedTensors tensors = weights_of(*network);
+    append(tensors, "objective.", objective->state());
+    std::vector<double> all;
+    for (const auto& [name, values] : tensors) {
+      const torch::Tensor flat = values.detach().flatten().to(torch::kFloat64).contiguous();
+      all.insert(all.end(), flat.data_ptr<double>(), flat.data_ptr<double>() + flat.numel());
     }
     return all;
   }
@@ -64,8 +69,8 @@ struct SmallTraining {
   std::optional<ValidationSet> validation;
 };
 
-std::vector<float> weights_after(const TrainingFiles& files, const TrainingSettings& settings,
-                                 const AdversarialSettings& game = {}) {
+std::vector<double> weights_after(const TrainingFiles& files, const TrainingSettings& settings,
+                                  const AdversarialSettings& game = {}) {
   const TemporaryFolder folder;
   SmallTraining training(files, settings, game);
   training.run({.folder = folder / ""});
@@ -75,7 +80,7 @@ std::vector<float> weights_after(const TrainingFiles& files, const TrainingSetti
 TEST(Training, IsTheSameBitForBit) {
   const TrainingFiles files;
   TrainingSettings settings = small_settings();
-  const std::vector<float> first = weights_after(files, settings);
+  const std::vector<double> first = weights_after(files, settings);
   EXPECT_EQ(weights_after(files, settings), first);
   settings.seed = 2;
   EXPECT_NE(weights_after(files, settings), first);
@@ -83,31 +88,34 @@ TEST(Training, IsTheSameBitForBit) {
 
 class Interrupted : public std::exception {};
 
+/// The checkpoint after two epochs of a training that then died.
+void leave_checkpoint(SmallTraining training, const TemporaryFolder& folder) {
+  // Showing the third epoch means that two are in the checkpoint; then it dies.
+  const auto dies = [&](std::uint64_t, std::uint64_t, const std::string& text) {
+    if (text.starts_with("epoch 3")) throw Interrupted();
+  };
+  TrainingOutlet outlet{.folder = folder / "", .checkpoint_interval_s = 0, .progress = dies};
+  outlet.progress_interval_s = 0;
+  EXPECT_THROW(training.run(outlet), Interrupted);
+  EXPECT_TRUE(fs::exists(folder / "checkpoint.h5"));
+}
+
 TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   const TrainingFiles files;
   AdversarialSettings lively;
   lively.spectral_norm = true;
   lively.instance_noise = 0.1;
   lively.label_smoothing = 0.1;
-  for (const bool new_scenes : {false, true}) {
-    SCOPED_TRACE(new_scenes);
+  AdversarialSettings alone;  // no discriminator
+  alone.alpha = 0;
+  for (const AdversarialSettings& game : {AdversarialSettings{}, lively, alone}) {
+    SCOPED_TRACE(game.alpha + game.instance_noise);
     TrainingSettings settings = small_settings();
-    settings.new_scenes = new_scenes;
-    const AdversarialSettings game = new_scenes ? AdversarialSettings{} : lively;
-    const std::vector<float> whole = weights_after(files, settings, game);
+    settings.new_scenes = !game.spectral_norm;
+    const std::vector<double> whole = weights_after(files, settings, game);
 
     const TemporaryFolder folder;
-    {
-      SmallTraining cut(files, settings, game);
-      // Reading the third epoch's log line means that two are in the checkpoint; then it dies.
-      const auto dies = [&](std::uint64_t, std::uint64_t, const std::string& text) {
-        if (text.starts_with("epoch 3")) throw Interrupted();
-      };
-      TrainingOutlet outlet{.folder = folder / "", .checkpoint_interval_s = 0, .progress = dies};
-      outlet.progress_interval_s = 0;
-      EXPECT_THROW(cut.run(outlet), Interrupted);
-      EXPECT_TRUE(fs::exists(folder / "checkpoint.pt"));
-    }
+    leave_checkpoint(SmallTraining(files, settings, game), folder);
     SmallTraining resumed(files, settings, game);
     int first_epoch = 0;
     TrainingOutlet outlet{.folder = folder / "", .progress = [&](auto, auto, const auto& text) {
@@ -118,7 +126,7 @@ TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
     EXPECT_EQ(first_epoch, 3);
     EXPECT_EQ(result.epochs, 4);
     EXPECT_EQ(resumed.weights(), whole);
-    EXPECT_FALSE(fs::exists(folder / "checkpoint.pt"));
+    EXPECT_FALSE(fs::exists(folder / "checkpoint.h5"));
     std::ifstream log(folder / "training.csv");
     int lines = 0;
     for (std::string line; std::getline(log, line);) ++lines;
@@ -126,12 +134,69 @@ TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   }
 }
 
+/// Holds that a training in the folder takes no notice of the checkpoint there.
+void expect_begins_anew(const TrainingFiles& files, const TemporaryFolder& folder) {
+  SmallTraining training(files, small_settings());
+  const TrainingResult result = training.run({.folder = folder / ""});
+  EXPECT_EQ(result.epochs, 4);
+  EXPECT_EQ(result.report.earlier_s, 0);
+  EXPECT_EQ(training.weights(), weights_after(files, small_settings()));
+  EXPECT_FALSE(fs::exists(folder / "checkpoint.h5"));
+  EXPECT_FALSE(fs::exists(folder / "checkpoint.pt"));
+}
+
 TEST(Training, ADamagedCheckpointIsNotUsed) {
   const TrainingFiles files;
   const TemporaryFolder folder;
-  std::ofstream(folder / "checkpoint.pt") << "torn";
+  std::ofstream(folder / "checkpoint.h5") << "torn";
+  expect_begins_anew(files, folder);
+  leave_checkpoint(SmallTraining(files, small_settings()), folder);
+  fs::resize_file(folder / "checkpoint.h5", fs::file_size(folder / "checkpoint.h5") / 2);
+  expect_begins_anew(files, folder);
+  leave_checkpoint(SmallTraining(files, small_settings()), folder);
+  {
+    Hdf5File file = Hdf5File::open_writable(folder / "checkpoint.h5");
+    // The last that is read: what was whole before it must not have been taken over by then.
+    file.write_rows("/objective/optimiser.0.mean", 0,
+                    RowMajorMatrix::Constant(4, 16, std::nan("")));
+    file.close();
+  }
+  expect_begins_anew(files, folder);
+}
+
+TEST(Training, ACheckpointOfAnotherNetworkIsNotUsed) {
+  const TrainingFiles files;
+  const TemporaryFolder folder;
+  AdversarialSettings other;
+  other.spectral_norm = true;
+  leave_checkpoint(SmallTraining(files, small_settings(), other), folder);
+  expect_begins_anew(files, folder);
+  other.alpha = 0;
+  leave_checkpoint(SmallTraining(files, small_settings(), other), folder);
+  expect_begins_anew(files, folder);
+}
+
+TEST(Training, ACheckpointIsNotCodeThatRuns) {
+  const TrainingFiles files;
+  const TemporaryFolder folder;
+  for (const char* name : {"checkpoint.h5", "checkpoint.pt"}) {
+    write_prepared_archive(folder / name, folder / "marker");
+    expect_begins_anew(files, folder);
+    EXPECT_FALSE(fs::exists(folder / "marker"));
+  }
+}
+
+TEST(Training, ACheckpointThatFindsNoRoomOnTheDiskIsAnErrorOfTheInput) {
+  const TrainingFiles files;
+  const TemporaryFolder folder;
   SmallTraining training(files, small_settings());
-  EXPECT_EQ(training.run({.folder = folder / ""}).epochs, 4);
+  const std::string message = message_of<InputError>([&] {
+    const FileSizeLimit full(20000);
+    training.run({.folder = folder / "", .checkpoint_interval_s = 0});
+  });
+  EXPECT_THAT(message, ::testing::HasSubstr("cannot be written; is the disk full?"));
+  EXPECT_FALSE(fs::exists(folder / "checkpoint.h5"));
+  EXPECT_FALSE(fs::exists(folder / "checkpoint.h5.part"));
 }
 
 TEST(Training, LearnsInEitherPrecision) {

@@ -20,6 +20,8 @@ using nlohmann::json;
 struct Behaviour {
   Eigen::Index block = 0;
   bool detect = false;
+  json parameters = json::object();
+  FitReport report = {};
   /// Writes and reads the file of the solver; by default it saves nothing.
   std::function<void(const std::filesystem::path&)> save = [](const auto&) {};
   std::function<void(const std::filesystem::path&)> load = [](const auto&) {};
@@ -33,7 +35,8 @@ struct Behaviour {
 class Puppet final : public Solver {
  public:
   explicit Puppet(Behaviour& behaviour) : behaviour_(behaviour) {}
-  json parameters() const override { return json::object(); }
+  json parameters() const override { return behaviour_.parameters; }
+  FitReport fit_report() const override { return behaviour_.report; }
   void fit(const FitInput&) override {}
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override {
@@ -68,6 +71,18 @@ std::unique_ptr<Solver> fitted_puppet(Behaviour& behaviour, json spec = json::ob
   std::unique_ptr<Solver> solver = make_puppet(behaviour, std::move(spec));
   solver->fit(validation.input());
   return solver;
+}
+
+TEST(CheckedSolver, WhatTheSolverSaysIsPrintable) {
+  Behaviour behaviour;
+  behaviour.parameters = {{"a\xff", {"\x1b[31m", 1.5}}};
+  behaviour.report = {"bad\x1b", "\xff" + std::string(5000, 'x'), 2.0};
+  const auto solver = make_puppet(behaviour);
+  EXPECT_EQ(solver->parameters().at("a\ufffd"), json({"\ufffd[31m", 1.5}));
+  const FitReport report = solver->fit_report();
+  EXPECT_EQ(report.status, "bad\ufffd");
+  EXPECT_EQ(report.message, "\ufffd" + std::string(999, 'x') + "…");
+  EXPECT_EQ(report.earlier_s, 2.0);
 }
 
 TEST(CheckedSolver, GivesFramesInBlocksOfTheSolversSize) {

@@ -25,7 +25,12 @@ void sleep_s(int seconds) { std::this_thread::sleep_for(std::chrono::seconds(sec
 
 /// A process of its own, in a session of its own where asked, whose number it leaves in a file.
 void leave_process(const std::string& file, bool own_session) {
-  if (::fork() != 0) return;
+  if (::fork() != 0) {
+    for (std::string text; text.empty(); std::getline(std::ifstream(file), text)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return;
+  }
   if (own_session) ::setsid();
   if (::fork() != 0) ::_exit(0);  // its parent is gone at once
   std::ofstream(file) << ::getpid() << "\n";

@@ -14,12 +14,16 @@
 namespace {
 
 using namespace ertbench;
+using nlohmann::json;
 
 /// Stands for what a change of the code changes.
 double gain() {
   const char* const text = std::getenv("TOY_GAIN");
   return text ? std::atof(text) : 1;
 }
+
+/// No UTF-8, and what terminals, browsers and spreadsheets would obey.
+const std::string hostile_text = "=1 \x1b[2J\x1b[31m \xff\xc2\x9b <script>alert(1)</script>";
 
 class Misbehaving final : public Solver {
  public:
@@ -29,6 +33,7 @@ class Misbehaving final : public Solver {
   void fit(const FitInput&) override {
     if (how_ == "crash") std::abort();
     if (how_ == "throw") throw std::runtime_error("the matrix is on fire");
+    if (how_ == "throw hostile text") throw std::runtime_error(hostile_text);
     if (how_ == "hang") std::this_thread::sleep_for(std::chrono::hours(1));
   }
   void reconstruct(FramesView changes, ImagesView images,
@@ -64,10 +69,12 @@ class ToyLearned final : public Solver {
   bool needs_training() const override { return how_ == "needs data"; }
 
   nlohmann::json parameters() const override {
-    return {{"seed", seed_},
-            {"level", level_},
-            {"offset", offset_},
-            {"training", {{"best_epoch", 1 + seed_ % epochs_}}}};
+    json out = {{"seed", seed_},
+                {"level", level_},
+                {"offset", offset_},
+                {"training", {{"best_epoch", 1 + seed_ % epochs_}}}};
+    if (is_bad("say hostile text")) out[hostile_text] = hostile_text;
+    return out;
   }
   void fit(const FitInput& input) override {
     if (is_bad("crash")) std::abort();
@@ -80,12 +87,15 @@ class ToyLearned final : public Solver {
           << 0.4 + 0.1 / epoch << ",0.001," << epoch * epoch_s_ << "\n";
       if (input.progress) {
         input.progress(static_cast<std::uint64_t>(epoch), static_cast<std::uint64_t>(epochs_),
-                       "epoch " + std::to_string(epoch) + " of " + std::to_string(epochs_));
+                       is_bad("say hostile text")
+                           ? hostile_text
+                           : "epoch " + std::to_string(epoch) + " of " + std::to_string(epochs_));
       }
     }
   }
   FitReport fit_report() const override {
     if (is_bad("diverge")) return {"diverged", "the loss rose to infinity"};
+    if (is_bad("say hostile text")) return {hostile_text, hostile_text};
     return {};
   }
   void reconstruct(FramesView, ImagesView images, std::span<FrameReport> reports) const override {
@@ -111,21 +121,23 @@ class ToyLearned final : public Solver {
 
 extern "C" int ertbench_solver_interface() { return solver_interface_version; }
 extern "C" void ertbench_register_solvers(SolverRegistry& registry) {
-  registry.add("misbehaving", {"fails as it is told",
-                               {{"how", "crash, throw, hang, nan, stops or gain"}},
-                               [](JsonObject object) -> std::unique_ptr<Solver> {
-                                 return std::make_unique<Misbehaving>(object);
-                               }});
-  registry.add("toy-learned", {"a constant image, learned at length",
-                               {{"seed", "0 ...", ParameterRole::seed},
-                                {"level", "S/m"},
-                                {"offset", "S/m"},
-                                {"epochs", "1 ... 1000"},
-                                {"epoch_s", "s"},
-                                {"bad_seed", "with which it goes wrong"},
-                                {"how", "crash, diverge, undefined or needs data"}},
-                               [](JsonObject object) -> std::unique_ptr<Solver> {
-                                 return std::make_unique<ToyLearned>(object);
-                               },
-                               ImageComparison::seeds});
+  registry.add("misbehaving",
+               {"fails as it is told",
+                {{"how", "crash, throw, throw hostile text, hang, nan, stops or gain"}},
+                [](JsonObject object) -> std::unique_ptr<Solver> {
+                  return std::make_unique<Misbehaving>(object);
+                }});
+  registry.add("toy-learned",
+               {"a constant image, learned at length",
+                {{"seed", "0 ...", ParameterRole::seed},
+                 {"level", "S/m"},
+                 {"offset", "S/m"},
+                 {"epochs", "1 ... 1000"},
+                 {"epoch_s", "s"},
+                 {"bad_seed", "with which it goes wrong"},
+                 {"how", "crash, diverge, say hostile text, undefined or needs data"}},
+                [](JsonObject object) -> std::unique_ptr<Solver> {
+                  return std::make_unique<ToyLearned>(object);
+                },
+                ImageComparison::seeds});
 }
