@@ -131,7 +131,10 @@ Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
   prepare_library();
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, access_properties());
   if (id < 0) {
-    throw InputError(file.string() + ": cannot be opened for writing" + library_message());
+    throw InputError(file.string() +
+                     ": cannot be opened for writing; check that it is a file that may be "
+                     "written, and that the disk has space" +
+                     library_message());
   }
   return Hdf5File(file, id);
 }

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
 #include "core/errors.h"
@@ -167,7 +168,7 @@ IsolatedOutcome run_isolated(
     const ProcessLimits& limits, StandardError standard_error) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) {
-    throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+    throw std::system_error(errno, std::generic_category(), "no pipe");
   }
   const Descriptor read_end(ends[0]);
   Descriptor write_end(ends[1]);

@@ -45,7 +45,7 @@ struct ProcessSurroundings {
 class ChildProcess {
  public:
   /// Starts `arguments[0]`, which is looked for in $PATH where it is a bare name. Throws
-  /// std::runtime_error where no process can be made; one whose program cannot be started ends with
+  /// std::system_error where no process can be made; one whose program cannot be started ends with
   /// exit code `not_started` and the reason in its log.
   ChildProcess(const std::vector<std::string>& arguments, const ProcessSurroundings& surroundings,
                const ProcessLimits& limits);
@@ -78,7 +78,7 @@ enum class StandardError { dropped, shared };
 /// end: for what may take its process down with it, or never come back. What the function passes to
 /// `send` comes back as messages, up to the last whole one. Its time is counted from the start and
 /// anew from each message. An exception that leaves it ends the copy with exit code 1. This process
-/// must have no other threads. Throws std::runtime_error where no process can be made.
+/// must have no other threads. Throws std::system_error where no process can be made.
 IsolatedOutcome run_isolated(
     const std::function<void(const std::function<void(std::string_view message)>& send)>& function,
     const ProcessLimits& limits, StandardError standard_error = StandardError::dropped);

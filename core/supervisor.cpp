@@ -226,7 +226,7 @@ class Supervision {
 Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits) {
   int report[2];
   if (::pipe2(report, O_CLOEXEC) != 0) {
-    throw std::runtime_error("no pipe: " + std::generic_category().message(errno));
+    throw std::system_error(errno, std::generic_category(), "no pipe");
   }
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();
@@ -238,7 +238,7 @@ Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits)
   ::close(report[1]);
   if (pid < 0) {
     ::close(report[0]);
-    throw std::runtime_error("no process can be made: " + std::generic_category().message(error));
+    throw std::system_error(error, std::generic_category(), "no process can be made");
   }
   return {pid, report[0]};
 }

@@ -14,7 +14,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <new>
 #include <sstream>
+#include <system_error>
 
 #include "bench/cli/command.h"
 #include "core/build.h"
@@ -106,11 +108,10 @@ ExitCode parse_and_run(int argc, char** argv) {
 }  // namespace
 }  // namespace ertbench
 
-#ifdef __SANITIZE_ADDRESS__
-// libhdf5 loses a few hundred bytes when it refuses some damaged files.
+// For builds with the leak sanitizer: libhdf5 loses a few hundred bytes when it refuses some
+// damaged files.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5\n"; }
 extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
-#endif
 
 int main(int argc, char** argv) {
   const auto say = [](const char* before, const std::string& text, const char* after) {
@@ -127,6 +128,16 @@ int main(int argc, char** argv) {
   } catch (const std::filesystem::filesystem_error& e) {
     say("", e.path1().string() + ": " + e.code().message(),
         "; check that the folder exists and can be written");
+    return ertbench::bad_input;
+  } catch (const std::bad_alloc&) {
+    std::fputs(
+        "ertbench: not enough memory; end other programs, or choose a smaller \"count\" or "
+        "\"batch\" and fewer --jobs\n",
+        stderr);
+    return ertbench::bad_input;
+  } catch (const std::system_error& e) {
+    say("ertbench: the system refuses: ", e.what(),
+        "; end other programs, or raise the limits of this user (ulimit -a)");
     return ertbench::bad_input;
   } catch (const std::exception& e) {
     say("ertbench failed; please report this: ", e.what(), "");
