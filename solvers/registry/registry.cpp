@@ -6,6 +6,7 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/text.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/linear/registration.h"
 #include "solvers/registry/plugin_description.h"
@@ -108,7 +109,7 @@ fs::path SolverRegistry::library_of(const std::string& type) const {
   if (plugin == plugin_of_.end()) {
     std::string known;
     for (const auto& name : order_) known += (known.empty() ? "" : ", ") + name;
-    throw InputError("no solver is called \"" + type + "\"; known: " + known);
+    throw InputError("no solver is called \"" + printable(type) + "\"; known: " + known);
   }
   if (plugin->second.has_parent_path()) return plugin->second;
   std::string folders;
