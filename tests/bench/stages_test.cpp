@@ -134,9 +134,9 @@ TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
   const JobRecords records(*stage, experiment_, folder_.path());
   const json sound = {{"models", json::object()}};
   write_record(records.file(job), sound, stage->key(experiment_, job), stamp_of_records({}));
-  EXPECT_TRUE(records.has(job));
+  EXPECT_TRUE(records.read(job));
   write_record(records.file(job), sound, "of another experiment", stamp_of_records({}));
-  EXPECT_FALSE(records.has(job));
+  EXPECT_FALSE(records.read(job));
 }
 
 }  // namespace
