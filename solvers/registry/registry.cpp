@@ -92,8 +92,10 @@ void SolverRegistry::describe(const fs::path& library) {
     return;
   }
   for (const SolverType& type : found.types) {
-    const auto [place, is_new] = plugin_of_.emplace(type.name, library);
-    if (!is_new && library.filename() != place->second.filename()) {
+    // A bare name would be looked for in the folders of plugins.
+    const auto [place, is_new] = plugin_of_.emplace(type.name, fs::absolute(library));
+    const bool own = place->second == fs::absolute(library) || place->second == library.filename();
+    if (!own) {
       throw InputError(library.string() + ": two solvers are called \"" + type.name +
                        "\"; the other is in " + place->second.string() + "; rename one");
     }
