@@ -16,6 +16,7 @@ struct ProcessEnd {
   bool out_of_memory = false;  ///< killed, as its processes held more than they may
   int exit_code = -1;          ///< -1 where a signal ended it
   int signal = 0;
+  int not_made = 0;  ///< the system's error where there could be no process
 
   bool ok() const { return !timed_out && !out_of_memory && exit_code == 0; }
   /// "exit code 3", "Segmentation fault", "out of memory", "out of time".
@@ -55,9 +56,10 @@ class ChildProcess {
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();  ///< kills it where it still runs
 
-  /// Whether it has ended, by itself or by its limits; does not wait.
+  /// Whether it has ended, by itself or by its limits; does not wait. Throws std::system_error
+  /// where the supervisor could make no process.
   std::optional<ProcessEnd> poll();
-  ProcessEnd wait();
+  ProcessEnd wait();  ///< throws likewise
 
  private:
   int supervisor_ = -1;

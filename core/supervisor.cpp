@@ -125,14 +125,14 @@ class Supervision {
     prepare_signals();
     if (::getppid() != parent) told_to_stop = 1;
     int pipe[2] = {-1, -1};
-    if (task_.log >= 0 && ::pipe2(pipe, O_CLOEXEC) != 0) ::_exit(1);
+    if (task_.log >= 0 && ::pipe2(pipe, O_CLOEXEC) != 0) say_not_made();
     const pid_t supervisor = ::getpid();
     child_ = ::fork();
     if (child_ == 0) {
       ::close(report_);
       become_supervised(task_, pipe[1], supervisor);
     }
-    if (child_ < 0) ::_exit(1);
+    if (child_ < 0) say_not_made();
     ::setpgid(child_, child_);  // also here: whoever comes first
     if (pipe[1] >= 0) ::close(pipe[1]);
     if (pipe[0] >= 0) ::fcntl(pipe[0], F_SETFL, O_NONBLOCK);
@@ -140,11 +140,20 @@ class Supervision {
     watch(log);
     end_all();
     log.finish();
+    report();
+  }
+
+ private:
+  [[noreturn]] void report() {
     write_all(report_, {reinterpret_cast<const char*>(&end_), sizeof end_});
     ::_exit(0);
   }
 
- private:
+  [[noreturn]] void say_not_made() {
+    end_.not_made = errno;
+    report();
+  }
+
   /// Signals come only while we wait in ppoll.
   void prepare_signals() {
     set_handler(SIGTERM, [](int) { told_to_stop = 1; });
