@@ -8,6 +8,7 @@
 
 #include "core/build.h"
 #include "core/checksum.h"
+#include "core/errors.h"
 
 namespace ertbench {
 namespace {
@@ -55,11 +56,18 @@ std::string hash_of(const std::string& text) {
 
 std::string hash_of_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
+  const auto require = [&](bool readable) {
+    if (!readable) {
+      throw InputError(file.string() + ": cannot be read; check that it is there and may be read");
+    }
+  };
+  require(in.is_open());
   Checksum checksum;
   std::string bytes(std::size_t{1} << 20, '\0');
   while (in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || in.gcount() > 0) {
     checksum.add({bytes.data(), static_cast<std::size_t>(in.gcount())});
   }
+  require(!in.bad());
   return checksum.text();
 }
 

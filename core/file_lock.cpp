@@ -13,7 +13,7 @@
 
 namespace ertbench {
 
-FileLock::FileLock(const std::filesystem::path& file, MissingFolder folder) {
+FileLock::FileLock(const std::filesystem::path& file, MissingFolder folder) : file_(file) {
   for (;;) {
     if (folder == MissingFolder::make) std::filesystem::create_directories(file.parent_path());
     descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
@@ -38,6 +38,10 @@ FileLock::FileLock(const std::filesystem::path& file, MissingFolder folder) {
 
 FileLock::~FileLock() { ::close(descriptor_); }
 
-void FileLock::sync() const { ::fsync(descriptor_); }
+void FileLock::sync() const {
+  if (::fsync(descriptor_) == 0) return;
+  throw InputError(file_.string() + ": cannot be written (fsync: " + std::strerror(errno) +
+                   "); check the disk");
+}
 
 }  // namespace ertbench

@@ -17,10 +17,12 @@ class FileLock {
   FileLock& operator=(const FileLock&) = delete;
   ~FileLock();
 
-  /// Forces what was written to the file, by whomever, to the disk.
+  /// Forces what was written to the file, by whomever, to the disk. Throws InputError where that
+  /// fails.
   void sync() const;
 
  private:
+  std::filesystem::path file_;
   int descriptor_ = -1;
 };
 

@@ -131,7 +131,10 @@ Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
   prepare_library();
   const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, access_properties());
   if (id < 0) {
-    throw InputError(file.string() + ": cannot be opened for writing" + library_message());
+    throw InputError(file.string() +
+                     ": cannot be opened for writing; check that it is a file that may be "
+                     "written, and that the disk has space" +
+                     library_message());
   }
   return Hdf5File(file, id);
 }
@@ -198,7 +201,8 @@ std::vector<std::string> Hdf5File::names(const std::string& group) const {
 std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
   if (!has(dataset)) fail(dataset, "is missing");
   const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.valid()) fail(dataset, "is not a readable dataset" + library_message());
+  if (!set.valid())
+    fail(dataset, "is not a readable dataset; write the file again" + library_message());
   if (const std::string why = why_not_read(set); !why.empty()) fail(dataset, why);
   const Hdf5Handle type(H5Dget_type(set), H5Tclose);
   if (!type.valid() || (H5Tget_class(type) != H5T_FLOAT && H5Tget_class(type) != H5T_INTEGER)) {
@@ -326,7 +330,7 @@ void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std:
   const Hdf5Handle set(H5Dcreate2(id_, dataset.c_str(), storage_type(number), space, groups,
                                   properties, H5P_DEFAULT),
                        H5Dclose);
-  if (!set.valid()) fail(dataset, "cannot be created" + library_message());
+  if (!set.valid()) fail(dataset, "cannot be created; is the disk full?" + library_message());
 }
 
 void Hdf5File::write_rows(const std::string& dataset, std::uint64_t first,
@@ -369,7 +373,8 @@ void Hdf5File::write_text(const std::string& object, const std::string& attribut
                      H5Aclose);
   const std::string padded = text.empty() ? std::string(1, '\0') : text;
   if (!a.valid() || H5Awrite(a, type, padded.data()) < 0) {
-    fail(object, "attribute \"" + attribute + "\" cannot be written" + library_message());
+    fail(object, "attribute \"" + attribute + "\" cannot be written; is the disk full?" +
+                     library_message());
   }
 }
 
@@ -379,7 +384,8 @@ void Hdf5File::write_number(const std::string& object, const std::string& attrib
                                        space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
                      H5Aclose);
   if (!a.valid() || H5Awrite(a, H5T_NATIVE_DOUBLE, &value) < 0) {
-    fail(object, "attribute \"" + attribute + "\" cannot be written" + library_message());
+    fail(object, "attribute \"" + attribute + "\" cannot be written; is the disk full?" +
+                     library_message());
   }
 }
 
@@ -392,7 +398,8 @@ void Hdf5File::write_text_dataset(const std::string& dataset, const std::string&
       H5Dcreate2(id_, dataset.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
       H5Dclose);
   const std::string padded = text.empty() ? std::string(1, '\0') : text;
-  if (!set.valid() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, padded.data()) < 0) {
+  if (!set.valid() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, padded.data()) < 0 ||
+      H5Dflush(set) < 0) {
     fail(dataset, "cannot be written; is the disk full?" + library_message());
   }
 }
@@ -400,7 +407,8 @@ void Hdf5File::write_text_dataset(const std::string& dataset, const std::string&
 std::string Hdf5File::read_text_dataset(const std::string& dataset) const {
   if (!has(dataset)) fail(dataset, "is missing");
   const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.valid()) fail(dataset, "is not a readable dataset" + library_message());
+  if (!set.valid())
+    fail(dataset, "is not a readable dataset; write the file again" + library_message());
   if (const std::string why = why_not_read(set); !why.empty()) fail(dataset, why);
   const Hdf5Handle type(H5Dget_type(set), H5Tclose);
   const Hdf5Handle space(H5Dget_space(set), H5Sclose);
@@ -418,7 +426,13 @@ std::string Hdf5File::read_text_dataset(const std::string& dataset) const {
 
 void Hdf5File::write_checksum() {
   if (has_attribute("/", "checksum")) H5Adelete(id_, "checksum");
-  write_text("/", "checksum", checksum_of_contents(id_));
+  std::string checksum;
+  try {
+    checksum = checksum_of_contents(id_);
+  } catch (const std::runtime_error& error) {
+    fail("/", std::string("no checksum can be made: ") + error.what() + "; write it again");
+  }
+  write_text("/", "checksum", checksum);
 }
 
 std::string Hdf5File::why_changed() const {

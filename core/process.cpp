@@ -13,6 +13,7 @@
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
 #include "core/errors.h"
@@ -92,6 +93,12 @@ bool read_some(int pipe, std::string& bytes) {
   return count > 0 || (count < 0 && errno == EINTR);
 }
 
+/// What the supervisor could not make, we could not make either.
+void require_made(const ProcessEnd& end) {
+  if (end.not_made == 0) return;
+  throw std::system_error(end.not_made, std::generic_category(), "no process can be made");
+}
+
 ProcessEnd wait_for(const Supervisor& supervisor) {
   while (::waitpid(supervisor.pid, nullptr, 0) < 0 && errno == EINTR) {
   }
@@ -154,11 +161,13 @@ ChildProcess::~ChildProcess() {
 
 std::optional<ProcessEnd> ChildProcess::poll() {
   if (!end_ && ::waitpid(supervisor_, nullptr, WNOHANG) != 0) end_ = read_report(report_);
+  if (end_) require_made(*end_);
   return end_;
 }
 
 ProcessEnd ChildProcess::wait() {
   if (!end_) end_ = wait_for({supervisor_, report_});
+  require_made(*end_);
   return *end_;
 }
 
@@ -167,7 +176,7 @@ IsolatedOutcome run_isolated(
     const ProcessLimits& limits, StandardError standard_error) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) {
-    throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+    throw std::system_error(errno, std::generic_category(), "no pipe");
   }
   const Descriptor read_end(ends[0]);
   Descriptor write_end(ends[1]);
@@ -198,6 +207,7 @@ IsolatedOutcome run_isolated(
   }
   if (timed_out) ::kill(supervisor.pid, SIGTERM);
   outcome.end = wait_for(supervisor);
+  require_made(outcome.end);
   outcome.end.timed_out = timed_out;
   outcome.finished = outcome.finished && outcome.end.ok();
   return outcome;

@@ -16,6 +16,7 @@ struct ProcessEnd {
   bool out_of_memory = false;  ///< killed, as its processes held more than they may
   int exit_code = -1;          ///< -1 where a signal ended it
   int signal = 0;
+  int not_made = 0;  ///< the system's error where there could be no process
 
   bool ok() const { return !timed_out && !out_of_memory && exit_code == 0; }
   /// "exit code 3", "Segmentation fault", "out of memory", "out of time".
@@ -45,7 +46,7 @@ struct ProcessSurroundings {
 class ChildProcess {
  public:
   /// Starts `arguments[0]`, which is looked for in $PATH where it is a bare name. Throws
-  /// std::runtime_error where no process can be made; one whose program cannot be started ends with
+  /// std::system_error where no process can be made; one whose program cannot be started ends with
   /// exit code `not_started` and the reason in its log.
   ChildProcess(const std::vector<std::string>& arguments, const ProcessSurroundings& surroundings,
                const ProcessLimits& limits);
@@ -55,9 +56,10 @@ class ChildProcess {
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();  ///< kills it where it still runs
 
-  /// Whether it has ended, by itself or by its limits; does not wait.
+  /// Whether it has ended, by itself or by its limits; does not wait. Throws std::system_error
+  /// where the supervisor could make no process.
   std::optional<ProcessEnd> poll();
-  ProcessEnd wait();
+  ProcessEnd wait();  ///< throws likewise
 
  private:
   int supervisor_ = -1;
@@ -78,7 +80,7 @@ enum class StandardError { dropped, shared };
 /// end: for what may take its process down with it, or never come back. What the function passes to
 /// `send` comes back as messages, up to the last whole one. Its time is counted from the start and
 /// anew from each message. An exception that leaves it ends the copy with exit code 1. This process
-/// must have no other threads. Throws std::runtime_error where no process can be made.
+/// must have no other threads. Throws std::system_error where no process can be made.
 IsolatedOutcome run_isolated(
     const std::function<void(const std::function<void(std::string_view message)>& send)>& function,
     const ProcessLimits& limits, StandardError standard_error = StandardError::dropped);

@@ -22,7 +22,8 @@ void put_in_place(const fs::path& aside, const fs::path& file) {
   if (!error) return;
   std::error_code ignored;
   fs::remove(aside, ignored);
-  throw InputError(file.string() + ": cannot be put in place: " + error.message());
+  throw InputError(file.string() + ": cannot be put in place: " + error.message() +
+                   "; check that its folder may be written and that no folder has its name");
 }
 
 }  // namespace ertbench

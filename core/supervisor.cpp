@@ -125,14 +125,14 @@ class Supervision {
     prepare_signals();
     if (::getppid() != parent) told_to_stop = 1;
     int pipe[2] = {-1, -1};
-    if (task_.log >= 0 && ::pipe2(pipe, O_CLOEXEC) != 0) ::_exit(1);
+    if (task_.log >= 0 && ::pipe2(pipe, O_CLOEXEC) != 0) say_not_made();
     const pid_t supervisor = ::getpid();
     child_ = ::fork();
     if (child_ == 0) {
       ::close(report_);
       become_supervised(task_, pipe[1], supervisor);
     }
-    if (child_ < 0) ::_exit(1);
+    if (child_ < 0) say_not_made();
     ::setpgid(child_, child_);  // also here: whoever comes first
     if (pipe[1] >= 0) ::close(pipe[1]);
     if (pipe[0] >= 0) ::fcntl(pipe[0], F_SETFL, O_NONBLOCK);
@@ -140,11 +140,20 @@ class Supervision {
     watch(log);
     end_all();
     log.finish();
+    report();
+  }
+
+ private:
+  [[noreturn]] void report() {
     write_all(report_, {reinterpret_cast<const char*>(&end_), sizeof end_});
     ::_exit(0);
   }
 
- private:
+  [[noreturn]] void say_not_made() {
+    end_.not_made = errno;
+    report();
+  }
+
   /// Signals come only while we wait in ppoll.
   void prepare_signals() {
     set_handler(SIGTERM, [](int) { told_to_stop = 1; });
@@ -226,7 +235,7 @@ class Supervision {
 Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits) {
   int report[2];
   if (::pipe2(report, O_CLOEXEC) != 0) {
-    throw std::runtime_error("no pipe: " + std::generic_category().message(errno));
+    throw std::system_error(errno, std::generic_category(), "no pipe");
   }
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();
@@ -238,7 +247,7 @@ Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits)
   ::close(report[1]);
   if (pid < 0) {
     ::close(report[0]);
-    throw std::runtime_error("no process can be made: " + std::generic_category().message(error));
+    throw std::system_error(error, std::generic_category(), "no process can be made");
   }
   return {pid, report[0]};
 }

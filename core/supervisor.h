@@ -29,7 +29,7 @@ struct Supervisor {
 /// - is the subreaper of all that it starts, and ends that with it,
 /// - copies what it says to the log, up to a bound,
 /// - says in the end how it ended, and ends itself.
-/// Throws std::runtime_error where no process can be made.
+/// Throws std::system_error where no process can be made.
 Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits);
 
 /// The last word of a supervisor that has ended; closes `report`.

@@ -14,7 +14,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
 #include <sstream>
+#include <system_error>
 
 #include "bench/cli/command.h"
 #include "core/build.h"
@@ -103,23 +107,41 @@ ExitCode parse_and_run(int argc, char** argv) {
   return chosen->second();
 }
 
+constexpr const char* no_memory =
+    "ertbench: not enough memory; end other programs, or choose a smaller \"count\" or \"batch\" "
+    "and "
+    "fewer --jobs\n";
+
+/// Lack of memory may also show where no exception can leave: values of JSON need some to be
+/// destroyed.
+[[noreturn]] void terminate() {
+  try {
+    if (std::current_exception()) std::rethrow_exception(std::current_exception());
+  } catch (const std::bad_alloc&) {
+    std::fputs(no_memory, stderr);
+    std::_Exit(bad_input);
+  } catch (...) {
+  }
+  std::abort();
+}
+
 }  // namespace
 }  // namespace ertbench
 
-#ifdef __SANITIZE_ADDRESS__
-// libhdf5 loses a few hundred bytes when it refuses some damaged files.
+// For builds with the leak sanitizer: libhdf5 loses a few hundred bytes when it refuses some
+// damaged files.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5\n"; }
 extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
-#endif
 
 int main(int argc, char** argv) {
+  std::set_terminate(ertbench::terminate);
   const auto say = [](const char* before, const std::string& text, const char* after) {
     std::fprintf(stderr, "%s%s%s\n", before,
                  ertbench::printable_lines(text, ertbench::most_said).c_str(), after);
   };
-  spdlog::set_default_logger(spdlog::stderr_color_mt("ertbench"));
-  spdlog::set_formatter(std::make_unique<ertbench::PrintableLines>());
   try {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("ertbench"));
+    spdlog::set_formatter(std::make_unique<ertbench::PrintableLines>());
     return ertbench::parse_and_run(argc, argv);
   } catch (const ertbench::InputError& e) {
     say("", e.what(), "");
@@ -127,6 +149,13 @@ int main(int argc, char** argv) {
   } catch (const std::filesystem::filesystem_error& e) {
     say("", e.path1().string() + ": " + e.code().message(),
         "; check that the folder exists and can be written");
+    return ertbench::bad_input;
+  } catch (const std::bad_alloc&) {
+    std::fputs(ertbench::no_memory, stderr);
+    return ertbench::bad_input;
+  } catch (const std::system_error& e) {
+    say("ertbench: the system refuses: ", e.what(),
+        "; end other programs, or raise the limits of this user (ulimit -a)");
     return ertbench::bad_input;
   } catch (const std::exception& e) {
     say("ertbench failed; please report this: ", e.what(), "");

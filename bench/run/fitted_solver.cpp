@@ -104,7 +104,10 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
 
 /// `threads`: that it was fitted with; a training comes out otherwise with another number.
 void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fitted, int threads) {
-  replace_file(file, [&](const fs::path& aside) { fitted.solver->save(aside); });
+  fs::path aside = file;
+  aside += ".part";  // the lock on the work folder keeps others away
+  replace_file(
+      file, [&](const fs::path& place) { fitted.solver->save(place); }, aside);
   json note = {{"fit_s", fitted.fit_s},
                {"build", to_json(*fitted.build)},
                {"parameters", fitted.solver->parameters()},

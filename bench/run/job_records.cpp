@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/run/stage.h"
+#include "core/errors.h"
 #include "core/replace_file.h"
 
 namespace ertbench {
@@ -27,11 +28,15 @@ FoundRecord JobRecords::find(const Job& job) const {
   return found;
 }
 
-bool JobRecords::accept(const Job& job) const {
+void JobRecords::expect(const Job& job) { expected_.insert(job.name); }
+
+bool JobRecords::accept(const Job& job) {
   const std::filesystem::path written = file(job, written_ending);
   if (!std::filesystem::exists(written)) return false;
   put_in_place(written, file(job));
-  return static_cast<bool>(find(job).record);
+  const bool good = static_cast<bool>(find(job).record);
+  if (good) expect(job);
+  return good;
 }
 
 void JobRecords::discard(const Job& job) const {
@@ -41,7 +46,13 @@ void JobRecords::discard(const Job& job) const {
 
 std::optional<nlohmann::json> JobRecords::read(const Job& job) const {
   const FoundRecord found = find(job);
-  return found.record ? std::optional(*found.record) : std::nullopt;
+  if (found.record) return *found.record;
+  if (expected_.count(job.name) > 0) {
+    throw InputError(file(job).string() + ": was there a moment ago and cannot be read now" +
+                     (found.why_not.empty() ? "" : ": " + found.why_not) +
+                     "; give the same command again");
+  }
+  return std::nullopt;
 }
 
 void JobRecords::add_failure(const Job& job, Failure failure) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,13 @@ class JobRecords {
   FoundRecord find(const Job& job) const;
   /// Puts the record that the job's process has written, which ended well, into its place; whether
   /// there was one.
-  bool accept(const Job& job) const;
+  bool accept(const Job& job);
+  /// The job has a record. Where that cannot be read later on, its row must not pass for one that
+  /// nobody asked for.
+  void expect(const Job& job);
   /// Removes what a process wrote that did not.
   void discard(const Job& job) const;
-  /// Nothing where it has none.
+  /// Nothing where it has none. Throws InputError where one is expected.
   std::optional<nlohmann::json> read(const Job& job) const;
 
   void add_failure(const Job& job, Failure failure);
@@ -48,6 +52,7 @@ class JobRecords {
   std::filesystem::path folder_;
   Reuse reuse_;
   std::map<std::string, Failure> failures_;  ///< by subject
+  std::set<std::string> expected_;           ///< names of jobs that have a record
 };
 
 }  // namespace ertbench

@@ -88,6 +88,7 @@ std::deque<Job> JobRunner::without_records(const std::vector<Job>& jobs) const {
       if (!found.why_not.empty()) ++remade[found.why_not];
       continue;
     }
+    records_.expect(job);
     const auto build = build_stamp_from_json(found.record->at("build"));
     if (build->program != program) {
       ++reused["commit " + build->commit_text() + ", program " + build->program.substr(0, 8)];

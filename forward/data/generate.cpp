@@ -208,6 +208,48 @@ DatasetBlock generate_rows(const DatasetSpec& spec, const SceneModel& model, std
   return block;
 }
 
+/// An unfinished file without a whole scene is of no use to anybody.
+void remove_part(const fs::path& part) {
+  std::error_code ignored;
+  fs::remove(part, ignored);
+}
+
+/// Computes and writes the scenes from `whole` on; `whole` counts those that are in the file for
+/// good.
+void write_scenes(const DatasetSpec& spec, const SceneModel& model, const fs::path& part,
+                  const GenerateOptions& options, std::uint64_t& whole) {
+  const int threads = std::max(1, options.threads);
+  Hdf5File out = Hdf5File::open_writable(part);
+  const auto block_at = [&](std::uint64_t first) {
+    const std::uint64_t count = std::min(rows_per_block, spec.count - first);
+    return std::async(std::launch::async, [&, first, count] {
+      return generate_rows(spec, model, first, count, threads);
+    });
+  };
+  std::future<DatasetBlock> next;
+  if (whole < spec.count) next = block_at(whole);
+  while (whole < spec.count) {
+    const DatasetBlock block = next.get();
+    const std::uint64_t first = whole;
+    const std::uint64_t done = first + static_cast<std::uint64_t>(block.voltages.rows());
+    if (done < spec.count) next = block_at(done);  // computed while this one is written
+    out.write_rows(layout::voltages, first, block.voltages);
+    out.write_rows(layout::clean_voltages, first, block.clean_voltages);
+    out.write_rows(layout::conductivity, first, block.conductivity);
+    out.write_rows(layout::contacts, first, block.contacts);
+    if (block.effort.cols() > 0) out.write_rows(layout::model_effort, first, block.effort);
+    if (block.vertices.cols() > 0) out.write_rows(layout::contact_vertices, first, block.vertices);
+    out.flush();
+    out.write_rows(layout::scenes_written, 0,
+                   RowMajorMatrix::Constant(1, 1, static_cast<double>(done)));
+    out.flush();
+    whole = done;
+    if (options.progress) options.progress(whole, spec.count);
+  }
+  out.write_checksum();
+  out.close();
+}
+
 }  // namespace
 
 DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
@@ -235,52 +277,35 @@ void require_dataset_output(const fs::path& file, const std::vector<fs::path>& i
 void generate_dataset(const DatasetSpec& spec, const fs::path& file,
                       const GenerateOptions& options) {
   const SceneModel model(spec.sensor, spec.model);
-  const int threads = std::max(1, options.threads);
   const fs::path part = part_of(file);
   const FileLock lock(part);
   if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
     fs::remove(part);
     return;
   }
-  const std::optional<std::uint64_t> whole = resumable(spec, part);
-  if (!whole) create_part(spec, model, part);
-  std::uint64_t done = whole.value_or(0);
-  {
-    Hdf5File out = Hdf5File::open_writable(part);
-    const auto block_at = [&](std::uint64_t first) {
-      const std::uint64_t count = std::min(rows_per_block, spec.count - first);
-      return std::async(std::launch::async, [&, first, count] {
-        return generate_rows(spec, model, first, count, threads);
-      });
-    };
-    std::future<DatasetBlock> next;
-    if (done < spec.count) next = block_at(done);
-    while (done < spec.count) {
-      const DatasetBlock block = next.get();
-      const std::uint64_t first = done;
-      done += static_cast<std::uint64_t>(block.voltages.rows());
-      if (done < spec.count) next = block_at(done);  // computed while this one is written
-      out.write_rows(layout::voltages, first, block.voltages);
-      out.write_rows(layout::clean_voltages, first, block.clean_voltages);
-      out.write_rows(layout::conductivity, first, block.conductivity);
-      out.write_rows(layout::contacts, first, block.contacts);
-      if (block.effort.cols() > 0) out.write_rows(layout::model_effort, first, block.effort);
-      if (block.vertices.cols() > 0) {
-        out.write_rows(layout::contact_vertices, first, block.vertices);
-      }
-      out.flush();
-      out.write_rows(layout::scenes_written, 0,
-                     RowMajorMatrix::Constant(1, 1, static_cast<double>(done)));
-      out.flush();
-      if (options.progress) options.progress(done, spec.count);
+  std::uint64_t whole = 0;
+  try {
+    if (const auto found = resumable(spec, part)) {
+      whole = *found;
+    } else {
+      create_part(spec, model, part);
     }
-    out.write_checksum();
-    out.close();
+    write_scenes(spec, model, part, options, whole);
+    lock.sync();
+    std::error_code error;
+    fs::rename(part, file, error);
+    if (error) throw InputError(file.string() + ": cannot be put in place: " + error.message());
+  } catch (const InputError& error) {
+    if (whole > 0) {
+      throw InputError(std::string(error.what()) + "; the same command goes on behind scene " +
+                       std::to_string(whole));
+    }
+    remove_part(part);
+    throw;
+  } catch (...) {
+    if (whole == 0) remove_part(part);
+    throw;
   }
-  lock.sync();
-  std::error_code error;
-  fs::rename(part, file, error);
-  if (error) throw InputError(file.string() + ": cannot be put in place: " + error.message());
 }
 
 }  // namespace ertbench

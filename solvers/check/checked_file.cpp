@@ -25,6 +25,9 @@ bool is_hdf5(const fs::path& file) {
   constexpr std::array<char, 8> signature = {'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
   std::array<char, 8> start{};
   std::ifstream in(file, std::ios::binary);
+  if (!in && fs::exists(file)) {
+    throw InputError(file.string() + ": cannot be read; check its permissions");
+  }
   return in.read(start.data(), start.size()) && start == signature;
 }
 

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <thread>
 
+#include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/file_lock.h"
 #include "core/replace_file.h"
@@ -44,6 +45,14 @@ TEST(TemporaryFolder, IsNewAndGoesWithItsOwner) {
     EXPECT_TRUE(fs::exists(path));
   }
   EXPECT_FALSE(fs::exists(path));
+}
+
+TEST(HashOfFile, IsOfTheContentsAndOfNothingElse) {
+  const TemporaryFolder folder;
+  write(folder / "a", "text");
+  EXPECT_EQ(hash_of_file(folder / "a"), hash_of("text"));
+  EXPECT_THROW(hash_of_file(folder / "missing"), InputError);
+  EXPECT_THROW(hash_of_file(folder.path()), InputError);
 }
 
 TEST(FileLock, AnotherHolderWaits) {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -125,6 +126,48 @@ TEST_F(Dataset, KilledWriterLeavesNothingWholeAndGoesOn) {
                              }});
   EXPECT_GT(first_seen, 3072u) << "finished blocks must not be computed again";
   generate_dataset(s, folder_ / "whole.h5");
+  EXPECT_TRUE(bytes(file) == bytes(folder_ / "whole.h5"));
+}
+
+/// While it lives, no file of this process grows over so many bytes: a disk that is full.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit full = {bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &full);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+TEST_F(Dataset, FailureBeforeTheFirstWholeSceneLeavesNothing) {
+  const FullDisk disk(64 << 10);  // the images of 20 scenes take 92 kB
+  EXPECT_THROW(generate_dataset(spec(20), folder_ / "full.h5"), InputError);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(Dataset, FailureLaterSaysWhereTheSameCommandGoesOn) {
+  const fs::path file = folder_ / "failed.h5";
+  std::string message;
+  try {
+    generate_dataset(spec(1500), file, {1, [](std::uint64_t, std::uint64_t) {
+                                          throw InputError("the disk is full");
+                                        }});
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  EXPECT_EQ(message, "the disk is full; the same command goes on behind scene 1024");
+  generate_dataset(spec(1500), file);
+  generate_dataset(spec(1500), folder_ / "whole.h5");
   EXPECT_TRUE(bytes(file) == bytes(folder_ / "whole.h5"));
 }
 
