@@ -50,7 +50,8 @@ std::string why_not_read(std::int64_t dataset) {
   const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
   const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
   const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
-  if (!properties.valid() || !type.valid() || !space.valid()) return "is damaged; write the file again";
+  if (!properties.valid() || !type.valid() || !space.valid())
+    return "is damaged; write the file again";
   const H5D_layout_t layout = H5Pget_layout(properties);
   if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) > 0) {
     return "keeps its values in other files, which are not read; copy them into this one";

@@ -68,6 +68,9 @@ struct FitReport {
   std::string status = "ok";  ///< or a word or two: "diverged", "discriminator collapsed"
   std::string message;        ///< what happened, where the status is not "ok"
   double earlier_s = 0;       ///< spent by interrupted fits that this one went on from
+  /// What is left of the check of frames where that could not be fitted; the wrapper's
+  /// (solvers/check).
+  std::string frame_check = {};
 };
 
 /// A reconstruction method: voltages in, image of the conductivity change out.

@@ -93,9 +93,6 @@ std::string changed_experiment(const Baseline& baseline, const Experiment& exper
 /// "networks": [...], "trainings": [...], "checksum"}`, indented.
 std::string to_json_text(const Baseline& baseline);
 
-/// The "checksum" of a baseline: a hash of its JSON without it.
-std::string baseline_checksum(nlohmann::json baseline);
-
 /// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type,
 /// of rows or metrics that are not there, and of a checksum that is not that of the content: what a
 /// baseline has lost would pass for what is as it was.

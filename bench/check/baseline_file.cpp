@@ -4,7 +4,7 @@
 #include <span>
 
 #include "bench/check/baseline.h"
-#include "core/build_stamp.h"
+#include "core/json_checksum.h"
 #include "core/json_reader.h"
 #include "core/json_text.h"
 
@@ -15,7 +15,6 @@ using nlohmann::json;
 
 constexpr int schema = 1;
 constexpr int most = std::numeric_limits<int>::max();
-constexpr const char* checksum = "checksum";
 
 json to_json(const BaselineRow& row, std::span<const Metric> known) {
   json metrics = json::object();
@@ -117,17 +116,13 @@ std::string to_json_text(const Baseline& baseline) {
     out["rows"].push_back(to_json(row, baseline.metrics));
   out["networks"] = baseline.networks;
   out["trainings"] = baseline.trainings;
-  out[checksum] = baseline_checksum(out);
+  add_checksum(out);
   return json_text(out, 2) + "\n";
 }
 
-std::string baseline_checksum(json baseline) {
-  baseline.erase(checksum);
-  return hash_of(json_text(baseline));
-}
-
 Baseline read_baseline(const std::filesystem::path& file) {
-  const json value = read_json_file(file);
+  json value = read_json_file(file);
+  const std::string changed = take_checksum(value);
   JsonObject root(value, file.string(), "");
   if (const int found = root.integer("schema", 0, most); found != schema) {
     root.fail("schema", "is " + std::to_string(found) + ", this program reads " +
@@ -145,9 +140,7 @@ Baseline read_baseline(const std::filesystem::path& file) {
   for (const JsonObject& row : rows) baseline.rows.push_back(row_from(row, baseline.metrics));
   baseline.networks = names_from(root, "networks");
   baseline.trainings = names_from(root, "trainings");
-  if (root.text(checksum) != baseline_checksum(value)) {
-    root.fail(checksum, "is not that of the content, which was changed since it was written");
-  }
+  if (!changed.empty()) root.fail("checksum", "is not that of the content: " + changed);
   root.finish();
   return baseline;
 }

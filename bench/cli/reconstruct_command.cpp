@@ -4,6 +4,7 @@
 #include "bench/cli/command.h"
 #include "bench/run/reconstruct.h"
 #include "bench/run/reconstruct_output.h"
+#include "core/errors.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -22,6 +23,10 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
   if (!arguments.plugin.empty()) {
     require_image_output(arguments.output, {arguments.plugin});
     registry.add_library(arguments.plugin);
+    registry.describe_libraries();
+    for (const SolverRegistry::UnusableLibrary& library : registry.unusable_libraries()) {
+      throw InputError(library.file.string() + ": " + library.how + " when it was loaded; mend it");
+    }
   }
   const ReconstructSummary summary =
       reconstruct_file(arguments.solver, arguments.input, arguments.output, registry);

@@ -93,6 +93,8 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
                  {"fit_s", fitted.fit_s},
                  {"fit_build", to_json(*fitted.build)},
                  {"fit_report", {{"status", report.status}, {"message", report.message}}}};
+  json parameters = fitted.solver->parameters();
+  if (!report.frame_check.empty()) parameters["frame_check"] = report.frame_check;
   const std::vector<const DatasetSpec*> sets = scored_sets(experiment);
   for (const DatasetSpec* spec : sets) {
     const bool first = spec == sets.front();
@@ -105,7 +107,7 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
     row.dataset = spec->name;
     row.status = report.status;
     row.message = report.message;
-    row.parameters = fitted.solver->parameters();
+    row.parameters = parameters;
     row.fit_s = fitted.fit_s;
     record["rows"].push_back(to_json(row));
     record["frames"][spec->name] = *scored.frames;

@@ -109,7 +109,7 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
 
   ReconstructSummary summary;
   summary.frames = frames.frames;
-  summary.checked = !solver->parameters().contains("frame_check");
+  summary.checked = solver->fit_report().frame_check.empty();
   const auto write = [&](const fs::path& place) {
     Hdf5File out = Hdf5File::create(place);
     const auto grid = static_cast<std::uint64_t>(frames.sensor.image_grid);

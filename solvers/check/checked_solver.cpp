@@ -60,7 +60,6 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
 nlohmann::json CheckedSolver::parameters() const {
   nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
-  if (ready_ && check_frames_ && !check_.has_limits()) out["frame_check"] = frame_check_of_zeros;
   return out;
 }
 
@@ -68,6 +67,9 @@ FitReport CheckedSolver::fit_report() const {
   FitReport report = inner_->fit_report();
   report.status = printable(report.status);
   report.message = printable(report.message, most_said);
+  if (ready_ && check_frames_ && !check_.has_limits()) {
+    report.frame_check = "electrodes that read zero alone";
+  }
   return report;
 }
 

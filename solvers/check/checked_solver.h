@@ -20,17 +20,12 @@ namespace ertbench {
 ///   trusted, and, before they are imaged, to a solver that asks for it, which electrodes are dead.
 /// - A file of another type of solvers or another sensor is refused.
 ///
-/// Its parameters are the solver's with "inference_check" and, where the check of frames could not
-/// be fitted, "frame_check" with what is left of it.
-///
 /// Adds nothing to the heap, and to the time of a frame that of the judgement (1 us).
 class CheckedSolver final : public Solver {
  public:
   /// Takes its own keys from the object and leaves the rest to `info.make`.
   static std::unique_ptr<Solver> make(const std::string& type, const SolverInfo& info,
                                       JsonObject parameters);
-  /// Under "frame_check" of the parameters, where FrameCheck::has_limits is not so.
-  static constexpr const char* frame_check_of_zeros = "electrodes that read zero alone";
   /// Those of its own: "inference_check".
   static std::vector<ParameterInfo> own_parameters();
 
@@ -38,6 +33,7 @@ class CheckedSolver final : public Solver {
   void check(const Sensor& sensor) const override { inner_->check(sensor); }
   bool needs_training() const override { return inner_->needs_training(); }
   void fit(const FitInput& input) override;
+  /// The solver's own, and what is left of the check of frames (FrameCheck::has_limits).
   FitReport fit_report() const override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;

@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <vector>
@@ -108,6 +109,11 @@ SingularTriplets triplets_of_square(const Eigen::MatrixXd& c, Eigen::Index count
   return found;
 }
 
+/// 1 for 0, which has none near.
+double power_of_two_near(double value) {
+  return value > 0 && std::isfinite(value) ? std::exp2(std::ilogb(value)) : 1.0;
+}
+
 }  // namespace
 
 SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count) {
@@ -118,9 +124,13 @@ SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Inde
   }
   const Eigen::Index n = a.rows();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a.transpose());
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  // The iteration takes numbers below 1e-20 or so for none; a power of two rounds nothing.
+  const double scale = power_of_two_near(r.cwiseAbs().maxCoeff());
+  r /= scale;
   SingularTriplets found = triplets_of_square(r.transpose(), std::min(count, n));
   check_residuals(r.transpose(), found);
+  found.values *= scale;
   Eigen::MatrixXd padded = Eigen::MatrixXd::Zero(a.cols(), found.right.cols());
   padded.topRows(n) = found.right;
   found.right = qr.householderQ() * padded;

@@ -6,6 +6,7 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "core/text.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/linear/registration.h"
 #include "solvers/registry/plugin_description.h"
@@ -91,8 +92,10 @@ void SolverRegistry::describe(const fs::path& library) {
     return;
   }
   for (const SolverType& type : found.types) {
-    const auto [place, is_new] = plugin_of_.emplace(type.name, library);
-    if (!is_new && library.filename() != place->second.filename()) {
+    // A bare name would be looked for in the folders of plugins.
+    const auto [place, is_new] = plugin_of_.emplace(type.name, fs::absolute(library));
+    const bool own = place->second == fs::absolute(library) || place->second == library.filename();
+    if (!own) {
       throw InputError(library.string() + ": two solvers are called \"" + type.name +
                        "\"; the other is in " + place->second.string() + "; rename one");
     }
@@ -108,7 +111,7 @@ fs::path SolverRegistry::library_of(const std::string& type) const {
   if (plugin == plugin_of_.end()) {
     std::string known;
     for (const auto& name : order_) known += (known.empty() ? "" : ", ") + name;
-    throw InputError("no solver is called \"" + type + "\"; known: " + known);
+    throw InputError("no solver is called \"" + printable(type) + "\"; known: " + known);
   }
   if (plugin->second.has_parent_path()) return plugin->second;
   std::string folders;

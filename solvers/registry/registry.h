@@ -74,14 +74,14 @@ class SolverRegistry {
   std::vector<std::string> order_;
   std::map<std::string, SolverInfo> solvers_;    ///< of this process
   std::map<std::string, SolverInfo> described_;  ///< of plugins that are not loaded here
-  std::map<std::string, std::filesystem::path> plugin_of_;
+  std::map<std::string, std::filesystem::path> plugin_of_;  ///< absolute, or a bare name
   std::vector<std::filesystem::path> not_described_;  ///< the user's libraries
   std::vector<UnusableLibrary> unusable_;
   bool plugins_allowed_ = false;
 };
 
 /// The version that a plugin must have been built against.
-inline constexpr int solver_interface_version = 4;
+inline constexpr int solver_interface_version = 5;
 
 /// Entry points of a plugin; the first returns solver_interface_version:
 ///     extern "C" int ertbench_solver_interface();

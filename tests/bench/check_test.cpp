@@ -379,7 +379,8 @@ TEST(Check, AMalformedBaselineIsRefusedWithThePlace) {
        [](json& b) {
          for (json& value : b["rows"][1]["metrics"]) value = nullptr;
        }},
-      {"/checksum: is missing", [](json& b) { b.erase("checksum"); }},
+      {"/checksum: is not that of the content: it has no checksum",
+       [](json& b) { b.erase("checksum"); }},
       {"/checksum: is not that of the content", [](json& b) { b["rows"].erase(1); }},
       {"/checksum: is not that of the content",
        [](json& b) { b["rows"][1]["metrics"]["AR"] = 1.3; }},

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/check/baseline.h"
+#include "core/json_checksum.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench::testing {
@@ -36,7 +36,7 @@ class CheckedExperiment {
   json baseline() const { return json::parse(read_text(folder_ / "small.baseline")); }
   /// As `--update` would have written it.
   void set_baseline(json changed) {
-    changed["checksum"] = baseline_checksum(changed);
+    add_checksum(changed);
     write_text(folder_ / "small.baseline", changed.dump(2));
   }
   const TemporaryFolder& folder() const { return folder_; }

@@ -22,7 +22,7 @@ const std::string hostile_name = "a \x1b[31mred\xff\xc2\x9b\x33\x31m";
 void expect_clean(const Outcome& outcome) {
   const std::vector<char32_t> points = code_points(outcome.output);
   EXPECT_FALSE(std::any_of(points.begin(), points.end(), [](char32_t point) {
-    return point != U'\n' && is_control(point);
+    return point != U'\n' && point != U'\t' && is_control(point);
   })) << printable_lines(outcome.output);
   std::string again;
   for (const char32_t point : points) append_utf8(again, point);

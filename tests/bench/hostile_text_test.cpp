@@ -98,8 +98,15 @@ std::string progress_of(const std::string& text) {
   return ::testing::internal::GetCapturedStderr();
 }
 
+/// Without the command, which stands in a block of code, where nothing is markup.
+std::string before_the_fence(const std::string& text) {
+  const std::string out = markdown_of(table_of(text));
+  return out.substr(0, out.find("\n```"));
+}
+
 const std::vector<Writer> writers = {
-    {"Markdown", true, [](const auto& text) { return markdown_of(table_of(text)); }},
+    {"Markdown", true, before_the_fence},
+    {"command", false, [](const auto& text) { return markdown_of(table_of(text)); }},
     {"LaTeX", true, [](const auto& text) { return latex_of(table_of(text)); }},
     {"HTML", true, [](const auto& text) { return html_of(table_of(text).sections[0]); }},
     {"CSV", false, [](const auto& text) { return csv_of(table_of(text).sections[0]); }},
@@ -115,10 +122,12 @@ const std::vector<Writer> writers = {
     {"message", false, [](const auto& text) { return printable(text); }},
 };
 
+/// A tab is white space for everybody who reads these formats.
 bool has_control(const std::string& text) {
   const std::vector<char32_t> points = code_points(text);
-  return std::any_of(points.begin(), points.end(),
-                     [](char32_t point) { return point != U'\n' && is_control(point); });
+  return std::any_of(points.begin(), points.end(), [](char32_t point) {
+    return point != U'\n' && point != U'\t' && is_control(point);
+  });
 }
 
 bool is_utf8(const std::string& text) {

@@ -6,6 +6,7 @@
 
 #include "bench/record/record_file.h"
 #include "core/build.h"
+#include "core/json_checksum.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {
@@ -91,6 +92,7 @@ TEST(Provenance, FollowsEveryNumberFromTheRunToTheSummary) {
 
   nlohmann::json other = nlohmann::json::parse(whole);
   other["build"]["program"] = "ffffffffffffffffffffffffffffffff";
+  add_checksum(other);
   testing::write_text(record, other.dump());
   const auto reused = testing::run_program(folder.path(), "run e.json --out r");
   EXPECT_NE(reused.output.find("1 record reused of an earlier build"), std::string::npos)
@@ -103,6 +105,7 @@ TEST(Provenance, FollowsEveryNumberFromTheRunToTheSummary) {
       << stale.output;
 
   other["build"]["code"] = "ffffffffffffffffffffffffffffffff";
+  add_checksum(other);
   testing::write_text(record, other.dump());
   const auto code = testing::run_program(folder.path(), "run e.json --out r");
   EXPECT_NE(code.output.find("1 record made again: it was made by other code"), std::string::npos)

@@ -121,22 +121,22 @@ TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
   for (const auto& stage : all_stages()) {
     const Job job = stage->jobs(experiment_).front();
     const JobRecords records(*stage, experiment_, folder_.path());
-    EXPECT_FALSE(records.has(job)) << job.name;
+    EXPECT_FALSE(records.read(job)) << job.name;
     const std::string key = stage->key(experiment_, job);
     std::filesystem::create_directories(folder_ / "records");
     write_record(records.file(job), {{"rows", 3}}, key, stamp_of_records({}));
-    EXPECT_FALSE(records.has(job)) << job.name << ": the right key alone is not enough";
+    EXPECT_FALSE(records.read(job)) << job.name << ": the right key alone is not enough";
     testing::write_text(records.file(job), "{\"key\": \"" + key);
-    EXPECT_FALSE(records.has(job)) << job.name << ": cut off";
+    EXPECT_FALSE(records.read(job)) << job.name << ": cut off";
   }
   const std::unique_ptr<Stage> stage = stage_named("fidelity", 20);
   const Job job = stage->jobs(experiment_).front();
   const JobRecords records(*stage, experiment_, folder_.path());
   const json sound = {{"models", json::object()}};
   write_record(records.file(job), sound, stage->key(experiment_, job), stamp_of_records({}));
-  EXPECT_TRUE(records.has(job));
+  EXPECT_TRUE(records.read(job));
   write_record(records.file(job), sound, "of another experiment", stamp_of_records({}));
-  EXPECT_FALSE(records.has(job));
+  EXPECT_FALSE(records.read(job));
 }
 
 }  // namespace

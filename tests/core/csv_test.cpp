@@ -34,7 +34,8 @@ TEST(CsvField, NumbersAndWordsStayWhatTheyAre) {
 }
 
 TEST(CsvLines, TakeTheApostropheOffAgain) {
-  for (const char* text : {"=1", "'=1", "''@x", "-x", "-0.5", "'-0.5", "'it", "+", "'", " =1", "' -x"}) {
+  for (const char* text :
+       {"=1", "'=1", "''@x", "-x", "-0.5", "'-0.5", "'it", "+", "'", " =1", "' -x"}) {
     EXPECT_EQ(csv_lines(csv_field(text) + ",b\n")[0][0], text);
   }
 }

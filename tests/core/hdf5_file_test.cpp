@@ -74,20 +74,6 @@ TEST(Hdf5File, EqualContentMakesEqualFiles) {
   EXPECT_EQ(contents[0], contents[1]);
 }
 
-TEST(Hdf5File, AGroupHasNoLinksToElsewhere) {
-  const TemporaryFolder folder;
-  for (const char* place : {"/group/link", "/link"}) {
-    const fs::path path = folder / "links.h5";
-    write_numbers(path);
-    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-    H5Lcreate_external("/etc/passwd", "/x", file, place, H5P_DEFAULT, H5P_DEFAULT);
-    H5Fclose(file);
-    const Hdf5File opened = Hdf5File::open(path);
-    const std::string group = std::string(place) == "/link" ? "/" : "/group";
-    EXPECT_TRUE(says(refusal_of([&] { opened.names(group); }), "link: is a link to elsewhere"));
-  }
-}
-
 TEST(Hdf5File, AFullDiskIsAnErrorOfTheInput) {
   const TemporaryFolder folder;
   const auto written = [&](Eigen::Index count, rlim_t bytes) {

@@ -17,6 +17,7 @@
 #include "bench/run/job_records.h"
 #include "bench/run/stages.h"
 #include "bench/table/writers.h"
+#include "core/json_text.h"
 #include "solvers/registry/registry.h"
 #include "tests/fuzz/fuzz_input.h"
 
@@ -95,7 +96,7 @@ class Run {
     latex_of(table);
     csv_of(result_data(results.rows, {}));
     terminal_of(result_summary(results.rows));
-    for (const ResultRow& row : results.rows) static_cast<void>(to_json(row).dump());
+    for (const ResultRow& row : results.rows) static_cast<void>(json_text(to_json(row)));
     for (const ScoredLabels& scored : results.frames) {
       markdown_of(difference_table(mean_differences(scored)));
     }

@@ -81,6 +81,16 @@ TEST(SingularTriplets, KeepsSmallValues) {
   EXPECT_LT((triplets.values - values).cwiseAbs().maxCoeff(), 1e-14);
 }
 
+TEST(SingularTriplets, ScaleWithTheMatrix) {
+  // A current of 1e-9 A into a sheet of 1e8 S/m makes a Jacobian of this size.
+  const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(12, 12, 1);
+  const Eigen::MatrixXd a = with_values(values, 12, 40);
+  for (const double scale : {1e-25, 1e20}) {
+    const Eigen::VectorXd found = leading_singular_triplets(scale * a, 12).values / scale;
+    EXPECT_LT((found - values).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
 TEST(SingularTriplets, StopsAtTheRank) {
   const Eigen::MatrixXd a = with_values(Eigen::Vector3d(3, 2, 1), 20, 50);
   EXPECT_EQ(leading_singular_triplets(a, 8).values.size(), 3);
