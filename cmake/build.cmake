@@ -26,7 +26,7 @@ endif()
 # Parts of core/ that no number depends on: they keep files, run processes and write text.
 set(no_numbers atomic_file build build_stamp checksum csv_field file_lock hdf5_checksum hdf5_guard
   hdf5_handle html json_checksum process process_tree progress regular_file replace_file supervisor
-  temporary_folder text)
+  temporary_folder text text_stream)
 # Those that only what is said of scores depends on.
 set(of_scores bootstrap interval median_interval paired_bootstrap student_t wilson_interval)
 

@@ -3,12 +3,13 @@
 #include <utility>
 
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
 
 std::string margins(const Box& box, double width, double height) {
-  std::ostringstream out;
+  TextStream out;
   out.precision(10);
   out << "set lmargin at screen " << box.left / width << "\nset rmargin at screen "
       << box.right / width << "\nset tmargin at screen " << 1 - box.top / height
@@ -25,7 +26,7 @@ Canvas::Canvas(double width, double height)
 }
 
 std::string Canvas::screen(double x, double y) const {
-  std::ostringstream place;
+  TextStream place;
   place.precision(10);
   place << "screen " << x / width_ << ", screen " << 1 - y / height_;
   return place.str();

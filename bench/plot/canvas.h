@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "bench/plot/gnuplot.h"
 #include "bench/plot/style.h"
 #include "bench/plot/svg_tooltips.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 
@@ -54,8 +54,8 @@ class Canvas {
 
   int width_;
   int height_;
-  std::ostringstream plots_;
-  std::ostringstream marks_;
+  TextStream plots_;
+  TextStream marks_;
   FileContents files_;
   std::vector<Tooltip> tooltips_;
 };

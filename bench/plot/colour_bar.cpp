@@ -1,7 +1,8 @@
 #include "bench/plot/colour_bar.h"
 
 #include <algorithm>
-#include <sstream>
+
+#include "core/text_stream.h"
 
 namespace ertbench {
 
@@ -18,7 +19,7 @@ void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis) {
   if (!axis.title.empty()) {
     canvas.text(axis.title, box.right + 17 + widest, box.centre(), {.size = 11, .upright = true});
   }
-  std::ostringstream strip;
+  TextStream strip;
   for (int i = 0; i < steps; ++i) {
     const double value = axis.low + (axis.high - axis.low) * (i + 0.5) / steps;
     strip << value << ' ' << value << '\n';

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "bench/plot/colour_bar.h"
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -17,7 +17,7 @@ constexpr int kRepeat = 4;
 /// A data file: a matrix, row 0 first.
 std::string image_file(const Eigen::Ref<const Eigen::RowVectorXd>& image, int grid,
                        const ColourScale& scale) {
-  std::ostringstream out;
+  TextStream out;
   for (int row = 0; row < grid * kRepeat; ++row) {
     for (int column = 0; column < grid * kRepeat; ++column) {
       const double value = image[column / kRepeat + grid * (row / kRepeat)];
@@ -33,7 +33,7 @@ std::string image_file(const Eigen::Ref<const Eigen::RowVectorXd>& image, int gr
 }
 
 std::string electrodes(const Sensor& sensor) {
-  std::ostringstream out;
+  TextStream out;
   const Eigen::Matrix2Xd positions = electrode_positions(sensor);
   for (const auto& position : positions.colwise()) out << position.transpose() << "\n";
   return out.str();
@@ -41,7 +41,7 @@ std::string electrodes(const Sensor& sensor) {
 
 /// The sheet as an object of gnuplot.
 std::string outline(const Sheet& sheet) {
-  std::ostringstream out;
+  TextStream out;
   if (sheet.fills_bounds()) {
     const Eigen::Vector2d low = sheet.bounds().min();
     const Eigen::Vector2d high = sheet.bounds().max();

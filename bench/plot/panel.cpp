@@ -1,7 +1,8 @@
 #include "bench/plot/panel.h"
 
 #include <algorithm>
-#include <sstream>
+
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -21,7 +22,7 @@ class Data {
   std::string text() const { return out_.str(); }
 
  private:
-  std::ostringstream out_;
+  TextStream out_;
 };
 
 std::string text_of(const Points& points) {
@@ -39,7 +40,7 @@ std::string as_format(const std::string& text) {
 
 /// gnuplot's commands for the axis "x" or "y".
 std::string commands(const Axis& axis, const std::string& name) {
-  std::ostringstream out;
+  TextStream out;
   out.precision(10);
   out << (axis.logarithmic ? "set logscale " : "unset logscale ") << name << "\nset " << name
       << "range [" << axis.low << ":" << axis.high << "]\n";

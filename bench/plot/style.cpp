@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <iterator>
-#include <sstream>
 
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -17,13 +17,13 @@ std::string quoted(const Colour& colour) { return "'" + colour.hex() + "'"; }
 }  // namespace
 
 std::string LineStyle::text() const {
-  std::ostringstream out;  // the colour first: a rectangle's border knows no other order
+  TextStream out;  // the colour first: a rectangle's border knows no other order
   out << "linecolor rgb " << quoted(colour) << " linewidth " << width << " dashtype " << dash;
   return out.str();
 }
 
 std::string MarkStyle::text() const {
-  std::ostringstream out;
+  TextStream out;
   out << "pointtype " << shape << " pointsize " << size << " linewidth " << width
       << " linecolor rgb " << quoted(colour);
   return out.str();

@@ -1,9 +1,9 @@
 #include "bench/plot/svg_tooltips.h"
 
-#include <sstream>
 #include <stdexcept>
 
 #include "core/html.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 
@@ -11,7 +11,7 @@ std::string with_tooltips(const std::string& svg, const std::vector<Tooltip>& to
   if (tooltips.empty()) return svg;
   const auto end = svg.rfind("</svg>");
   if (end == std::string::npos) throw std::invalid_argument("tooltips: the SVG has no end");
-  std::ostringstream out;
+  TextStream out;
   out << svg.substr(0, end) << "<g class=\"tooltips\" fill=\"none\" pointer-events=\"all\">\n";
   for (const Tooltip& tooltip : tooltips) {
     const Box& box = tooltip.box;

@@ -2,7 +2,6 @@
 
 #include <fstream>
 #include <iterator>
-#include <sstream>
 
 #include "bench/report/inline_svg.h"
 #include "bench/report/report_style.h"
@@ -10,6 +9,7 @@
 #include "core/errors.h"
 #include "core/html.h"
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -108,7 +108,7 @@ class Page {
     out_ << inline_svg(svg, prefix, figure.title) << "\n</div>\n</figure>\n";
   }
 
-  std::ostringstream out_;
+  TextStream out_;
   int sections_ = 0;
   int figures_ = 0;
   bool hinted_ = false;

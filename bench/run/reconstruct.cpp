@@ -1,6 +1,7 @@
 #include "bench/run/reconstruct.h"
 
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -187,6 +188,8 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
           said["summary"] = to_json(reconstruct_here(spec_file, input, output, aside, registry));
         } catch (const InputError& wrong) {
           said["refused"] = wrong.what();
+        } catch (const std::bad_alloc&) {
+          said["no_memory"] = true;
         } catch (const std::exception& exception) {
           said["failed"] = exception.what();
         }
@@ -202,6 +205,7 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
   }
   const json said = parse_json(outcome.messages.back(), "what the solver's process said");
   if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
+  if (said.contains("no_memory")) throw std::bad_alloc();
   if (said.contains("failed")) throw std::runtime_error(said.at("failed").get<std::string>());
   return summary_from_json(said.at("summary"));
 }

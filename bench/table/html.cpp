@@ -1,10 +1,10 @@
 #include "core/html.h"
 
-#include <sstream>
 #include <string_view>
 
 #include "bench/table/writers.h"
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -57,7 +57,7 @@ std::string html_of(const TableSection& section) {
   const auto class_of = [&](std::size_t c) {
     return c > 0 && section.columns[c].align == Align::right ? " class=\"number\"" : "";
   };
-  std::ostringstream out;
+  TextStream out;
   out << "<table>\n<caption>" << html_escaped(section.caption) << "</caption>\n<thead><tr>";
   for (std::size_t c = 0; c < section.columns.size(); ++c) {
     out << "<th scope=\"col\"" << class_of(c) << ">" << html_escaped(section.columns[c].title)

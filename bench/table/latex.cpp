@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "bench/table/writers.h"
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -71,7 +71,7 @@ std::string two_bytes(char32_t point) {
 /// alphabets stay, Greek ones and common symbols become mathematics, any other character becomes
 /// its number.
 std::string escaped(const std::string& text) {
-  std::ostringstream out;
+  TextStream out;
   char32_t previous = 0;
   for (const char32_t point : code_points(text)) {
     if (const char* ascii = find(kAscii, point)) {
@@ -156,7 +156,7 @@ std::string caption_of(const Table& table, const TableSection& section) {
 }  // namespace
 
 std::string latex_of(const Table& table) {
-  std::ostringstream out;
+  TextStream out;
   for (const TableSection& section : table.sections) {
     section.require_cells();
     out << "\\begin{table}[htbp]\n\\centering\\scriptsize\\setlength{\\tabcolsep}{3pt}\n"

@@ -1,10 +1,10 @@
 #include "core/markdown.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "bench/table/writers.h"
 #include "core/text.h"
+#include "core/text_stream.h"
 
 namespace ertbench {
 namespace {
@@ -79,7 +79,7 @@ std::string fenced(const std::string& command) {
 }  // namespace
 
 std::string markdown_of(const Table& table) {
-  std::ostringstream out;
+  TextStream out;
   if (!table.title.empty()) out << "# " << markdown_escaped(table.title) << "\n\n";
   out << paragraphs(table.text);
   for (const TableSection& section : table.sections) {
