@@ -43,7 +43,8 @@ class CacheIntegrity : public ::testing::Test {
 
   json rows() const {
     json out = json::array();
-    for (json row : json::parse(read_text(folder_ / "results/small/summary.json")).at("rows")) {
+    const json summary = summary_of(folder_ / "results/small");
+    for (const json& row : summary.at("rows")) {
       out.push_back({row.at("label"), row.at("metrics")});
     }
     return out;
