@@ -29,8 +29,8 @@ struct ReconstructSummary {
 ///
 /// Frames are streamed. A file so damaged that the HDF5 library itself crashes or hangs on it is
 /// found out in a child process first, and the solver, which may come from a plugin, runs in a
-/// child too. Throws InputError for whatever cannot be used, for an output that is one of the inputs
-/// or another file than such images, and where the solver ends its process.
+/// child too. Throws InputError for whatever cannot be used, for an output that is one of the
+/// inputs or another file than such images, and where the solver ends its process.
 ReconstructSummary reconstruct_file(const std::filesystem::path& spec_file,
                                     const std::filesystem::path& input,
                                     const std::filesystem::path& output, SolverRegistry& registry);

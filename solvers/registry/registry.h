@@ -72,10 +72,10 @@ class SolverRegistry {
   void describe(const std::filesystem::path& library);
 
   std::vector<std::string> order_;
-  std::map<std::string, SolverInfo> solvers_;    ///< of this process
-  std::map<std::string, SolverInfo> described_;  ///< of plugins that are not loaded here
+  std::map<std::string, SolverInfo> solvers_;               ///< of this process
+  std::map<std::string, SolverInfo> described_;             ///< of plugins that are not loaded here
   std::map<std::string, std::filesystem::path> plugin_of_;  ///< absolute, or a bare name
-  std::vector<std::filesystem::path> not_described_;  ///< the user's libraries
+  std::vector<std::filesystem::path> not_described_;        ///< the user's libraries
   std::vector<UnusableLibrary> unusable_;
   bool plugins_allowed_ = false;
 };
