@@ -26,7 +26,7 @@ bool needs_apostrophe(std::string_view text) {
 
 std::string csv_field(std::string_view field) {
   const bool text_only = needs_apostrophe(field) && !is_number(field);
-  const std::string text = (text_only ? "'" : "") + std::string(field);
+  std::string text = (text_only ? "'" : "") + std::string(field);
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string out = "\"";
   for (const char c : text) {

@@ -26,7 +26,7 @@ Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool
 
 Tunable read_weight(JsonObject& object, std::string_view key) {
   constexpr Range weights{1e-20, 1e20};
-  const Tunable tunable = read_tunable(object, key, Range::positive());
+  Tunable tunable = read_tunable(object, key, Range::positive());
   if (tunable.value && !weights.contains(*tunable.value)) {
     object.fail(key, weights.text() + " or \"auto\", got " + number_text(*tunable.value));
   }
