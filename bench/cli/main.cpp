@@ -128,9 +128,9 @@ constexpr const char* no_memory =
 }  // namespace
 }  // namespace ertbench
 
-// For builds with the leak sanitizer, which asks the program itself: libhdf5 loses a few hundred
-// bytes when it refuses some damaged files. NOLINTNEXTLINE(bugprone-reserved-identifier): the
-// sanitizer's names
+// For builds with the leak sanitizer, which asks the program itself by these names: libhdf5 loses a
+// few hundred bytes when it refuses some damaged files.
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5\n"; }
 // NOLINTNEXTLINE(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
