@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/arrays.h"
 #include "forward/sheet/sensor.h"
@@ -49,6 +50,26 @@ struct FrameReport {
 struct MaskedChannels {
   ElectrodeSet electrodes = 0;  ///< in every frame
   bool detect = false;          ///< in each frame also those of its FrameReport::dead
+};
+
+/// One contact that a solver found in a frame.
+struct FoundContact {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< centre, domain units
+  /// Integral of |change of the conductivity| over the contact, S/m times squared domain units.
+  double strength = 0;
+  double peak = 0;  ///< largest |change of the conductivity|, S/m
+  double area = 0;  ///< squared domain units
+};
+
+/// What a solver that knows contacts, not pixels alone, has besides its images.
+class ContactFinder {
+ public:
+  virtual ~ContactFinder() = default;
+
+  /// The contacts of each frame, the strongest first. `changes` as Solver::reconstruct has it;
+  /// `contacts` [frames], empty when it is called. Const and thread-safe.
+  virtual void find_contacts(FramesView changes,
+                             std::span<std::vector<FoundContact>> contacts) const = 0;
 };
 
 /// What a solver may learn from. Classical solvers use the sensor and, for parameters given as
@@ -133,6 +154,10 @@ class Solver {
   /// Channels that `reconstruct` leaves out of account; the check of frames does likewise. Asked
   /// after `fit` and `load`.
   virtual MaskedChannels masked_channels() const { return {}; }
+
+  /// Where the solver knows contacts itself: whoever wants contacts takes these in place of those
+  /// that are read out of its images. Null where it does not; lives as long as the solver.
+  virtual const ContactFinder* contact_finder() const { return nullptr; }
 
   /// Writes what `fit` computed to one file, in any format; parameters that say how the solver is
   /// applied (ParameterRole::inference) have no part in it. The caller renames it into place.

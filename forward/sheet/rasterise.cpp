@@ -256,6 +256,7 @@ double ratio_of(const std::vector<Share>& shares, int head, const std::vector<Ou
 
 void rasterise(const Scene& scene, const PixelGrid& pixels, Rasterisation rule,
                Eigen::Ref<VectorXd> ratio) {
+  if (scene.patches) return rasterise(*scene.patches, pixels, ratio);
   const Vector2d& side = pixels.pixel();
   ratio.setOnes();
   std::vector<Outline> outlines;
@@ -291,6 +292,10 @@ void rasterise(const Scene& scene, const PixelGrid& pixels, Rasterisation rule,
     if (head != static_cast<int>(s)) continue;  // one visit for each pixel
     ratio[pixel] = ratio_of(shares, head, outlines, pixels.corner(pixel), side);
   }
+}
+
+double covered_fraction(const Contact& contact, const Eigen::AlignedBox2d& box) {
+  return coverage(Outline(contact), box.min(), box.sizes());
 }
 
 const char* name_of(Rasterisation rule) { return rule == Rasterisation::area ? "area" : "centre"; }

@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "forward/sheet/patch_field.h"
 
 namespace ertbench {
 
@@ -29,6 +32,9 @@ struct Contact {
   double angle = 0;                       ///< of the first axis against x, counter-clockwise, rad
   std::vector<Eigen::Vector2d> vertices;  ///< of a polygon: absolute, in order, not self-crossing
   double conductivity_ratio = 1;          ///< sigma / background inside the contact, > 0
+  /// Of a touch of the skin, N: the shape is its footprint and the conductivity that of the scene's
+  /// patches, of which the ratio is the one that changed most. 0 where nothing is known of a force.
+  double force_N = 0;
 
   /// Corners of the smallest axis-parallel box around the contact.
   Eigen::AlignedBox2d bounds() const;
@@ -39,8 +45,12 @@ struct Contact {
 
 /// What presses on the sheet. Where contacts overlap, the lowest conductivity ratio counts, so that
 /// the order of the contacts means nothing; what lies outside the sheet is cut off.
+///
+/// On a skin (Skin) the patches have the conductivities, and the contacts say what was pressed
+/// where.
 struct Scene {
   std::vector<Contact> contacts;
+  std::optional<PatchField> patches;
 };
 
 /// `{"contacts": [{"shape": "ellipse", "centre": [x, y], "semi_axes": [a, b], "angle": radians,

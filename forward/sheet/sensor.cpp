@@ -5,6 +5,7 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "forward/sheet/square_sheet.h"
 
 namespace ertbench {
 namespace {
@@ -19,7 +20,8 @@ bool shares_electrode(int drive, int measurement, int count) {
 bool Sensor::operator==(const Sensor& other) const {
   return image_grid == other.image_grid && electrode_count == other.electrode_count &&
          electrode_offset == other.electrode_offset && drive_current == other.drive_current &&
-         background == other.background && sheet->name() == other.sheet->name();
+         background == other.background && sheet->name() == other.sheet->name() &&
+         sheet->unit_mm() == other.sheet->unit_mm() && skin == other.skin;
 }
 
 std::vector<Channel> channels_of(const Sensor& sensor) {
@@ -86,6 +88,10 @@ std::vector<int> electrode_nodes(const Sensor& sensor, int grid) {
 
 Sensor sensor_from_json(JsonObject object) {
   Sensor sensor;
+  const double side_mm = sensor.sheet->size_mm().x();
+  if (object.number_or("side_mm", side_mm, {1, 1e5, false, "mm"}) != side_mm) {
+    sensor.sheet = std::make_shared<const SquareSheet>(object.number("side_mm"));
+  }
   sensor.image_grid = object.integer_or("image_grid", sensor.image_grid, 4, 96);
   sensor.electrode_count = object.integer_or("electrode_count", sensor.electrode_count, 5, 64);
   sensor.electrode_offset = object.number_or("electrode_offset", sensor.electrode_spacing() / 2,
@@ -95,6 +101,9 @@ Sensor sensor_from_json(JsonObject object) {
   sensor.drive_current =
       object.number_or("drive_current", sensor.drive_current, {1e-9, 100, false, "A"});
   sensor.background = object.number_or("background", sensor.background, {1e-9, 1e8, false, "S/m"});
+  if (object.has("skin")) {
+    sensor.skin = skin_from_json(object.object("skin"), sensor.sheet->size_mm().x());
+  }
   object.finish();
   if (sensor.electrode_offset >= sensor.electrode_spacing()) {
     object.fail("electrode_offset", "must be less than the distance between electrodes, " +
@@ -109,11 +118,18 @@ Sensor sensor_from_json(JsonObject object) {
 }
 
 nlohmann::json to_json(const Sensor& sensor) {
-  return {{"image_grid", sensor.image_grid},
-          {"electrode_count", sensor.electrode_count},
-          {"electrode_offset", sensor.electrode_offset},
-          {"drive_current", sensor.drive_current},
-          {"background", sensor.background}};
+  nlohmann::json json = {{"image_grid", sensor.image_grid},
+                         {"electrode_count", sensor.electrode_count},
+                         {"electrode_offset", sensor.electrode_offset},
+                         {"drive_current", sensor.drive_current},
+                         {"background", sensor.background}};
+  // Left out where they are what they were before there was a choice, so that the names of older
+  // datasets stay what they are.
+  if (sensor.sheet->unit_mm() != square_sheet()->unit_mm()) {
+    json["side_mm"] = sensor.sheet->size_mm().x();
+  }
+  if (sensor.skin) json["skin"] = to_json(*sensor.skin);
+  return json;
 }
 
 }  // namespace ertbench

@@ -4,10 +4,12 @@
 #include <array>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "forward/sheet/sheet.h"
+#include "forward/sheet/skin.h"
 
 namespace ertbench {
 
@@ -30,8 +32,10 @@ struct Sensor {
   int pixels() const { return image_grid * image_grid; }
   int channels() const { return electrode_count * (electrode_count - 3); }
 
-  /// Never null. Sensors are compared by its name.
+  /// Never null. Sensors are compared by its name and size.
   std::shared_ptr<const Sheet> sheet = square_sheet();
+  /// What lies on the sheet, where touches are more than regions of another conductivity.
+  std::optional<Skin> skin;
 
   /// The pixels of the sensor's images.
   PixelGrid image() const { return sheet->pixels(image_grid); }
@@ -62,8 +66,8 @@ Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd
 /// side. Throws InputError where an electrode falls between nodes.
 std::vector<int> electrode_nodes(const Sensor& sensor, int grid);
 
-/// Reads `{"image_grid", "electrode_count", "electrode_offset", "drive_current", "background"}`,
-/// every key optional.
+/// Reads `{"side_mm", "image_grid", "electrode_count", "electrode_offset", "drive_current",
+/// "background", "skin"}`, every key optional.
 Sensor sensor_from_json(JsonObject object);
 nlohmann::json to_json(const Sensor& sensor);
 

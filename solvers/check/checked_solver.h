@@ -39,6 +39,7 @@ class CheckedSolver final : public Solver {
                    std::span<FrameReport> reports) const override;
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
   MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
+  const ContactFinder* contact_finder() const override { return inner_->contact_finder(); }
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
