@@ -17,6 +17,7 @@ enum class Purpose : std::uint64_t {
   fault = 4,         // of the electronics
   displacement = 5,  // of electrodes
   gradient = 6,      // of the background
+  battery = 7,
 };
 
 /// FNV-1a: a name as part of a key.

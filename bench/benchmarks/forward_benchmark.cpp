@@ -12,7 +12,7 @@
 #include "bench/benchmarks/benchmark_program.h"
 #include "core/random.h"
 #include "forward/border/border_model.h"
-#include "forward/data/generate.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/data/scene_model.h"
 #include "forward/fem/condensation.h"

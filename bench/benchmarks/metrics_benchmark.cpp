@@ -13,7 +13,7 @@
 #include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "core/json_reader.h"
-#include "forward/data/generate.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/scene_model.h"
 #include "solvers/registry/registry.h"
 

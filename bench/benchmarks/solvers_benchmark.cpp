@@ -21,6 +21,7 @@
 #include "core/temporary_folder.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
 #include "solvers/registry/registry.h"

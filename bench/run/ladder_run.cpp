@@ -9,7 +9,7 @@
 #include "bench/run/datasets.h"
 #include "bench/run/fitted_solver.h"
 #include "core/errors.h"
-#include "forward/data/generate.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/scene_model.h"
 #include "solvers/registry/registry.h"
 
@@ -30,12 +30,11 @@ class TestBlocks {
  public:
   TestBlock make(const DatasetSpec& spec, std::uint64_t first, std::uint64_t count) {
     const auto model = models_.try_emplace(text_of(spec.model), spec.sensor, spec.model).first;
-    const DatasetBlock block = generate_block(spec, model->second, first, count);
+    DatasetBlock block = generate_block(spec, model->second, first, count);
     const Eigen::VectorXd reference =
         recorded_reference(spec.faults, model->second.reference_voltages());
-    TestBlock out{block.voltages.rowwise() - reference.transpose(), block.conductivity, {}};
-    for (std::uint64_t i = first; i < first + count; ++i) out.scenes.push_back(spec.scene(i));
-    return out;
+    return {block.voltages.rowwise() - reference.transpose(), std::move(block.conductivity),
+            std::move(block.truths)};
   }
 
  private:

@@ -52,6 +52,10 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
   if (file_->has(layout::model_effort)) {
     file_->require_shape(layout::model_effort, {size_, layout::effort_columns});
   }
+  if (file_->has(layout::forces)) file_->require_shape(layout::forces, {size_, 0});
+  for (const std::string& moment : {layout::time, layout::sequence}) {
+    if (file_->has(moment)) file_->require_shape(moment, {size_});
+  }
   reference_ = file_->read_vector(layout::reference_voltages);
 }
 
@@ -95,11 +99,24 @@ std::vector<Scene> DatasetFile::scenes(std::uint64_t first, std::uint64_t count)
   if (file_->has(layout::contact_vertices)) {
     vertices = file_->read_rows(layout::contact_vertices, first, count, true);
   }
+  RowMajorMatrix forces(contacts.rows(), 0);
+  if (file_->has(layout::forces)) forces = file_->read_rows(layout::forces, first, count, true);
   std::vector<Scene> scenes;
   for (Eigen::Index i = 0; i < contacts.rows(); ++i) {
     scenes.push_back(layout::unpack(contacts.row(i), vertices.row(i)));
+    layout::unpack_forces(forces.row(i), scenes.back());
   }
   return scenes;
+}
+
+Eigen::VectorXd DatasetFile::times(std::uint64_t first, std::uint64_t count) const {
+  if (!file_->has(layout::time)) return {};
+  return file_->read_rows(layout::time, first, count).col(0);
+}
+
+Eigen::VectorXd DatasetFile::sequences(std::uint64_t first, std::uint64_t count) const {
+  if (!file_->has(layout::sequence)) return {};
+  return file_->read_rows(layout::sequence, first, count).col(0);
 }
 
 Sensor sensor_of(const Hdf5File& file) {

@@ -46,6 +46,10 @@ class DatasetFile {
   /// Estimated 2-norms of the errors of the clean voltages, [count] V; empty for a set on a grid.
   Eigen::VectorXd model_errors(std::uint64_t first, std::uint64_t count) const;
   std::vector<Scene> scenes(std::uint64_t first, std::uint64_t count) const;
+  /// Of sequences: [count] s since the beginning of each frame's sequence, and [count] its number;
+  /// empty for scenes that do not move.
+  Eigen::VectorXd times(std::uint64_t first, std::uint64_t count) const;
+  Eigen::VectorXd sequences(std::uint64_t first, std::uint64_t count) const;
 
  private:
   std::filesystem::path path_;

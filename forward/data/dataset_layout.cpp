@@ -1,9 +1,18 @@
 #include "forward/data/dataset_layout.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace ertbench::dataset_layout {
+
+std::uint64_t contact_width(const DatasetSpec& spec) {
+  return std::max<std::size_t>(1, spec.most_contacts());
+}
+
+std::uint64_t effort_columns_of(const DatasetSpec& spec) {
+  return std::holds_alternative<ContinuousSheet>(spec.model) ? effort_columns : 0;
+}
 
 void pack(const Scene& scene, Eigen::Ref<Eigen::RowVectorXd> contact_row,
           Eigen::Ref<Eigen::RowVectorXd> vertex_row) {
@@ -57,6 +66,20 @@ Scene unpack(const Eigen::Ref<const Eigen::RowVectorXd>& contact_row,
     scene.contacts.push_back(std::move(contact));
   }
   return scene;
+}
+
+void pack_forces(const Scene& scene, Eigen::Ref<Eigen::RowVectorXd> row) {
+  row.setConstant(std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t k = 0; k < scene.contacts.size(); ++k) {
+    row[static_cast<Eigen::Index>(k)] = scene.contacts[k].force_N;
+  }
+}
+
+void unpack_forces(const Eigen::Ref<const Eigen::RowVectorXd>& row, Scene& scene) {
+  const auto known = std::min(row.size(), static_cast<Eigen::Index>(scene.contacts.size()));
+  for (Eigen::Index k = 0; k < known; ++k) {
+    if (row[k] > 0) scene.contacts[static_cast<std::size_t>(k)].force_N = row[k];
+  }
 }
 
 }  // namespace ertbench::dataset_layout

@@ -2,16 +2,38 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "core/errors.h"
 #include "core/json_reader.h"
+#include "forward/touch/skin_touch.h"
 
 namespace ertbench {
 
+namespace {
+
+/// Calls the function that suits what the scenes are.
+template <typename... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+template <typename... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
+
+}  // namespace
+
 Scene DatasetSpec::scene(std::uint64_t index) const {
-  if (const auto* list = std::get_if<std::vector<Scene>>(&scenes)) return (*list)[index];
-  RandomStream random(seed, key_of(draws.empty() ? name : draws), index, Purpose::scene);
-  return std::get<SceneDistribution>(scenes).draw(random, *sensor.sheet);
+  RandomStream random = stream(scene_number(index), Purpose::scene);
+  return std::visit(
+      Overloaded{[&](const std::vector<Scene>& list) { return list[index]; },
+                 [&](const SceneDistribution& d) { return d.draw(random, *sensor.sheet); },
+                 [&](const TouchDistribution& d) {
+                   return still_scene(sensor, d.draw(index, random, sensor));
+                 },
+                 [](const SequenceSet&) -> Scene {
+                   throw std::logic_error("frames of a sequence follow from each other");
+                 }},
+      scenes);
 }
 
 RandomStream DatasetSpec::noise_stream(std::uint64_t index) const {
@@ -22,25 +44,53 @@ RandomStream DatasetSpec::stream(std::uint64_t index, Purpose purpose) const {
   return RandomStream(seed, key_of(draws.empty() ? name : draws), index, purpose);
 }
 
+std::uint64_t DatasetSpec::fault_number(std::uint64_t index) const {
+  return sequences() ? sequences()->sequence_of(index) : index;
+}
+
+std::uint64_t DatasetSpec::scene_number(std::uint64_t index) const {
+  const auto* touches = std::get_if<TouchDistribution>(&scenes);
+  return touches ? touches->scene_of(index) : index;
+}
+
 std::size_t DatasetSpec::most_contacts() const {
-  if (const auto* d = std::get_if<SceneDistribution>(&scenes)) {
-    return static_cast<std::size_t>(d->contacts.second);
-  }
-  std::size_t most = 0;
-  for (const Scene& s : std::get<std::vector<Scene>>(scenes)) {
-    most = std::max(most, s.contacts.size());
-  }
-  return most;
+  return std::visit(
+      Overloaded{
+          [](const std::vector<Scene>& list) {
+            std::size_t most = 0;
+            for (const Scene& s : list) most = std::max(most, s.contacts.size());
+            return most;
+          },
+          [](const SceneDistribution& d) { return static_cast<std::size_t>(d.contacts.second); },
+          [](const TouchDistribution& d) { return static_cast<std::size_t>(d.touches.second); },
+          [](const SequenceSet& set) { return set.most_touches(); }},
+      scenes);
 }
 
 std::size_t DatasetSpec::most_vertices() const {
-  if (const auto* d = std::get_if<SceneDistribution>(&scenes)) {
-    return d->most_vertices();
-  }
+  const auto of_indenter = [](const Indenter& indenter) {
+    const auto* face = std::get_if<FlatFace>(&indenter.body);
+    return face ? face->vertices_mm.size() : 0;
+  };
   std::size_t most = 0;
-  for (const Scene& s : std::get<std::vector<Scene>>(scenes)) {
-    for (const Contact& c : s.contacts) most = std::max(most, c.vertices.size());
-  }
+  std::visit(Overloaded{[&](const std::vector<Scene>& list) {
+                          for (const Scene& s : list) {
+                            for (const Contact& c : s.contacts) {
+                              most = std::max(most, c.vertices.size());
+                            }
+                          }
+                        },
+                        [&](const SceneDistribution& d) { most = d.most_vertices(); },
+                        [&](const TouchDistribution& d) {
+                          for (const Indenter& indenter : d.indenters) {
+                            most = std::max(most, of_indenter(indenter));
+                          }
+                        },
+                        [&](const SequenceSet& set) {
+                          std::visit([&](const auto& plan) { most = of_indenter(plan.indenter); },
+                                     set.plan());
+                        }},
+             scenes);
   return most;
 }
 
@@ -70,6 +120,43 @@ SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
   return GridSheet{side};
 }
 
+/// Reads "count" of scenes of which it is known: it may be left out.
+void require_count(JsonObject& object, std::uint64_t count, const char* what) {
+  if (!object.has("count")) return;
+  if (static_cast<std::uint64_t>(object.integer("count", 1, 1000000000)) != count) {
+    object.fail("count", "must be left out or equal the number of " + std::string(what) + ", " +
+                             std::to_string(count));
+  }
+}
+
+/// Reads "scenes" that are an object, and "count".
+void read_drawn_scenes(JsonObject& object, DatasetSpec& spec) {
+  const JsonObject scenes = object.object("scenes");
+  if (scenes.has("sequence")) {
+    SequenceSet set = sequence_set_from_json(scenes, spec.sensor);
+    spec.count = set.frames();
+    require_count(object, spec.count, "the sequences' frames");
+    spec.scenes = std::move(set);
+    return;
+  }
+  if (scenes.has("touches")) {
+    TouchDistribution touches = touch_distribution_from_json(scenes, spec.sensor);
+    if (touches.places) {
+      spec.count = static_cast<std::uint64_t>(touches.places->count()) *
+                   static_cast<std::uint64_t>(touches.draws);
+      if (object.has("count")) {
+        spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
+      }
+    } else {
+      spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
+    }
+    spec.scenes = std::move(touches);
+    return;
+  }
+  spec.scenes = scene_distribution_from_json(scenes, *spec.sensor.sheet);
+  spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
+}
+
 }  // namespace
 
 DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
@@ -85,18 +172,18 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
     std::vector<Scene> list;
     for (const JsonObject& scene : object.objects("scenes")) list.push_back(scene_from_json(scene));
     spec.count = list.size();
-    if (object.has("count") &&
-        object.integer("count", 1, 1000000000) != static_cast<int>(list.size())) {
-      object.fail("count", "must be left out or equal the number of scenes listed, " +
-                               std::to_string(list.size()));
-    }
+    require_count(object, spec.count, "scenes listed");
     spec.scenes = std::move(list);
   } else {
-    spec.scenes = scene_distribution_from_json(object.object("scenes"), *sensor.sheet);
-    spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
+    read_drawn_scenes(object, spec);
   }
 
   spec.model = sheet_model_from_json(object, sensor);
+  if (spec.has_touches() && std::holds_alternative<ContinuousSheet>(spec.model)) {
+    object.fail("grid",
+                "must be a number, such as 96, for touches of a skin: its patches have "
+                "borders everywhere");
+  }
   spec.rasterisation = object.choice_or("rasterisation", "area", {"area", "centre"}) == "area"
                            ? Rasterisation::area
                            : Rasterisation::centre;
@@ -135,13 +222,13 @@ nlohmann::json to_json(const DatasetSpec& spec) {
   }
   if (!spec.draws.empty()) json["draws_of"] = spec.draws;
   if (spec.faults.any()) json["faults"] = to_json(spec.faults);
-  if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
-    json["scenes"] = to_json(*d);
-  } else {
-    for (const Scene& s : std::get<std::vector<Scene>>(spec.scenes)) {
-      json["scenes"].push_back(to_json(s));
-    }
-  }
+  json["scenes"] = std::visit(Overloaded{[](const std::vector<Scene>& list) {
+                                           nlohmann::json scenes;
+                                           for (const Scene& s : list) scenes.push_back(to_json(s));
+                                           return scenes;
+                                         },
+                                         [](const auto& drawn) { return to_json(drawn); }},
+                              spec.scenes);
   return json;
 }
 

@@ -12,6 +12,8 @@
 #include "forward/data/sheet_model.h"
 #include "forward/sheet/rasterise.h"
 #include "forward/sheet/sensor.h"
+#include "forward/touch/sequence_plan.h"
+#include "forward/touch/touch_distribution.h"
 
 namespace ertbench {
 
@@ -31,21 +33,35 @@ struct DatasetSpec {
   Rasterisation rasterisation = Rasterisation::area;
   Noise noise;
   Faults faults;
-  std::variant<SceneDistribution, std::vector<Scene>> scenes;
+  /// What presses: contacts drawn at random or listed, touches of a skin at rest, or sequences of
+  /// touches over time.
+  std::variant<SceneDistribution, std::vector<Scene>, TouchDistribution, SequenceSet> scenes;
 
   /// Scene `index` < count, the noise on its frame and the draw of its faults depend on (seed,
-  /// draws, index) alone.
+  /// draws, index) alone. Not of sequences, whose frames follow from each other (SequenceFrames).
   Scene scene(std::uint64_t index) const;
   RandomStream noise_stream(std::uint64_t index) const;
   RandomStream stream(std::uint64_t index, Purpose purpose) const;
+  /// The number that frame `index` has the draw of its faults under: a sensor does not change
+  /// within a sequence.
+  std::uint64_t fault_number(std::uint64_t index) const;
+  /// The scene that frame `index` shows, where several show the same.
+  std::uint64_t scene_number(std::uint64_t index) const;
+
+  /// The sequences; null where the scenes do not move.
+  const SequenceSet* sequences() const { return std::get_if<SequenceSet>(&scenes); }
+  bool has_touches() const {
+    return sequences() || std::holds_alternative<TouchDistribution>(scenes);
+  }
 
   std::size_t most_contacts() const;  ///< in one scene
   std::size_t most_vertices() const;  ///< in one contact, 0 where there are no polygons
 };
 
 /// Reads `{"count", "seed", "draws_of", "grid", "model_error", "rasterisation", "snr_db",
-/// "snr_basis", "faults", "scenes"}`. "scenes" is a distribution (an object) or a list of scenes;
-/// of a list "count" is the length.
+/// "snr_basis", "faults", "scenes"}`. "scenes" is a list of scenes, or an object: with "touches" a
+/// TouchDistribution, with "sequence" a SequenceSet, else a SceneDistribution. Of a list, of
+/// touches at places and of sequences "count" follows from them and may be left out.
 DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
                                    const std::string& name);
 

@@ -80,6 +80,23 @@ void apply_faults(const Faults& faults, const Sensor& sensor,
   convert(faults.adc_bits, reference, frame);
 }
 
+double battery_factor(const Faults& faults, double since_reference_s, RandomStream& random) {
+  if (!faults.of_battery()) return 1;
+  const double current = (1 - faults.battery_sag * since_reference_s / 3600) *
+                         (1 + faults.battery_noise * random.normal());
+  if (!faults.current_measured) return current;
+  // Read by the frame's converter, whose range begins above the nominal current as above the
+  // largest voltage.
+  const double step = faults.adc_bits > 0 ? 2.5 / std::pow(2.0, faults.adc_bits) : 0;
+  const double read = step > 0 ? step * std::round(current / step) : current;
+  return current / std::max(read, 1e-6);
+}
+
+double drift_factor(const Faults& faults, double since_reference_s) {
+  // A sheet that loses all it has keeps a little, as a voltage is finite.
+  return std::max(0.01, 1 + faults.background_drift * since_reference_s / 60);
+}
+
 VectorXd recorded_reference(const Faults& faults, const VectorXd& reference) {
   VectorXd recorded = reference;
   convert(faults.adc_bits, reference, recorded);
@@ -119,6 +136,11 @@ Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetMode
   faults.gain_error = object.number_or("gain_error", 0, {0, 10});
   faults.offset = object.number_or("offset", 0, {0, 10});
   faults.adc_bits = object.integer_or("adc_bits", 0, 0, 24);
+  faults.battery_sag = object.number_or("battery_sag", 0, {-0.99, 0.99});
+  faults.battery_noise = object.number_or("battery_noise", 0, {0, 1});
+  faults.current_measured = object.boolean_or("current_measured", false);
+  faults.background_drift = object.number_or("background_drift", 0, {-0.99, 0.99});
+  faults.reference_age_s = object.number_or("reference_age_s", 0, {0, 1e7, false, "s"});
   if (faults.adc_bits == 1) object.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
   faults.electrode_displacement =
       object.number_or("electrode_displacement", 0, {0, sensor.electrode_spacing() / 3});
@@ -149,6 +171,11 @@ nlohmann::json to_json(const Faults& faults) {
   if (faults.gain_error > 0) json["gain_error"] = faults.gain_error;
   if (faults.offset > 0) json["offset"] = faults.offset;
   if (faults.adc_bits > 0) json["adc_bits"] = faults.adc_bits;
+  if (faults.battery_sag != 0) json["battery_sag"] = faults.battery_sag;
+  if (faults.battery_noise > 0) json["battery_noise"] = faults.battery_noise;
+  if (faults.current_measured) json["current_measured"] = true;
+  if (faults.background_drift != 0) json["background_drift"] = faults.background_drift;
+  if (faults.reference_age_s > 0) json["reference_age_s"] = faults.reference_age_s;
   if (faults.electrode_displacement > 0) {
     json["electrode_displacement"] = faults.electrode_displacement;
     json["displacement_reference"] =

@@ -34,6 +34,11 @@ struct Faults {
   double offset = 0;
   /// Resolution of the converter, which reads frame and reference; 0 for none, else 2 to 24.
   int adc_bits = 0;
+  // Of a battery in the place of a current source; the drawn-out reference was taken when it was
+  // `reference_age_s` younger.
+  double battery_sag = 0;         ///< loss of the drive current, as a fraction an hour
+  double battery_noise = 0;       ///< of the drive current, relative, rms from frame to frame
+  bool current_measured = false;  ///< and the frame scaled to the nominal current
 
   // Of the sheet.
   /// Each electrode sits uniformly in [-d, d] along the border from its place, domain units.
@@ -43,12 +48,19 @@ struct Faults {
   /// The conductivity of the whole sheet, contacts included, is 1 + b times what it was when the
   /// reference was taken.
   double background_change = 0;
+  /// The same, growing: the relative change a minute since the reference was taken.
+  double background_drift = 0;
   /// The conductivity at (x, y) is 1 + g (x cos t + y sin t) / r times that of the even
   /// sheet, t random and r the sheet's radius (sqrt(2) for the square). The true image stays that
   /// of the contacts alone.
   double background_gradient = 0;
 
-  bool any() const { return of_electronics() || of_sheet(); }
+  /// Time between the reference and the frame, or the first moment of a sequence.
+  double reference_age_s = 0;
+
+  bool any() const { return of_electronics() || of_sheet() || of_battery() || of_time(); }
+  bool of_battery() const { return battery_sag != 0 || battery_noise > 0; }
+  bool of_time() const { return background_drift != 0 || reference_age_s > 0; }
   bool of_electronics() const {
     return dead_electrodes > 0 || gain_error > 0 || offset > 0 || adc_bits > 0;
   }
@@ -66,6 +78,13 @@ void apply_faults(const Faults& faults, const Sensor& sensor,
                   const Eigen::Ref<const Eigen::VectorXd>& reference, RandomStream& random,
                   Eigen::Ref<Eigen::VectorXd> frame);
 
+/// The factor of one frame's voltages by a battery's current, `since_reference_s` after the
+/// reference was taken. `random` is of Purpose::battery.
+double battery_factor(const Faults& faults, double since_reference_s, RandomStream& random);
+
+/// That of the sheet's conductivity by the drift of its background.
+double drift_factor(const Faults& faults, double since_reference_s);
+
 /// The reference as it was recorded, [channels] V: through the converter where there is one. It was
 /// taken before all other faults came.
 Eigen::VectorXd recorded_reference(const Faults& faults, const Eigen::VectorXd& reference);
@@ -80,8 +99,9 @@ Eigen::VectorXd gradient_factors(const Faults& faults, const Sheet& sheet, const
                                  RandomStream& random);
 
 /// Reads `{"dead_electrodes", "dead_reading", "gain_error", "offset", "adc_bits",
-/// "electrode_displacement", "displacement_reference", "background_change",
-/// "background_gradient"}`, every key optional. Voltages come from `model`: the continuous sheet
+/// "battery_sag", "battery_noise", "current_measured", "electrode_displacement",
+/// "displacement_reference", "background_change", "background_drift", "background_gradient",
+/// "reference_age_s"}`, every key optional. Voltages come from `model`: the continuous sheet
 /// knows electrodes at any place but no gradient, a grid the reverse.
 Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetModel& model);
 /// The keys that differ from a faultless frame; an object without keys where none does.

@@ -17,6 +17,7 @@
 #include "core/file_lock.h"
 #include "core/hdf5_file.h"
 #include "core/output_file.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_layout.h"
 #include "forward/data/scene_model.h"
@@ -49,21 +50,12 @@ bool is_unfinished_hdf5(const fs::path& file) {
   }
 }
 
-std::uint64_t contact_width(const DatasetSpec& spec) {
-  return std::max<std::size_t>(1, spec.most_contacts());
-}
-
-/// Of /model_effort, which only "grid": "auto" has.
-std::uint64_t effort_columns(const DatasetSpec& spec) {
-  return std::holds_alternative<ContinuousSheet>(spec.model) ? layout::effort_columns : 0;
-}
-
 std::uint64_t bytes_of(const DatasetSpec& spec) {
   const auto channels = static_cast<std::uint64_t>(spec.sensor.channels());
   const auto pixels = static_cast<std::uint64_t>(spec.sensor.pixels());
   return 8 * spec.count *
-         (2 * channels + pixels + contact_width(spec) * (7 + 2 * spec.most_vertices()) +
-          effort_columns(spec));
+         (2 * channels + pixels + layout::contact_width(spec) * (8 + 2 * spec.most_vertices()) +
+          layout::effort_columns_of(spec) + 2);
 }
 
 /// Creates the unfinished file with all its storage reserved.
@@ -92,17 +84,32 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   file.create_dataset(layout::conductivity, {spec.count, grid, grid});
   describe(layout::conductivity, "S/m",
            "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1");
-  file.create_dataset(layout::contacts, {spec.count, contact_width(spec), layout::contact_columns});
+  file.create_dataset(layout::contacts,
+                      {spec.count, layout::contact_width(spec), layout::contact_columns});
   describe(layout::contacts, "domain units (sheet " + spec.sensor.sheet->extent() + "), rad, 1",
            "columns: kind (0 disc, 1 ellipse, 2 rectangle, 3 polygon), centre x, centre y, size a, "
            "size b, angle, conductivity ratio; NaN rows are absent");
   if (spec.most_vertices() > 0) {
     file.create_dataset(layout::contact_vertices,
-                        {spec.count, contact_width(spec), spec.most_vertices(), 2});
+                        {spec.count, layout::contact_width(spec), spec.most_vertices(), 2});
     describe(layout::contact_vertices, "domain units",
              "[scene, contact, vertex, (x, y)] of polygons; NaN where absent");
   }
-  if (effort_columns(spec) > 0) {
+  if (spec.has_touches()) {
+    file.create_dataset(layout::forces, {spec.count, layout::contact_width(spec)});
+    describe(layout::forces, "N", "force of each contact; NaN where absent");
+  }
+  if (const SequenceSet* set = spec.sequences()) {
+    file.create_dataset(layout::time, {spec.count});
+    describe(layout::time, "s",
+             "middle of the frame, for which the truth is given, since the beginning of its "
+             "sequence");
+    file.create_dataset(layout::sequence, {spec.count});
+    describe(layout::sequence, "1", "number of the frame's sequence, from 0");
+    file.write_number("/", "frame_rate_hz", set->timing().frame_rate);
+    file.write_number("/", "drive_time_s", set->timing().drive_time_s);
+  }
+  if (layout::effort_columns_of(spec) > 0) {
     file.create_dataset(layout::model_effort, {spec.count, layout::effort_columns});
     describe(layout::model_effort, "1, V",
              "points of the scene's border integral equation; estimated 2-norm of the error of its "
@@ -154,60 +161,6 @@ bool is_finished(const DatasetSpec& spec, const fs::path& file) {
   }
 }
 
-DatasetBlock allocate(const DatasetSpec& spec, std::uint64_t count) {
-  const auto rows = static_cast<Eigen::Index>(count);
-  const auto contacts = static_cast<Eigen::Index>(contact_width(spec));
-  DatasetBlock block;
-  block.voltages.resize(rows, spec.sensor.channels());
-  block.clean_voltages.resize(rows, spec.sensor.channels());
-  block.conductivity.resize(rows, spec.sensor.pixels());
-  block.effort.resize(rows, static_cast<Eigen::Index>(effort_columns(spec)));
-  block.contacts.resize(rows, contacts * layout::contact_columns);
-  block.vertices.resize(rows, contacts * 2 * static_cast<Eigen::Index>(spec.most_vertices()));
-  return block;
-}
-
-/// Fills rows [begin, end) of the block that starts at scene `first`.
-void fill_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
-               Eigen::Index begin, Eigen::Index end, DatasetBlock& block) {
-  std::vector<Scene> scenes;
-  const PixelGrid pixels = spec.sensor.image();
-  Eigen::VectorXd image(pixels.count());
-  for (Eigen::Index i = begin; i < end; ++i) {
-    scenes.push_back(spec.scene(first + static_cast<std::uint64_t>(i)));
-    layout::pack(scenes.back(), block.contacts.row(i), block.vertices.row(i));
-    rasterise(scenes.back(), pixels, spec.rasterisation, image);
-    block.conductivity.row(i) = spec.sensor.background * image;
-  }
-  const Eigen::Index count = end - begin;
-  model.solve(spec, scenes, first + static_cast<std::uint64_t>(begin),
-              block.clean_voltages.middleRows(begin, count), block.effort.middleRows(begin, count));
-  for (Eigen::Index i = begin; i < end; ++i) {
-    const std::uint64_t index = first + static_cast<std::uint64_t>(i);
-    RandomStream noise = spec.noise_stream(index);
-    RandomStream fault = spec.stream(index, Purpose::fault);
-    Eigen::VectorXd frame = block.clean_voltages.row(i);
-    add_noise(spec.noise, model.reference_voltages(), noise, frame);
-    apply_faults(spec.faults, spec.sensor, model.reference_voltages(), fault, frame);
-    block.voltages.row(i) = frame;
-  }
-}
-
-DatasetBlock generate_rows(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
-                           std::uint64_t count, int threads) {
-  DatasetBlock block = allocate(spec, count);
-  const auto rows = static_cast<Eigen::Index>(count);
-  std::vector<std::future<void>> workers;
-  for (int t = 0; t < threads; ++t) {
-    workers.push_back(std::async(std::launch::async, [&, t] {
-      fill_rows(spec, model, first, rows * t / threads, rows * (t + 1) / threads, block);
-    }));
-  }
-  for (auto& worker : workers) worker.wait();
-  for (auto& worker : workers) worker.get();
-  return block;
-}
-
 /// An unfinished file without a whole scene is of no use to anybody.
 void remove_part(const fs::path& part) {
   std::error_code ignored;
@@ -223,7 +176,7 @@ void write_scenes(const DatasetSpec& spec, const SceneModel& model, const fs::pa
   const auto block_at = [&](std::uint64_t first) {
     const std::uint64_t count = std::min(rows_per_block, spec.count - first);
     return std::async(std::launch::async, [&, first, count] {
-      return generate_rows(spec, model, first, count, threads);
+      return generate_block(spec, model, first, count, threads);
     });
   };
   std::future<DatasetBlock> next;
@@ -239,6 +192,11 @@ void write_scenes(const DatasetSpec& spec, const SceneModel& model, const fs::pa
     out.write_rows(layout::contacts, first, block.contacts);
     if (block.effort.cols() > 0) out.write_rows(layout::model_effort, first, block.effort);
     if (block.vertices.cols() > 0) out.write_rows(layout::contact_vertices, first, block.vertices);
+    if (block.forces.cols() > 0) out.write_rows(layout::forces, first, block.forces);
+    if (block.moments.cols() > 0) {
+      out.write_rows(layout::time, first, block.moments.col(0));
+      out.write_rows(layout::sequence, first, block.moments.col(1));
+    }
     out.flush();
     out.write_rows(layout::scenes_written, 0,
                    RowMajorMatrix::Constant(1, 1, static_cast<double>(done)));
@@ -251,11 +209,6 @@ void write_scenes(const DatasetSpec& spec, const SceneModel& model, const fs::pa
 }
 
 }  // namespace
-
-DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
-                            std::uint64_t count) {
-  return generate_rows(spec, model, first, count, 1);
-}
 
 void require_dataset_output(const fs::path& file, const std::vector<fs::path>& inputs) {
   const auto is_dataset = [](const fs::path& one) {

@@ -35,19 +35,4 @@ void generate_dataset(const DatasetSpec& spec, const std::filesystem::path& file
 void require_dataset_output(const std::filesystem::path& file,
                             const std::vector<std::filesystem::path>& inputs);
 
-/// The same scenes as arrays, rows [first, first + count): what a block of the file holds.
-struct DatasetBlock {
-  Frames voltages;        ///< [count, channels] V, with noise and faults
-  Frames clean_voltages;  ///< [count, channels] V, with faults of the sheet alone
-  Images conductivity;    ///< [count, image pixels] S/m, the truth
-  RowMajorMatrix effort;  ///< [count, 2] of SceneModel::solve; no columns for a grid
-  RowMajorMatrix contacts;
-  RowMajorMatrix vertices;
-};
-
-class SceneModel;
-/// `model` has the spec's sensor and SheetModel.
-DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
-                            std::uint64_t count);
-
 }  // namespace ertbench

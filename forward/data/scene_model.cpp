@@ -9,7 +9,7 @@ namespace ertbench {
 namespace {
 
 void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
-                   std::span<const Scene> scenes, std::uint64_t first,
+                   std::span<const Scene> scenes, std::span<const std::uint64_t> numbers,
                    Eigen::Ref<Frames> voltages) {
   // A few scenes at a time: their fine images are the largest arrays here.
   const PixelGrid pixels = spec.sensor.sheet->pixels(model.grid());
@@ -23,7 +23,7 @@ void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
       const auto index = static_cast<std::size_t>(start + i);
       rasterise(scenes[index], pixels, spec.rasterisation, ratio);
       if (spec.faults.background_gradient > 0) {
-        RandomStream random = spec.stream(first + index, Purpose::gradient);
+        RandomStream random = spec.stream(numbers[index], Purpose::gradient);
         ratio.array() *= gradient_factors(spec.faults, *spec.sensor.sheet, pixels, random).array();
       }
       sheets.row(i) = spec.sensor.background * ratio;
@@ -33,13 +33,13 @@ void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
 }
 
 void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
-                      std::span<const Scene> scenes, std::uint64_t first,
+                      std::span<const Scene> scenes, std::span<const std::uint64_t> numbers,
                       Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) {
   const double model_error = std::get<ContinuousSheet>(spec.model).model_error;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     std::optional<BorderModel> displaced;
     if (spec.faults.electrode_displacement > 0) {
-      RandomStream random = spec.stream(first + i, Purpose::displacement);
+      RandomStream random = spec.stream(numbers[i], Purpose::displacement);
       displaced.emplace(spec.sensor, displacements(spec.faults, spec.sensor, random));
     }
     const BorderModel& model = displaced ? *displaced : nominal;
@@ -82,12 +82,13 @@ const Eigen::VectorXd& SceneModel::reference_voltages() const {
                          : parts_->grid->reference_voltages();
 }
 
-void SceneModel::solve(const DatasetSpec& spec, std::span<const Scene> scenes, std::uint64_t first,
-                       Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) const {
+void SceneModel::solve(const DatasetSpec& spec, std::span<const Scene> scenes,
+                       std::span<const std::uint64_t> numbers, Eigen::Ref<Frames> voltages,
+                       Eigen::Ref<RowMajorMatrix> effort) const {
   if (parts_->borders) {
-    solve_on_borders(*parts_->borders, spec, scenes, first, voltages, effort);
+    solve_on_borders(*parts_->borders, spec, scenes, numbers, voltages, effort);
   } else {
-    solve_on_grid(*parts_->grid, spec, scenes, first, voltages);
+    solve_on_grid(*parts_->grid, spec, scenes, numbers, voltages);
   }
   voltages /= 1 + spec.faults.background_change;
 }

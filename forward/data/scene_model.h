@@ -23,15 +23,16 @@ class SceneModel {
   /// Voltages of the uniform sheet, [channels] V.
   const Eigen::VectorXd& reference_voltages() const;
 
-  /// Voltages [scenes, channels] V of `scenes`, the dataset's from number `first` on, with its
-  /// faults of the sheet and without noise. `spec` has this model's sensor and SheetModel, but for
-  /// the model error, which is the spec's.
+  /// Voltages [scenes, channels] V of `scenes`, with the dataset's faults of the sheet and without
+  /// noise. `numbers` [scenes]: of whose draws of these faults each has. `spec` has this model's
+  /// sensor and SheetModel, but for the model error, which is the spec's.
   ///
   /// `effort` [scenes, 2], filled with "auto" alone: points of each scene's system, and the
   /// estimated 2-norm of its voltages' error in V, which is at most the spec's `model_error` of the
   /// frame's noise except where the model's largest system did not suffice.
-  void solve(const DatasetSpec& spec, std::span<const Scene> scenes, std::uint64_t first,
-             Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) const;
+  void solve(const DatasetSpec& spec, std::span<const Scene> scenes,
+             std::span<const std::uint64_t> numbers, Eigen::Ref<Frames> voltages,
+             Eigen::Ref<RowMajorMatrix> effort) const;
 
  private:
   struct Parts;

@@ -19,6 +19,7 @@
 #include "bench/benchmarks/machine_limits.h"
 #include "core/temporary_folder.h"
 #include "forward/data/dataset_file.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
 #include "models/benchmarks/arithmetic.h"

@@ -5,7 +5,7 @@
 
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/generate.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/noise.h"
 
 namespace ertbench {
@@ -28,10 +28,11 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
       truths_(file.size(), file.sensor().pixels()) {
   if (!settings.symmetries) symmetries_.resize(1);
   if (new_scenes_) {
-    if (!std::holds_alternative<SceneDistribution>(spec_.scenes)) {
-      throw InputError(file.path().string() +
-                       ": its scenes are listed, so that \"new_scenes\" cannot draw others; leave "
-                       "it out or give the training set a distribution");
+    if (std::holds_alternative<std::vector<Scene>>(spec_.scenes) || spec_.sequences()) {
+      throw InputError(
+          file.path().string() +
+          ": its scenes are listed or move, so that \"new_scenes\" cannot draw others; leave "
+          "it out or give the training set a distribution");
     }
     model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.model);
   }

@@ -8,6 +8,7 @@
 #include "core/json_reader.h"
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
+#include "forward/data/dataset_block.h"
 #include "forward/data/generate.h"
 #include "forward/data/missed_promise.h"
 #include "forward/data/scene_model.h"
