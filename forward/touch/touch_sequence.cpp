@@ -11,12 +11,12 @@ Touch TouchPath::at(double time_s) const {
   }
   const auto next =
       std::upper_bound(points.begin(), points.end(), time_s,
-                       [](double time, const PathPoint& point) { return time < point.time_s; });
+                       [](double time, const PathMoment& point) { return time < point.time_s; });
   if (next == points.begin() || next == points.end()) {
-    const PathPoint& end = next == points.end() ? points.back() : points.front();
+    const PathMoment& end = next == points.end() ? points.back() : points.front();
     return {indenter, end.place_mm, end.force_N};
   }
-  const PathPoint& before = *std::prev(next);
+  const PathMoment& before = *std::prev(next);
   const double part = (time_s - before.time_s) / (next->time_s - before.time_s);
   touch.place_mm = before.place_mm + part * (next->place_mm - before.place_mm);
   touch.force_N = before.force_N + part * (next->force_N - before.force_N);

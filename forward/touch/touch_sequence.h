@@ -9,7 +9,7 @@
 namespace ertbench {
 
 /// Where an indenter is at a moment and how hard it presses.
-struct PathPoint {
+struct PathMoment {
   double time_s = 0;
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  ///< from the sheet's centre
   double force_N = 0;
@@ -19,7 +19,7 @@ struct PathPoint {
 /// touch before the first and after the last.
 struct TouchPath {
   Indenter indenter;
-  std::vector<PathPoint> points;
+  std::vector<PathMoment> points;
 
   Touch at(double time_s) const;
 };

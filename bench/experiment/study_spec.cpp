@@ -1,0 +1,152 @@
+#include "bench/experiment/study_spec.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/names.h"
+#include "core/json_reader.h"
+
+namespace ertbench {
+namespace {
+
+/// What a test set must be for a study to read it.
+struct SetKind {
+  const char* description;
+  bool (*fits)(const DatasetSpec&);
+};
+
+template <typename Plan>
+const Plan* plan_of(const DatasetSpec& set) {
+  return set.sequences() ? std::get_if<Plan>(&set.sequences()->plan()) : nullptr;
+}
+
+const SetKind at_places = {"touches at \"places\"", [](const DatasetSpec& set) {
+                             const auto* d = std::get_if<TouchDistribution>(&set.scenes);
+                             return d && d->places.has_value();
+                           }};
+const SetKind touched = {"\"touches\" at rest", [](const DatasetSpec& set) {
+                           return std::holds_alternative<TouchDistribution>(set.scenes);
+                         }};
+const SetKind pressed = {"sequences of the kind \"press\"", [](const DatasetSpec& set) {
+                           return plan_of<PressPlan>(set) != nullptr;
+                         }};
+const SetKind written = {"sequences of the kind \"write\"", [](const DatasetSpec& set) {
+                           return plan_of<WritePlan>(set) != nullptr;
+                         }};
+const SetKind quiet = {R"(sequences of the kind "collide" with "touched_fraction": 0)",
+                       [](const DatasetSpec& set) {
+                         const auto* plan = plan_of<CollidePlan>(set);
+                         return plan && plan->touched_fraction == 0;
+                       }};
+const SetKind collided = {R"(sequences of the kind "collide" with "touched_fraction": 1)",
+                          [](const DatasetSpec& set) {
+                            const auto* plan = plan_of<CollidePlan>(set);
+                            return plan && plan->touched_fraction == 1;
+                          }};
+
+struct Role {
+  const char* key;
+  SetKind kind;
+};
+
+struct Number {
+  const char* key;
+  double otherwise;
+  Range range;
+};
+
+struct StudyType {
+  const char* name;
+  std::optional<SetKind> sets;
+  std::vector<Role> roles;
+  std::vector<Number> numbers;
+};
+
+const std::vector<StudyType>& study_types() {
+  static const std::vector<StudyType> types = {
+      {"localisation", at_places, {}, {}},
+      {"sensitivity", pressed, {{"calibration", pressed}}, {}},
+      {"targets", touched, {}, {}},
+      {"tracking", written, {}, {}},
+      {"collision",
+       std::nullopt,
+       {{"calibration", quiet}, {"quiet", quiet}, {"presses", touched}, {"arm", collided}},
+       {{"false_alarms_per_hour", 10, {1e-3, 1e6, false}},
+        {"stiffness_N_mm", 5, {1e-3, 1e6, false, "N/mm"}},
+        {"deceleration_m_s2", 5, {1e-3, 1e6, false, "m/s^2"}},
+        {"aim_N", 10, {1e-3, 1e6, false, "N"}},
+        {"limit_N", 140, {1e-3, 1e6, false, "N"}}}}};
+  return types;
+}
+
+const StudyType& read_type(JsonObject& object) {
+  std::vector<std::string> names;
+  for (const StudyType& type : study_types()) names.emplace_back(type.name);
+  const std::string name = object.choice("type", names);
+  return *std::find_if(study_types().begin(), study_types().end(),
+                       [&](const StudyType& type) { return type.name == name; });
+}
+
+/// The test set of that name. `key` is where it stands.
+std::string require_set(JsonObject& object, const Experiment& experiment, const std::string& key,
+                        const std::string& name, const SetKind& kind) {
+  for (const DatasetSpec& test : experiment.tests) {
+    if (test.name != name) continue;
+    if (!kind.fits(test)) {
+      object.fail(key, "must hold " + std::string(kind.description) + ", which \"" + name +
+                           "\" does not");
+    }
+    return name;
+  }
+  std::string names;
+  for (const DatasetSpec& test : experiment.tests) {
+    names += (names.empty() ? "" : ", ") + test.name;
+  }
+  object.fail(key, "there is no such test set; there are " + names);
+}
+
+StudySpec read_study(JsonObject& object, const Experiment& experiment) {
+  const StudyType& type = read_type(object);
+  StudySpec study;
+  study.type = type.name;
+  study.name = object.text_or("name", type.name);
+  if (!is_name(study.name)) {
+    object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60)");
+  }
+  if (type.sets) {
+    std::vector<std::string> fitting;
+    for (const DatasetSpec& test : experiment.tests) fitting.push_back(test.name);
+    for (const std::string& name : object.choices("sets", fitting)) {
+      study.sets.push_back(require_set(object, experiment, "sets", name, *type.sets));
+    }
+  }
+  for (const Role& role : type.roles) {
+    study.roles[role.key] =
+        require_set(object, experiment, role.key, object.text(role.key), role.kind);
+  }
+  for (const Number& number : type.numbers) {
+    study.numbers[number.key] = object.number_or(number.key, number.otherwise, number.range);
+  }
+  object.finish();
+  return study;
+}
+
+}  // namespace
+
+std::vector<StudySpec> read_studies(JsonObject& root, const Experiment& experiment) {
+  std::vector<StudySpec> studies;
+  if (!root.has("studies")) return studies;
+  std::set<std::string> taken;
+  for (JsonObject& object : root.objects("studies")) {
+    studies.push_back(read_study(object, experiment));
+    if (!taken.insert(studies.back().name).second) {
+      object.fail("name", "\"" + studies.back().name + "\" is taken; give every study its own");
+    }
+  }
+  return studies;
+}
+
+}  // namespace ertbench
