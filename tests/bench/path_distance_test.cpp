@@ -8,6 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "forward/touch/characters.h"
+
 namespace ertbench {
 namespace {
 
@@ -99,6 +101,18 @@ TEST(Shapes, PlaceAndPenInTheAirCountForNothing) {
   for (Eigen::Vector2d& point : moved[0]) point *= 0.8;
   EXPECT_EQ(nearest_shape(centred_shape(moved, 2), shapes), 0u);
   EXPECT_GT(warped_distance(centred_shape(moved, 2), shapes[0]), 1);
+}
+
+/// Measured: the nearest two are Z and 2, 7.5 mm apart.
+TEST(Shapes, CharactersAreFarFromEachOther) {
+  std::vector<Polyline> shapes;
+  for (const Character& one : characters()) shapes.push_back(centred_shape(one.strokes, 3));
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_GT(warped_distance(shapes[i], shapes[j]), 7)
+          << characters()[i].symbol << characters()[j].symbol;
+    }
+  }
 }
 
 /// On a straight line at 100 mm/s the mean square is a parabola of the lag, so that the parabola's
