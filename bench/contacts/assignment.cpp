@@ -1,84 +1,106 @@
 #include "bench/contacts/assignment.h"
 
-#include <algorithm>
 #include <limits>
 
 namespace ertbench {
 namespace {
 
-/// The column of each row of `cost` [rows, columns], rows <= columns, by shortest augmenting paths:
-/// rows join one by one, and the potentials of rows and columns keep every reduced cost >= 0.
-std::vector<int> column_of_each_row(const Eigen::MatrixXd& cost) {
-  const int rows = static_cast<int>(cost.rows());
-  const int columns = static_cast<int>(cost.cols());
-  constexpr int nobody = -1;
-  std::vector<double> row_potential(static_cast<std::size_t>(rows), 0);
-  std::vector<double> column_potential(static_cast<std::size_t>(columns) + 1, 0);
-  // The last column is the one that the joining row holds while its path is sought.
-  std::vector<int> row_of(static_cast<std::size_t>(columns) + 1, nobody);
-  for (int joining = 0; joining < rows; ++joining) {
-    std::vector<double> slack(static_cast<std::size_t>(columns),
-                              std::numeric_limits<double>::infinity());
-    std::vector<int> before(static_cast<std::size_t>(columns), columns);
-    std::vector<bool> visited(static_cast<std::size_t>(columns) + 1, false);
-    int column = columns;
-    row_of[static_cast<std::size_t>(column)] = joining;
+constexpr int nobody = -1;
+
+/// The row of each column of `cost` [n, m], n <= m, of least sum; `nobody` where it has none.
+///
+/// Row after row is given a column, by the shortest path that alternates between columns and the
+/// rows that have them; the potentials keep all reduced costs from being negative, so that
+/// Dijkstra's way of finding it is right.
+std::vector<int> rows_of_columns(const Eigen::MatrixXd& cost) {
+  const Eigen::Index n = cost.rows();
+  const Eigen::Index m = cost.cols();
+  // Column m stands for the row that is to be placed.
+  std::vector<int> row_of(static_cast<std::size_t>(m) + 1, nobody);
+  std::vector<Eigen::Index> from(static_cast<std::size_t>(m) + 1, m);
+  Eigen::VectorXd row_potential = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd column_potential = Eigen::VectorXd::Zero(m + 1);
+  for (Eigen::Index first = 0; first < n; ++first) {
+    row_of.back() = static_cast<int>(first);
+    Eigen::VectorXd shortest =
+        Eigen::VectorXd::Constant(m, std::numeric_limits<double>::infinity());
+    std::vector<bool> reached(static_cast<std::size_t>(m) + 1, false);
+    Eigen::Index column = m;
     while (row_of[static_cast<std::size_t>(column)] != nobody) {
-      visited[static_cast<std::size_t>(column)] = true;
+      reached[static_cast<std::size_t>(column)] = true;
       const int row = row_of[static_cast<std::size_t>(column)];
-      int nearest = nobody;
-      for (int c = 0; c < columns; ++c) {
-        const auto i = static_cast<std::size_t>(c);
-        if (visited[i]) continue;
-        const double reduced =
-            cost(row, c) - row_potential[static_cast<std::size_t>(row)] - column_potential[i];
-        if (reduced < slack[i]) {
-          slack[i] = reduced;
-          before[i] = column;
+      double step = std::numeric_limits<double>::infinity();
+      Eigen::Index next = 0;
+      for (Eigen::Index j = 0; j < m; ++j) {
+        if (reached[static_cast<std::size_t>(j)]) continue;
+        const double length = cost(row, j) - row_potential[row] - column_potential[j];
+        if (length < shortest[j]) {
+          shortest[j] = length;
+          from[static_cast<std::size_t>(j)] = column;
         }
-        if (nearest == nobody || slack[i] < slack[static_cast<std::size_t>(nearest)]) nearest = c;
-      }
-      const double step = slack[static_cast<std::size_t>(nearest)];
-      for (std::size_t i = 0; i < visited.size(); ++i) {
-        if (visited[i]) {
-          row_potential[static_cast<std::size_t>(row_of[i])] += step;
-          column_potential[i] -= step;
-        } else if (i < slack.size()) {
-          slack[i] -= step;
+        if (shortest[j] < step) {
+          step = shortest[j];
+          next = j;
         }
       }
-      column = nearest;
+      for (Eigen::Index j = 0; j <= m; ++j) {
+        if (reached[static_cast<std::size_t>(j)]) {
+          row_potential[row_of[static_cast<std::size_t>(j)]] += step;
+          column_potential[j] -= step;
+        } else if (j < m) {
+          shortest[j] -= step;
+        }
+      }
+      column = next;
     }
-    while (column != columns) {  // along the path every column takes the row of the one before
-      const int previous = before[static_cast<std::size_t>(column)];
-      row_of[static_cast<std::size_t>(column)] = row_of[static_cast<std::size_t>(previous)];
-      column = previous;
+    while (column != m) {
+      const Eigen::Index before = from[static_cast<std::size_t>(column)];
+      row_of[static_cast<std::size_t>(column)] = row_of[static_cast<std::size_t>(before)];
+      column = before;
     }
   }
-  std::vector<int> out(static_cast<std::size_t>(rows));
-  for (int c = 0; c < columns; ++c) {
-    const int row = row_of[static_cast<std::size_t>(c)];
-    if (row != nobody) out[static_cast<std::size_t>(row)] = c;
-  }
-  return out;
+  row_of.pop_back();
+  return row_of;
 }
 
 }  // namespace
 
-std::vector<std::pair<int, int>> assign(const Eigen::MatrixXd& distance, double cutoff) {
-  std::vector<std::pair<int, int>> pairs;
-  if (distance.size() == 0) return pairs;
-  const bool wide = distance.rows() <= distance.cols();
-  const Eigen::MatrixXd cost =
-      wide ? Eigen::MatrixXd(distance.cwiseMin(cutoff)) : distance.transpose().cwiseMin(cutoff);
-  const std::vector<int> columns = column_of_each_row(cost);
-  for (int row = 0; row < static_cast<int>(columns.size()); ++row) {
-    const int column = columns[static_cast<std::size_t>(row)];
-    if (cost(row, column) >= cutoff) continue;
-    pairs.emplace_back(wide ? row : column, wide ? column : row);
+Assignment assign(const Eigen::Ref<const Eigen::MatrixXd>& distances, double cutoff) {
+  Assignment out;
+  if (distances.size() == 0) return out;
+  const bool turned = distances.rows() > distances.cols();
+  Eigen::MatrixXd cost =
+      distances.unaryExpr([cutoff](double d) { return d < cutoff ? d : cutoff; });
+  if (turned) cost.transposeInPlace();
+  const std::vector<int> row_of = rows_of_columns(cost);
+  std::vector<int> column_of(static_cast<std::size_t>(distances.rows()), nobody);
+  for (std::size_t j = 0; j < row_of.size(); ++j) {
+    const int i = row_of[j];
+    if (i == nobody) continue;
+    out.cost += cost(i, static_cast<Eigen::Index>(j));
+    if (turned) {
+      column_of[j] = i;
+    } else {
+      column_of[static_cast<std::size_t>(i)] = static_cast<int>(j);
+    }
   }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
+  for (std::size_t i = 0; i < column_of.size(); ++i) {
+    const int row = static_cast<int>(i);
+    if (column_of[i] == nobody || !(distances(row, column_of[i]) <= cutoff)) continue;
+    out.pairs.push_back({row, column_of[i]});
+  }
+  return out;
+}
+
+Eigen::MatrixXd distances_between(std::span<const Eigen::Vector2d> a,
+                                  std::span<const Eigen::Vector2d> b) {
+  Eigen::MatrixXd out(a.size(), b.size());
+  for (Eigen::Index i = 0; i < out.rows(); ++i) {
+    for (Eigen::Index j = 0; j < out.cols(); ++j) {
+      out(i, j) = (a[static_cast<std::size_t>(i)] - b[static_cast<std::size_t>(j)]).norm();
+    }
+  }
+  return out;
 }
 
 }  // namespace ertbench
