@@ -49,7 +49,7 @@ std::vector<TrackPoint> Tracker::update(double time_s, std::span<const TimedCont
 
   std::vector<const TimedContact*> contact_of(tracks_.size(), nullptr);
   std::vector<bool> taken(contacts.size(), false);
-  for (const auto& [track, contact] : assign(distance, settings_.gate_mm)) {
+  for (const auto& [track, contact] : assign(distance, settings_.gate_mm).pairs) {
     contact_of[static_cast<std::size_t>(track)] = &contacts[static_cast<std::size_t>(contact)];
     taken[static_cast<std::size_t>(contact)] = true;
   }

@@ -24,9 +24,9 @@ struct TrackerSettings {
   double acceleration_mm_s2 = 5000;  ///< standard deviation along each axis
   double measurement_mm = 3;         ///< standard deviation of a contact's place along each axis
   double speed_mm_s = 500;           ///< standard deviation of a new contact's velocity, each axis
-  double gate_mm = 40;     ///< a contact as far as this from where a track should be is not its own
-  int confirm_frames = 2;  ///< frames that must show a new track before it counts; 1: at once
-  int confirm_window = 3;  ///< ... of so many from the first on; else it is forgotten
+  double gate_mm = 40;  ///< a contact farther than this from where a track should be is not its own
+  int confirm_frames = 2;   ///< frames that must show a new track before it counts; 1: at once
+  int confirm_window = 3;   ///< ... of so many from the first on; else it is forgotten
   double patience_s = 0.1;  ///< without a contact, after which a track ends ...
   int patience_frames = 2;  ///< ... and not before so many frames without one
 };
