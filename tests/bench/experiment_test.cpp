@@ -228,6 +228,16 @@ const Broken broken[] = {
      "[{\"shape\": \"polygon\", \"conductivity_ratio\": 0.5, "
      "\"vertices\": [[0, 0], [1, 1]]}]",
      "/datasets/test/scenes/0/contacts/0/vertices", "3 to 64"},
+    {"/datasets/test/scenes/0/contacts/0/radius_mm", "20",
+     "/datasets/test/scenes/0/contacts/0/radius_mm", "stands beside \"radius\""},
+    {"/datasets/test/scenes/0/contacts/0/centre_mm", "[0, 0]",
+     "/datasets/test/scenes/0/contacts/0/centre_mm", "remove one"},
+    {"/datasets/validation/scenes/radius_mm", "20", "/datasets/validation/scenes/radius_mm",
+     "stands beside \"radius\""},
+    {"/datasets/validation/scenes/centre", R"({"x_mm": 0})", "/datasets/validation/scenes/centre/y",
+     "missing"},
+    {"/datasets/validation/scenes/centre", R"({"x_mm": "left", "y": 0})",
+     "/datasets/validation/scenes/centre/x_mm", "2 numbers"},
     {"/sensor/electrode_count", "17", "/sensor", "falls between", false},
     {"/sensor/electrode_count", "3", "/sensor/electrode_count", "from 5"},
     {"/sensor/electrode_offset", "0.1", "/sensor", "falls between", false},
@@ -344,6 +354,32 @@ TEST(Experiment, BrokenFilesAreRefusedWithPlaceAndRemedy) {
       EXPECT_NE(schema_complaint(value), "");
     }
   }
+}
+
+TEST(Experiment, InMillimetresIsTheSameExperiment) {
+  const TemporaryFolder folder("millimetres");
+  json value = good();
+  value["datasets"]["validation"]["scenes"] = json::parse(
+      R"({"contacts": [1, 3], "radius_mm": [10, 30], "centre": {"x_mm": [-20, 20], "y_mm": 0}})");
+  value["datasets"]["test"]["scenes"][0]["contacts"] = json::parse(R"([
+      {"shape": "disc", "centre_mm": [10, 0], "radius_mm": 20, "conductivity_ratio": 0.6},
+      {"shape": "ellipse", "centre_mm": [0, 0], "semi_axes_mm": [8, 10], "conductivity_ratio": 0.6},
+      {"shape": "polygon", "vertices_mm": [[0, 0], [5, 0], [0, 5]], "conductivity_ratio": 0.6}])");
+  EXPECT_EQ(schema_complaint(value), "");
+  write_text(folder / "mm.json", value.dump());
+  value["datasets"]["validation"]["scenes"] = json::parse(
+      R"({"contacts": [1, 3], "radius": [0.1, 0.3], "centre": {"x": [-0.2, 0.2], "y": 0}})");
+  value["datasets"]["test"]["scenes"][0]["contacts"] = json::parse(R"([
+      {"shape": "disc", "centre": [0.1, 0], "radius": 0.2, "conductivity_ratio": 0.6},
+      {"shape": "ellipse", "centre": [0, 0], "semi_axes": [0.08, 0.1], "conductivity_ratio": 0.6},
+      {"shape": "polygon", "vertices": [[0, 0], [0.05, 0], [0, 0.05]], "conductivity_ratio": 0.6}])");
+  write_text(folder / "domain.json", value.dump());
+  SolverRegistry registry;
+  const Cache cache("c");
+  const Experiment mm = read_experiment(folder / "mm.json", registry, chart_types());
+  const Experiment domain = read_experiment(folder / "domain.json", registry, chart_types());
+  EXPECT_EQ(cache.dataset(*mm.validation), cache.dataset(*domain.validation));
+  EXPECT_EQ(cache.dataset(mm.tests[0]), cache.dataset(domain.tests[0]));
 }
 
 /// The good experiment with a toy network for its first solver.
