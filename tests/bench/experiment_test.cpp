@@ -6,6 +6,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/charts/speed_chart.h"
+#include "bench/experiment/experiment_json.h"
 #include "bench/record/accuracy_record.h"
 #include "bench/record/cache.h"
 #include "core/errors.h"
@@ -58,6 +59,7 @@ TEST(Experiment, EveryPublishedFileIsValid) {
   for (const auto& file : published_experiments()) {
     SCOPED_TRACE(file);
     EXPECT_EQ(schema_complaint(read_json_file(file)), "");
+    EXPECT_EQ(schema_complaint(*read_experiment_json(file).content), "");
     EXPECT_EQ(refusal(file), "");
   }
 }
@@ -380,6 +382,45 @@ TEST(Experiment, InMillimetresIsTheSameExperiment) {
   const Experiment domain = read_experiment(folder / "domain.json", registry, chart_types());
   EXPECT_EQ(cache.dataset(*mm.validation), cache.dataset(*domain.validation));
   EXPECT_EQ(cache.dataset(mm.tests[0]), cache.dataset(domain.tests[0]));
+}
+
+TEST(Experiment, OneThatExtendsAnotherIsReadAsTheMergedOne) {
+  const TemporaryFolder folder("extending");
+  write_text(folder / "base.json", good().dump());
+  const json more = json::parse(R"({"extends": "base.json", "title": "noisy", "figure": null,
+      "datasets": {"validation": {"snr_db": 60}}, "solvers": [{"type": "tsvd", "rank": 30}]})");
+  EXPECT_EQ(schema_complaint(more), "");
+  write_text(folder / "noisy.json", more.dump());
+  SolverRegistry registry;
+  const Experiment e = read_experiment(folder / "noisy.json", registry, chart_types());
+  EXPECT_EQ(e.name, "noisy");
+  EXPECT_EQ(e.title, "noisy");
+  EXPECT_EQ(e.question, "q");
+  EXPECT_EQ(e.validation->noise.snr_db, 60);
+  EXPECT_EQ(e.validation->count, 10u);
+  EXPECT_EQ(e.solvers.size(), 1u);
+
+  json wrong = more;
+  wrong["solvers"][0]["rank"] = 0;
+  write_text(folder / "noisy.json", wrong.dump());
+  const std::string place = (folder / "noisy.json").string() + " (extends base.json): ";
+  EXPECT_EQ(refusal(folder / "noisy.json").rfind(place + "/solvers/0/rank: must be", 0), 0u)
+      << refusal(folder / "noisy.json");
+  wrong["solvers"] = nullptr;
+  write_text(folder / "noisy.json", wrong.dump());
+  EXPECT_EQ(refusal(folder / "noisy.json"), place + "/solvers: is missing");
+}
+
+TEST(Experiment, SchemaKnowsTheSameKeysOfFilesThatExtend) {
+  const json schema = read_json_file(experiments / "schema.json");
+  json keys = {"extends"};
+  for (const auto& [key, unused] : schema.at("else").at("properties").items()) keys.push_back(key);
+  json known = schema.at("then").at("propertyNames").at("enum");
+  std::sort(keys.begin(), keys.end());
+  std::sort(known.begin(), known.end());
+  EXPECT_EQ(keys, known);
+  EXPECT_NE(schema_complaint(json::parse(R"({"extends": "a.json", "titel": "t"})")), "");
+  EXPECT_NE(schema_complaint(json::parse(R"({"extends": 5})")), "");
 }
 
 /// The good experiment with a toy network for its first solver.
