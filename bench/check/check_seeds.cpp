@@ -5,6 +5,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_json.h"
 #include "core/atomic_file.h"
 #include "core/json_reader.h"
 #include "core/json_text.h"
@@ -39,7 +40,8 @@ bool makes_row(const Experiment& experiment, std::size_t entry,
 
 json experiment_over_seeds(const Experiment& experiment, const std::set<std::string>& labels,
                            int count) {
-  const json original = read_json_file(experiment.file);
+  const ExperimentJson read = read_experiment_json(experiment.file);
+  const json& original = *read.content;
   json out = {{"datasets", original.at("datasets")},
               {"solvers", json::array()},
               {"timing", {{"enabled", false}}},

@@ -48,7 +48,7 @@ ExitCode generate(const GenerateArguments& arguments) {
     std::filesystem::create_directories(file.parent_path());
   } else {
     std::vector<std::filesystem::path> inputs = experiment.plugins;
-    inputs.push_back(experiment.file);
+    inputs.insert(inputs.end(), experiment.files.begin(), experiment.files.end());
     require_dataset_output(file, inputs);
   }
   Progress progress("generating \"" + name + "\"");

@@ -26,7 +26,7 @@ bool mentions_auto(const json& value) {
 void check_solver(const EntryToCheck& checked, const Experiment& experiment,
                   SolverRegistry& registry) {
   const SolverEntry& entry = *checked.entry;
-  const std::string source = experiment.file.string();
+  const std::string& source = experiment.source;
   JsonObject object(*entry.spec, source, entry.path);
   try {
     const std::unique_ptr<Solver> solver = registry.make(object);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_charts.h"
+#include "bench/experiment/experiment_json.h"
 #include "bench/experiment/experiment_solvers.h"
 #include "bench/experiment/names.h"
 #include "core/errors.h"
@@ -188,10 +189,12 @@ std::vector<std::span<const SolverEntry>> Experiment::rows() const {
 
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
                            const ChartTypes& charts, SolverCheck check) {
-  const nlohmann::json json = read_json_file(file);
-  JsonObject root(json, file.string(), "");
+  const ExperimentJson json = read_experiment_json(file);
+  JsonObject root(*json.content, json.source, "");
   Experiment experiment;
   experiment.file = file;
+  experiment.source = json.source;
+  experiment.files = json.files;
   experiment.name = printable(file.stem().string());
   root.has("$schema");  // for editors
   experiment.title = root.text_or("title", experiment.name);

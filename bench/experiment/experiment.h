@@ -39,6 +39,8 @@ struct CheckSettings {
 struct Experiment {
   std::string name;  ///< the file's name without its ending; the result folder's name
   std::filesystem::path file;
+  std::string source;                        ///< the file in messages, with those that it extends
+  std::vector<std::filesystem::path> files;  ///< the file and those that it extends
   std::string title;
   std::string question;  ///< what the experiment is for, in a sentence or two
   Sensor sensor;
@@ -68,11 +70,12 @@ struct Experiment {
 /// Whether solvers are made to have their parameters checked: those of plugins in child processes.
 enum class SolverCheck { all, none };
 
-/// Reads and checks an experiment file whole: unknown keys, types, ranges, solvers' parameters.
-/// Throws InputError naming file, JSON path and remedy. Solvers of a plugin that is absent are left
-/// to their trials, and those that took their process down are marked (SolverEntry::failure), so
-/// that the other rows come out. `charts` are the types of charts that there are (chart_types());
-/// where the list is empty the charts are left unread, for processes that draw none.
+/// Reads and checks an experiment file (read_experiment_json) whole: unknown keys, types, ranges,
+/// solvers' parameters. Throws InputError naming file, JSON path and remedy. Solvers of a plugin
+/// that is absent are left to their trials, and those that took their process down are marked
+/// (SolverEntry::failure), so that the other rows come out. `charts` are the types of charts that
+/// there are (chart_types()); where the list is empty the charts are left unread, for processes
+/// that draw none.
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
                            const ChartTypes& charts, SolverCheck check = SolverCheck::all);
 

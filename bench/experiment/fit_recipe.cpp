@@ -10,7 +10,7 @@ FitRecipe fit_recipe(const Experiment& experiment, const SolverEntry& entry) {
           experiment.training,
           experiment.validation,
           experiment.plugins,
-          experiment.file.string()};
+          experiment.source};
 }
 
 }  // namespace ertbench

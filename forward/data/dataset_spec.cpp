@@ -170,7 +170,9 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
   if (scenes.is_array()) {
     if (scenes.empty()) object.fail("scenes", "must hold at least one scene");
     std::vector<Scene> list;
-    for (const JsonObject& scene : object.objects("scenes")) list.push_back(scene_from_json(scene));
+    for (const JsonObject& scene : object.objects("scenes")) {
+      list.push_back(scene_from_json(scene, *sensor.sheet));
+    }
     spec.count = list.size();
     require_count(object, spec.count, "scenes listed");
     spec.scenes = std::move(list);

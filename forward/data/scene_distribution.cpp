@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/json_reader.h"
+#include "forward/sheet/sheet_lengths.h"
 
 namespace ertbench {
 
@@ -195,6 +196,7 @@ Scene SceneDistribution::draw(RandomStream& random, const Sheet& sheet) const {
 SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& sheet) {
   const Eigen::AlignedBox2d& bounds = sheet.bounds();
   const double room = sheet.inner_radius();
+  SheetLengths lengths(object, sheet);
   SceneDistribution d;
   if (object.has("contacts")) d.contacts = object.integer_interval("contacts", 0, 64);
   if (object.has("shapes")) {
@@ -204,7 +206,9 @@ SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& s
           std::find(shape_names.begin(), shape_names.end(), name) - shape_names.begin()));
     }
   }
-  if (object.has("radius")) d.radius = object.interval("radius", {contact_lengths[0], 2});
+  if (lengths.has("radius")) {
+    d.radius = lengths.length_interval("radius", {contact_lengths[0], 2});
+  }
   if (object.has("aspect")) d.aspect = object.interval("aspect", {1e-3, 1});
   if (object.has("corners")) d.corners = object.integer_interval("corners", 3, 64);
   if (object.has("conductivity_ratio")) {
@@ -215,22 +219,23 @@ SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& s
   d.inside = object.choice_or("placement", "inside", {"inside", "centre-inside"}) == "inside";
   if (object.has("centre")) {
     JsonObject centre = object.object("centre");
-    d.centre.emplace(centre.interval("x", {bounds.min().x(), bounds.max().x()}),
-                     centre.interval("y", {bounds.min().y(), bounds.max().y()}));
+    SheetLengths places(centre, sheet);
+    d.centre.emplace(places.coordinate_interval("x", 0, {bounds.min().x(), bounds.max().x()}),
+                     places.coordinate_interval("y", 1, {bounds.min().y(), bounds.max().y()}));
     centre.finish();
   }
-  if (object.has("gap")) {
-    d.gap = object.interval("gap", {0, 2});
-    if (d.contacts != std::pair(2, 2)) object.fail("gap", R"(needs "contacts": 2)");
-    if (d.centre || !d.inside) object.fail("gap", R"(places contacts "inside" the sheet itself)");
+  if (lengths.has("gap")) {
+    d.gap = lengths.length_interval("gap", {0, 2});
+    if (d.contacts != std::pair(2, 2)) lengths.fail("gap", R"(needs "contacts": 2)");
+    if (d.centre || !d.inside) lengths.fail("gap", R"(places contacts "inside" the sheet itself)");
     if (4 * d.radius.second + d.gap->second > 2 * room) {
-      object.fail("gap", "must leave room for both contacts: gap + 4 radius <= " +
-                             nlohmann::json(2 * room).dump());
+      lengths.fail("gap", "must leave room for both contacts: gap + 4 radius <= " +
+                              lengths.shown("gap", 2 * room));
     }
   }
   if (d.inside && !d.centre && d.radius.second > room) {
-    object.fail("radius", "must be <= " + nlohmann::json(room).dump() +
-                              R"( for contacts placed "inside" the sheet)");
+    lengths.fail("radius", "must be <= " + lengths.shown("radius", room) +
+                               R"( for contacts placed "inside" the sheet)");
   }
   object.finish();
   return d;

@@ -44,7 +44,7 @@ struct SceneDistribution {
 
 /// Reads `{"contacts", "shapes", "radius", "aspect", "corners", "conductivity_ratio",
 /// "blank_fraction", "placement", "centre": {"x", "y"}, "gap"}`; an interval is [low, high] or one
-/// number.
+/// number. Lengths and places may stand in millimetres: `radius_mm`, `x_mm`, ... (SheetLengths).
 SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& sheet);
 nlohmann::json to_json(const SceneDistribution& distribution);
 

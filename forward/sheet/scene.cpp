@@ -6,6 +6,7 @@
 
 #include "core/json_reader.h"
 #include "forward/sheet/cross.h"
+#include "forward/sheet/sheet_lengths.h"
 
 namespace ertbench {
 namespace {
@@ -30,27 +31,22 @@ bool crosses_itself(const std::vector<Eigen::Vector2d>& vertices) {
   return false;
 }
 
-Contact contact_from_json(JsonObject object) {
+Contact contact_from_json(JsonObject object, const Sheet& sheet) {
   const Range position{-100, 100};
   const Range length{contact_lengths[0], contact_lengths[1]};
+  SheetLengths lengths(object, sheet);
   Contact contact;
   contact.shape = shape_named(object.choice("shape", shape_names));
-  const auto vector = [&](const char* key, Range range) {
-    const std::vector<double> xy = object.numbers(key, 2, range);
-    return Eigen::Vector2d(xy[0], xy[1]);
-  };
   if (contact.shape == Shape::polygon) {
-    for (const auto& [x, y] : object.points("vertices", 3, 64, position)) {
-      contact.vertices.emplace_back(x, y);
-    }
-    if (crosses_itself(contact.vertices)) object.fail("vertices", "must not cross themselves");
+    contact.vertices = lengths.places("vertices", 3, 64, position);
+    if (crosses_itself(contact.vertices)) lengths.fail("vertices", "must not cross themselves");
   } else {
-    contact.centre = vector("centre", position);
+    contact.centre = lengths.place("centre", position);
     if (contact.shape == Shape::disc) {
-      contact.half_size.setConstant(object.number("radius", length));
+      contact.half_size.setConstant(lengths.length("radius", length));
     } else {
       contact.half_size =
-          vector(contact.shape == Shape::ellipse ? "semi_axes" : "half_sides", length);
+          lengths.lengths(contact.shape == Shape::ellipse ? "semi_axes" : "half_sides", length);
       contact.angle = object.number_or("angle", 0, {-1000, 1000});
     }
   }
@@ -120,10 +116,10 @@ Eigen::Vector2d Contact::centroid() const {
   return area == 0 ? origin : Eigen::Vector2d(origin + moment / area);
 }
 
-Scene scene_from_json(JsonObject object) {
+Scene scene_from_json(JsonObject object, const Sheet& sheet) {
   Scene scene;
   for (const JsonObject& contact : object.objects("contacts")) {
-    scene.contacts.push_back(contact_from_json(contact));
+    scene.contacts.push_back(contact_from_json(contact, sheet));
   }
   object.finish();
   return scene;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "forward/sheet/patch_field.h"
+#include "forward/sheet/sheet.h"
 
 namespace ertbench {
 
@@ -55,8 +56,9 @@ struct Scene {
 
 /// `{"contacts": [{"shape": "ellipse", "centre": [x, y], "semi_axes": [a, b], "angle": radians,
 /// "conductivity_ratio": 0.6}]}`; a `disc` has `radius`, a `rectangle` `half_sides`, a `polygon`
-/// `vertices` in place of a centre.
-Scene scene_from_json(JsonObject object);
+/// `vertices` in place of a centre. Lengths and places may stand in millimetres: `centre_mm`,
+/// `radius_mm`, ... (SheetLengths).
+Scene scene_from_json(JsonObject object, const Sheet& sheet);
 nlohmann::json to_json(const Scene& scene);
 
 const char* name_of(Shape shape);

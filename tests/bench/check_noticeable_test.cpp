@@ -10,8 +10,8 @@
 #include "bench/check/check.h"
 #include "bench/check/check_table.h"
 #include "bench/check/noticeable.h"
+#include "bench/experiment/experiment_json.h"
 #include "bench/table/writers.h"
-#include "core/json_reader.h"
 #include "core/moments.h"
 #include "core/random.h"
 #include "core/student_t.h"
@@ -24,8 +24,8 @@ const std::filesystem::path source_folder = ERTBENCH_SOURCE_DIR;
 /// The baseline of the quick experiment, as it is stored, and a check's rows that repeat it.
 struct StoredCheck {
   StoredCheck() {
-    const auto experiment = read_json_file(source_folder / "experiments/quick.json");
-    trainings = experiment.at("check").at("seeds");
+    const ExperimentJson quick = read_experiment_json(source_folder / "experiments/quick.json");
+    trainings = quick.content->at("check").at("seeds");
     for (const BaselineRow& row : baseline.rows) rows.push_back(repeated(row));
   }
 

@@ -6,6 +6,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/charts/speed_chart.h"
+#include "bench/experiment/experiment_json.h"
 #include "bench/record/accuracy_record.h"
 #include "bench/record/cache.h"
 #include "core/errors.h"
@@ -58,6 +59,7 @@ TEST(Experiment, EveryPublishedFileIsValid) {
   for (const auto& file : published_experiments()) {
     SCOPED_TRACE(file);
     EXPECT_EQ(schema_complaint(read_json_file(file)), "");
+    EXPECT_EQ(schema_complaint(*read_experiment_json(file).content), "");
     EXPECT_EQ(refusal(file), "");
   }
 }
@@ -228,6 +230,16 @@ const Broken broken[] = {
      "[{\"shape\": \"polygon\", \"conductivity_ratio\": 0.5, "
      "\"vertices\": [[0, 0], [1, 1]]}]",
      "/datasets/test/scenes/0/contacts/0/vertices", "3 to 64"},
+    {"/datasets/test/scenes/0/contacts/0/radius_mm", "20",
+     "/datasets/test/scenes/0/contacts/0/radius_mm", "stands beside \"radius\""},
+    {"/datasets/test/scenes/0/contacts/0/centre_mm", "[0, 0]",
+     "/datasets/test/scenes/0/contacts/0/centre_mm", "remove one"},
+    {"/datasets/validation/scenes/radius_mm", "20", "/datasets/validation/scenes/radius_mm",
+     "stands beside \"radius\""},
+    {"/datasets/validation/scenes/centre", R"({"x_mm": 0})", "/datasets/validation/scenes/centre/y",
+     "missing"},
+    {"/datasets/validation/scenes/centre", R"({"x_mm": "left", "y": 0})",
+     "/datasets/validation/scenes/centre/x_mm", "2 numbers"},
     {"/sensor/electrode_count", "17", "/sensor", "falls between", false},
     {"/sensor/electrode_count", "3", "/sensor/electrode_count", "from 5"},
     {"/sensor/electrode_offset", "0.1", "/sensor", "falls between", false},
@@ -344,6 +356,71 @@ TEST(Experiment, BrokenFilesAreRefusedWithPlaceAndRemedy) {
       EXPECT_NE(schema_complaint(value), "");
     }
   }
+}
+
+TEST(Experiment, InMillimetresIsTheSameExperiment) {
+  const TemporaryFolder folder("millimetres");
+  json value = good();
+  value["datasets"]["validation"]["scenes"] = json::parse(
+      R"({"contacts": [1, 3], "radius_mm": [10, 30], "centre": {"x_mm": [-20, 20], "y_mm": 0}})");
+  value["datasets"]["test"]["scenes"][0]["contacts"] = json::parse(R"([
+      {"shape": "disc", "centre_mm": [10, 0], "radius_mm": 20, "conductivity_ratio": 0.6},
+      {"shape": "ellipse", "centre_mm": [0, 0], "semi_axes_mm": [8, 10], "conductivity_ratio": 0.6},
+      {"shape": "polygon", "vertices_mm": [[0, 0], [5, 0], [0, 5]], "conductivity_ratio": 0.6}])");
+  EXPECT_EQ(schema_complaint(value), "");
+  write_text(folder / "mm.json", value.dump());
+  value["datasets"]["validation"]["scenes"] = json::parse(
+      R"({"contacts": [1, 3], "radius": [0.1, 0.3], "centre": {"x": [-0.2, 0.2], "y": 0}})");
+  value["datasets"]["test"]["scenes"][0]["contacts"] = json::parse(R"([
+      {"shape": "disc", "centre": [0.1, 0], "radius": 0.2, "conductivity_ratio": 0.6},
+      {"shape": "ellipse", "centre": [0, 0], "semi_axes": [0.08, 0.1], "conductivity_ratio": 0.6},
+      {"shape": "polygon", "vertices": [[0, 0], [0.05, 0], [0, 0.05]], "conductivity_ratio": 0.6}])");
+  write_text(folder / "domain.json", value.dump());
+  SolverRegistry registry;
+  const Cache cache("c");
+  const Experiment mm = read_experiment(folder / "mm.json", registry, chart_types());
+  const Experiment domain = read_experiment(folder / "domain.json", registry, chart_types());
+  EXPECT_EQ(cache.dataset(*mm.validation), cache.dataset(*domain.validation));
+  EXPECT_EQ(cache.dataset(mm.tests[0]), cache.dataset(domain.tests[0]));
+}
+
+TEST(Experiment, OneThatExtendsAnotherIsReadAsTheMergedOne) {
+  const TemporaryFolder folder("extending");
+  write_text(folder / "base.json", good().dump());
+  const json more = json::parse(R"({"extends": "base.json", "title": "noisy", "figure": null,
+      "datasets": {"validation": {"snr_db": 60}}, "solvers": [{"type": "tsvd", "rank": 30}]})");
+  EXPECT_EQ(schema_complaint(more), "");
+  write_text(folder / "noisy.json", more.dump());
+  SolverRegistry registry;
+  const Experiment e = read_experiment(folder / "noisy.json", registry, chart_types());
+  EXPECT_EQ(e.name, "noisy");
+  EXPECT_EQ(e.title, "noisy");
+  EXPECT_EQ(e.question, "q");
+  EXPECT_EQ(e.validation->noise.snr_db, 60);
+  EXPECT_EQ(e.validation->count, 10u);
+  EXPECT_EQ(e.solvers.size(), 1u);
+
+  json wrong = more;
+  wrong["solvers"][0]["rank"] = 0;
+  write_text(folder / "noisy.json", wrong.dump());
+  const std::string place = (folder / "noisy.json").string() + " (extends base.json): ";
+  EXPECT_EQ(refusal(folder / "noisy.json").rfind(place + "/solvers/0/rank: must be", 0), 0u)
+      << refusal(folder / "noisy.json");
+  wrong["solvers"] = nullptr;
+  write_text(folder / "noisy.json", wrong.dump());
+  EXPECT_EQ(refusal(folder / "noisy.json"), place + "/solvers: is missing");
+}
+
+TEST(Experiment, SchemaKnowsTheSameKeysOfFilesThatExtend) {
+  const json schema = read_json_file(experiments / "schema.json");
+  json keys = {"extends"};
+  for (const auto& [key, unused] : schema.at("else").at("properties").items()) keys.push_back(key);
+  json known = schema.at("then").at("propertyNames").at("enum");
+  std::sort(keys.begin(), keys.end());
+  std::sort(known.begin(), known.end());
+  EXPECT_EQ(keys, known);
+  EXPECT_NE(schema_complaint(json::parse(R"({"extends": "a.json", "titel": "t"})")), "");
+  EXPECT_NE(schema_complaint(json::parse(R"({"extends": 5})")), "");
 }
 
 /// The good experiment with a toy network for its first solver.

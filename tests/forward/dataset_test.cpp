@@ -240,7 +240,7 @@ TEST(Scene, JsonRoundTrip) {
       {"shape": "rectangle", "centre": [0.1, 0.2], "half_sides": [0.3, 0.1], "angle": -0.5,
        "conductivity_ratio": 1.5},
       {"shape": "polygon", "vertices": [[0, 0], [0.5, 0], [0, 0.5]], "conductivity_ratio": 0.2}]})");
-  const Scene scene = scene_from_json(JsonObject(json, "", ""));
+  const Scene scene = scene_from_json(JsonObject(json, "", ""), *square_sheet());
   EXPECT_EQ(to_json(scene), json);
 
   Eigen::RowVectorXd contacts(4 * dataset_layout::contact_columns);

@@ -12,9 +12,7 @@ namespace ertbench::testing {
 /// counted from the top, (0, 1).
 class DiscSheet : public Sheet {
  public:
-  DiscSheet()
-      : Sheet(Eigen::AlignedBox2d(Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)), 50),
-        border_{BorderPiece::ellipse({0, 0}, {1, 0}, {0, 1})} {}
+  DiscSheet() : DiscSheet({Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)}) {}
 
   std::string name() const override { return "disc"; }
   std::string extent() const override { return "x^2 + y^2 <= 1"; }
@@ -30,6 +28,11 @@ class DiscSheet : public Sheet {
   std::string border_start() const override { return "the top"; }
   DiscPoint to_disc(std::complex<double> point) const override { return {point, 1, 0}; }
   std::vector<Eigen::Matrix2d> symmetries() const override { return square_sheet()->symmetries(); }
+
+ protected:
+  /// For tests of what asks for nothing but the bounds.
+  explicit DiscSheet(const Eigen::AlignedBox2d& bounds)
+      : Sheet(bounds, 50), border_{BorderPiece::ellipse({0, 0}, {1, 0}, {0, 1})} {}
 
  private:
   std::vector<BorderPiece> border_;

@@ -1,0 +1,155 @@
+#include "bench/contacts/path_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace ertbench {
+namespace {
+
+constexpr double unreachable = std::numeric_limits<double>::infinity();
+
+/// What it costs at best to get from the first points of both lines to the last. `first(distance)`
+/// is the cost at (0, 0), and `step(distance, above, left, diagonal)` that at (i, j) of the costs
+/// at (i - 1, j), (i, j - 1) and (i - 1, j - 1).
+template <typename First, typename Step>
+double cost_of_walk(const Polyline& a, const Polyline& b, First first, Step step) {
+  if (a.empty() || b.empty()) throw std::invalid_argument("a path of no points has no distance");
+  std::vector<double> costs(b.size(), unreachable);  // of row i - 1, then of row i from the left on
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    double diagonal = unreachable;
+    double left = unreachable;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const double above = costs[j];
+      const double distance = (a[i] - b[j]).norm();
+      costs[j] = i + j == 0 ? first(distance) : step(distance, above, left, diagonal);
+      diagonal = above;
+      left = costs[j];
+    }
+  }
+  return costs.back();
+}
+
+}  // namespace
+
+double length_of(const Polyline& line) {
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+  return length;
+}
+
+Polyline resampled(const Polyline& line, double step) {
+  if (line.empty() || !(step > 0)) {
+    throw std::invalid_argument("only a path of points is resampled, and with a step > 0");
+  }
+  const double length = length_of(line);
+  const double pieces = std::ceil(length / step);
+  Polyline out = {line.front()};
+  std::size_t end = 1;    // of the piece of the line in which the next point lies
+  double before_end = 0;  // along the line up to that piece
+  for (double piece = 1; piece < pieces; ++piece) {
+    const double along = length * piece / pieces;
+    double size = (line[end] - line[end - 1]).norm();
+    while (before_end + size < along && end + 1 < line.size()) {
+      before_end += size;
+      ++end;
+      size = (line[end] - line[end - 1]).norm();
+    }
+    const double part = std::min((along - before_end) / size, 1.0);
+    out.push_back(line[end - 1] + part * (line[end] - line[end - 1]));
+  }
+  if (pieces > 0) out.push_back(line.back());
+  return out;
+}
+
+double frechet_distance(const Polyline& a, const Polyline& b) {
+  return cost_of_walk(
+      a, b, [](double distance) { return distance; },
+      [](double distance, double above, double left, double diagonal) {
+        return std::max(distance, std::min({above, left, diagonal}));
+      });
+}
+
+double warped_distance(const Polyline& a, const Polyline& b) {
+  const double sum = cost_of_walk(
+      a, b, [](double distance) { return 2 * distance; },
+      [](double distance, double above, double left, double diagonal) {
+        return std::min(std::min(above, left) + distance, diagonal + 2 * distance);
+      });
+  return sum / static_cast<double>(a.size() + b.size());
+}
+
+Polyline centred_shape(std::span<const Polyline> strokes, double step) {
+  Polyline out;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Polyline& stroke : strokes) {
+    for (const Eigen::Vector2d& point : resampled(stroke, step)) {
+      out.push_back(point);
+      sum += point;
+    }
+  }
+  for (Eigen::Vector2d& point : out) point -= sum / static_cast<double>(out.size());
+  return out;
+}
+
+std::size_t nearest_shape(const Polyline& shape, std::span<const Polyline> shapes) {
+  if (shapes.empty()) throw std::invalid_argument("there is no shape to be the nearest");
+  std::size_t nearest = 0;
+  double least = unreachable;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const double distance = warped_distance(shape, shapes[i]);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = i;
+  }
+  return nearest;
+}
+
+std::optional<double> rms_distance(std::span<const PathPoint> tracked, const TruePlace& truth,
+                                   double lag_s) {
+  double sum = 0;
+  int points = 0;
+  for (const PathPoint& point : tracked) {
+    const std::optional<Eigen::Vector2d> place = truth(point.time_s - lag_s);
+    if (!place) continue;
+    sum += (point.place_mm - *place).squaredNorm();
+    ++points;
+  }
+  if (points == 0) return std::nullopt;
+  return std::sqrt(sum / points);
+}
+
+std::optional<LagFit> best_lag(std::span<const PathPoint> tracked, const TruePlace& truth,
+                               double least_s, double most_s, int steps) {
+  if (steps < 2 || !(least_s < most_s)) {
+    throw std::invalid_argument("a lag is sought in a range, in 2 steps or more");
+  }
+  const double step = (most_s - least_s) / steps;
+  const auto lag = [&](int i) { return least_s + step * i; };
+  std::vector<PathPoint> shared;
+  for (const PathPoint& point : tracked) {
+    bool always = true;
+    for (int i = 0; i <= steps && always; ++i) always = truth(point.time_s - lag(i)).has_value();
+    if (always) shared.push_back(point);
+  }
+  if (shared.empty()) return std::nullopt;
+
+  std::vector<double> squares;
+  for (int i = 0; i <= steps; ++i) {
+    const double rms = *rms_distance(shared, truth, lag(i));
+    squares.push_back(rms * rms);
+  }
+  const auto best = std::min_element(squares.begin(), squares.end());
+  const int i = static_cast<int>(best - squares.begin());
+  const int points = static_cast<int>(shared.size());
+  const LagFit scanned{lag(i), std::sqrt(*best), points};
+  if (i == 0 || i == steps) return scanned;
+  const double curvature = best[-1] - 2 * best[0] + best[1];
+  if (!(curvature > 0)) return scanned;
+  const double refined = lag(i) + step * (best[-1] - best[1]) / (2 * curvature);
+  const std::optional<double> rms = rms_distance(shared, truth, refined);
+  return rms && *rms < scanned.rms_mm ? LagFit{refined, *rms, points} : scanned;
+}
+
+}  // namespace ertbench
