@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/contacts/contact_settings.h"
 #include "bench/experiment/chart_type.h"
 #include "bench/experiment/ladder_spec.h"
 #include "bench/experiment/published_table.h"
@@ -48,6 +49,9 @@ struct Experiment {
   std::vector<SolverEntry> solvers;            ///< every seed and every point of a sweep on its own
   std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
   TimingSettings timing;
+  ContactSettings contacts;
+  /// Whether the records of accuracy hold what was read out of each image (FrameReading).
+  bool keep_contacts = false;
   CheckSettings check;
   double time_limit_s = 3600;  ///< for one trial
   /// For one trial's processes together; nothing: 9/10 of the machine's, shared out among the

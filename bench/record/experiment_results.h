@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/contacts/frame_reading.h"
 #include "bench/record/builds_text.h"
 #include "bench/record/fidelity_row.h"
 #include "bench/record/ladder_record.h"
@@ -53,6 +54,9 @@ struct ExperimentResults {
   /// the order of the rows.
   std::vector<ScoredLabels> frames;
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
+  /// By label and test set: [frames] of the first seed that was scored, where the experiment keeps
+  /// contacts.
+  std::map<std::string, std::map<std::string, std::vector<FrameReading>>> readings;
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
   std::map<std::string, LabelOutcome> labels;

@@ -50,7 +50,7 @@ struct Contact {
 /// where.
 struct Scene {
   std::vector<Contact> contacts;
-  std::optional<PatchField> patches;
+  std::optional<PatchField> patches = {};
 };
 
 /// `{"contacts": [{"shape": "ellipse", "centre": [x, y], "semi_axes": [a, b], "angle": radians,

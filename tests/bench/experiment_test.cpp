@@ -437,8 +437,8 @@ TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
             cache.fitted_solver(fit_recipe(e, e.solvers[1])));
   EXPECT_NE(cache.fitted_solver(fit_recipe(e, e.solvers[0])),
             cache.fitted_solver(fit_recipe(e, e.solvers[2])));
-  EXPECT_NE(accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, false, {}),
-            accuracy_key(fit_recipe(e, e.solvers[1]), e.tests, false, {}));
+  EXPECT_NE(accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, {}),
+            accuracy_key(fit_recipe(e, e.solvers[1]), e.tests, {}));
 }
 
 TEST(Experiment, SeedsThatCannotBeAreRefused) {
