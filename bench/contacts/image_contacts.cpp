@@ -41,8 +41,9 @@ int ContactReader::unite(int a, int b) {
   return a;
 }
 
-int ContactReader::climb(int pixel, const double* change, double saddle) {
-  const double height = std::abs(change[pixel]);
+int ContactReader::climb(const Pixel& at, const double* change, double saddle) {
+  const auto [height, pixel] = at;
+  const bool positive = change[pixel] > 0;
   const int column = pixel % pixels_.columns();
   const int row = pixel / pixels_.columns();
   std::array<int, 4> touched{};
@@ -50,10 +51,9 @@ int ContactReader::climb(int pixel, const double* change, double saddle) {
   int home = no_hill;
   double steepest = 0;
   const auto look = [&](int neighbour) {
-    // The change is zero somewhere between a positive pixel and a negative one.
-    if ((change[neighbour] > 0) != (change[pixel] > 0)) return;
+    // Between a positive pixel and a negative one the change is zero somewhere: no way leads on.
     const int hill = hill_of(neighbour);
-    if (hill == no_hill) return;
+    if (hill == no_hill || (change[neighbour] > 0) != positive) return;
     touched[count++] = hill;
     if (std::abs(change[neighbour]) <= steepest) return;
     steepest = std::abs(change[neighbour]);
@@ -98,20 +98,16 @@ void ContactReader::read(const ContactRule& rule,
   hills_.clear();
   for (int p = 0; p < pixels_.count(); ++p) {
     hill_[static_cast<std::size_t>(p)] = no_hill;
-    if (pixels_.on_sheet(p) && std::abs(change[p]) >= limit) order_.push_back(p);
+    const double height = std::abs(change[p]);
+    if (height >= limit && pixels_.on_sheet(p)) order_.push_back({height, p});
   }
-  const double* values = change.data();
-  std::sort(order_.begin(), order_.end(), [values](int a, int b) {
-    const double higher = std::abs(values[a]) - std::abs(values[b]);
-    return higher != 0 ? higher > 0 : a < b;
-  });
-  for (const int pixel : order_) {
-    const int home = climb(pixel, values, rule.saddle);
-    hill_[static_cast<std::size_t>(pixel)] = home;
+  std::sort(order_.begin(), order_.end());
+  for (const Pixel& pixel : order_) {
+    const int home = climb(pixel, change.data(), rule.saddle);
+    hill_[static_cast<std::size_t>(pixel.index)] = home;
     Hill& hill = hills_[static_cast<std::size_t>(home)];
-    const double weight = std::abs(change[pixel]);
-    hill.weight += weight;
-    hill.moment += weight * centres_[static_cast<std::size_t>(pixel)];
+    hill.weight += pixel.height;
+    hill.moment += pixel.height * centres_[static_cast<std::size_t>(pixel.index)];
     ++hill.pixels;
   }
   const double area = pixels_.pixel_area();

@@ -35,16 +35,25 @@ class ContactReader {
     int pixels = 0;
   };
 
+  struct Pixel {
+    double height = 0;  ///< |δσ|
+    int index = 0;
+    /// Of two that are equally high the first.
+    bool operator<(const Pixel& other) const {
+      return height > other.height || (height == other.height && index < other.index);
+    }
+  };
+
   int hill_of(int pixel);
   /// The hill whose flank the pixel is on; a new one where it is a maximum. Other hills that it
   /// touches become one with that where the pixel is no saddle.
-  int climb(int pixel, const double* change, double saddle);
+  int climb(const Pixel& pixel, const double* change, double saddle);
   int unite(int a, int b);
 
   double background_;
   PixelGrid pixels_;
   std::vector<Eigen::Vector2d> centres_;  ///< [pixels]
-  std::vector<int> order_;                ///< pixels above the limit, the highest first
+  std::vector<Pixel> order_;              ///< those above the limit, the highest first
   std::vector<int> hill_;                 ///< [pixels]; none before the pixel was climbed
   std::vector<Hill> hills_;
 };

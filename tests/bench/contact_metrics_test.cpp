@@ -169,7 +169,7 @@ class ContactsOfSolvers : public ::testing::Test {
     spec.seed = 5;
     spec.noise = {60, SnrBasis::absolute};
     spec.scenes = SceneDistribution{};
-    generate_dataset(spec, file, GenerateOptions{});
+    generate_dataset(spec, file);
     return DatasetFile(file);
   }
 
