@@ -259,7 +259,7 @@ const Broken broken[] = {
     {"/contacts", R"({"threshold": 1.5})", "/contacts/threshold", "from 0 to 1"},
     {"/contacts", R"({"threshold": "best"})", "/contacts/threshold", "auto"},
     {"/contacts", R"({"floor": -1})", "/contacts/floor", "\"auto\""},
-    {"/contacts", R"({"saddle": "auto"})", "/contacts/saddle", "number"},
+    {"/contacts", R"({"saddle": "auto"})", "/contacts/saddle", "from 0 to 1"},
     {"/contacts", R"({"match_mm": 0})", "/contacts/match_mm", "> 0"},
     {"/contacts", R"({"ospa": 50})", "/contacts/ospa", "did you mean \"ospa_mm\""},
     {"/right_sizing", R"({"margin": -0.1})", "/right_sizing/margin", "from 0 to 10"},
