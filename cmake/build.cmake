@@ -56,7 +56,8 @@ endfunction()
 
 set(data core forward)
 set(fit ${data} solvers models bench/experiment/fit_recipe.cpp bench/run/fitted_solver.cpp)
-set(record ${fit} bench/experiment bench/record bench/run bench/score)
+set(record ${fit} bench/contacts bench/experiment bench/record bench/run
+    bench/score)
 set(left_out ${of_scores})
 hash_sources(ERTBENCH_DATA_CODE ${data})
 hash_sources(ERTBENCH_FIT_CODE ${fit})

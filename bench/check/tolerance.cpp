@@ -28,6 +28,13 @@ double of_duality_gap(const ResultRow& row) {
   return 0.1 * std::sqrt(gap);
 }
 
+/// The most that a contact more or less in one frame does to that frame's value: one, as a number
+/// or a share; a quarter of the sheet's side as a distance, which is OSPA's cut-off.
+double one_contact(const BaselineMean& before) {
+  const bool length = entry_of(before.metric).quantity == Quantity::millimetres;
+  return length ? before.sensor.sheet->size_mm().maxCoeff() / 4 : 1;
+}
+
 /// What one pixel that changes sides of a threshold is worth in the mean over the frames.
 double one_pixel(const BaselineMean& before) {
   const double frames = std::max(1, before.frames);
@@ -43,6 +50,8 @@ double one_pixel(const BaselineMean& before) {
       const double diagonal = 2 * before.sensor.sheet->radius();
       return diagonal / (2 * bright_pixels * frames);
     }
+    case Threshold::contact:
+      return one_contact(before) / frames;
   }
   return 0;
 }
@@ -96,7 +105,9 @@ double allowed_change(const Tolerance& tolerance, const BaselineMean& before, in
     const auto n = static_cast<int>(before.values.size());
     const double deviation = std::max(sample_deviation(before.values), tolerance.relative * centre);
     const double t = student_t_quantile(0.5 + confidence / 2, n - 1);
-    return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n);
+    const bool counts = entry_of(before.metric).threshold == Threshold::contact;
+    return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n) +
+           (counts ? one_pixel(before) : 0);
   }
   const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);
   return std::max(tolerance.relative * centre, std::min(tolerance.relative, linear_images) *

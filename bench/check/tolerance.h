@@ -64,9 +64,9 @@ double centre_of(std::span<const double> values);
 ///   their standard deviation, t Student's quantile with n - 1 degrees of freedom at 99.9 %. Where
 ///   nothing changed on the same kind of processor, today's trainings are the old ones and the
 ///   difference is as good as 0; elsewhere rounding grows into other networks, and they count as
-///   new seeds. Then four networks with nine metrics are 36 such intervals, and a sound machine is
-///   refused in 1.8 % of the checks at most (36 times 0.05 %, worse being on one side; less, as the
-///   metrics of a network move together). At 99 % it would be every sixth. The deviations of
+///   new seeds. Then four networks with sixteen metrics are 64 such intervals, and a sound machine
+///   is refused in 3.2 % of the checks at most (64 times 0.05 %, worse being on one side; less, as
+///   the metrics of a network move together). At 99 % it would be every fourth. The deviations of
 ///   different networks are not pooled: those of one metric differ by up to ten times.
 /// - all others: `relative` of the value, or `relative` (at most 1e-8) of the metric's own unit
 ///   where that is more: a centroid 1e-8 from the truth is as exact as one 1 from it.
@@ -74,7 +74,9 @@ double centre_of(std::span<const double> values);
 ///   100 / (sqrt(pixels of the sheet) frames) for an area in per cent, the most that a pixel is
 ///   worth in (C2), where it is the second one; diagonal / (2 pixels frames) for a centroid: the
 ///   pixel weighs a quarter of the largest, the bright ones (as many as the mean RES says) at least
-///   half of it each, and it is at most the sheet's diagonal from them.
+///   half of it each, and it is at most the sheet's diagonal from them. A pixel may also make a
+///   contact, or end one: metrics of contacts have room for one in one frame, 1 / frames or a
+///   quarter of the side over the frames, with seeds too, whose means of a count are often all 0.
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now = 1);
 
 /// How much more of calibration_us() one frame may take before it counts as slower, and how much

@@ -12,6 +12,7 @@
 #include "core/json_text.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
+#include "solvers/tunable.h"
 
 namespace ertbench {
 namespace {
@@ -77,6 +78,18 @@ void read_timing(JsonObject& root, Experiment& experiment) {
   timing.warm_up = object.integer_or("warm_up", timing.warm_up, 1, 100000);
   timing.batch = object.integer_or("batch", timing.batch, 1, 65536);
   timing.rounds = object.integer_or("rounds", timing.rounds, 1, 100);
+  object.finish();
+}
+
+void read_contacts(JsonObject& root, Experiment& experiment) {
+  if (!root.has("contacts")) return;
+  JsonObject object = root.object("contacts");
+  ContactSettings& contacts = experiment.contacts;
+  contacts.threshold = read_tunable(object, "threshold", {0, 1}).value;
+  contacts.floor = read_tunable(object, "floor", {0, 1e6}).value;
+  contacts.saddle = object.number_or("saddle", contacts.saddle, {0, 1});
+  contacts.match_mm = read_tunable(object, "match_mm", {0, 1e6, true, "mm"}).value;
+  contacts.ospa_mm = read_tunable(object, "ospa_mm", {0, 1e6, true, "mm"}).value;
   object.finish();
 }
 
@@ -205,6 +218,9 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   read_plugins(root, experiment, registry, check);
   experiment.solvers = read_solvers(root, experiment, registry, check);
   read_timing(root, experiment);
+  read_contacts(root, experiment);
+  experiment.studies = read_studies(root, experiment);
+  experiment.keep_contacts = !experiment.studies.empty();
   read_check(root, experiment);
   read_right_sizing(root, experiment);
   read_figure(root, experiment);

@@ -7,11 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "bench/contacts/contact_settings.h"
 #include "bench/experiment/chart_type.h"
 #include "bench/experiment/ladder_spec.h"
 #include "bench/experiment/published_table.h"
 #include "bench/experiment/right_sizing.h"
 #include "bench/experiment/solver_entry.h"
+#include "bench/experiment/study_spec.h"
 #include "forward/data/dataset_spec.h"
 
 namespace ertbench {
@@ -50,6 +52,9 @@ struct Experiment {
   std::vector<SolverEntry> solvers;            ///< every seed and every point of a sweep on its own
   std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
   TimingSettings timing;
+  ContactSettings contacts;
+  /// Whether the records of accuracy hold what was read out of each image (FrameReading).
+  bool keep_contacts = false;
   CheckSettings check;
   double time_limit_s = 3600;  ///< for one trial
   /// For one trial's processes together; nothing: 9/10 of the machine's, shared out among the
@@ -58,6 +63,7 @@ struct Experiment {
   std::vector<int> figure_scenes;  ///< of the first test set
   PublishedTable published;
   std::vector<std::shared_ptr<const Chart>> charts;
+  std::vector<StudySpec> studies;
   std::optional<RightSizing> right_sizing;
   std::optional<Ladders> ladders;
 

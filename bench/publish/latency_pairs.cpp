@@ -62,6 +62,7 @@ Interval latency_interval(const ResultRow& row) {
 std::string timed_settings(const ResultRow& row) {
   json settings = *row.parameters;
   for (const char* name : training_settings) settings.erase(name);
+  settings.erase("contacts");  // are read out of the finished image
   if (settings.contains("tolerance")) {
     settings["dataset"] = row.dataset;
     settings["frames"] = row.frames;

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "bench/record/cache.h"
+#include "bench/record/frame_reading_record.h"
 #include "bench/record/record_file.h"
 #include "core/json_reader.h"
 
@@ -26,6 +28,12 @@ ScoredSet scored_set(const json& row, const json& frames, const std::string& sou
       if (!values.at(i).is_null()) set.frames[i][metric] = values[i].get<double>();
     }
   }
+  if (frames.contains("readings")) {
+    set.readings = frame_readings_from_json(frames.at("readings"));
+    if (set.readings.size() != set.frames.size()) {
+      throw std::invalid_argument("a reading for each frame is wanted");
+    }
+  }
   return set;
 }
 
@@ -43,16 +51,18 @@ Images images_from(const json& rows, int pixels) {
 }  // namespace
 
 std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
-                         bool validation, const std::vector<int>& figure_scenes) {
+                         const AccuracyContent& content) {
   json key = {{"schema", record_schema},
               {"metrics", metrics_version},
               {"label", recipe.entry.label},
               {"entry", recipe.entry.spec.text()},
               {"solver", Cache::fitted_solver_key(recipe).dump()},
               {"scored", names_of(kMetrics)},  // a record without one of them is made again
-              {"figure", figure_scenes}};
+              {"figure", content.figure_scenes}};
   for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
-  if (validation) key["validation"] = true;
+  if (content.validation) key["validation"] = true;
+  if (content.contacts != ContactSettings{}) key["contacts"] = to_json(content.contacts);
+  if (content.keep_contacts) key["keep_contacts"] = true;
   return hash_of(key.dump());
 }
 

@@ -5,10 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "bench/contacts/frame_reading.h"
 #include "bench/record/builds_text.h"
 #include "bench/record/fidelity_row.h"
 #include "bench/record/ladder_record.h"
 #include "bench/record/result_row.h"
+#include "bench/record/study_result.h"
 #include "core/arrays.h"
 
 namespace ertbench {
@@ -53,11 +55,15 @@ struct ExperimentResults {
   /// the order of the rows.
   std::vector<ScoredLabels> frames;
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
+  /// By label and test set: [frames] of the first seed that was scored, where the experiment keeps
+  /// contacts.
+  std::map<std::string, std::map<std::string, std::vector<FrameReading>>> readings;
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
   std::map<std::string, LabelOutcome> labels;
   std::vector<LadderOutcome> ladders;  ///< of each label, where the experiment has ladders
   std::vector<FidelityOutcome> fidelity;
+  std::vector<StudyOutcome> studies;
   Builds builds;
   int jobs = 1;
   int failures = 0;  ///< jobs that failed, all rounds of one counted as one

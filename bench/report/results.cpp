@@ -194,6 +194,10 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
     if (!figure->drawn) undrawn.push_back("training/" + label);
     training_curves.push_back(*figure);
   }
+  for (const StudyOutcome& study : results.studies) {
+    summary["studies"][study.name] = study.result->summary();
+    summary["studies"][study.name]["type"] = study.type;
+  }
   if (!undrawn.empty()) summary["undrawn"] = undrawn;
   const Report report = report_of(experiment, results.rows, text, training_curves, sections,
                                   summary.at("provenance"), folder);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bench/contacts/contact_rule_choice.h"
 #include "bench/record/accuracy_record.h"
 #include "bench/record/record_file.h"
 #include "bench/run/fitted_solver.h"
@@ -45,6 +46,24 @@ TrainingSource training_source(const Experiment& experiment, const Cache& cache,
           accuracy.sets.front().row.parameters};
 }
 
+/// How contacts are read out of this solver's images.
+ContactRuleChoice chosen_rule(const Experiment& experiment, const Cache& cache,
+                              const Solver& solver) {
+  std::optional<DatasetFile> validation;
+  if (experiment.validation) validation.emplace(cache.open_dataset(*experiment.validation));
+  return choose_contact_rule(experiment.contacts, experiment.sensor, solver,
+                             validation ? &*validation : nullptr);
+}
+
+/// Keeps what was read out of the images of the label's first seed.
+void add_readings(const Experiment& experiment, const ScoredTrial& trial,
+                  ExperimentResults& results) {
+  auto& readings = results.readings[trial.entry->label];
+  for (std::size_t set = 0; set < experiment.tests.size(); ++set) {
+    readings.emplace(experiment.tests[set].name, trial.accuracy->sets.at(set).readings);
+  }
+}
+
 /// What each trial that was scored gave for each frame.
 void add_frames(const Experiment& experiment, const std::vector<ScoredTrial>& trials,
                 ExperimentResults& results) {
@@ -80,7 +99,8 @@ std::vector<Job> AccuracyStage::due(const Experiment& experiment, const Experime
 
 std::string AccuracyStage::key(const Experiment& experiment, const Job& job) const {
   return accuracy_key(fit_recipe(experiment, *job.entry), experiment.tests,
-                      experiment.right_sizing.has_value(), experiment.figure_scenes);
+                      {experiment.right_sizing.has_value(), experiment.figure_scenes,
+                       experiment.contacts, experiment.keep_contacts});
 }
 
 json AccuracyStage::run(const Job& job, const JobContext& context) const {
@@ -95,12 +115,19 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
                  {"fit_report", {{"status", report.status}, {"message", report.message}}}};
   json parameters = fitted.solver->parameters();
   if (!report.frame_check.empty()) parameters["frame_check"] = report.frame_check;
+  ScoreRequest request{experiment.figure_scenes, experiment.contacts.rule(),
+                       experiment.contacts.distances(experiment.sensor), experiment.keep_contacts};
+  if (!fitted.solver->contact_finder()) {
+    const ContactRuleChoice choice = chosen_rule(experiment, context.cache, *fitted.solver);
+    request.rule = choice.rule;
+    parameters["contacts"] = to_json(choice);
+  }
   const std::vector<const DatasetSpec*> sets = scored_sets(experiment);
   for (const DatasetSpec* spec : sets) {
     const bool first = spec == sets.front();
+    if (!first) request.figure_scenes.clear();
     ScoredFrames scored =
-        score_set(*fitted.solver, context.cache.open_dataset(*spec), experiment.sensor,
-                  first ? experiment.figure_scenes : std::vector<int>{});
+        score_set(*fitted.solver, context.cache.open_dataset(*spec), experiment.sensor, request);
     ResultRow& row = scored.row;
     row.label = job.entry->label;
     row.type = job.entry->type;
@@ -122,7 +149,7 @@ void AccuracyStage::check(const Experiment& experiment, const json& record) cons
 
 void AccuracyStage::collect(const Experiment& experiment, const Cache& cache,
                             const JobRecords& records, ExperimentResults& results) const {
-  results.rows = reference_rows(experiment.sensor, experiment.tests, cache);
+  results.rows = reference_rows(experiment.sensor, experiment.tests, experiment.contacts, cache);
   for (const std::span<const SolverEntry> entries : experiment.rows()) {
     std::vector<ScoredTrial> trials;
     LabelOutcome& label = results.labels[entries.front().label];
@@ -136,6 +163,7 @@ void AccuracyStage::collect(const Experiment& experiment, const Cache& cache,
       trial.accuracy = record_from(experiment, *record, records.file(job).string());
       if (!label.scored) label.scored = &entry;
       results.images.emplace(entry.label, trial.accuracy->figure_images);  // the first seed's
+      if (experiment.keep_contacts) add_readings(experiment, trial, results);
       results.training[entry.label].push_back(
           training_source(experiment, cache, entry, *trial.accuracy));
     }

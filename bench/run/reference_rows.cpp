@@ -1,5 +1,6 @@
 #include "bench/run/reference_rows.h"
 
+#include "bench/contacts/image_contacts.h"
 #include "bench/score/metric_summary.h"
 #include "forward/data/dataset_file.h"
 
@@ -13,8 +14,13 @@ struct References {
   std::vector<FrameMetrics> untouched;
 };
 
-References score_references(const Sensor& sensor, const DatasetFile& set) {
+References score_references(const Sensor& sensor, const DatasetFile& set,
+                            const ContactSettings& settings) {
   References out;
+  const ContactDistances distances = settings.distances(sensor);
+  const ContactRule rule = settings.rule();
+  ContactReader reader(sensor);
+  std::vector<FoundContact> found;
   const Eigen::RowVectorXd nothing = Eigen::RowVectorXd::Zero(sensor.pixels());
   constexpr std::uint64_t block = 256;
   for (std::uint64_t first = 0; first < set.size(); first += block) {
@@ -24,8 +30,9 @@ References score_references(const Sensor& sensor, const DatasetFile& set) {
     for (std::size_t i = 0; i < count; ++i) {
       const Eigen::RowVectorXd image = images.row(static_cast<Eigen::Index>(i));
       const Eigen::RowVectorXd change = image.array() - sensor.background;
-      out.truth.push_back(frame_metrics(sensor, image, change, scenes[i]));
-      out.untouched.push_back(frame_metrics(sensor, image, nothing, scenes[i]));
+      reader.read(rule, change, found);
+      out.truth.push_back(frame_metrics(sensor, image, change, scenes[i], {found, distances}));
+      out.untouched.push_back(frame_metrics(sensor, image, nothing, scenes[i], {{}, distances}));
     }
   }
   return out;
@@ -44,10 +51,10 @@ ResultRow row_of(const std::string& label, const DatasetSpec& test,
 }  // namespace
 
 std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const DatasetSpec> tests,
-                                      const Cache& cache) {
+                                      const ContactSettings& contacts, const Cache& cache) {
   std::vector<ResultRow> rows;
   for (const DatasetSpec& test : tests) {
-    const References references = score_references(sensor, cache.open_dataset(test));
+    const References references = score_references(sensor, cache.open_dataset(test), contacts);
     rows.push_back(row_of("truth", test, references.truth));
     rows.push_back(row_of("no-contact", test, references.untouched));
   }

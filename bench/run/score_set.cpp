@@ -1,10 +1,15 @@
 #include "bench/run/score_set.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "bench/contacts/frame_reading.h"
+#include "bench/contacts/image_contacts.h"
+#include "bench/record/frame_reading_record.h"
 #include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "forward/data/dataset_file.h"
@@ -25,17 +30,60 @@ json numbers_or_null(const std::vector<FrameMetrics>& frames, Metric metric) {
   return out;
 }
 
+bool is_usable(const FrameReport& report, const Eigen::Ref<const Eigen::RowVectorXd>& image) {
+  return report.status != FrameStatus::undefined && image.allFinite();
+}
+
+bool is_finite(const FoundContact& contact) {
+  return contact.place.allFinite() && std::isfinite(contact.strength) &&
+         std::isfinite(contact.peak) && std::isfinite(contact.area);
+}
+
+/// The contacts of some frames: those that the solver knows, else those that the rule reads out of
+/// its images.
+class Contacts {
+ public:
+  Contacts(const Sensor& sensor, const Solver& solver, const ContactRule& rule)
+      : finder_(solver.contact_finder()), rule_(rule), reader_(sensor) {}
+
+  std::vector<std::vector<FoundContact>> of(const Frames& changes, const Images& images,
+                                            std::span<const FrameReport> reports) {
+    std::vector<std::vector<FoundContact>> found(reports.size());
+    if (finder_) {
+      finder_->find_contacts(changes, found);
+      // A contact that is nowhere is none.
+      for (auto& contacts : found) std::erase_if(contacts, std::not_fn(is_finite));
+      return found;
+    }
+    for (std::size_t f = 0; f < found.size(); ++f) {
+      const auto image = images.row(static_cast<Eigen::Index>(f));
+      if (is_usable(reports[f], image)) reader_.read(rule_, image, found[f]);
+    }
+    return found;
+  }
+
+ private:
+  const ContactFinder* finder_;
+  ContactRule rule_;
+  ContactReader reader_;
+};
+
 /// Takes the frames in turn and keeps what is to be known of each.
 class Scoring {
  public:
-  Scoring(const Sensor& sensor, const std::vector<int>& figure_scenes)
-      : sensor_(sensor), figure_scenes_(figure_scenes) {}
+  Scoring(const Sensor& sensor, const ScoreRequest& request) : sensor_(sensor), request_(request) {}
 
+  /// `found` is of no use where the frame has no usable image.
   void add(const Eigen::RowVectorXd& truth, const Eigen::RowVectorXd& image, const Scene& scene,
-           const FrameReport& report) {
-    const bool usable = report.status != FrameStatus::undefined && image.allFinite();
+           const FrameReport& report, std::span<const FoundContact> found) {
+    const bool usable = is_usable(report, image);
     const int index = static_cast<int>(metrics_.size());
-    metrics_.push_back(usable ? frame_metrics(sensor_, truth, image, scene) : FrameMetrics{});
+    metrics_.push_back(
+        usable ? frame_metrics(sensor_, truth, image, scene, {found, request_.distances})
+               : FrameMetrics{});
+    if (request_.keep_contacts) {
+      readings_.push_back(to_json(usable ? frame_reading(sensor_, image, found) : FrameReading{}));
+    }
     row_.undefined_frames += !usable;
     row_.frames_not_converged += report.status == FrameStatus::not_converged;
     row_.suspect_frames += usable && report.status == FrameStatus::suspect;
@@ -43,7 +91,8 @@ class Scoring {
     reasons_.push_back(report.reasons);
     iterations_.push_back(report.iterations);
     gaps_.push_back(report.gap);
-    if (std::find(figure_scenes_.begin(), figure_scenes_.end(), index) != figure_scenes_.end()) {
+    const std::vector<int>& scenes = request_.figure_scenes;
+    if (std::find(scenes.begin(), scenes.end(), index) != scenes.end()) {
       kept_[index] = std::vector<double>(image.begin(), image.end());
     }
   }
@@ -58,28 +107,31 @@ class Scoring {
     for (const Metric metric : kMetrics) {
       frames[name_of(metric)] = numbers_or_null(metrics_, metric);
     }
+    if (request_.keep_contacts) frames["readings"] = std::move(readings_);
     json images = json::array();
-    for (const int scene : figure_scenes_) images.push_back(kept_.at(scene));
+    for (const int scene : request_.figure_scenes) images.push_back(kept_.at(scene));
     return {row_, std::move(frames), std::move(images)};
   }
 
  private:
   const Sensor& sensor_;
-  const std::vector<int>& figure_scenes_;
+  const ScoreRequest& request_;
   ResultRow row_;
   std::vector<FrameMetrics> metrics_;
   json statuses_ = json::array();
   json reasons_ = json::array();
   json iterations_ = json::array();
   json gaps_ = json::array();
+  json readings_ = json::array();
   std::map<int, json> kept_;
 };
 
 }  // namespace
 
 ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
-                       const std::vector<int>& figure_scenes) {
-  Scoring scoring(sensor, figure_scenes);
+                       const ScoreRequest& request) {
+  Scoring scoring(sensor, request);
+  Contacts contacts(sensor, solver, request.rule);
   for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
     const std::uint64_t count = std::min(scored_frames, set.size() - first);
     const Frames changes =
@@ -89,9 +141,10 @@ ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Senso
     Images images(changes.rows(), sensor.pixels());
     std::vector<FrameReport> reports(count);
     solver.reconstruct(changes, images, reports);
+    const std::vector<std::vector<FoundContact>> found = contacts.of(changes, images, reports);
     for (std::size_t i = 0; i < count; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      scoring.add(truths.row(row), images.row(row), scenes[i], reports[i]);
+      scoring.add(truths.row(row), images.row(row), scenes[i], reports[i], found[i]);
     }
   }
   return scoring.result();

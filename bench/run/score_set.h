@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "bench/contacts/contact_settings.h"
 #include "bench/record/result_row.h"
 #include "core/json_value.h"
 #include "forward/sheet/sensor.h"
@@ -14,12 +15,20 @@ class Solver;
 /// All frames of one test set, scored.
 struct ScoredFrames {
   ResultRow row;            ///< its metrics and its counts of frames
-  JsonValue frames;         ///< as in the record: {metric: [values], "status", "reasons", ...}
+  JsonValue frames;         ///< as in the record: {metric: [values], "status", ..., "readings"}
   JsonValue figure_images;  ///< [figure scenes][pixels] S/m
 };
 
-/// Reconstructs the set and scores every frame; the images of `figure_scenes` are kept.
+/// What is wanted of a set besides its metrics, and how contacts are read out of its images.
+struct ScoreRequest {
+  std::vector<int> figure_scenes;  ///< whose images are kept
+  ContactRule rule;                ///< for a solver that has no ContactFinder
+  ContactDistances distances;
+  bool keep_contacts = false;  ///< what was read out of each image is kept (FrameReading)
+};
+
+/// Reconstructs the set and scores every frame.
 ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
-                       const std::vector<int>& figure_scenes);
+                       const ScoreRequest& request);
 
 }  // namespace ertbench

@@ -5,6 +5,7 @@
 #include "bench/run/accuracy_stage.h"
 #include "bench/run/fidelity_stage.h"
 #include "bench/run/ladder_stage.h"
+#include "bench/run/study_stage.h"
 #include "bench/run/timing_stage.h"
 #include "core/errors.h"
 #include "core/text.h"
@@ -16,6 +17,7 @@ Stages stages_of_run() {
   stages.push_back(std::make_unique<AccuracyStage>());
   stages.push_back(std::make_unique<TimingStage>());
   stages.push_back(std::make_unique<LadderStage>());
+  stages.push_back(std::make_unique<StudyStage>());
   return stages;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "bench/contacts/image_moments.h"
+#include "bench/score/contact_score.h"
 #include "bench/score/scored_image.h"
 
 namespace ertbench {
@@ -12,34 +14,6 @@ namespace {
 
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
-
-/// Of the background; an image that nowhere exceeds it is empty.
-constexpr double kEmpty = 1e-9;
-/// Of the sum of absolute weights; a smaller sum of weights has no centroid.
-constexpr double kCancelled = 1e-3;
-/// Keeps a pixel that is exactly on a threshold in, whatever the rounding of its value.
-constexpr double kSlack = 1e-9;
-
-bool cancels(const RowVectorXd& weights) {
-  return std::abs(weights.sum()) <= kCancelled * weights.cwiseAbs().sum();
-}
-
-/// `change` with everything under `fraction` of its largest absolute value set to zero.
-RowVectorXd thresholded(const RowVectorXd& change, double fraction) {
-  const double limit = fraction * (1 - kSlack) * change.cwiseAbs().maxCoeff();
-  return (change.array().abs() >= limit).select(change, 0.0);
-}
-
-/// Centroid of the pixel centres weighted by `change` (C4), domain units.
-std::optional<Vector2d> centroid(const Sensor& sensor, const RowVectorXd& change) {
-  if (cancels(change)) return std::nullopt;
-  const PixelGrid pixels = sensor.image();
-  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
-      image(change.data(), pixels.rows(), pixels.columns());
-  const double x = image.colwise().sum().dot(pixels.centres_x());
-  const double y = image.rowwise().sum().dot(pixels.centres_y());
-  return Vector2d(x, y) / change.sum();
-}
 
 /// Centre of gravity of a polygon's area; none where it has no area.
 std::optional<Vector2d> area_centroid(const std::vector<Vector2d>& vertices) {
@@ -93,10 +67,6 @@ std::optional<double> position_error_of(const ScoredImage& image, const RowVecto
 
 }  // namespace
 
-bool is_empty(const Sensor& sensor, const RowVectorXd& change) {
-  return change.cwiseAbs().maxCoeff() <= kEmpty * sensor.background;
-}
-
 bool ScoredImage::truth_is_empty() const { return ertbench::is_empty(sensor, true_change); }
 bool ScoredImage::is_empty() const { return ertbench::is_empty(sensor, change); }
 
@@ -147,5 +117,35 @@ std::optional<double> correlation_coefficient(const ScoredImage& image) {
   if (is_empty(image.sensor, seen) || is_empty(image.sensor, ideal)) return std::nullopt;
   return seen.dot(ideal) / (seen.norm() * ideal.norm());
 }
+
+std::optional<double> contacts_found(const ScoredImage& image) { return image.contacts.matched; }
+
+std::optional<double> ghosts(const ScoredImage& image) {
+  return image.contacts.found - image.contacts.matched;
+}
+
+std::optional<double> precision_of_contacts(const ScoredImage& image) {
+  const ContactScore& contacts = image.contacts;
+  if (contacts.found == 0) return std::nullopt;
+  return static_cast<double>(contacts.matched) / contacts.found;
+}
+
+std::optional<double> recall_of_contacts(const ScoredImage& image) {
+  const ContactScore& contacts = image.contacts;
+  if (contacts.there == 0) return std::nullopt;
+  return static_cast<double>(contacts.matched) / contacts.there;
+}
+
+std::optional<double> location_error(const ScoredImage& image) {
+  const ContactScore& contacts = image.contacts;
+  if (contacts.matched == 0) return std::nullopt;
+  return contacts.distance_mm / contacts.matched;
+}
+
+std::optional<double> count_error(const ScoredImage& image) {
+  return std::abs(image.contacts.found - image.contacts.there);
+}
+
+std::optional<double> ospa_distance(const ScoredImage& image) { return image.contacts.ospa_mm; }
 
 }  // namespace ertbench

@@ -58,4 +58,27 @@ MetricFormula structural_similarity;
 /// is constant: no pixel further from the mean than 1e-9 of the background.
 MetricFormula correlation_coefficient;
 
+// Of the contacts that were found in the frame, see ContactScore for their definitions.
+
+/// True contacts that a found one is matched with.
+MetricFormula contacts_found;
+
+/// Found contacts that are matched with no true one.
+MetricFormula ghosts;
+
+/// Matched contacts over found ones. Undefined where none was found.
+MetricFormula precision_of_contacts;
+
+/// Matched contacts over true ones. Undefined where there is none.
+MetricFormula recall_of_contacts;
+
+/// Mean distance of matched contacts, mm. Undefined where there is none.
+MetricFormula location_error;
+
+/// |found contacts - true contacts|.
+MetricFormula count_error;
+
+/// OSPA distance of order 1 of found and true contacts (Schuhmacher, Vo and Vo 2008), mm.
+MetricFormula ospa_distance;
+
 }  // namespace ertbench

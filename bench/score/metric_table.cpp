@@ -16,6 +16,10 @@ const char* unit_of(Quantity quantity) {
       return "%";
     case Quantity::length:
       return "sheet 2 × 2";
+    case Quantity::millimetres:
+      return "mm";
+    case Quantity::number:
+      return "";
   }
   return "";
 }
@@ -29,7 +33,9 @@ Metric metric_from_name(const std::string& name) {
   throw std::invalid_argument("no metric is called \"" + name + "\"");
 }
 
-double size_of(Quantity quantity) { return quantity == Quantity::percent ? 100 : 1; }
+double size_of(Quantity quantity) {
+  return quantity == Quantity::percent || quantity == Quantity::millimetres ? 100 : 1;
+}
 
 std::string axis_title(Metric metric) {
   const std::string unit = unit_of(entry_of(metric).quantity);

@@ -4,10 +4,13 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 
+#include "bench/contacts/contact_settings.h"
 #include "bench/score/metric_table.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
+#include "solvers/solver.h"
 
 namespace ertbench {
 
@@ -24,7 +27,13 @@ struct PerMetric {
 /// undefined) it stands for a frame without a usable image.
 using FrameMetrics = PerMetric<std::optional<double>>;
 
-/// Compares one image with the truth.
+/// What was found in a frame, and how far contacts may be from the true ones.
+struct FrameContacts {
+  std::span<const FoundContact> found;
+  ContactDistances distances;
+};
+
+/// Compares one image, and the contacts that were found in it, with the truth.
 /// `conductivity` [pixels] S/m: the true image; `change` [pixels] S/m: the estimated dσ^.
 ///
 /// All metrics are undefined where a pixel of either image is not finite; where each of them is
@@ -32,9 +41,16 @@ using FrameMetrics = PerMetric<std::optional<double>>;
 /// an image has not the sensor's size.
 FrameMetrics frame_metrics(const Sensor& sensor,
                            const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
+                           const Eigen::Ref<const Eigen::RowVectorXd>& change, const Scene& scene,
+                           const FrameContacts& contacts);
+
+/// The same with the contacts that the default rule reads out of the image, and the default
+/// distances.
+FrameMetrics frame_metrics(const Sensor& sensor,
+                           const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
                            const Eigen::Ref<const Eigen::RowVectorXd>& change, const Scene& scene);
 
-/// The same of one metric alone, where the others are not asked for.
+/// That of one metric alone, where the others are not asked for.
 std::optional<double> frame_metric(Metric metric, const Sensor& sensor,
                                    const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
                                    const Eigen::Ref<const Eigen::RowVectorXd>& change,

@@ -8,6 +8,8 @@
 
 namespace ertbench {
 
+struct ContactScore;
+
 /// One image beside the truth: what the formulas of the metrics are given. All pixels are finite.
 struct ScoredImage {
   const Sensor& sensor;
@@ -15,14 +17,11 @@ struct ScoredImage {
   const Eigen::RowVectorXd& conductivity;  ///< [pixels] S/m, true
   const Eigen::RowVectorXd& true_change;   ///< [pixels] S/m
   const Eigen::RowVectorXd& change;        ///< [pixels] S/m, estimated
+  const ContactScore& contacts;            ///< for metrics of contacts alone
 
   bool truth_is_empty() const;
   bool is_empty() const;
 };
-
-/// Whether no |change| is above 1e-9 of the background: far above the rounding of the voltages, far
-/// below any contact.
-bool is_empty(const Sensor& sensor, const Eigen::RowVectorXd& change);
 
 /// (C2) of one image of changes, %; undefined of an empty image.
 std::optional<double> resolution_of(const Sensor& sensor, const Eigen::RowVectorXd& change);

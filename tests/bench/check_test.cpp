@@ -161,9 +161,11 @@ TEST(Check, BetterIsTowardsTheIdealOfTheMetric) {
   Case c;
   for (const Metric metric : kErrorMetrics) {
     SCOPED_TRACE(name_of(metric));
-    const double tenth = 0.1 * *c.row("gn").metrics[metric].mean;
-    EXPECT_EQ(c.after("gn", metric, -tenth), Verdict::better);
-    EXPECT_EQ(c.after("gn", metric, tenth), Verdict::worse);
+    // One contact in one of 200 frames may be worth 50 mm, 0.25 mm in the mean.
+    const bool length = entry_of(metric).quantity == Quantity::millimetres;
+    const double step = length ? 0.3 : 0.1 * *c.row("gn").metrics[metric].mean;
+    EXPECT_EQ(c.after("gn", metric, -step), Verdict::better);
+    EXPECT_EQ(c.after("gn", metric, step), Verdict::worse);
   }
   EXPECT_EQ(c.after("gn", Metric::AR, -0.1), Verdict::better);  // 1.1
   EXPECT_EQ(c.after("gn", Metric::AR, -0.4), Verdict::worse);   // 0.8: as far from 1
@@ -181,6 +183,19 @@ TEST(Check, BetterIsTowardsTheIdealOfTheMetric) {
   c.row("gn").metrics[Metric::PE].mean = 0.01;
   EXPECT_FALSE(has_regression(c.lines()));
   EXPECT_EQ(check_summary(c.lines()), "3 rows ok, 1 better");
+}
+
+TEST(Check, OneContactInOneFrameIsNoRegressionAndTwoAre) {
+  // 200 frames; trained networks that never showed a ghost have no spread.
+  const double none[] = {0, 0, 0};
+  const Tolerance seeds{ToleranceClass::seeds, 1e-4};
+  EXPECT_DOUBLE_EQ(allowed_change(seeds, {Metric::ghosts, none, 200}), 1.0 / 200);
+  const Tolerance linear{ToleranceClass::linear, 1e-8};
+  const double one[] = {0.5};
+  EXPECT_NEAR(allowed_change(linear, {Metric::recall, one, 200}), 1.0 / 200, 1e-7);
+  EXPECT_NEAR(allowed_change(linear, {Metric::ospa_mm, one, 200}), 50.0 / 200, 2e-6);
+  const Tolerance exact{ToleranceClass::exact, 1e-10};
+  EXPECT_LT(allowed_change(exact, {Metric::found, one, 200}), 1e-9) << "none of the truth";
 }
 
 TEST(Check, TheIntervalIsNarrowerForMoreSeedsAndNeverVanishes) {

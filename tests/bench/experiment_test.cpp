@@ -268,6 +268,12 @@ const Broken broken[] = {
     {"/check", R"({"seeds": 0})", "/check/seeds", "from 1"},
     {"/check", R"({"baseline_seeds": 2})", "/check/baseline_seeds", "from 3"},
     {"/check", R"({"seed": 2})", "/check/seed", "did you mean"},
+    {"/contacts", R"({"threshold": 1.5})", "/contacts/threshold", "from 0 to 1"},
+    {"/contacts", R"({"threshold": "best"})", "/contacts/threshold", "auto"},
+    {"/contacts", R"({"floor": -1})", "/contacts/floor", "\"auto\""},
+    {"/contacts", R"({"saddle": "auto"})", "/contacts/saddle", "from 0 to 1"},
+    {"/contacts", R"({"match_mm": 0})", "/contacts/match_mm", "> 0"},
+    {"/contacts", R"({"ospa": 50})", "/contacts/ospa", "did you mean \"ospa_mm\""},
     {"/right_sizing", R"({"margin": -0.1})", "/right_sizing/margin", "from 0 to 10"},
     {"/right_sizing", R"({"metric": "AR"})", "/right_sizing/metric", "\"PE\"", false},
     {"/right_sizing", R"({"margins": 0.1})", "/right_sizing/margins", "did you mean"},
@@ -514,8 +520,30 @@ TEST(Cache, WhatIsAppliedOtherwiseSharesItsFit) {
             cache.fitted_solver(fit_recipe(e, e.solvers[1])));
   EXPECT_NE(cache.fitted_solver(fit_recipe(e, e.solvers[0])),
             cache.fitted_solver(fit_recipe(e, e.solvers[2])));
-  EXPECT_NE(accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, false, {}),
-            accuracy_key(fit_recipe(e, e.solvers[1]), e.tests, false, {}));
+  EXPECT_NE(accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, {}),
+            accuracy_key(fit_recipe(e, e.solvers[1]), e.tests, {}));
+}
+
+TEST(Experiment, ContactsAreReadAsTheFileSays) {
+  const TemporaryFolder folder("contacts");
+  json value = good();
+  SolverRegistry registry;
+  const auto read = [&] {
+    write_text(folder / "e.json", value.dump());
+    return read_experiment(folder / "e.json", registry, chart_types());
+  };
+  const Experiment plain = read();
+  EXPECT_EQ(plain.contacts, ContactSettings{});
+  EXPECT_FALSE(plain.keep_contacts);
+  value["contacts"] = {{"threshold", 0.4}, {"floor", "auto"}, {"saddle", 0.5}, {"match_mm", 12}};
+  const Experiment given = read();
+  EXPECT_EQ(given.contacts, (ContactSettings{0.4, std::nullopt, 0.5, 12, std::nullopt}));
+
+  const auto key = [](const Experiment& e, bool keep) {
+    return accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, {false, {}, e.contacts, keep});
+  };
+  EXPECT_NE(key(plain, false), key(given, false));
+  EXPECT_NE(key(plain, false), key(plain, true));
 }
 
 TEST(Experiment, SeedsThatCannotBeAreRefused) {

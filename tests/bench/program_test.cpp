@@ -64,7 +64,10 @@ TEST(Program, RunWritesEveryResult) {
     EXPECT_GT(row.at("frames_per_s"), 0);
     EXPECT_GT(row.at("peak_rss_mb"), 0);
   }
-  EXPECT_TRUE(row_of(summary, "one-step-gn").at("parameters").at("lambda").is_number());
+  const json& parameters = row_of(summary, "one-step-gn").at("parameters");
+  EXPECT_TRUE(parameters.at("lambda").is_number());
+  EXPECT_TRUE(parameters.at("contacts").at("threshold").is_number());
+  EXPECT_TRUE(parameters.at("contacts").at("floor").is_number());
 }
 
 TEST(Program, OneOrTwoJobsGiveTheSame) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "bench/record/record_file.h"
+#include "bench/run/datasets.h"
 #include "bench/run/job_records.h"
 #include "bench/run/trial.h"
 #include "core/errors.h"
@@ -100,6 +101,38 @@ TEST_F(StagesTest, ClocksRunAloneAndFidelityNeedsNoSolver) {
   EXPECT_TRUE(fidelity->wants_machine_alone());
   EXPECT_FALSE(fidelity->reads_datasets());
   for (const Job& job : fidelity->jobs(experiment_)) EXPECT_EQ(job.entry, nullptr);
+}
+
+TEST_F(StagesTest, WhatWasReadOutOfTheImagesIsKeptWhereItIsAskedFor) {
+  const std::unique_ptr<Stage> stage = stage_named("accuracy", 20);
+  const Cache cache(folder_ / "cache");
+  const Job job = stage->jobs(experiment_).front();
+  const auto collected = [&](bool keep) {
+    experiment_.keep_contacts = keep;
+    SolverRegistry registry;
+    std::filesystem::create_directories(folder_ / "cache/datasets");
+    std::filesystem::create_directories(folder_ / "cache/solvers");
+    for (const DatasetSpec* spec : experiment_.datasets()) ensure_dataset(*spec, cache, 1);
+    JobRecords records(*stage, experiment_, folder_.path());
+    std::filesystem::create_directories(folder_ / "records");
+    run_trial(*stage, job.name, experiment_, cache, registry, 1, folder_.path());
+    EXPECT_TRUE(records.accept(job));
+    ExperimentResults results;
+    stage->collect(experiment_, cache, records, results);
+    return results;
+  };
+  EXPECT_TRUE(collected(false).readings.empty());
+  const ExperimentResults results = collected(true);
+  ASSERT_EQ(results.readings.size(), 1u);
+  const auto& readings = results.readings.at(job.entry->label);
+  ASSERT_EQ(readings.size(), 3u) << "one list for each test set";
+  EXPECT_EQ(readings.at("test").size(), 40u);
+  EXPECT_FALSE(readings.at("test").front().contacts.empty());
+  for (const ResultRow& row : results.rows) {
+    if (row.label != job.entry->label) continue;
+    EXPECT_EQ(row.parameters->at("contacts").at("chosen_on"), 30) << "of the validation set";
+    EXPECT_GT(row.parameters->at("contacts").at("threshold"), 0);
+  }
 }
 
 TEST_F(StagesTest, NamesThatDoNotExistAreRefused) {
