@@ -1,0 +1,82 @@
+#include "bench/studies/error_statistics.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "core/bootstrap.h"
+#include "core/text.h"
+
+namespace ertbench {
+
+nlohmann::json to_json(const std::optional<Estimate>& estimate) {
+  if (!estimate) return nullptr;
+  return {{"value", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
+}
+
+Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals) {
+  if (!estimate) return number_cell(std::nullopt, decimals);
+  Cell cell = number_cell(estimate->value, decimals);
+  cell.interval =
+      interval_text(fixed(estimate->ci95.low, decimals), fixed(estimate->ci95.high, decimals));
+  return cell;
+}
+
+std::optional<Estimate> GroupedErrors::mean(std::string_view name) const {
+  if (values_.empty()) return std::nullopt;
+  std::vector<double> sums(groups_, 0);
+  std::vector<double> counts(groups_, 0);
+  for (const Value& value : values_) {
+    sums[value.group] += value.error;
+    counts[value.group] += 1;
+  }
+  const auto mean_of = [&](std::span<const std::size_t> drawn) {
+    double sum = 0;
+    double count = 0;
+    for (const std::size_t group : drawn) {
+      sum += sums[group];
+      count += counts[group];
+    }
+    return count > 0 ? sum / count : 0;
+  };
+  std::vector<std::size_t> all(groups_);
+  for (std::size_t g = 0; g < groups_; ++g) all[g] = g;
+  return Estimate{mean_of(all), bootstrap_interval_of_groups(groups_, mean_of, name)};
+}
+
+std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
+  if (values_.empty()) return std::nullopt;
+  std::vector<Value> sorted = values_;
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Value& a, const Value& b) { return a.error < b.error; });
+  std::vector<double> counts(groups_, 0);
+  for (const Value& value : sorted) counts[value.group] += 1;
+  // A group that was drawn several times counts as often; the errors stay sorted.
+  std::vector<double> weights(groups_);
+  const auto quantile_of = [&](std::span<const std::size_t> drawn) {
+    std::fill(weights.begin(), weights.end(), 0);
+    double total = 0;
+    for (const std::size_t group : drawn) {
+      weights[group] += 1;
+      total += counts[group];
+    }
+    double passed = 0;
+    for (const Value& value : sorted) {
+      passed += weights[value.group];
+      if (passed >= share * total * (1 - 1e-12) && passed > 0) return value.error;
+    }
+    return sorted.back().error;
+  };
+  std::vector<std::size_t> all(groups_);
+  for (std::size_t g = 0; g < groups_; ++g) all[g] = g;
+  return Estimate{quantile_of(all), bootstrap_interval_of_groups(groups_, quantile_of, name)};
+}
+
+std::optional<double> GroupedErrors::worst() const {
+  if (values_.empty()) return std::nullopt;
+  return std::max_element(values_.begin(), values_.end(),
+                          [](const Value& a, const Value& b) { return a.error < b.error; })
+      ->error;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,235 @@
+#include "bench/studies/localisation_figure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "bench/plot/category_names.h"
+#include "bench/plot/drawing.h"
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
+#include "core/quantile.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::Vector2d;
+
+/// Places and sizes of the map in px.
+struct MapLayout {
+  static constexpr double side = 220;
+  static constexpr double left = 44;
+  static constexpr double top = 36;
+  static constexpr double gap_x = 22;
+  static constexpr double gap_y = 50;
+  static constexpr double foot = 52;
+  int panels;
+
+  int columns() const { return std::min(panels, 4); }
+  int rows() const { return (panels + columns() - 1) / columns(); }
+  double width() const { return left + columns() * (side + gap_x); }
+  double height() const { return top + rows() * (side + gap_y) + foot; }
+  Box box(int panel) const {
+    return Box::sized(left + panel % columns() * (side + gap_x),
+                      top + 18 + panel / columns() * (side + gap_y), side, side);
+  }
+};
+
+Points circle_around(const Vector2d& centre, double radius) {
+  Points out;
+  for (int i = 0; i <= 48; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 48;
+    out.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
+  }
+  return out;
+}
+
+Points points_of(const std::vector<Vector2d>& places) {
+  Points out;
+  for (const Vector2d& place : places) out.emplace_back(place.x(), place.y());
+  return out;
+}
+
+class LocalisationMap {
+ public:
+  LocalisationMap(const LocalisedSet& set, double side_mm)
+      : set_(set),
+        layout_{static_cast<int>(set.solvers.size()) + (set.bound_mm.empty() ? 0 : 1)},
+        canvas_(layout_.width(), layout_.height()),
+        span_{-side_mm / 2, side_mm / 2} {}
+
+  void draw(const std::string& heading, const std::filesystem::path& stem) {
+    canvas_.title(heading);
+    int panel = 0;
+    for (const PlaceErrors& solver : set_.solvers) draw_solver(solver, layout_.box(panel++));
+    if (!set_.bound_mm.empty()) draw_bound(layout_.box(panel));
+    Legend legend(MapLayout::left, layout_.width() - 10);
+    legend.add({"target", {}, target});
+    legend.add({"mean place found, a line from its target", LineStyle{found.colour, 1.2}, found});
+    legend.add({"rms distance of single frames around it", LineStyle{scatter}});
+    if (!set_.bound_mm.empty()) legend.add({"Cramér–Rao bound of the rms", LineStyle{bound}});
+    legend.draw(canvas_, layout_.height() - 30);
+    canvas_.draw(stem);
+  }
+
+ private:
+  static constexpr MarkStyle target{7, ink::black, 0.35, 1};
+  inline static const MarkStyle found{cross, hue(1), 0.55, 1.5};
+  inline static const LineStyle scatter{ink::light, 0.8};
+  inline static const LineStyle bound{hue(2), 1.4};
+
+  Panel panel(const Box& box, const std::string& title) {
+    Panel out(canvas_, box, Axis::even(span_), Axis::even(span_));
+    out.title(title);
+    return out;
+  }
+
+  void draw_solver(const PlaceErrors& solver, const Box& box) {
+    const auto& median = solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)].median;
+    Panel axes = panel(box, solver.label + (median ? ", median " + fixed(median->value, 1) + " mm"
+                                                   : std::string()));
+    if (!solver.failure.empty()) {
+      canvas_.text(one_line(solver.failure, 34), box.middle(), box.centre(),
+                   {.size = 9, .colour = ink::alarm});
+    }
+    std::vector<Vector2d> means;
+    for (std::size_t p = 0; p < solver.found.size(); ++p) {
+      if (!solver.found[p]) continue;
+      axes.line(circle_around(*solver.found[p], solver.scatter_mm[p]), scatter);
+    }
+    for (std::size_t p = 0; p < solver.found.size(); ++p) {
+      if (!solver.found[p]) continue;
+      axes.line(points_of({set_.places[p], *solver.found[p]}), {found.colour, 1.2});
+      means.push_back(*solver.found[p]);
+    }
+    axes.marks(points_of(means), found);
+    axes.marks(points_of(set_.places), target);
+    axes.draw();
+  }
+
+  void draw_bound(const Box& box) {
+    Panel axes =
+        panel(box, "Cramér–Rao, median " + fixed(median(SortedValues(set_.bound_mm)), 1) + " mm");
+    for (std::size_t p = 0; p < set_.places.size(); ++p) {
+      axes.line(circle_around(set_.places[p], std::min(set_.bound_mm[p], span_.high)), bound);
+    }
+    axes.marks(points_of(set_.places), target);
+    axes.draw();
+  }
+
+  const LocalisedSet& set_;
+  MapLayout layout_;
+  Canvas canvas_;
+  Span span_;
+};
+
+/// Error by condition, a column a set.
+class LocalisationOverview {
+ public:
+  LocalisationOverview(const std::vector<LocalisedSet>& sets, double slot)
+      : sets_(sets),
+        names_(set_names(sets), slot),
+        width_(slot * static_cast<double>(sets.size())),
+        canvas_(left + width_ + 20, top + height + names_.height() + 80) {}
+
+  void draw(const std::string& heading, const std::filesystem::path& stem) {
+    canvas_.title(heading);
+    const Box box = Box::sized(left, top, width_, height);
+    Panel axes(canvas_, box, {0, static_cast<double>(sets_.size())},
+               Axis::logarithms(span(), "error of the place, mm"));
+    Legend legend(left, left + width_);
+    const std::size_t solvers = sets_.front().solvers.size();
+    for (std::size_t s = 0; s < solvers; ++s) {
+      const LineStyle line{hue(s), 1.3};
+      const MarkStyle mark{filled(s), hue(s), 0.75, 1.2};
+      Points medians;
+      std::vector<Whisker> whiskers;
+      for (std::size_t i = 0; i < sets_.size(); ++i) {
+        const PlaceErrors& solver = sets_[i].solvers[s];
+        const auto& rule = solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)];
+        if (!rule.median || !rule.p95) continue;
+        const double x = static_cast<double>(i) + 0.14 +
+                         0.72 * static_cast<double>(s) / std::max<double>(1, double(solvers) - 1);
+        medians.emplace_back(x, rule.median->value);
+        whiskers.push_back({x, rule.median->value, rule.p95->value});
+        axes.tooltip(x, rule.median->value,
+                     solver.label + "\n" + sets_[i].condition + "\nmedian " +
+                         fixed(rule.median->value, 2) + " mm, 95 % " + fixed(rule.p95->value, 2) +
+                         " mm");
+      }
+      axes.whiskers(whiskers, line);
+      axes.marks(medians, mark);
+      legend.add({sets_.front().solvers[s].label, {}, mark});
+    }
+    for (std::size_t i = 0; i < sets_.size(); ++i) {
+      if (sets_[i].bound_mm.empty()) continue;
+      const double bound = median(SortedValues(sets_[i].bound_mm));
+      axes.line({{double(i) + 0.05, bound}, {double(i) + 0.95, bound}}, {ink::black, 1.6, 2});
+    }
+    legend.add({"Cramér–Rao, median of the places", LineStyle{ink::black, 1.6, 2}});
+    axes.draw();
+    names_.draw(canvas_, box.left, box.bottom);
+    legend.draw(canvas_, box.bottom + names_.height() + 20);
+    canvas_.text(
+        "marks: median error of the thresholded centroid; bars up to the error that 95 % "
+        "do not exceed",
+        left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
+    canvas_.draw(stem);
+  }
+
+ private:
+  static constexpr double left = 64;
+  static constexpr double top = 40;
+  static constexpr double height = 300;
+
+  static std::vector<std::string> set_names(const std::vector<LocalisedSet>& sets) {
+    std::vector<std::string> out;
+    for (const LocalisedSet& set : sets) out.push_back(set.name + ": " + set.condition);
+    return out;
+  }
+
+  Span span() const {
+    Span out;
+    for (const LocalisedSet& set : sets_) {
+      for (const PlaceErrors& solver : set.solvers) {
+        const auto& rule = solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)];
+        if (rule.median) out.extend(std::max(0.01, rule.median->value));
+        if (rule.p95) out.extend(std::max(0.01, rule.p95->value));
+      }
+      if (!set.bound_mm.empty()) out.extend(median(SortedValues(set.bound_mm)));
+    }
+    if (out.empty()) return {1, 100};
+    return {out.low / 1.3, out.high * 1.3};
+  }
+
+  const std::vector<LocalisedSet>& sets_;
+  CategoryNames names_;
+  double width_;
+  Canvas canvas_;
+};
+
+}  // namespace
+
+ReportFigure localisation_map(const LocalisedSet& set, double side_mm, const std::string& law,
+                              const std::string& title, const std::filesystem::path& stem) {
+  const bool drawn = draw_or_say(stem, [&] {
+    LocalisationMap(set, side_mm).draw(title + ": " + set.condition + ", " + law + " law", stem);
+  });
+  return {"Targets and places found, " + set.name, stem.string() + ".svg",
+          "axes in mm from the sheet's centre; " + set.condition + ", " + law +
+              " law; places by the thresholded centroid",
+          drawn};
+}
+
+ReportFigure localisation_overview(const std::vector<LocalisedSet>& sets, const std::string& law,
+                                   const std::string& title, const std::filesystem::path& stem) {
+  const bool drawn = draw_or_say(stem, [&] {
+    LocalisationOverview(sets, std::max(110.0, 760.0 / static_cast<double>(sets.size())))
+        .draw(title + ", " + law + " law", stem);
+  });
+  return {"Errors of the place", stem.string() + ".svg", "median and 95 % by solver and condition",
+          drawn};
+}
+
+}  // namespace ertbench

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/studies/study.h"
+#include "bench/studies/targets_gaps.h"
+#include "bench/studies/targets_scores.h"
+
+namespace ertbench {
+
+/// What a solver found in the study's frames.
+struct TargetReadings {
+  std::string label;
+  std::string failure;                     ///< why some are missing; else empty
+  std::vector<const FrameReading*> found;  ///< [frames]; null where it did not get that far
+};
+
+/// One solver's part of the study.
+struct TargetSolver {
+  std::string label;
+  std::string failure;                ///< why there is nothing, or not all; else empty
+  std::map<int, TargetCount> counts;  ///< by number of true contacts
+  TargetGaps gaps;
+  struct Found {
+    std::vector<ContactReading> contacts;
+    TargetMatch match;
+  };
+  std::vector<std::optional<Found>> gallery;  ///< [TargetResults::gallery]
+};
+
+struct TargetResults {
+  std::vector<TargetSolver> solvers;
+  std::vector<TargetFrame> gallery;  ///< the first frame of each number of contacts, ascending
+};
+
+/// The numbers of the study, of frames and of what each solver found in them.
+TargetResults target_results(std::span<const TargetFrame> frames,
+                             std::span<const TargetReadings> readings,
+                             const ContactDistances& distances);
+
+/// What the tables and figures say of their circumstances.
+struct TargetCircumstances {
+  std::string name;  ///< of the study and its files
+  std::string conditions;  ///< "falling law, 50 dB absolute"
+  ContactDistances distances;
+  std::shared_ptr<const Sheet> sheet;
+};
+
+/// D.3: how many touch? Still touches, one or several at a time: which of them are found, how many
+/// ghosts there are, and how close two may come before they are one.
+class Targets : public StudyResult {
+ public:
+  explicit Targets(const StudyInput& input);
+  Targets(TargetCircumstances circumstances, TargetResults results)
+      : circumstances_(std::move(circumstances)), results_(std::move(results)) {}
+
+  nlohmann::json summary() const override;
+  std::vector<ReportSection> report(const std::string& title,
+                                    const std::filesystem::path& folder) const override;
+
+ private:
+  TargetCircumstances circumstances_;
+  TargetResults results_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,183 @@
+#include "bench/studies/tracking.h"
+
+#include <nlohmann/json.hpp>
+
+#include "bench/report/report.h"
+#include "bench/studies/study_text.h"
+#include "bench/studies/tracking_figure.h"
+#include "bench/studies/tracking_tables.h"
+#include "bench/table/writers.h"
+#include "core/atomic_file.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+/// The frames of one sequence as the solver gets them. `readings` of the whole set.
+std::vector<StreamFrame> stream_of(const DatasetSpec& spec, std::uint64_t sequence,
+                                   const std::vector<FrameReading>& readings) {
+  const SequenceSet& set = *spec.sequences();
+  const Sheet& sheet = *spec.sensor.sheet;
+  const Eigen::Vector2d centre_mm = sheet.unit_mm() * sheet.bounds().center();
+  std::vector<StreamFrame> frames;
+  for (std::uint64_t n = 0; n < set.frames_of(sequence); ++n) {
+    const auto number = static_cast<double>(n);
+    StreamFrame frame{
+        set.timing().middle_s(number, spec.sensor.electrode_count), set.timing().end_s(number), {}};
+    for (const ContactReading& contact : readings[set.first_frame(sequence) + n].contacts) {
+      frame.contacts_mm.push_back(contact.place_mm - centre_mm);
+    }
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+TrackingOfSolver tracking_of_solver(const StudyInput& input, const TrackingCondition& condition,
+                                    const std::string& label) {
+  const DatasetSpec& spec = input.set_spec(condition.set);
+  const SequenceSet& set = *spec.sequences();
+  TrackingOfSolver out;
+  out.label = label;
+  if (const auto latency = input.latency(label)) out.latency_s = latency->p50_s;
+  const std::vector<FrameReading>* readings = input.readings(label, condition.set);
+  if (!readings || readings->size() < set.frames()) {
+    out.failure = input.failure(label);
+    if (out.failure.empty()) out.failure = "no contacts were kept of this set";
+    return out;
+  }
+  const CharacterReader reader(condition.size_mm);
+  for (std::uint64_t sequence = 0; sequence < set.sequences(); ++sequence) {
+    RandomStream random = spec.stream(sequence, Purpose::scene);
+    out.characters.push_back(track_character(set.draw(sequence, random, spec.sensor),
+                                             stream_of(spec, sequence, *readings),
+                                             out.latency_s.value_or(0), reader));
+  }
+  out.scores = tracking_scores(out.characters, condition.set + " " + label);
+  return out;
+}
+
+TrackingCondition tracking_condition(const StudyInput& input, const std::string& set) {
+  const DatasetSpec& spec = input.set_spec(set);
+  const auto& plan = std::get<WritePlan>(spec.sequences()->plan());
+  TrackingCondition out;
+  out.set = set;
+  out.speed_mm_s = plan.speed_mm_s;
+  out.frame_rate = spec.sequences()->timing().frame_rate;
+  out.size_mm = plan.size_mm;
+  out.touch = plan.indenter.text() + ", " + force_text({plan.force_N, plan.force_N});
+  out.noise = noise_text(spec.noise);
+  for (const std::string& label : input.labels()) {
+    out.solvers.push_back(tracking_of_solver(input, out, label));
+  }
+  return out;
+}
+
+json json_of_score(const std::optional<Estimate>& score, const char* name) {
+  if (!score) return nullptr;
+  return {{name, score->value}, {"ci95", {score->ci95.low, score->ci95.high}}};
+}
+
+json json_of_tracking(const TrackingOfSolver& solver) {
+  json out = {{"latency_s", solver.latency_s ? json(*solver.latency_s) : json()}};
+  if (!solver.failure.empty()) {
+    out["failure"] = solver.failure;
+    return out;
+  }
+  const TrackingScores& scores = solver.scores;
+  out["rms_mm"] = json_of_score(scores.rms_mm, "mean");
+  out["rms_without_lag_mm"] = json_of_score(scores.rms_without_lag_mm, "mean");
+  out["lag_ms"] = json_of_score(scores.lag_ms, "mean");
+  out["frechet_mm"] = json_of_score(scores.frechet_mm, "mean");
+  out["drop_outs"] = json_of_score(scores.drop_outs, "share");
+  out["dropped_frames"] = json_of_score(scores.dropped_frames, "share");
+  out["ghosts"] = json_of_score(scores.ghosts, "per_frame");
+  out["read_back"] = json_of_score(scores.read_back, "share");
+  out["characters"] = {{"all", solver.characters.size()},
+                       {"with_rms", scores.with_rms},
+                       {"with_lag", scores.with_lag},
+                       {"with_frechet", scores.with_frechet}};
+  return out;
+}
+
+const char* const tracking_text =
+    "A finger writes characters at constant speed. Frame n reaches the solver when its last drive "
+    "is measured, and the result is out after the solver's own median latency; a frame that comes "
+    "while it is busy waits, and is dropped when a newer one comes. The contacts go through one "
+    "tracker, the same for all solvers, which confirms a track after two frames.\n\n"
+    "RMS: the place known at a moment (that of the latest report) against the finger at the same "
+    "moment, over 500 moments of each character while the finger is down. Lag: the delay that "
+    "makes this RMS least, over the moments whose past of up to the longest lag looked at lies in "
+    "strokes; RMS without lag: what then remains. Fréchet: the discrete Fréchet distance of the "
+    "tracked path from the written one, stroke by stroke, of a character the largest; the places "
+    "stand for the middles of their frames, so that delay does not count. Of these, means over the "
+    "characters that have such a value; a cell says of how many where not all have.\n\n"
+    "Drop-outs: of the frames worked on while the finger was down, those for which no place was "
+    "reported. Dropped frames: of all, those that found the solver busy. Ghosts: confirmed tracks "
+    "that a frame shows while nothing touches during it, or farther than 40 mm from the finger. "
+    "Read back: characters whose tracked strokes, as they are when it is known when the finger is "
+    "down, are nearest to the right one of 36 templates by dynamic time warping.";
+
+}  // namespace
+
+Tracking::Tracking(const StudyInput& input) : name_(input.spec.name), law_(input.law()) {
+  for (const std::string& set : input.spec.sets) {
+    conditions_.push_back(tracking_condition(input, set));
+  }
+}
+
+json Tracking::summary() const {
+  json out = {{"law", law_}, {"conditions", json::object()}};
+  for (const TrackingCondition& condition : conditions_) {
+    json& one = out["conditions"][condition.set];
+    one = {{"speed_mm_s", condition.speed_mm_s},
+           {"frame_rate", condition.frame_rate},
+           {"noise", condition.noise},
+           {"touch", condition.touch}};
+    for (const TrackingOfSolver& solver : condition.solvers) {
+      one["solvers"][solver.label] = json_of_tracking(solver);
+    }
+  }
+  for (const EnoughFrameRate& answer : enough_frame_rates(conditions_)) {
+    out["enough_frame_rates"].push_back(
+        {{"solver", answer.label},
+         {"speed_mm_s", answer.speed_mm_s},
+         {"noise", answer.noise},
+         {"frame_rates", answer.frame_rates},
+         {"for_reading", answer.for_reading ? json(*answer.for_reading) : json()},
+         {"for_the_place", answer.for_the_place ? json(*answer.for_the_place) : json()}});
+  }
+  return out;
+}
+
+std::vector<ReportSection> Tracking::report(const std::string& title,
+                                            const std::filesystem::path& folder) const {
+  ReportSection section;
+  section.title = "Tracking (D.4)";
+  section.text = tracking_text;
+  section.figures = {
+      tracking_sweep(conditions_, law_, title, folder / name_),
+      tracking_gallery(conditions_.front(), law_, title, folder / (name_ + "_characters"))};
+  section.notes = {
+      "Intervals: 95 %, by the bootstrap over characters; of the share read back Wilson's."};
+  for (const TrackingCondition& condition : conditions_) {
+    section.tables.push_back(tracking_table(condition, law_));
+  }
+  const std::vector<TableSection> rates = frame_rate_tables(conditions_, law_);
+  if (!rates.empty()) {
+    section.tables.insert(section.tables.end(), rates.begin(), rates.end());
+    section.notes.emplace_back(
+        "Which frame rate is enough is said of the values as they were measured; the intervals of "
+        "the tables by condition say how far they can be told apart.");
+  }
+  Table table;
+  table.title = title + ": tracking";
+  table.text = tracking_text;
+  table.sections = section.tables;
+  table.legend = section.notes;
+  write_file_atomically(folder / (name_ + ".md"), markdown_of(table));
+  write_file_atomically(folder / (name_ + ".csv"), csv_of(tracking_data(conditions_, law_)));
+  return {section};
+}
+
+}  // namespace ertbench

@@ -1,0 +1,228 @@
+#include "bench/studies/tracking_figure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+
+#include "bench/plot/drawing.h"
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+/// How one solver is told from the others, also in grey.
+LineStyle tracking_line(std::size_t solver) {
+  constexpr int dashes[] = {1, 2, 4, 5, 3};
+  return {hue(solver), 1.3, dashes[solver % std::size(dashes)]};
+}
+
+MarkStyle tracking_mark(std::size_t solver) {
+  const bool again = solver / std::size(shapes) % 2 == 1;
+  return {again ? hollow(solver) : filled(solver), hue(solver), 0.75, 1.2};
+}
+
+/// Conditions that differ by one quantity alone.
+struct SweepColumn {
+  std::string title;  ///< what they share
+  bool over_speed = true;
+  std::vector<const TrackingCondition*> conditions;  ///< ascending in the quantity
+
+  double x(const TrackingCondition& one) const {
+    return over_speed ? one.speed_mm_s : one.frame_rate;
+  }
+};
+
+/// A column for each frame rate at which several speeds were measured; then for each speed with
+/// several frame rates of which one is in no column yet; and for what is left by itself.
+std::vector<SweepColumn> sweep_columns(std::span<const TrackingCondition> conditions) {
+  std::set<const TrackingCondition*> shown;
+  std::set<std::string> noises;
+  for (const TrackingCondition& one : conditions) noises.insert(one.noise);
+
+  std::vector<SweepColumn> columns;
+  const auto add = [&](bool over_speed, std::size_t least, std::size_t least_new) {
+    std::set<std::pair<std::string, double>> shared;
+    for (const TrackingCondition& one : conditions) {
+      shared.emplace(one.noise, over_speed ? one.frame_rate : one.speed_mm_s);
+    }
+    for (const auto& [noise, value] : shared) {
+      SweepColumn column;
+      column.over_speed = over_speed;
+      column.title = number_text(value) + (over_speed ? " frames/s" : " mm/s");
+      if (noises.size() > 1) column.title += ", " + noise;
+      std::size_t fresh = 0;
+      for (const TrackingCondition& one : conditions) {
+        const double its = over_speed ? one.frame_rate : one.speed_mm_s;
+        if (one.noise != noise || its != value) continue;
+        column.conditions.push_back(&one);
+        if (!shown.contains(&one)) ++fresh;
+      }
+      if (column.conditions.size() < least || fresh < least_new) continue;
+      std::stable_sort(column.conditions.begin(), column.conditions.end(),
+                       [&](const auto* a, const auto* b) { return column.x(*a) < column.x(*b); });
+      shown.insert(column.conditions.begin(), column.conditions.end());
+      columns.push_back(std::move(column));
+    }
+  };
+  add(true, 2, 0);
+  add(false, 2, 1);
+  add(true, 1, 1);
+  return columns;
+}
+
+class TrackingSweep {
+ public:
+  explicit TrackingSweep(std::span<const TrackingCondition> conditions)
+      : solvers_(conditions.front().solvers),
+        columns_(sweep_columns(conditions)),
+        width_(std::clamp(700.0 / static_cast<double>(columns_.size()), 190.0, 420.0)),
+        legend_(left, picture_width() - 10),
+        canvas_(picture_width(), legend_top + legend_height(conditions)) {}
+
+  void draw(const std::string& heading, const std::filesystem::path& stem) {
+    canvas_.title(heading);
+    canvas_.letter(0, top - 12);
+    canvas_.letter(1, top + height + gap_y - 12);
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      draw_panel(c, top, rms_axis(), &TrackingScores::rms_mm, 1, "RMS ", " mm");
+      draw_panel(c, top + height + gap_y, share_axis(), &TrackingScores::read_back, 100,
+                 "read back ", " %");
+    }
+    legend_.draw(canvas_, legend_top);
+    canvas_.draw(stem);
+  }
+
+ private:
+  static constexpr double left = 66;
+  static constexpr double top = 62;
+  static constexpr double height = 200;
+  static constexpr double gap_x = 20;
+  static constexpr double gap_y = 24;
+  static constexpr double legend_top = top + 2 * height + gap_y + 62;
+
+  double picture_width() const {
+    return left + static_cast<double>(columns_.size()) * (width_ + gap_x);
+  }
+
+  /// Fills the legend, and says how much room it needs.
+  double legend_height(std::span<const TrackingCondition> conditions) {
+    for (std::size_t s = 0; s < solvers_.size(); ++s) {
+      const bool failed = std::all_of(
+          conditions.begin(), conditions.end(),
+          [&](const TrackingCondition& one) { return !one.solvers[s].failure.empty(); });
+      const std::string name = solvers_[s].label;
+      if (failed) legend_.add({name + " ✕ " + one_line(solvers_[s].failure, 40)});
+      if (!failed) legend_.add({name, tracking_line(s), tracking_mark(s)});
+    }
+    legend_.new_line();
+    legend_.add({"vertical bars: 95 % intervals"});
+    return legend_.height();
+  }
+
+  Axis rms_axis() const {
+    Span span;
+    for (const SweepColumn& column : columns_) {
+      for (const TrackingCondition* one : column.conditions) {
+        for (const TrackingOfSolver& solver : one->solvers) {
+          if (!solver.scores.rms_mm) continue;
+          span.extend(std::max(0.01, solver.scores.rms_mm->ci95.low));
+          span.extend(std::max(0.01, solver.scores.rms_mm->ci95.high));
+        }
+      }
+    }
+    if (span.empty()) span = {1, 100};
+    return Axis::logarithms({span.low / 1.2, span.high * 1.2}, "RMS distance, mm");
+  }
+
+  static Axis share_axis() {
+    Axis axis{-4, 104, false, {}, "characters read back, %"};
+    for (const double percent : {0.0, 25.0, 50.0, 75.0, 100.0}) {
+      axis.ticks.push_back({percent, number_text(percent)});
+    }
+    return axis;
+  }
+
+  /// With a tick at each value that was measured.
+  Axis quantity_axis(const SweepColumn& column, bool named) const {
+    const double least = column.x(*column.conditions.front());
+    const double most = column.x(*column.conditions.back());
+    Axis axis{least / 1.35, most * 1.35, true};
+    double taken = -1e9;  // px to which the last tick's text reaches
+    for (const TrackingCondition* one : column.conditions) {
+      const double value = column.x(*one);
+      if (!axis.ticks.empty() && axis.ticks.back().value == value) continue;
+      std::string text = named ? number_text(value) : "";
+      const double middle = width_ * axis.share(value);
+      const double half = text_width(text, 11) / 2 + 2;
+      if (middle - half < taken) text.clear();
+      if (!text.empty()) taken = middle + half;
+      axis.ticks.push_back({value, text});
+    }
+    if (named) axis.title = column.over_speed ? "finger speed, mm/s" : "frames/s";
+    return axis;
+  }
+
+  /// One quantity of all solvers in a column's conditions.
+  void draw_panel(std::size_t c, double panel_top, Axis axis,
+                  std::optional<Estimate> TrackingScores::*score, double factor,
+                  const std::string& before, const std::string& unit) {
+    const SweepColumn& column = columns_[c];
+    const bool upper = panel_top == top;
+    const Box box =
+        Box::sized(left + static_cast<double>(c) * (width_ + gap_x), panel_top, width_, height);
+    if (c > 0) {
+      axis.title.clear();
+      for (Tick& tick : axis.ticks) tick.text.clear();
+    }
+    Panel panel(canvas_, box, quantity_axis(column, !upper), axis);
+    if (upper) panel.title(column.title);
+    for (std::size_t s = 0; s < solvers_.size(); ++s) {
+      Points points;
+      std::vector<Whisker> whiskers;
+      for (const TrackingCondition* one : column.conditions) {
+        const std::optional<Estimate>& value = one->solvers[s].scores.*score;
+        if (!value) continue;
+        // A little beside the others, so that marks at one place do not hide each other.
+        const double beside = static_cast<double>(s) - (double(solvers_.size()) - 1) / 2;
+        const double x = column.x(*one) * std::pow(1.022, beside);
+        points.emplace_back(x, axis.capped(factor * value->value));
+        whiskers.push_back(
+            {x, axis.capped(factor * value->ci95.low), axis.capped(factor * value->ci95.high)});
+        panel.tooltip(x, points.back().second,
+                      solvers_[s].label + ", " + number_text(one->speed_mm_s) + " mm/s, " +
+                          number_text(one->frame_rate) + " frames/s\n" + before +
+                          fixed(factor * value->value, 1) + unit + ", 95 % interval " +
+                          fixed(factor * value->ci95.low, 1) + " to " +
+                          fixed(factor * value->ci95.high, 1));
+      }
+      panel.whiskers(whiskers, {hue(s).towards_white(0.45), 1});
+      panel.line(points, tracking_line(s));
+      panel.marks(points, tracking_mark(s));
+    }
+    panel.draw();
+  }
+
+  const std::vector<TrackingOfSolver>& solvers_;  ///< of the first condition
+  std::vector<SweepColumn> columns_;
+  double width_;  ///< of a panel
+  Legend legend_;
+  Canvas canvas_;
+};
+
+}  // namespace
+
+ReportFigure tracking_sweep(std::span<const TrackingCondition> conditions, const std::string& law,
+                            const std::string& title, const std::filesystem::path& stem) {
+  const bool drawn =
+      draw_or_say(stem, [&] { TrackingSweep(conditions).draw(title + ", " + law + " law", stem); });
+  return {"Error and legibility", stem.string() + ".svg",
+          "RMS distance of the place known at a moment from the finger, and share of characters "
+          "read back; by speed and frame rate, " +
+              conditions.front().noise + ", " + law + " law",
+          drawn};
+}
+
+}  // namespace ertbench
