@@ -201,6 +201,16 @@ TEST(CheckProgram, ATrainedRowIsHeldToTheSpreadOfItsSeeds) {
   EXPECT_FALSE(fs::exists(small.folder() / "results/small/check/seeds"));
 }
 
+TEST(CheckProgram, TrainsOverSeedsWhatAnExperimentExtends) {
+  CheckedExperiment small("extends");
+  small.experiment["solvers"][0] = {{"type", "toy-learned"}, {"label", "net"}};
+  write_text(small.folder() / "base.json", small.experiment.dump());
+  small.experiment = {{"extends", "base.json"}, {"check", {{"baseline_seeds", 3}}}};
+  const Outcome outcome = small.check("--update --accept-coarse");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(row_of(small.baseline(), "net").at("seeds"), json({1, 2, 3}));
+}
+
 TEST(CheckProgram, AFailedTrialIsWorseAndNoBaseline) {
   CheckedExperiment small("failed");
   small.experiment["solvers"] = {
