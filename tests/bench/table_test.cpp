@@ -302,7 +302,7 @@ TEST(LatexTable, IsBalancedAndPureAsciiButForLatinLetters) {
   EXPECT_NE(out.find("50 \\%"), std::string::npos);
   EXPECT_NE(out.find("paper 1.231"), std::string::npos);
   EXPECT_NE(out.find("(\\ensuremath{-}0.129)"), std::string::npos);
-  std::size_t outside = 0;  // bytes of characters that are not ASCII: the two of "é", in three parts
+  std::size_t outside = 0;  // bytes of characters beyond ASCII: the two of "é", in three parts
   for (const char c : out) outside += static_cast<unsigned char>(c) >= 0x80 ? 1U : 0U;
   EXPECT_EQ(outside, 6U);
 }
