@@ -129,6 +129,29 @@ AlarmThreshold fit_region(const AlarmSignal& quiet, const FrameRuns& runs, int r
   return out;
 }
 
+/// P(X <= count) or, `upper`, P(X >= count) of a Poisson number with this mean. Summed from the
+/// count outwards, which is where the terms are largest if the mean lies on the other side.
+double poisson_tail(int count, double mean, bool upper) {
+  double term = std::exp(count * std::log(mean) - mean - std::lgamma(count + 1.0));
+  double sum = 0;
+  for (double k = count; k >= 0 && term > 0; k += upper ? 1 : -1) {
+    sum += term;
+    if (term < 1e-12 * sum) break;
+    term *= upper ? mean / (k + 1) : k / mean;
+  }
+  return sum;
+}
+
+/// The mean between the two at which the tail is 2.5 %, by bisection.
+double poisson_limit(int count, double low, double high, bool upper) {
+  for (int step = 0; step < 60; ++step) {
+    const double mean = (low + high) / 2;
+    const bool beyond = poisson_tail(count, mean, upper) < 0.025;  // too far from the count
+    (beyond == upper ? low : high) = mean;
+  }
+  return (low + high) / 2;
+}
+
 }  // namespace
 
 double QuietTail::exceeded(double per_hour) const {
@@ -170,7 +193,8 @@ std::vector<char> alarms_of(const AlarmSignal& signal, std::span<const double> t
   for (std::size_t f = 0; f < out.size(); ++f) {
     const int region = signal.region[f];
     const double threshold = region < 0 ? largest : thresholds[static_cast<std::size_t>(region)];
-    out[f] = signal.magnitude[f] >= factor * threshold;
+    // Without any noise the threshold is 0, and so is what does not touch.
+    out[f] = signal.magnitude[f] >= factor * threshold && signal.magnitude[f] > 0;
   }
   return out;
 }
@@ -184,33 +208,6 @@ int alarm_count(std::span<const char> alarms, const FrameRuns& runs) {
   }
   return count;
 }
-
-namespace {
-
-/// P(X <= count) or, `upper`, P(X >= count) of a Poisson number with this mean. Summed from the
-/// count outwards, which is where the terms are largest if the mean lies on the other side.
-double poisson_tail(int count, double mean, bool upper) {
-  double term = std::exp(count * std::log(mean) - mean - std::lgamma(count + 1.0));
-  double sum = 0;
-  for (double k = count; k >= 0 && term > 0; k += upper ? 1 : -1) {
-    sum += term;
-    if (term < 1e-12 * sum) break;
-    term *= upper ? mean / (k + 1) : k / mean;
-  }
-  return sum;
-}
-
-/// The mean between the two at which the tail is 2.5 %, by bisection.
-double poisson_limit(int count, double low, double high, bool upper) {
-  for (int step = 0; step < 60; ++step) {
-    const double mean = (low + high) / 2;
-    const bool beyond = poisson_tail(count, mean, upper) < 0.025;  // too far from the count
-    (beyond == upper ? low : high) = mean;
-  }
-  return (low + high) / 2;
-}
-
-}  // namespace
 
 Interval poisson_interval(int count) {
   if (count < 0) throw std::invalid_argument("a count below zero");

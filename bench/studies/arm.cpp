@@ -30,6 +30,15 @@ std::optional<RaisedAlarm> first_alarm_time(std::span<const char> alarms, const 
   return std::nullopt;
 }
 
+ArmRun undelayed_run(const ArmTruth& truth, const ArmSettings& settings) {
+  ArmRun run;
+  run.truth = truth;
+  run.delay_s = 0;
+  run.peak_N = settings.peak_force_N(truth.speed_m_s, 0);
+  run.done = *run.peak_N < settings.limit_N;
+  return run;
+}
+
 ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double latency_s,
                const ArmTruth& truth, const ArmSettings& settings) {
   ArmRun run;

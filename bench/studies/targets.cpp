@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "bench/report/report.h"
 #include "bench/studies/study_text.h"
 #include "bench/studies/targets_figure.h"
+#include "bench/studies/targets_gallery.h"
 #include "bench/studies/targets_tables.h"
 #include "core/text.h"
 
@@ -15,26 +17,29 @@ namespace {
 
 using nlohmann::json;
 
-json or_null(const std::optional<double>& value) { return value ? json(*value) : json(); }
+json target_number(const std::optional<double>& value) { return value ? json(*value) : json(); }
 
-json json_of(const std::optional<Estimate>& estimate) {
+json target_json(const std::optional<Estimate>& estimate) {
   if (!estimate) return {{"mean", nullptr}, {"ci95", nullptr}};
   return {{"mean", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
 }
 
-json json_of(const TargetGaps& gaps) {
+json target_json(const TargetGaps& gaps) {
   const ResolvableGap& resolvable = gaps.resolvable;
   json out = {{"state", name_of(resolvable.state)},
-              {"value", or_null(resolvable.gap_mm)},
-              {"ci95", {or_null(resolvable.low_mm), or_null(resolvable.high_mm)}},
+              {"value", target_number(resolvable.gap_mm)},
+              {"ci95", {target_number(resolvable.low_mm), target_number(resolvable.high_mm)}},
               {"share", kResolvedShare},
               {"scenes", gaps.scenes},
               {"bins", json::array()}};
   if (gaps.scenes > 0) out["set_mm"] = {gaps.least_mm, gaps.largest_mm};
   for (const GapBin& bin : gaps.bins) {
     json& one = out["bins"].emplace_back();
-    one = {{"from_mm", bin.low_mm}, {"to_mm", bin.high_mm}, {"mean_gap_mm", bin.mean_gap_mm},
-           {"scenes", bin.scenes},  {"told_apart", json_of(bin.told_apart)}};
+    one = {{"from_mm", bin.low_mm},
+           {"to_mm", bin.high_mm},
+           {"mean_gap_mm", bin.mean_gap_mm},
+           {"scenes", bin.scenes},
+           {"told_apart", target_json(bin.told_apart)}};
   }
   return out;
 }
@@ -107,6 +112,11 @@ TargetResults target_results(std::span<const TargetFrame> frames,
                              std::span<const TargetReadings> readings,
                              const ContactDistances& distances) {
   TargetResults out;
+  std::set<int> numbers;
+  for (const TargetFrame& frame : frames) {
+    if (frame.counts) numbers.insert(frame.contacts());
+  }
+  out.numbers.assign(numbers.begin(), numbers.end());
   const std::vector<std::size_t> gallery = gallery_frames(frames);
   for (const std::size_t frame : gallery) out.gallery.push_back(frames[frame]);
   for (const TargetReadings& given : readings) {
@@ -150,12 +160,12 @@ json Targets::summary() const {
               {"ospa_mm", circumstances_.distances.ospa}};
   for (const TargetSolver& solver : results_.solvers) {
     json& one = out["solvers"][solver.label];
-    one = {{"by_count", json::object()}, {"resolvable_gap_mm", json_of(solver.gaps)}};
+    one = {{"by_count", json::object()}, {"resolvable_gap_mm", target_json(solver.gaps)}};
     if (!solver.failure.empty()) one["failure"] = solver.failure;
     for (const auto& [contacts, count] : solver.counts) {
       json& numbers = one["by_count"][std::to_string(contacts)];
       numbers = {{"frames", count.frames}, {"scenes", count.scenes}};
-      for (const auto& [key, estimate] : count.metrics) numbers[key] = json_of(estimate);
+      for (const auto& [key, estimate] : count.metrics) numbers[key] = target_json(estimate);
     }
   }
   return out;

@@ -33,6 +33,7 @@ struct TargetSolver {
 };
 
 struct TargetResults {
+  std::vector<int> numbers;  ///< of true contacts that are compared, ascending
   std::vector<TargetSolver> solvers;
   std::vector<TargetFrame> gallery;  ///< the first frame of each number of contacts, ascending
 };
@@ -44,7 +45,7 @@ TargetResults target_results(std::span<const TargetFrame> frames,
 
 /// What the tables and figures say of their circumstances.
 struct TargetCircumstances {
-  std::string name;  ///< of the study and its files
+  std::string name;        ///< of the study and its files
   std::string conditions;  ///< "falling law, 50 dB absolute"
   ContactDistances distances;
   std::shared_ptr<const Sheet> sheet;

@@ -1,8 +1,7 @@
 #include "bench/studies/targets_tables.h"
 
 #include <algorithm>
-#include <cmath>
-#include <set>
+#include <map>
 
 #include "bench/table/writers.h"
 #include "core/atomic_file.h"
@@ -11,14 +10,6 @@
 namespace ertbench {
 namespace {
 
-std::set<int> contact_numbers(const TargetResults& results) {
-  std::set<int> out;
-  for (const TargetSolver& solver : results.solvers) {
-    for (const auto& [contacts, count] : solver.counts) out.insert(contacts);
-  }
-  return out;
-}
-
 /// The solver's name, and below it what went wrong.
 Cell solver_cell(const TargetSolver& solver) {
   Cell cell(solver.label);
@@ -26,8 +17,8 @@ Cell solver_cell(const TargetSolver& solver) {
   return cell;
 }
 
-/// The intervals of gaps in which any solver has scenes, by their lower end: bins of the same scenes
-/// are the same.
+/// The intervals of gaps in which any solver has scenes, by their lower end: bins of the same
+/// scenes are the same.
 std::map<double, GapBin> all_gap_bins(const TargetResults& results) {
   std::map<double, GapBin> bins;
   for (const TargetSolver& solver : results.solvers) {
@@ -51,7 +42,7 @@ TableSection targets_count_table(const TargetCircumstances& circumstances,
   section.caption = "Contacts found, by their number: " + circumstances.conditions;
   section.columns = {{"solver", Align::left}, {"contacts"}, {"scenes"}};
   for (const TargetMetric& metric : target_metrics()) section.columns.emplace_back(metric.heading);
-  for (const int contacts : contact_numbers(results)) {
+  for (const int contacts : results.numbers) {
     for (const TargetSolver& solver : results.solvers) {
       std::vector<Cell>& row = section.rows.emplace_back();
       row = {solver_cell(solver), std::to_string(contacts)};
@@ -114,15 +105,20 @@ std::vector<std::string> targets_notes(const TargetCircumstances& circumstances)
           "many or too few is " +
           number_text(distances.ospa) + " mm away.",
       "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
-      "stay together. Shares of scenes or frames that each count once have Wilson's. Where a solver "
+      "stay together. Shares of scenes or frames that each count once have Wilson's. Where a "
+      "solver "
       "was trained with several seeds, all numbers are of the first.",
       "Gap: distance between the circles around the two footprints. Told apart: each of the two "
-      "contacts was found, by a found one of its own. The resolvable gap is the least from which on " +
+      "contacts was found, by a found one of its own. The resolvable gap is the least from which "
+      "on " +
           number_text(100 * kResolvedShare) +
-          " % are told apart: where the isotonic fit (pool adjacent violators) of the share against "
-          "the gap reaches that, by its value and not by a limit of its uncertainty, and at least " +
+          " % are told apart: where the isotonic fit (pool adjacent violators) of the share "
+          "against "
+          "the gap reaches that, by its value and not by a limit of its uncertainty, and at "
+          "least " +
           std::to_string(kLeastResolvedScenes) +
-          " scenes lie there and above. In its interval \"< set\" is below the least gap there was, "
+          " scenes lie there and above. In its interval \"< set\" is below the least gap there "
+          "was, "
           "\"> set\" above the largest; the bootstrap of an isotonic fit is a rough one.",
       "A set that holds pairs alone, beside another with pairs among its scenes, serves the gaps "
       "and not the comparison of numbers of contacts."};
@@ -138,8 +134,8 @@ TableSection targets_count_data(const TargetResults& results) {
     for (const auto& [contacts, count] : solver.counts) {
       for (const TargetMetric& metric : target_metrics()) {
         const std::vector<Cell> words = {solver.label, std::to_string(contacts),
-                                         std::to_string(count.frames),
-                                         std::to_string(count.scenes), metric.key};
+                                         std::to_string(count.frames), std::to_string(count.scenes),
+                                         metric.key};
         const auto& estimate = count.metrics.at(metric.key);
         section.rows.push_back(estimate ? targets_data_row(words, estimate->value,
                                                            estimate->ci95.low, estimate->ci95.high)

@@ -109,13 +109,18 @@ class TrackingSweep {
 
   /// Fills the legend, and says how much room it needs.
   double legend_height(std::span<const TrackingCondition> conditions) {
+    const auto failed = [&](std::size_t s) {
+      return std::all_of(conditions.begin(), conditions.end(), [&](const TrackingCondition& one) {
+        return !one.solvers[s].failure.empty();
+      });
+    };
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
-      const bool failed = std::all_of(
-          conditions.begin(), conditions.end(),
-          [&](const TrackingCondition& one) { return !one.solvers[s].failure.empty(); });
-      const std::string name = solvers_[s].label;
-      if (failed) legend_.add({name + " ✕ " + one_line(solvers_[s].failure, 40)});
-      if (!failed) legend_.add({name, tracking_line(s), tracking_mark(s)});
+      if (!failed(s)) legend_.add({solvers_[s].label, tracking_line(s), tracking_mark(s)});
+    }
+    for (std::size_t s = 0; s < solvers_.size(); ++s) {
+      if (!failed(s)) continue;
+      legend_.new_line();
+      legend_.add({solvers_[s].label + " ✕ " + one_line(solvers_[s].failure, 60)});
     }
     legend_.new_line();
     legend_.add({"vertical bars: 95 % intervals"});
@@ -177,8 +182,11 @@ class TrackingSweep {
       axis.title.clear();
       for (Tick& tick : axis.ticks) tick.text.clear();
     }
-    Panel panel(canvas_, box, quantity_axis(column, !upper), axis);
+    const Axis across = quantity_axis(column, !upper);
+    Panel panel(canvas_, box, across, axis);
     if (upper) panel.title(column.title);
+    // Between the marks of two solvers, as a part of the axis; all of them stay within its margin.
+    const double step = 0.075 / std::max(6.0, static_cast<double>(solvers_.size()) - 1);
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
       Points points;
       std::vector<Whisker> whiskers;
@@ -187,7 +195,7 @@ class TrackingSweep {
         if (!value) continue;
         // A little beside the others, so that marks at one place do not hide each other.
         const double beside = static_cast<double>(s) - (double(solvers_.size()) - 1) / 2;
-        const double x = column.x(*one) * std::pow(1.022, beside);
+        const double x = column.x(*one) * std::pow(across.high / across.low, step * beside);
         points.emplace_back(x, axis.capped(factor * value->value));
         whiskers.push_back(
             {x, axis.capped(factor * value->ci95.low), axis.capped(factor * value->ci95.high)});
@@ -212,6 +220,14 @@ class TrackingSweep {
   Canvas canvas_;
 };
 
+std::string joined_noises(std::span<const TrackingCondition> conditions) {
+  std::set<std::string> noises;
+  for (const TrackingCondition& one : conditions) noises.insert(one.noise);
+  std::string out;
+  for (const std::string& noise : noises) out += (out.empty() ? "" : " and ") + noise;
+  return out;
+}
+
 }  // namespace
 
 ReportFigure tracking_sweep(std::span<const TrackingCondition> conditions, const std::string& law,
@@ -221,7 +237,7 @@ ReportFigure tracking_sweep(std::span<const TrackingCondition> conditions, const
   return {"Error and legibility", stem.string() + ".svg",
           "RMS distance of the place known at a moment from the finger, and share of characters "
           "read back; by speed and frame rate, " +
-              conditions.front().noise + ", " + law + " law",
+              joined_noises(conditions) + ", " + law + " law",
           drawn};
 }
 

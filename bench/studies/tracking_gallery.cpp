@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::size_t gallery_rows = 6;
 
-/// At most gallery_rows of the characters, evenly chosen of those before the first is repeated.
+/// At most gallery_rows of the characters, evenly chosen of those before the first is repeated; a
+/// row for the solvers' failures where there are none.
 std::vector<std::size_t> shown_characters(const TrackingCondition& condition) {
   std::vector<std::string> names;
   for (const TrackingOfSolver& solver : condition.solvers) {
@@ -21,6 +22,7 @@ std::vector<std::size_t> shown_characters(const TrackingCondition& condition) {
     }
     if (!names.empty()) break;
   }
+  if (names.empty()) return {0};
   const std::size_t rows = std::min(gallery_rows, names.size());
   std::vector<std::size_t> out;
   for (std::size_t r = 0; r < rows; ++r) {
@@ -49,7 +51,7 @@ class TrackingGallery {
     for (int c = 0; c < columns_; ++c) {
       const TrackingOfSolver& solver = condition_.solvers[static_cast<std::size_t>(c)];
       write_label(solver.label, c);
-      for (std::size_t r = 0; r < std::max<std::size_t>(1, rows_.size()); ++r) {
+      for (std::size_t r = 0; r < rows_.size(); ++r) {
         const Box box = box_at(r, c);
         if (rows_[r] < solver.characters.size()) {
           draw_character(solver, static_cast<std::size_t>(c), solver.characters[rows_[r]], box);
@@ -62,7 +64,7 @@ class TrackingGallery {
     }
     Legend legend(left, canvas_.width());
     legend.add({"written", written});
-    legend.add({"tracked, stroke by stroke", LineStyle{ink::black, 1.6}, dot(ink::black)});
+    legend.add({"tracked, stroke by stroke", LineStyle{ink::black, 1.2}, dot(ink::black)});
     legend.draw(canvas_, canvas_.height() - 14);
     canvas_.draw(stem);
   }
@@ -76,9 +78,7 @@ class TrackingGallery {
 
   static MarkStyle dot(const Colour& colour) { return {7, colour, 0.22, 1}; }
 
-  double height() const {
-    return top + static_cast<double>(std::max<std::size_t>(1, rows_.size())) * (side_ + gap_y) + 30;
-  }
+  double height() const { return top + static_cast<double>(rows_.size()) * (side_ + gap_y) + 30; }
 
   Box box_at(std::size_t row, int column) const {
     return Box::sized(left + column * (side_ + gap_x),
@@ -104,7 +104,7 @@ class TrackingGallery {
     Panel panel(canvas_, box, {-reach, reach}, {-reach, reach});
     for (const Polyline& stroke : character.written) panel.line(points_of_stroke(stroke), written);
     for (const Polyline& stroke : character.tracked) {
-      panel.line(points_of_stroke(stroke), {hue(index), 1.6});
+      panel.line(points_of_stroke(stroke), {hue(index), 1.2});
       panel.marks(points_of_stroke(stroke), dot(hue(index)));
     }
     panel.draw();

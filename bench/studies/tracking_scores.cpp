@@ -85,15 +85,15 @@ TrackingScores tracking_scores(std::span<const TrackedCharacter> characters,
         },
         key + " " + name);
   };
-  using Character = TrackedCharacter;
-  out.drop_outs = ratio_of([](const Character& one) { return one.lost; },
-                           [](const Character& one) { return one.touched; }, "drop-outs");
-  out.dropped_frames = ratio_of([](const Character& one) { return one.frames - one.worked_on; },
-                                [](const Character& one) { return one.frames; }, "dropped");
-  out.ghosts = ratio_of([](const Character& one) { return one.ghosts; },
-                        [](const Character& one) { return one.worked_on; }, "ghosts");
+  using One = TrackedCharacter;
+  out.drop_outs = ratio_of([](const One& one) { return one.lost; },
+                           [](const One& one) { return one.touched; }, "drop-outs");
+  out.dropped_frames = ratio_of([](const One& one) { return one.frames - one.worked_on; },
+                                [](const One& one) { return one.frames; }, "dropped");
+  out.ghosts = ratio_of([](const One& one) { return one.ghosts; },
+                        [](const One& one) { return one.worked_on; }, "ghosts");
   const auto read = static_cast<int>(
-      std::count_if(characters.begin(), characters.end(), std::mem_fn(&Character::read_back)));
+      std::count_if(characters.begin(), characters.end(), std::mem_fn(&One::read_back)));
   const auto all = static_cast<int>(characters.size());
   out.read_back = Estimate{static_cast<double>(read) / all, wilson_interval(read, all)};
   return out;

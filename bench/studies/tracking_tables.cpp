@@ -48,7 +48,7 @@ Cell tracking_score_cell(const TrackingOfSolver& solver, const TrackingColumn& c
 Cell tracking_latency_cell(const TrackingOfSolver& solver) {
   if (solver.latency_s) return number_cell(1000 * *solver.latency_s, 3);
   Cell cell = number_cell(std::nullopt, 3);
-  cell.lines.emplace_back("not measured: taken as 0");
+  if (solver.failure.empty()) cell.lines.emplace_back("not measured: taken as 0");
   return cell;
 }
 

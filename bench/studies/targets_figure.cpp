@@ -1,0 +1,194 @@
+#include "bench/studies/targets_figure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/plot/drawing.h"
+#include "bench/plot/legend.h"
+#include "bench/plot/panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+LineStyle target_line(std::size_t solver) {
+  return {hue(solver), 1.3, static_cast<int>(solver % 5) + 1};
+}
+
+MarkStyle target_mark(std::size_t solver) { return {filled(solver), hue(solver), 0.75, 1.2}; }
+
+std::string estimate_text(const Estimate& estimate, int decimals) {
+  return fixed(estimate.value, decimals) + " " +
+         interval_text(fixed(estimate.ci95.low, decimals), fixed(estimate.ci95.high, decimals));
+}
+
+/// Two panels side by side over a third one, px.
+class TargetsChart {
+ public:
+  explicit TargetsChart(const TargetResults& results)
+      : results_(results), legend_(legend_of(results)), canvas_(width, height()) {}
+
+  void draw(const std::string& heading, const std::filesystem::path& stem) {
+    canvas_.title(heading);
+    legend_.draw(canvas_, legend_top);
+    const double half = (width - 2 * left - 2 * right) / 2;
+    draw_counts("recall", Box::sized(left, top(), half, panel));
+    draw_counts("ghosts", Box::sized(2 * left + right + half, top(), half, panel));
+    draw_gaps(Box::sized(left, top() + panel + between, width - left - right, panel));
+    canvas_.letter(0, top() - 12);
+    canvas_.letter(1, top() + panel + between - 12);
+    canvas_.text("marks: means; whiskers: their 95 % intervals; lines in (b): isotonic fits", left,
+                 canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
+    canvas_.draw(stem);
+  }
+
+ private:
+  static constexpr double width = 900;
+  static constexpr double left = 56;
+  static constexpr double right = 14;
+  static constexpr double legend_top = 40;
+  static constexpr double panel = 200;
+  static constexpr double between = 76;  ///< the axis of the upper panels and a title
+
+  static Legend legend_of(const TargetResults& results) {
+    Legend legend(left, width - right);
+    for (std::size_t s = 0; s < results.solvers.size(); ++s) {
+      const TargetSolver& solver = results.solvers[s];
+      const std::string failure =
+          solver.failure.empty() ? "" : " (" + one_line(solver.failure, 40) + ")";
+      legend.add({solver.label + failure, target_line(s), target_mark(s)});
+    }
+    return legend;
+  }
+  double top() const { return legend_top + legend_.height() + 22; }
+  double height() const { return top() + 2 * panel + between + 64; }
+
+  /// So that marks of several solvers at one place stand beside each other, in steps of the axis.
+  double beside(std::size_t solver, double step) const {
+    const auto solvers = static_cast<double>(results_.solvers.size());
+    return step * (static_cast<double>(solver) - (solvers - 1) / 2);
+  }
+
+  Axis number_axis() const {
+    Axis axis{0.5, 5.5};
+    if (!results_.numbers.empty()) {
+      axis.low = results_.numbers.front() - 0.5;
+      axis.high = results_.numbers.back() + 0.5;
+    }
+    for (const int number : results_.numbers) {
+      axis.ticks.push_back({double(number), std::to_string(number)});
+    }
+    axis.title = "true contacts";
+    axis.grid = false;
+    return axis;
+  }
+
+  /// From zero to the highest whisker.
+  Axis value_axis(const std::string& key, const std::string& title) const {
+    Span span{0, key == "recall" ? 1.0 : 0.0};
+    for (const TargetSolver& solver : results_.solvers) {
+      for (const auto& [number, count] : solver.counts) {
+        if (const auto& estimate = count.metrics.at(key)) span.extend(estimate->ci95.high);
+      }
+    }
+    if (span.high <= 0) span.high = 1;
+    return Axis::even(span, title);
+  }
+
+  void draw_counts(const std::string& key, const Box& box) {
+    const std::string title = key == "recall" ? "recall" : "ghosts a frame";
+    Panel axes(canvas_, box, number_axis(), value_axis(key, title));
+    axes.title(key == "recall" ? "Share of the contacts that were found"
+                               : "Found contacts that are none");
+    const double step = std::min(0.1, 0.6 / static_cast<double>(results_.solvers.size()));
+    for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
+      const TargetSolver& solver = results_.solvers[s];
+      Points points;
+      std::vector<Whisker> whiskers;
+      for (const auto& [number, count] : solver.counts) {
+        const auto& estimate = count.metrics.at(key);
+        if (!estimate) continue;
+        const double x = number + beside(s, step);
+        points.emplace_back(x, estimate->value);
+        whiskers.push_back({x, estimate->ci95.low, estimate->ci95.high});
+        axes.tooltip(x, estimate->value,
+                     solver.label + ", contacts: " + std::to_string(number) + "\n" + title + " " +
+                         estimate_text(*estimate, 3));
+      }
+      axes.line(points, target_line(s));
+      axes.whiskers(whiskers, {hue(s), 1});
+      axes.marks(points, target_mark(s));
+    }
+    axes.draw();
+  }
+
+  void draw_gaps(const Box& box) {
+    Span gaps;
+    for (const TargetSolver& solver : results_.solvers) {
+      for (const GapBin& bin : solver.gaps.bins) {
+        gaps.extend(bin.low_mm);
+        gaps.extend(bin.high_mm);
+      }
+    }
+    const bool any = !gaps.empty();
+    if (!any) gaps = {0, 1};
+    Panel axes(canvas_, box, Axis::even(gaps, "gap between two contacts, mm"),
+               Axis::even({0, 1}, "told apart"));
+    axes.title("Share of pairs told apart; dashed: " + number_text(100 * kResolvedShare) +
+               " %, from which on a gap is resolved");
+    if (!any) canvas_.text("no scene with two contacts", box.middle(), box.centre());
+    axes.level(kResolvedShare, {ink::dark, 1, 2});
+    for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
+      Points fit;
+      for (const IsotonicBlock& block : results_.solvers[s].gaps.fit) {
+        fit.emplace_back(block.first, block.value);
+        fit.emplace_back(block.last, block.value);
+      }
+      axes.line(fit, target_line(s));
+    }
+    for (std::size_t s = 0; s < results_.solvers.size(); ++s) draw_bins(axes, s);
+    axes.draw();
+  }
+
+  void draw_bins(Panel& axes, std::size_t s) {
+    const TargetSolver& solver = results_.solvers[s];
+    Points points;
+    std::vector<Whisker> whiskers;
+    for (const GapBin& bin : solver.gaps.bins) {
+      const double step =
+          0.6 * (bin.high_mm - bin.low_mm) / static_cast<double>(results_.solvers.size());
+      const double x = (bin.low_mm + bin.high_mm) / 2 + beside(s, step);
+      points.emplace_back(x, bin.told_apart.value);
+      whiskers.push_back({x, bin.told_apart.ci95.low, bin.told_apart.ci95.high});
+      axes.tooltip(x, bin.told_apart.value,
+                   solver.label + ", gap " + number_text(bin.low_mm) + " to " +
+                       number_text(bin.high_mm) + " mm, " + std::to_string(bin.scenes) +
+                       " scenes\ntold apart " + estimate_text(bin.told_apart, 2) +
+                       "\nresolvable gap, mm: " + solver.gaps.resolvable.text() + " " +
+                       solver.gaps.resolvable.interval());
+    }
+    axes.whiskers(whiskers, {hue(s).towards_white(0.4), 0.8});
+    axes.marks(points, target_mark(s));
+  }
+
+  const TargetResults& results_;
+  Legend legend_;
+  Canvas canvas_;
+};
+
+}  // namespace
+
+ReportFigure targets_chart(const TargetCircumstances& circumstances, const TargetResults& results,
+                           const std::string& title, const std::filesystem::path& folder) {
+  const std::filesystem::path stem = folder / circumstances.name;
+  const bool drawn = draw_or_say(stem, [&] {
+    TargetsChart(results).draw(title + ": several contacts, " + circumstances.conditions, stem);
+  });
+  return {
+      "Contacts found", stem.string() + ".svg",
+      "recall and ghosts by the number of contacts, pairs told apart by the gap between them; " +
+          circumstances.conditions,
+      drawn};
+}
+
+}  // namespace ertbench
