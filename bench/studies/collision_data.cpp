@@ -16,15 +16,20 @@ nlohmann::json share_json(const CountedShare& share) {
   return out;
 }
 
-/// `reach` says beyond which values nothing is known: "> high" or "<= low" of a force.
+/// A value beyond its reach is null: nowhere found, at no speed. At the other end of the reach it
+/// stands for that value and all before it.
 nlohmann::json least_json(const std::optional<LeastFound>& found) {
   if (!found) return nullptr;
-  return {{"value", found->value},
-          {"ci95", interval_json(found->ci95)},
+  const auto number = [&](double value) {
+    const bool within = value >= found->reach.low && value <= found->reach.high;
+    return within ? nlohmann::json(value) : nlohmann::json();
+  };
+  return {{"value", number(found->value)},
+          {"ci95", {number(found->ci95.low), number(found->ci95.high)}},
           {"reach", interval_json(found->reach)}};
 }
 
-/// An endless delay has no number; it is null where the delay of a detector is not.
+/// An endless delay is null.
 nlohmann::json delay_json(const std::optional<Estimate>& delay_s) {
   if (!delay_s) return nullptr;
   const auto number = [](double seconds) {

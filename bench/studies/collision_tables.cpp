@@ -199,6 +199,7 @@ TableSection arm_runs_table(const CollisionResults& results) {
   }
   std::vector<Cell> bound = {"no delay at all", "no skin can do better", "0"};
   add_arm_cells(results.undelayed, arm, bound);
+  bound.back() = number_cell(arm.highest_speed_m_s(), 3);  // no estimate, but v = sqrt(2 a F / k)
   section.rows.push_back(std::move(bound));
   return section;
 }

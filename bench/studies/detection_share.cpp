@@ -103,8 +103,9 @@ std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
   sort_trials(trials);
   LeastFound out;
   for (std::size_t t = 0; t < static_cast<std::size_t>(isotonic_bin); ++t) {
-    out.reach.low += trials[t].value / isotonic_bin;
+    out.reach.low += trials[t].value;
   }
+  out.reach.low /= isotonic_bin;  // rounded as the mean of a bin is
   out.reach.high = trials.back().value;
   const double nowhere = out.reach.high + std::max(out.reach.high - out.reach.low, 1e-9);
 

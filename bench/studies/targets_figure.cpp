@@ -122,42 +122,54 @@ class TargetsChart {
     axes.draw();
   }
 
-  void draw_gaps(const Box& box) {
-    Span gaps;
+  /// Of all bins; a last one that is wider than the others ends where they would.
+  Axis gap_axis() const {
+    Span span;
+    bool wider = false;
     for (const TargetSolver& solver : results_.solvers) {
       for (const GapBin& bin : solver.gaps.bins) {
-        gaps.extend(bin.low_mm);
-        gaps.extend(bin.high_mm);
+        const GapBin& first = solver.gaps.bins.front();
+        const double width = first.high_mm - first.low_mm;
+        wider = wider || bin.high_mm - bin.low_mm > 1.5 * width;
+        span.extend(bin.low_mm);
+        span.extend(std::min(bin.high_mm, bin.low_mm + width));
       }
     }
-    const bool any = !gaps.empty();
-    if (!any) gaps = {0, 1};
-    Panel axes(canvas_, box, Axis::even(gaps, "gap between two contacts, mm"),
-               Axis::even({0, 1}, "told apart"));
+    if (span.empty()) span = {0, 1};
+    Axis axis = Axis::even(span, "gap between two contacts, mm");
+    if (wider) axis.cap();
+    return axis;
+  }
+
+  void draw_gaps(const Box& box) {
+    const Axis gaps = gap_axis();
+    const bool any = std::any_of(results_.solvers.begin(), results_.solvers.end(),
+                                 [](const TargetSolver& solver) { return solver.gaps.scenes > 0; });
+    Panel axes(canvas_, box, gaps, Axis::even({0, 1}, "told apart"));
     axes.title("Share of pairs told apart; dashed: " + number_text(100 * kResolvedShare) +
                " %, from which on a gap is resolved");
-    if (!any) canvas_.text("no scene with two contacts", box.middle(), box.centre());
+    if (!any) canvas_.text("no scene with two contacts was read", box.middle(), box.centre());
     axes.level(kResolvedShare, {ink::dark, 1, 2});
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
       Points fit;
       for (const IsotonicBlock& block : results_.solvers[s].gaps.fit) {
-        fit.emplace_back(block.first, block.value);
-        fit.emplace_back(block.last, block.value);
+        fit.emplace_back(gaps.capped(block.first), block.value);
+        fit.emplace_back(gaps.capped(block.last), block.value);
       }
       axes.line(fit, target_line(s));
     }
-    for (std::size_t s = 0; s < results_.solvers.size(); ++s) draw_bins(axes, s);
+    for (std::size_t s = 0; s < results_.solvers.size(); ++s) draw_bins(axes, gaps, s);
     axes.draw();
   }
 
-  void draw_bins(Panel& axes, std::size_t s) {
+  void draw_bins(Panel& axes, const Axis& gaps, std::size_t s) {
     const TargetSolver& solver = results_.solvers[s];
     Points points;
     std::vector<Whisker> whiskers;
     for (const GapBin& bin : solver.gaps.bins) {
-      const double step =
-          0.6 * (bin.high_mm - bin.low_mm) / static_cast<double>(results_.solvers.size());
-      const double x = (bin.low_mm + bin.high_mm) / 2 + beside(s, step);
+      const double width = gaps.capped(bin.high_mm) - bin.low_mm;
+      const double step = 0.6 * width / static_cast<double>(results_.solvers.size());
+      const double x = bin.low_mm + width / 2 + beside(s, step);
       points.emplace_back(x, bin.told_apart.value);
       whiskers.push_back({x, bin.told_apart.ci95.low, bin.told_apart.ci95.high});
       axes.tooltip(x, bin.told_apart.value,

@@ -40,7 +40,6 @@ class TargetsGallery {
     legend.add({"true footprint", {}, MarkStyle{7, footprint, 1.1, 1}});
     legend.add({"found", {}, right});
     legend.add({"ghost", {}, ghost});
-    legend.new_line();
     legend.add({"larger: stronger within its frame"});
     legend.draw(canvas_, canvas_.height() - 34);
     canvas_.draw(stem);
@@ -84,7 +83,7 @@ class TargetsGallery {
     return 34 + line * double(lines) + 5;
   }
   double width() const {
-    return std::max(380.0, left + double(results_.solvers.size()) * (side_ + gap));
+    return std::max(480.0, left + double(results_.solvers.size()) * (side_ + gap));
   }
   double height() const {
     return top() + double(results_.gallery.size()) * (panel_height() + caption) + 50;
@@ -130,7 +129,7 @@ class TargetsGallery {
       result = solver.failure.empty() ? "no reading" : solver.failure;
       const auto characters = characters_in(side_, 10);
       canvas_.lines(one_line(result, 4 * characters), characters, place.middle(),
-                    place.centre() - 18, {.size = 10, .colour = ink::alarm});
+                    place.centre() - 18, {.size = 10, .colour = ink::alarm, .boxed = true});
     }
     canvas_.tooltip(
         place, solver.label + ", contacts: " + std::to_string(truth.contacts()) + "\n" + result);

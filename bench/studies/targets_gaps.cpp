@@ -74,19 +74,28 @@ Estimate told_apart_in(const std::vector<GapTrial>& trials) {
                               : bootstrap_interval_of_mean(shares, "told apart")};
 }
 
+/// About ten bins of round width for nine tenths of the scenes; if the few widest gaps reach far
+/// beyond those, they share the last.
 std::vector<GapBin> gap_bins(std::span<const GapTrial> trials) {
-  const double span = trials.back().gap_mm - trials.front().gap_mm;
+  std::vector<double> gaps;
+  for (const GapTrial& trial : trials) gaps.push_back(trial.gap_mm);
+  const double usual = interpolated_quantile(gaps, 0.9);
+  const double span = usual - gaps.front();
   const double step = span > 0 ? round_step(span, 10) : 1;
-  std::map<long, std::vector<GapTrial>> filled;
   // The slack keeps a gap of 0.3 out of the bin that ends there.
+  const auto number_of = [&](double gap) { return std::lround(std::floor(gap / step + 1e-9)); };
+  const long last = number_of(usual) + 1;
+  const long end = number_of(gaps.back()) + 1;
+
+  std::map<long, std::vector<GapTrial>> filled;
   for (const GapTrial& trial : trials) {
-    filled[std::lround(std::floor(trial.gap_mm / step + 1e-9))].push_back(trial);
+    filled[std::min(number_of(trial.gap_mm), last)].push_back(trial);
   }
   std::vector<GapBin> bins;
   for (const auto& [number, members] : filled) {
     GapBin bin;
     bin.low_mm = step * static_cast<double>(number);
-    bin.high_mm = step * static_cast<double>(number + 1);
+    bin.high_mm = step * static_cast<double>(number == last ? end : number + 1);
     bin.scenes = static_cast<int>(members.size());
     for (const GapTrial& trial : members) bin.mean_gap_mm += trial.gap_mm / bin.scenes;
     bin.told_apart = told_apart_in(members);

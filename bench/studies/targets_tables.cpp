@@ -105,7 +105,9 @@ std::vector<std::string> targets_notes(const TargetCircumstances& circumstances)
           "many or too few is " +
           number_text(distances.ospa) + " mm away.",
       "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
-      "stay together. Shares of scenes or frames that each count once have Wilson's. Where a "
+      "stay together; where all scenes give the same number they have no width. Shares of scenes "
+      "or "
+      "frames that each count once have Wilson's. Where a "
       "solver "
       "was trained with several seeds, all numbers are of the first.",
       "Gap: distance between the circles around the two footprints. Told apart: each of the two "
