@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -78,6 +79,20 @@ struct Detector {
   ArmOutcome arm;
 
   std::string name() const;  ///< "one-step-gn, by region"
+};
+
+/// All that the study's tables and figures show.
+struct CollisionResults {
+  std::string condition;  ///< "falling law, 50 dB absolute"; with the noises where they differ
+  double per_hour = 10;   ///< false alarms that were asked for
+  ArmSettings arm;
+  double frame_rate = 125;               ///< of the arm's frames, 1/s
+  double calibration_hours = 0;          ///< of quiet frames
+  std::vector<int> region_areas;         ///< [regions] how many of the areas
+  std::optional<std::size_t> reference;  ///< bin of force that the operating curves are of
+  /// Both rules of each solver, in the order of the experiment, then the norm of the voltages.
+  std::vector<Detector> detectors;
+  ArmOutcome undelayed;  ///< of a skin that raises its alarm at the very onset
 };
 
 /// Thresholds by the calibration frames alone, then everything but the curve. `per_hour` false

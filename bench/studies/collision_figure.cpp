@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "bench/plot/drawing.h"
-#include "bench/plot/legend.h"
-#include "bench/plot/panel.h"
+#include "bench/studies/collision_pair.h"
 #include "core/quantile.h"
 #include "core/text.h"
 
@@ -15,98 +15,6 @@ namespace {
 constexpr LineStyle aimed_line{ink::dark, 1.2, 2};
 constexpr LineStyle limit_of_arm_line{ink::dark, 1.2, 3};
 constexpr LineStyle undelayed_line{ink::black, 2.4};
-
-/// Axes that both panels of a figure share.
-struct PanelAxes {
-  Axis x;
-  Axis y;
-};
-
-/// How a detector looks in all figures: the same for both rules of a solver.
-struct DetectorStyle {
-  LineStyle line;
-  MarkStyle mark;
-};
-
-/// Two panels beside each other, the alarms by one threshold on the left and those by region on the
-/// right, with the norm of the voltages in both, and the legend below.
-class CollisionPair {
- public:
-  CollisionPair(const CollisionResults& results, PanelAxes axes)
-      : results_(results), axes_(std::move(axes)) {
-    for (const Detector& detector : results.detectors) {
-      if (detector.rule != AlarmRule::one_threshold) continue;
-      solvers_.push_back(detector.label);
-    }
-    for (const Detector& detector : results.detectors) {
-      if (detector.rule == AlarmRule::by_region) continue;
-      const DetectorStyle style = style_of(detector);
-      if (detector.failure.empty()) {
-        legend_.add({detector.label, style.line, style.mark});
-      } else {
-        legend_.add({detector.label + ": " + detector.failure});
-      }
-    }
-  }
-
-  /// Adds a line of the legend's, behind the detectors.
-  void explain(const std::string& text, const std::optional<LineStyle>& line) {
-    legend_.add({text, line});
-  }
-
-  /// `plot` draws one detector; its number among those of the panel goes from 0 to 1, to set
-  /// whiskers beside each other. `below` draws what lies under all of them.
-  template <typename Below, typename Plot>
-  void draw(const std::string& title, const Below& below, const Plot& plot,
-            const std::filesystem::path& stem) {
-    Canvas canvas(left + 2 * panel_width + gap + right, top + height + 62 + legend_.height());
-    canvas.title(title);
-    for (const AlarmRule rule : {AlarmRule::one_threshold, AlarmRule::by_region}) {
-      const bool second = rule == AlarmRule::by_region;
-      const Box box = Box::sized(left + (second ? panel_width + gap : 0), top, panel_width, height);
-      Panel panel(canvas, box, axes_.x, axes_.y);
-      panel.title(second ? "a threshold for each region" : "one threshold");
-      below(panel);
-      for (const Detector& detector : results_.detectors) {
-        const bool both = detector.rule == AlarmRule::voltage_norm;
-        if (!detector.failure.empty() || (!both && detector.rule != rule)) continue;
-        plot(panel, detector, style_of(detector), place_of(detector));
-      }
-      panel.draw();
-    }
-    legend_.draw(canvas, top + height + 56);
-    canvas.draw(stem);
-  }
-
- private:
-  static constexpr double left = 62;
-  static constexpr double right = 16;
-  static constexpr double gap = 66;
-  static constexpr double top = 58;
-  static constexpr double panel_width = 340;
-  static constexpr double height = 260;
-
-  std::size_t number_of(const Detector& detector) const {
-    const auto at = std::find(solvers_.begin(), solvers_.end(), detector.label);
-    return static_cast<std::size_t>(at - solvers_.begin());
-  }
-  double place_of(const Detector& detector) const {
-    return static_cast<double>(number_of(detector)) /
-           static_cast<double>(std::max<std::size_t>(solvers_.size(), 1));
-  }
-  DetectorStyle style_of(const Detector& detector) const {
-    if (detector.rule == AlarmRule::voltage_norm) {
-      return {{ink::light, 2.2}, {cross, ink::light, 0.8, 2}};
-    }
-    const std::size_t s = number_of(detector);
-    return {{hue(s), 1.4, static_cast<int>(s % 5) + 1}, {filled(s), hue(s), 0.7}};
-  }
-
-  const CollisionResults& results_;
-  PanelAxes axes_;
-  std::vector<std::string> solvers_;
-  Legend legend_{left - 40, left + 2 * panel_width + gap + right, 3};
-};
 
 Axis percent_axis(std::string title) {
   Axis axis{-2, 103, false, {}, std::move(title)};
@@ -140,7 +48,7 @@ void draw_force_figure(const CollisionResults& results, const std::string& title
         for (const ShareBin& bin : detector.by_force) {
           const auto share = bin.successes.share();
           if (!share) continue;
-          const double x = bin.mean * std::exp(0.05 * (place - 0.5));
+          const double x = bin.mean * std::exp(0.05 * place);
           points.emplace_back(x, 100 * share->value);
           whiskers.push_back({x, 100 * share->ci95.low, 100 * share->ci95.high});
           panel.tooltip(x, 100 * share->value,
@@ -253,7 +161,7 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
   forces.extend(results.arm.peak_force_N(speeds.low, 0));
   Axis y = Axis::logarithms({forces.low / 1.3, forces.high * 1.25}, "peak force (N)");
   CollisionPair pair(results, {Axis::even(speeds, "speed (m/s)"), y});
-  pair.explain("without any delay: no skin can do better", undelayed_line);
+  pair.explain("no delay: no skin does better", undelayed_line);
   pair.explain("aim, " + number_text(results.arm.aim_N) + " N", aimed_line);
   pair.explain("limit, " + number_text(results.arm.limit_N) + " N, or more", limit_of_arm_line);
   pair.explain("whiskers: 5 to 95 % of the runs", std::nullopt);
@@ -273,7 +181,7 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
         Points points;
         std::vector<Whisker> whiskers;
         for (const SpeedBin& bin : speed_bins(detector.arm, results.arm.limit_N)) {
-          const double x = bin.speed_m_s + 0.03 * (speeds.high - speeds.low) * (place - 0.5);
+          const double x = bin.speed_m_s + 0.03 * (speeds.high - speeds.low) * place;
           points.emplace_back(x, y.capped(bin.median_N));
           whiskers.push_back({x, y.capped(bin.low_N), y.capped(bin.high_N)});
           panel.tooltip(x, y.capped(bin.median_N),

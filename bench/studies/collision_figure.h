@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/report/report.h"
-#include "bench/studies/collision.h"
+#include "bench/studies/collision_detectors.h"
 
 namespace ertbench {
 

@@ -245,7 +245,8 @@ std::vector<std::string> collision_notes(const CollisionResults& results) {
 }
 
 std::vector<TableSection> collision_tables(const CollisionResults& results) {
-  return {quiet_table(results), threshold_table(results), least_force_table(results), arm_runs_table(results)};
+  return {quiet_table(results), threshold_table(results), least_force_table(results),
+          arm_runs_table(results)};
 }
 
 }  // namespace ertbench

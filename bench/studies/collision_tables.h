@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/studies/collision.h"
+#include "bench/studies/collision_detectors.h"
 #include "bench/table/table.h"
 
 namespace ertbench {

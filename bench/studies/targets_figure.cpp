@@ -45,7 +45,7 @@ class TargetsChart {
  private:
   static constexpr double width = 900;
   static constexpr double left = 56;
-  static constexpr double right = 14;
+  static constexpr double right = 26;
   static constexpr double legend_top = 40;
   static constexpr double panel = 200;
   static constexpr double between = 76;  ///< the axis of the upper panels and a title
@@ -129,10 +129,10 @@ class TargetsChart {
     for (const TargetSolver& solver : results_.solvers) {
       for (const GapBin& bin : solver.gaps.bins) {
         const GapBin& first = solver.gaps.bins.front();
-        const double width = first.high_mm - first.low_mm;
-        wider = wider || bin.high_mm - bin.low_mm > 1.5 * width;
+        const double usual = first.high_mm - first.low_mm;
+        wider = wider || bin.high_mm - bin.low_mm > 1.5 * usual;
         span.extend(bin.low_mm);
-        span.extend(std::min(bin.high_mm, bin.low_mm + width));
+        span.extend(std::min(bin.high_mm, bin.low_mm + usual));
       }
     }
     if (span.empty()) span = {0, 1};
@@ -167,9 +167,9 @@ class TargetsChart {
     Points points;
     std::vector<Whisker> whiskers;
     for (const GapBin& bin : solver.gaps.bins) {
-      const double width = gaps.capped(bin.high_mm) - bin.low_mm;
-      const double step = 0.6 * width / static_cast<double>(results_.solvers.size());
-      const double x = bin.low_mm + width / 2 + beside(s, step);
+      const double room = gaps.capped(bin.high_mm) - bin.low_mm;
+      const double step = 0.6 * room / static_cast<double>(results_.solvers.size());
+      const double x = bin.low_mm + room / 2 + beside(s, step);
       points.emplace_back(x, bin.told_apart.value);
       whiskers.push_back({x, bin.told_apart.ci95.low, bin.told_apart.ci95.high});
       axes.tooltip(x, bin.told_apart.value,

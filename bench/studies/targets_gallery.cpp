@@ -105,14 +105,8 @@ class TargetsGallery {
     canvas_.plots() << "unset key\nunset tics\nunset border\nset xrange [" << other.x() << ":"
                     << reach.x() << "]\nset yrange [" << other.y() << ":" << reach.y()
                     << "]\nplot ";
-    TextStream discs;
-    for (std::size_t t = 0; t < truth.places_mm.size(); ++t) {
-      discs << truth.places_mm[t].transpose() << " " << truth.radii_mm[t] << "\n";
-    }
-    canvas_.plots() << canvas_.data(discs.str())
-                    << " using 1:2:3 with circles fillstyle solid noborder linecolor rgb '"
-                    << footprint.hex() << "', ";
-    if (found) {
+    if (found) {  // else the panel is left to the words
+      draw_truth(truth);
       draw_found(*found, true, right);
       draw_found(*found, false, ghost);
     }
@@ -129,10 +123,20 @@ class TargetsGallery {
       result = solver.failure.empty() ? "no reading" : solver.failure;
       const auto characters = characters_in(side_, 10);
       canvas_.lines(one_line(result, 4 * characters), characters, place.middle(),
-                    place.centre() - 18, {.size = 10, .colour = ink::alarm, .boxed = true});
+                    place.centre() - 18, {.size = 10, .colour = ink::alarm});
     }
     canvas_.tooltip(
         place, solver.label + ", contacts: " + std::to_string(truth.contacts()) + "\n" + result);
+  }
+
+  void draw_truth(const TargetFrame& truth) {
+    TextStream discs;
+    for (std::size_t t = 0; t < truth.places_mm.size(); ++t) {
+      discs << truth.places_mm[t].transpose() << " " << truth.radii_mm[t] << "\n";
+    }
+    canvas_.plots() << canvas_.data(discs.str())
+                    << " using 1:2:3 with circles fillstyle solid noborder linecolor rgb '"
+                    << footprint.hex() << "', ";
   }
 
   /// The contacts that belong to a true one, or those that do not.
