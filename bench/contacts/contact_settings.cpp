@@ -25,11 +25,13 @@ ContactDistances ContactSettings::distances(const Sensor& sensor) const {
 }
 
 nlohmann::json to_json(const ContactSettings& settings) {
-  return {{"threshold", or_auto(settings.threshold)},
-          {"floor", or_auto(settings.floor)},
-          {"saddle", settings.saddle},
-          {"match_mm", or_auto(settings.match_mm)},
-          {"ospa_mm", or_auto(settings.ospa_mm)}};
+  nlohmann::json json = {{"threshold", or_auto(settings.threshold)},
+                         {"floor", or_auto(settings.floor)},
+                         {"saddle", settings.saddle},
+                         {"match_mm", or_auto(settings.match_mm)},
+                         {"ospa_mm", or_auto(settings.ospa_mm)}};
+  if (!settings.chosen_on.empty()) json["chosen_on"] = settings.chosen_on;
+  return json;
 }
 
 }  // namespace ertbench

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
 
 #include "bench/contacts/contact_rule.h"
 #include "forward/sheet/sensor.h"
@@ -18,6 +19,9 @@ struct ContactDistances {
 struct ContactSettings {
   std::optional<double> threshold;  ///< of ContactRule; nothing: chosen on the validation set
   std::optional<double> floor;      ///< the same
+  /// The test set on which they are chosen in place of the validation set: one that no result is
+  /// told of, and whose contacts and noise are like those of the others.
+  std::string chosen_on;
   double saddle = ContactRule{}.saddle;
   std::optional<double> match_mm;  ///< nothing: a tenth of the sheet's longest side
   std::optional<double> ospa_mm;   ///< nothing: a quarter of it
@@ -29,7 +33,7 @@ struct ContactSettings {
   bool operator==(const ContactSettings&) const = default;
 };
 
-/// `{"threshold", "floor", "saddle", "match_mm", "ospa_mm"}`; "auto" where nothing is given.
+/// `{"threshold", "floor", "saddle", "match_mm", "ospa_mm", "chosen_on"}`; "auto" where nothing is given.
 nlohmann::json to_json(const ContactSettings& settings);
 
 }  // namespace ertbench

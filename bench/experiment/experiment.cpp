@@ -87,6 +87,11 @@ void read_contacts(JsonObject& root, Experiment& experiment) {
   ContactSettings& contacts = experiment.contacts;
   contacts.threshold = read_tunable(object, "threshold", {0, 1}).value;
   contacts.floor = read_tunable(object, "floor", {0, 1e6}).value;
+  if (object.has("chosen_on")) {
+    std::vector<std::string> tests;
+    for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
+    contacts.chosen_on = object.choice("chosen_on", tests);
+  }
   contacts.saddle = object.number_or("saddle", contacts.saddle, {0, 1});
   contacts.match_mm = read_tunable(object, "match_mm", {0, 1e6, true, "mm"}).value;
   contacts.ospa_mm = read_tunable(object, "ospa_mm", {0, 1e6, true, "mm"}).value;

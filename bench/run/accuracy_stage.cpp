@@ -49,10 +49,11 @@ TrainingSource training_source(const Experiment& experiment, const Cache& cache,
 /// How contacts are read out of this solver's images.
 ContactRuleChoice chosen_rule(const Experiment& experiment, const Cache& cache,
                               const Solver& solver) {
-  std::optional<DatasetFile> validation;
-  if (experiment.validation) validation.emplace(cache.open_dataset(*experiment.validation));
-  return choose_contact_rule(experiment.contacts, experiment.sensor, solver,
-                             validation ? &*validation : nullptr);
+  const std::string& other = experiment.contacts.chosen_on;
+  const DatasetSpec* spec = experiment.find_dataset(other.empty() ? "validation" : other);
+  std::optional<DatasetFile> set;
+  if (spec) set.emplace(cache.open_dataset(*spec));
+  return choose_contact_rule(experiment.contacts, experiment.sensor, solver, set ? &*set : nullptr);
 }
 
 /// Keeps what was read out of the images of the label's first seed.

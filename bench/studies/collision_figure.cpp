@@ -115,7 +115,7 @@ void draw_curve_figure(const CollisionResults& results, const std::string& title
       stem);
 }
 
-/// Runs of about the same speed: its mean, and median, 5 and 95 % of the peak forces.
+/// Runs of about the same speed: medians of speed and peak force, 5 and 95 % of the latter.
 struct SpeedBin {
   double speed_m_s;
   double low_N, median_N, high_N;
@@ -135,14 +135,14 @@ std::vector<SpeedBin> speed_bins(const ArmOutcome& arm, double limit_N) {
   for (std::size_t b = 0; b < count && !runs.empty(); ++b) {
     const std::size_t first = b * runs.size() / count;
     const std::size_t end = (b + 1) * runs.size() / count;
-    double speed = 0;
+    std::vector<double> speeds;
     std::vector<double> peaks;
     for (std::size_t r = first; r < end; ++r) {
-      speed += runs[r].first / static_cast<double>(end - first);
+      speeds.push_back(runs[r].first);
       peaks.push_back(runs[r].second);
     }
     const SortedValues sorted = peaks;
-    bins.push_back({speed, interpolated_quantile(sorted, 0.05), median(sorted),
+    bins.push_back({median(speeds), interpolated_quantile(sorted, 0.05), median(sorted),
                     interpolated_quantile(sorted, 0.95)});
   }
   return bins;
@@ -153,14 +153,14 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
   Span speeds;
   for (const ArmRun& run : results.undelayed.runs) speeds.extend(run.truth.speed_m_s);
   if (speeds.empty()) throw std::invalid_argument("no arm ran into anything");
-  const double margin = std::max(0.06 * (speeds.high - speeds.low), 0.01 * speeds.high);
-  speeds = {std::max(speeds.low - margin, 0.5 * speeds.low), speeds.high + margin};
+  speeds = {speeds.low / 1.15, speeds.high * 1.15};
   Span forces;
   forces.extend(results.arm.aim_N);
   forces.extend(results.arm.limit_N);
   forces.extend(results.arm.peak_force_N(speeds.low, 0));
+  forces.extend(results.arm.peak_force_N(speeds.high, 0));
   Axis y = Axis::logarithms({forces.low / 1.3, forces.high * 1.25}, "peak force (N)");
-  CollisionPair pair(results, {Axis::even(speeds, "speed (m/s)"), y});
+  CollisionPair pair(results, {Axis::logarithms(speeds, "speed (m/s)"), y});
   pair.explain("no delay: no skin does better", undelayed_line);
   pair.explain("aim, " + number_text(results.arm.aim_N) + " N", aimed_line);
   pair.explain("limit, " + number_text(results.arm.limit_N) + " N, or more", limit_of_arm_line);
@@ -168,10 +168,9 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
   pair.draw(
       title + ": median peak force, " + results.condition,
       [&](Panel& panel) {
-        Points bound;
-        for (int step = 0; step <= 60; ++step) {
-          const double speed = speeds.low + (speeds.high - speeds.low) * step / 60;
-          bound.emplace_back(speed, y.capped(results.arm.peak_force_N(speed, 0)));
+        Points bound;  // a straight line between logarithmic axes
+        for (const double speed : {speeds.low, speeds.high}) {
+          bound.emplace_back(speed, results.arm.peak_force_N(speed, 0));
         }
         panel.line(bound, undelayed_line);
         panel.level(results.arm.aim_N, aimed_line);
@@ -181,7 +180,7 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
         Points points;
         std::vector<Whisker> whiskers;
         for (const SpeedBin& bin : speed_bins(detector.arm, results.arm.limit_N)) {
-          const double x = bin.speed_m_s + 0.03 * (speeds.high - speeds.low) * place;
+          const double x = bin.speed_m_s * std::exp(0.04 * place);
           points.emplace_back(x, y.capped(bin.median_N));
           whiskers.push_back({x, y.capped(bin.low_N), y.capped(bin.high_N)});
           panel.tooltip(x, y.capped(bin.median_N),
@@ -210,7 +209,11 @@ std::vector<ReportFigure> collision_figures(const CollisionResults& results,
   };
   add("_force", "Presses found against force", results.condition, draw_force_figure);
   add("_curve", "Presses found against false alarms",
-      "all thresholds multiplied by a factor; " + results.condition, draw_curve_figure);
+      "all thresholds multiplied by a factor; a detector without a ring is in alarm so long that "
+      "its "
+      "alarms run into each other; " +
+          results.condition,
+      draw_curve_figure);
   add("_arm", "Peak force on the obstacle against the arm's speed",
       "medians over runs of about the same speed; " + results.condition, draw_arm_figure);
   return figures;

@@ -232,7 +232,7 @@ std::vector<std::string> collision_notes(const CollisionResults& results) {
       "that region, which takes the threshold of the whole sheet.",
       "Least force: where the isotonic fit of detection against force reaches 95 %. \"> x\": not "
       "at the largest force pressed; \"≤ x\": at the twenty lightest presses already; a dash: "
-      "fewer than twenty presses.",
+      "fewer than forty presses.",
       "Runs in which an alarm came before anything touched are needless stops; they count against "
       "the tasks done and stand in no delay, no force and no speed. A run without an alarm has an "
       "endless delay, and the limit (" +
@@ -241,7 +241,9 @@ std::vector<std::string> collision_notes(const CollisionResults& results) {
       "turn included. Where the latency has a dash it was not measured and counts as 0.",
       "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +
           " N. Without any delay the way v²/2a alone allows " +
-          fixed(results.arm.highest_speed_m_s(), 3) + " m/s."};
+          fixed(results.arm.highest_speed_m_s(), 3) +
+          " m/s. \"< x\": not even the slowest runs do; a "
+          "dash: fewer than forty runs."};
 }
 
 std::vector<TableSection> collision_tables(const CollisionResults& results) {

@@ -99,7 +99,7 @@ std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_
 
 std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
                                       const std::string& name) {
-  if (static_cast<double>(trials.size()) < isotonic_bin) return std::nullopt;
+  if (static_cast<double>(trials.size()) < 2 * isotonic_bin) return std::nullopt;
   sort_trials(trials);
   LeastFound out;
   for (std::size_t t = 0; t < static_cast<std::size_t>(isotonic_bin); ++t) {

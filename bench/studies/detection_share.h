@@ -52,7 +52,7 @@ struct LeastFound {
 
 /// By isotonic regression (pool adjacent violators, Ayer et al. 1955) of the success on the value,
 /// in bins of twenty trials, as one in twenty is the least that a share of 95 % can tell, with
-/// straight lines between the bins. Nothing of fewer than twenty trials.
+/// straight lines between the bins. Nothing of fewer than two bins.
 std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
                                       const std::string& name);
 

@@ -171,7 +171,7 @@ TEST(DetectionShare, WhatIsNeverOrAlwaysFoundSaysSo) {
   const auto always = least_found(trials, 0.95, "test");
   EXPECT_EQ(always->value, always->reach.low);
   EXPECT_DOUBLE_EQ(always->reach.low, 10.5);
-  trials.resize(19);
+  trials.resize(39);
   EXPECT_FALSE(least_found(trials, 0.95, "test").has_value());
 }
 
