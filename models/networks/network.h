@@ -7,7 +7,7 @@
 namespace ertbench {
 
 /// A network from frames to images. Its input is standardised (Standardisation); its output is
-/// y = 1 - sigma / background, 0 where nothing touches.
+/// y = (1 - sigma / background) / Standardisation::image, 0 where nothing touches.
 class Network : public torch::nn::Module {
  public:
   /// `frames` [frames, channels] -> images [frames, 1, grid, grid].

@@ -1,5 +1,6 @@
 #include "models/solvers/learned_solver.h"
 
+#include <cmath>
 #include <fstream>
 
 #include "core/errors.h"
@@ -21,6 +22,16 @@ torch::Tensor tensor_of(const Eigen::RowVectorXf& row) {
 Eigen::RowVectorXf read_row(const Hdf5File& file, const std::string& dataset, int size) {
   const torch::Tensor row = read_tensor(file, dataset, torch::empty({size}));
   return Eigen::Map<const Eigen::RowVectorXf>(row.data_ptr<float>(), size);
+}
+
+/// Standardisation::image; files of before there was a choice have none.
+double read_image_unit(const Hdf5File& file) {
+  if (!file.has_attribute("/", "image_unit")) return 1;
+  const double unit = file.read_number("/", "image_unit");
+  if (!std::isfinite(unit) || unit == 0) {
+    throw InputError(file.path().string() + ": attribute \"image_unit\" of / is no number");
+  }
+  return unit;
 }
 
 /// What fitted networks were until version 0.2.
@@ -111,7 +122,7 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
   const torch::Tensor y = graph_->run(standardisation_.apply(changes)).contiguous();
   using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   images =
-      -sensor_.background *
+      -sensor_.background * standardisation_.image *
       Eigen::Map<const FloatRows>(y.data_ptr<float>(), images.rows(), images.cols()).cast<double>();
 }
 
@@ -122,6 +133,7 @@ void LearnedSolver::save(const std::filesystem::path& file) const {
   out.write_text("/", "training", result_.dump());
   write_tensor(out, "/mean", tensor_of(standardisation_.mean));
   write_tensor(out, "/scale", tensor_of(standardisation_.scale));
+  out.write_number("/", "image_unit", standardisation_.image);
   write_tensors(out, "/network", weights_of(*network_));
   out.close();
 }
@@ -137,6 +149,7 @@ void LearnedSolver::load(const std::filesystem::path& file, const Sensor& sensor
     fit_report();  // throws where it is not what a training reports
     standardisation_.mean = read_row(in, "/mean", sensor.channels());
     standardisation_.scale = read_row(in, "/scale", sensor.channels());
+    standardisation_.image = read_image_unit(in);
     const std::shared_ptr<Network> network = make_network(sensor);
     const NamedTensors weights = weights_of(*network);
     copy_values(read_tensors(in, "/network", weights), weights);

@@ -33,9 +33,10 @@ RowMajorMatrix sensitivity_inverse(const FitInput& input) {
 
 void set_sensitivity_inverse(torch::nn::Linear& layer, const FitInput& input,
                              const Standardisation& standardisation) {
-  // y = -G (v - v0) / c0, and v0 - v = mean + x / scale.
+  // y = -G (v - v0) / (c0 image), and v0 - v = mean + x / scale.
   const Eigen::MatrixXf inverse =
-      (sensitivity_inverse(input) / input.sensor.background).cast<float>();
+      (sensitivity_inverse(input) / (input.sensor.background * standardisation.image))
+          .cast<float>();
   const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weight =
       inverse * standardisation.scale.cwiseInverse().asDiagonal();
   const Eigen::VectorXf bias = inverse * standardisation.mean.transpose();

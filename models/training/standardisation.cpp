@@ -10,6 +10,21 @@ namespace {
 constexpr std::uint64_t frames_considered = 20000;
 constexpr std::uint64_t frames_at_a_time = 1024;
 
+/// Standardisation::image of the first `count` scenes.
+double image_unit(const DatasetFile& training, std::uint64_t count) {
+  constexpr double rise_at = 0.9;
+  double sum = 0;
+  double least = 0;
+  for (std::uint64_t first = 0; first < count; first += frames_at_a_time) {
+    const Images y =
+        1 - training.conductivity(first, std::min(frames_at_a_time, count - first)).array() /
+                training.sensor().background;
+    sum += y.sum();
+    least = std::min(least, y.minCoeff());
+  }
+  return sum < 0 ? least / rise_at : 1;
+}
+
 }  // namespace
 
 Standardisation Standardisation::of(const DatasetFile& training) {
@@ -29,7 +44,7 @@ Standardisation Standardisation::of(const DatasetFile& training) {
   // A channel that never changes (blank scenes without noise) is left as it is.
   const Eigen::ArrayXXd scale =
       (variance > 1e-24 * reference.array().square()).select(variance.rsqrt(), 1.0);
-  return {mean.cast<float>(), scale.matrix().cast<float>()};
+  return {mean.cast<float>(), scale.matrix().cast<float>(), image_unit(training, count)};
 }
 
 torch::Tensor Standardisation::apply(const FramesView& changes) const {

@@ -13,6 +13,10 @@ class DatasetFile;
 struct Standardisation {
   Eigen::RowVectorXf mean;   ///< [channels] V
   Eigen::RowVectorXf scale;  ///< [channels] 1/V, one over the standard deviation
+  /// What the images of a network are in: y = (1 - sigma / background) / image. 1 where contacts
+  /// lower the conductivity; where they raise it, the largest rise of the training set is at y =
+  /// .9, as the paper's networks know falls alone.
+  double image = 1;
 
   static Standardisation of(const DatasetFile& training);
 

@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "core/errors.h"
-#include "forward/data/dataset_file.h"
 #include "forward/data/dataset_block.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/noise.h"
 
 namespace ertbench {
@@ -46,7 +46,7 @@ void TrainingSet::set_scenes(std::uint64_t first, const Frames& clean, const Ima
   const auto row = static_cast<Eigen::Index>(first);
   clean_.middleRows(row, clean.rows()) = clean.cast<float>();
   truths_.middleRows(row, clean.rows()) =
-      (1 - conductivity.array() / spec_.sensor.background).cast<float>();
+      ((1 - conductivity.array() / spec_.sensor.background) / standardisation_.image).cast<float>();
 }
 
 void TrainingSet::begin_epoch(std::uint64_t epoch) {

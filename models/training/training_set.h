@@ -15,7 +15,7 @@ namespace ertbench {
 
 class DatasetFile;
 
-/// Standardised frames and the true images, y = 1 - sigma / background.
+/// Standardised frames and the true images, y = (1 - sigma / background) / Standardisation::image.
 struct TrainingBatch {
   torch::Tensor frames;  ///< [batch, channels]
   torch::Tensor truths;  ///< [batch, 1, grid, grid]

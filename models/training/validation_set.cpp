@@ -16,7 +16,8 @@ constexpr std::int64_t batch = 250;
 ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& standardisation) {
   const Frames changes =
       file.voltages(0, file.size()).rowwise() - file.reference_voltages().transpose();
-  const Images y = 1 - file.conductivity(0, file.size()).array() / file.sensor().background;
+  const Images y = (1 - file.conductivity(0, file.size()).array() / file.sensor().background) /
+                   standardisation.image;
   std::vector<Eigen::Index> touched;
   for (Eigen::Index f = 0; f < y.rows(); ++f) {
     // Rounding in the file's conductivities is no contact.
