@@ -1,6 +1,7 @@
 #include "bench/studies/collision.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,8 @@
 #include "bench/studies/collision_tables.h"
 #include "bench/studies/sheet_regions.h"
 #include "bench/studies/study_text.h"
+#include "bench/table/writers.h"
+#include "core/atomic_file.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -219,7 +222,13 @@ std::vector<ReportSection> Collision::report(const std::string& title,
   section.figures = collision_figures(results_, title, folder / name_);
   section.tables = collision_tables(results_);
   section.notes = collision_notes(results_);
-  write_study_tables({title, section.text, section.tables, section.notes, {}}, folder, name_);
+  write_file_atomically(folder / (name_ + ".md"),
+                        markdown_of({title, section.text, section.tables, section.notes, {}}));
+  // In the order of collision_tables().
+  const std::array names = {"_alarms", "_thresholds", "_least_force", "_arm"};
+  for (std::size_t t = 0; t < names.size(); ++t) {
+    write_file_atomically(folder / (name_ + names[t] + ".csv"), csv_of(section.tables.at(t)));
+  }
   write_collision_data(results_, folder, name_);
   return {section};
 }

@@ -102,6 +102,52 @@ TableSection table_of(const LocalisedSet& set, const std::string& law) {
   return table;
 }
 
+void append(std::vector<Cell>& row, const std::vector<Cell>& cells) {
+  row.insert(row.end(), cells.begin(), cells.end());
+}
+
+/// All sets, a row a rule, for programs.
+TableSection error_rows(const std::vector<LocalisedSet>& sets) {
+  TableSection rows;
+  rows.columns = {{"set", Align::left}, {"solver", Align::left}, {"rule", Align::left}};
+  for (const char* name : {"mean_mm", "median_mm", "p95_mm"}) {
+    for (const Column& column : exact_columns(name)) rows.columns.push_back(column);
+  }
+  rows.columns.insert(rows.columns.end(), {{"worst_mm"}, {"undefined"}, {"frames"}});
+  for (const LocalisedSet& set : sets) {
+    for (const PlaceErrors& solver : set.solvers) {
+      for (const PlaceRule rule : kPlaceRules) {
+        const PlaceErrors::Rule& errors = solver.rules[static_cast<std::size_t>(rule)];
+        std::vector<Cell> row = {set.name, solver.label, name_of(rule)};
+        append(row, exact_cells(errors.mean));
+        append(row, exact_cells(errors.median));
+        append(row, exact_cells(errors.p95));
+        append(row, {exact_cell(errors.worst), std::to_string(errors.undefined),
+                     std::to_string(set.frames)});
+        rows.rows.push_back(std::move(row));
+      }
+    }
+    if (set.bound_mm.empty()) continue;
+    const SortedValues bounds = set.bound_mm;
+    rows.rows.push_back({set.name,
+                         "Cramér–Rao",
+                         "bound",
+                         exact_cell(mean(set.bound_mm)),
+                         {},
+                         {},
+                         exact_cell(median(bounds)),
+                         {},
+                         {},
+                         exact_cell(interpolated_quantile(bounds, 0.95)),
+                         {},
+                         {},
+                         exact_cell(bounds.largest()),
+                         {},
+                         {}});
+  }
+  return rows;
+}
+
 json json_of(const PlaceErrors& solver, const LocalisedSet& set) {
   if (!solver.failure.empty()) return {{"failure", solver.failure}};
   json out;
@@ -221,7 +267,8 @@ std::vector<ReportSection> Localisation::report(const std::string& title,
   }
   section.figures.insert(section.figures.begin(),
                          localisation_overview(sets_, law_, title, folder / name_));
-  write_study_tables({title, section.text, section.tables, {}, {}}, folder, name_);
+  write_study_tables({title, section.text, section.tables, {}, {}}, error_rows(sets_), folder,
+                     name_);
   return {section};
 }
 

@@ -21,7 +21,7 @@ struct MapLayout {
   static constexpr double side = 220;
   static constexpr double left = 44;
   static constexpr double top = 36;
-  static constexpr double gap_x = 22;
+  static constexpr double gap_x = 44;
   static constexpr double gap_y = 50;
   static constexpr double foot = 52;
   int panels;

@@ -165,6 +165,45 @@ TableSection force_table(const SensitivitySet& set, const std::string& law) {
   return table;
 }
 
+/// All sets, a row a solver and strength, for programs.
+TableSection response_rows(const std::vector<SensitivitySet>& sets) {
+  TableSection rows;
+  rows.columns = {{"set", Align::left}, {"solver", Align::left}, {"strength", Align::left}};
+  for (const char* name : {"force_error_N", "least_force_error_N", "largest_force_error_N"}) {
+    for (const Column& column : exact_columns(name)) rows.columns.push_back(column);
+  }
+  rows.columns.insert(
+      rows.columns.end(),
+      {{"monotone"}, {"spread"}, {"hysteresis"}, {"unlocated"}, {"corner_peak"}, {"centre_peak"}});
+  for (const SensitivitySet& set : sets) {
+    for (const PressResponse& solver : set.solvers) {
+      if (!solver.failure.empty()) continue;
+      for (const Strength strength : kStrengths) {
+        const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
+        std::vector<Cell> row = {set.name, solver.label, name_of(strength)};
+        for (const auto& error :
+             {reading.force_error, reading.force_error_at.front(), reading.force_error_at.back()}) {
+          for (const Cell& cell : exact_cells(error)) row.push_back(cell);
+        }
+        const auto of_regions = [&](auto member) {
+          return exact_cell(mean_over_regions(reading, member));
+        };
+        row.push_back(
+            of_regions([](const PressResponse::Curve& c) { return value_of(c.monotone); }));
+        row.push_back(
+            of_regions([](const PressResponse::Curve& c) { return std::optional(c.spread); }));
+        row.push_back(
+            of_regions([](const PressResponse::Curve& c) { return value_of(c.hysteresis); }));
+        row.push_back(std::to_string(reading.unlocated));
+        row.push_back(exact_cell(value_of(reading.regions.front().rising.back())));
+        row.push_back(exact_cell(value_of(reading.regions.back().rising.back())));
+        rows.rows.push_back(std::move(row));
+      }
+    }
+  }
+  return rows;
+}
+
 json json_of(const PressResponse& solver) {
   if (!solver.failure.empty()) return {{"failure", solver.failure}};
   json out;
@@ -238,7 +277,8 @@ std::vector<ReportSection> Sensitivity::report(const std::string& title,
     section.figures.push_back(
         force_errors(set, law_, title, folder / (name_ + "_force_" + set.name)));
   }
-  write_study_tables({title, section.text, section.tables, {}, {}}, folder, name_);
+  write_study_tables({title, section.text, section.tables, {}, {}}, response_rows(sets_), folder,
+                     name_);
   return {section};
 }
 

@@ -103,7 +103,7 @@ class SensitivityCurves {
   void draw_regions(const Box& box) {
     const int areas = static_cast<int>(std::lround(std::sqrt(region_of_.size())));
     const double cell = std::min(box.width(), box.height()) / areas;
-    canvas_.text("regions of the sheet", box.middle(), box.top - 12, {.size = 11});
+    canvas_.text("regions of the sheet", box.left + cell * areas / 2, box.top - 12, {.size = 11});
     for (int row = 0; row < areas; ++row) {
       for (int column = 0; column < areas; ++column) {
         const int region = region_of_[static_cast<std::size_t>(column + areas * row)];

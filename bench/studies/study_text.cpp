@@ -17,13 +17,20 @@ std::string noise_text(const Noise& noise) {
   return number_text(*noise.snr_db) + " dB " + name_of(noise.basis);
 }
 
-void write_study_tables(const Table& table, const std::filesystem::path& folder,
-                        const std::string& name) {
+void write_study_tables(const Table& table, const TableSection& rows,
+                        const std::filesystem::path& folder, const std::string& name) {
   write_file_atomically(folder / (name + ".md"), markdown_of(table));
-  for (std::size_t s = 0; s < table.sections.size(); ++s) {
-    const std::string number = table.sections.size() > 1 ? "_" + std::to_string(s + 1) : "";
-    write_file_atomically(folder / (name + number + ".csv"), csv_of(table.sections[s]));
-  }
+  write_file_atomically(folder / (name + ".csv"), csv_of(rows));
+}
+
+std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate) {
+  if (!estimate) return std::vector<Cell>(3);
+  return {exact_cell(estimate->value), exact_cell(estimate->ci95.low),
+          exact_cell(estimate->ci95.high)};
+}
+
+std::vector<Column> exact_columns(const std::string& name) {
+  return {name, name + "_low", name + "_high"};
 }
 
 }  // namespace ertbench

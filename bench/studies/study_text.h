@@ -1,9 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "bench/studies/error_statistics.h"
 #include "bench/table/table.h"
 #include "forward/data/noise.h"
 
@@ -12,9 +15,13 @@ namespace ertbench {
 std::string force_text(const std::pair<double, double>& force_N);  ///< "5 N", "1 to 10 N"
 std::string noise_text(const Noise& noise);                        ///< "50 dB absolute", "no noise"
 
-/// Writes `folder`/`name`.md and, for each section, `folder`/`name`_SECTION.csv numbered from 1;
-/// of one section `folder`/`name`.csv.
-void write_study_tables(const Table& table, const std::filesystem::path& folder,
-                        const std::string& name);
+/// Writes `folder`/`name`.md, and `rows` for programs: `folder`/`name`.csv.
+void write_study_tables(const Table& table, const TableSection& rows,
+                        const std::filesystem::path& folder, const std::string& name);
+
+/// Three cells for programs: the value and the ends of its interval, empty where there is none.
+std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate);
+/// The titles of three such columns: "mean_mm", "mean_mm_low", "mean_mm_high".
+std::vector<Column> exact_columns(const std::string& name);
 
 }  // namespace ertbench

@@ -64,6 +64,17 @@ TEST(Experiment, EveryPublishedFileIsValid) {
   }
 }
 
+// What experiments extend is not an experiment by itself, and keeps to the schema all the same.
+TEST(Experiment, EveryBaseKeepsToTheSchema) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(experiments / "base")) {
+    SCOPED_TRACE(entry.path());
+    EXPECT_EQ(schema_complaint(read_json_file(entry.path())), "");
+    ++files;
+  }
+  EXPECT_GE(files, 2);
+}
+
 TEST(Experiment, ReadmesExampleIsValid) {
   EXPECT_EQ(schema_complaint(read_json_file(ERTBENCH_PAGE_EXPERIMENT)), "");
   EXPECT_EQ(refusal(ERTBENCH_PAGE_EXPERIMENT), "");

@@ -51,5 +51,21 @@ TEST(Sensitivity, BlurIsGaussNewtonOfTheJacobianCutAtAQuarter) {
   }
 }
 
+// The paper's networks know falls of the conductivity alone; where a training set has rises, its
+// largest is at y = .9, and a network that begins as one-step Gauss-Newton still does.
+TEST(ImageUnit, IsSetByRisesAndLeavesFallsAlone) {
+  const TrainingFiles falls;
+  EXPECT_EQ(Standardisation::of(*falls.input().training).image, 1);
+
+  const TemporaryFolder folder("rises");
+  DatasetSpec spec = random_contacts(40);
+  std::get<SceneDistribution>(spec.scenes).conductivity_ratio = {2, 5};
+  generate_dataset(spec, folder / "rises.h5");
+  const DatasetFile rises(folder / "rises.h5");
+  const Standardisation standardisation = Standardisation::of(rises);
+  const double largest = rises.conductivity(0, 40).maxCoeff() / Sensor{}.background;
+  EXPECT_NEAR(standardisation.image, (1 - largest) / 0.9, 1e-12);
+}
+
 }  // namespace
 }  // namespace ertbench

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/errors.h"
+#include "forward/data/generate.h"
 #include "tests/solvers/solver_testing.h"
 #include "tests/under_sanitizers.h"
 
