@@ -30,12 +30,10 @@ const SetKind at_places = {"touches at \"places\"", [](const DatasetSpec& set) {
 const SetKind touched = {"\"touches\" at rest", [](const DatasetSpec& set) {
                            return std::holds_alternative<TouchDistribution>(set.scenes);
                          }};
-const SetKind pressed = {"sequences of the kind \"press\"", [](const DatasetSpec& set) {
-                           return plan_of<PressPlan>(set) != nullptr;
-                         }};
-const SetKind written = {"sequences of the kind \"write\"", [](const DatasetSpec& set) {
-                           return plan_of<WritePlan>(set) != nullptr;
-                         }};
+const SetKind pressed = {"sequences of the kind \"press\"",
+                         [](const DatasetSpec& set) { return plan_of<PressPlan>(set) != nullptr; }};
+const SetKind written = {"sequences of the kind \"write\"",
+                         [](const DatasetSpec& set) { return plan_of<WritePlan>(set) != nullptr; }};
 const SetKind quiet = {R"(sequences of the kind "collide" with "touched_fraction": 0)",
                        [](const DatasetSpec& set) {
                          const auto* plan = plan_of<CollidePlan>(set);
@@ -96,8 +94,8 @@ std::string require_set(JsonObject& object, const Experiment& experiment, const 
   for (const DatasetSpec& test : experiment.tests) {
     if (test.name != name) continue;
     if (!kind.fits(test)) {
-      object.fail(key, "must hold " + std::string(kind.description) + ", which \"" + name +
-                           "\" does not");
+      object.fail(
+          key, "must hold " + std::string(kind.description) + ", which \"" + name + "\" does not");
     }
     return name;
   }
@@ -122,6 +120,10 @@ StudySpec read_study(JsonObject& object, const Experiment& experiment) {
     for (const std::string& name : object.choices("sets", fitting)) {
       study.sets.push_back(require_set(object, experiment, "sets", name, *type.sets));
     }
+  }
+  if (study.type == "localisation") {
+    study.maps = object.has("maps") ? object.choices("maps", study.sets)
+                                    : std::vector<std::string>{study.sets.front()};
   }
   for (const Role& role : type.roles) {
     study.roles[role.key] =

@@ -15,6 +15,7 @@ struct StudySpec {
   std::string type;  ///< "localisation", "sensitivity", "targets", "tracking", "collision"
   std::string name;  ///< of its files and of its part of summary.json
   std::vector<std::string> sets;             ///< "sets": test sets, all of the kind that it needs
+  std::vector<std::string> maps;             ///< of these sets, each of which has a map drawn
   std::map<std::string, std::string> roles;  ///< test sets with a part of their own, by its key
   std::map<std::string, double> numbers;     ///< all there are, with their defaults
 

@@ -1,5 +1,6 @@
 #include "bench/studies/localisation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -225,7 +226,8 @@ PlaceErrors place_errors(const std::vector<Vector2d>& places,
 Localisation::Localisation(const StudyInput& input)
     : name_(input.spec.name),
       law_(input.law()),
-      side_mm_(input.experiment.sensor.sheet->size_mm().x()) {
+      side_mm_(input.experiment.sensor.sheet->size_mm().x()),
+      maps_(input.spec.maps) {
   for (const std::string& set : input.spec.sets) sets_.push_back(localised_set(input, set));
 }
 
@@ -262,6 +264,7 @@ std::vector<ReportSection> Localisation::report(const std::string& title,
       "knows more, or is biased, may fall below it.";
   for (const LocalisedSet& set : sets_) {
     section.tables.push_back(table_of(set, law_));
+    if (std::find(maps_.begin(), maps_.end(), set.name) == maps_.end()) continue;
     section.figures.push_back(
         localisation_map(set, side_mm_, law_, title, folder / (name_ + "_map_" + set.name)));
   }

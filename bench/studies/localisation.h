@@ -62,6 +62,7 @@ class Localisation : public StudyResult {
   std::string name_;
   std::string law_;
   double side_mm_;
+  std::vector<std::string> maps_;  ///< sets of which a map is drawn
   std::vector<LocalisedSet> sets_;
 };
 

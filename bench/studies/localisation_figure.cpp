@@ -38,8 +38,9 @@ struct MapLayout {
 
 Points circle_around(const Vector2d& centre, double radius) {
   Points out;
-  for (int i = 0; i <= 48; ++i) {
-    const double angle = 2 * std::numbers::pi * i / 48;
+  constexpr int corners = 20;
+  for (int i = 0; i <= corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
     out.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
   }
   return out;
