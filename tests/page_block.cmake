@@ -1,5 +1,5 @@
 # Writes the first block of a language in a page to a file: what the page shows must work.
-#   cmake -DPAGE=... -DLANGUAGE=cpp -DOUTPUT=... -P readme_block.cmake
+#   cmake -DPAGE=... -DLANGUAGE=cpp -DOUTPUT=... -P page_block.cmake
 file(READ ${PAGE} page)
 string(FIND "${page}" "```${LANGUAGE}\n" start)
 string(LENGTH "```${LANGUAGE}\n" fence)

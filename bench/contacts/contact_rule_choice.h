@@ -17,13 +17,14 @@ inline constexpr std::array thresholds_to_try = {0.15, 0.2,  0.25, 0.3, 0.35,
 /// an image's scale means nothing.
 inline constexpr std::array floors_to_try = {0.0,  0.01, 0.02, 0.04, 0.07, 0.1,
                                              0.15, 0.2,  0.3,  0.4,  0.5};
-/// Frames of the validation set that are looked at, the first ones.
+/// Frames of the set (the validation set or ContactSettings::chosen_on) that are looked at, the
+/// first ones.
 inline constexpr int frames_of_choice = 500;
 
 /// The rule by which contacts are read out of a solver's images.
 struct ContactRuleChoice {
   ContactRule rule;
-  int frames = 0;  ///< of the validation set that it was chosen on; 0 where nothing was chosen
+  int frames = 0;  ///< of the set that it was chosen on; 0 where nothing was chosen
 };
 
 /// Chooses what the settings leave open, by the same procedure for every solver: the pair of

@@ -33,7 +33,8 @@ struct ContactSettings {
   bool operator==(const ContactSettings&) const = default;
 };
 
-/// `{"threshold", "floor", "saddle", "match_mm", "ospa_mm", "chosen_on"}`; "auto" where nothing is given.
+/// `{"threshold", "floor", "saddle", "match_mm", "ospa_mm", "chosen_on"}`; "auto" where nothing is
+/// given.
 nlohmann::json to_json(const ContactSettings& settings);
 
 }  // namespace ertbench

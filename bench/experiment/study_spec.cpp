@@ -76,7 +76,9 @@ const std::vector<StudyType>& study_types() {
         {"stiffness_N_mm", 5, {1e-3, 1e6, false, "N/mm"}},
         {"deceleration_m_s2", 5, {1e-3, 1e6, false, "m/s^2"}},
         {"aim_N", 10, {1e-3, 1e6, false, "N"}},
-        {"limit_N", 140, {1e-3, 1e6, false, "N"}}}}};
+        {"limit_N", 140, {1e-3, 1e6, false, "N"}},
+        {"clearance_mm", 10, {0, 1e6, false, "mm"}},
+        {"aside_mm", 50, {1e-3, 1e6, false, "mm"}}}}};
   return types;
 }
 
@@ -106,6 +108,21 @@ std::string require_set(JsonObject& object, const Experiment& experiment, const 
   object.fail(key, "there is no such test set; there are " + names);
 }
 
+/// Presses that are read together divide the sheet alike.
+void require_equal_areas(JsonObject& object, const Experiment& experiment, const StudySpec& study) {
+  if (study.type != "sensitivity") return;
+  const auto areas = [&](const std::string& set) {
+    return plan_of<PressPlan>(*experiment.find_dataset(set))->areas;
+  };
+  std::vector<std::string> sets = study.sets;
+  sets.push_back(study.roles.at("calibration"));
+  for (const std::string& set : sets) {
+    if (areas(set) == areas(sets.front())) continue;
+    object.fail(
+        "", "\"" + set + "\" must divide the sheet into as many areas as \"" + sets.front() + "\"");
+  }
+}
+
 StudySpec read_study(JsonObject& object, const Experiment& experiment) {
   const StudyType& type = read_type(object);
   StudySpec study;
@@ -128,6 +145,13 @@ StudySpec read_study(JsonObject& object, const Experiment& experiment) {
   for (const Role& role : type.roles) {
     study.roles[role.key] =
         require_set(object, experiment, role.key, object.text(role.key), role.kind);
+  }
+  require_equal_areas(object, experiment, study);
+  for (const std::string& set : study.sets) {
+    if (set == experiment.contacts.chosen_on) {
+      object.fail("sets", "must leave out \"" + set +
+                              "\", on which /contacts/chosen_on has the rule of contacts chosen");
+    }
   }
   for (const Number& number : type.numbers) {
     study.numbers[number.key] = object.number_or(number.key, number.otherwise, number.range);

@@ -7,9 +7,27 @@
 
 namespace ertbench {
 
+double ArmSettings::way_m(double speed_m_s, double delay_s) const {
+  return speed_m_s * delay_s + speed_m_s * speed_m_s / (2 * deceleration_m_s2);
+}
+
 double ArmSettings::peak_force_N(double speed_m_s, double delay_s) const {
-  const double way_m = speed_m_s * delay_s + speed_m_s * speed_m_s / (2 * deceleration_m_s2);
-  return stiffness_N_mm * 1000 * way_m;
+  return stiffness_N_mm * 1000 * way_m(speed_m_s, delay_s);
+}
+
+double ArmSettings::travel_s(double speed_m_s, double way_m) const {
+  const double a = deceleration_m_s2;
+  if (way_m < speed_m_s * speed_m_s / a) return 2 * std::sqrt(way_m / a);
+  return way_m / speed_m_s + speed_m_s / a;
+}
+
+double ArmSettings::detour_s(double speed_m_s, double way_m) const {
+  const double back_m = way_m + clearance_mm / 1000;
+  const double stopping_s = speed_m_s / (2 * deceleration_m_s2);  // longer than going on
+  // The way back is gone again, the arm speeding up as it left off.
+  const double again_s = back_m / speed_m_s + speed_m_s / (2 * deceleration_m_s2);
+  return stopping_s + travel_s(speed_m_s, back_m) + 2 * travel_s(speed_m_s, aside_mm / 1000) +
+         again_s;
 }
 
 double ArmSettings::highest_speed_m_s() const {
@@ -35,6 +53,7 @@ ArmRun undelayed_run(const ArmTruth& truth, const ArmSettings& settings) {
   run.truth = truth;
   run.delay_s = 0;
   run.peak_N = settings.peak_force_N(truth.speed_m_s, 0);
+  run.lost_s = settings.detour_s(truth.speed_m_s, settings.way_m(truth.speed_m_s, 0));
   run.done = *run.peak_N < settings.limit_N;
   return run;
 }
@@ -47,6 +66,7 @@ ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double l
   if (!alarm) return run;
   if (alarm->frame_end_s <= truth.onset_s) {
     run.needless_stop = true;
+    run.lost_s = settings.detour_s(truth.speed_m_s, 0);
     return run;
   }
   run.delay_s = alarm->time_s - truth.onset_s;
@@ -58,6 +78,7 @@ ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double l
     break;
   }
   run.peak_N = settings.peak_force_N(truth.speed_m_s, *run.delay_s);
+  run.lost_s = settings.detour_s(truth.speed_m_s, settings.way_m(truth.speed_m_s, *run.delay_s));
   run.done = *run.peak_N < settings.limit_N;
   return run;
 }
@@ -93,11 +114,13 @@ ArmOutcome arm_outcome(std::vector<ArmRun> runs, const ArmSettings& settings,
   out.runs = std::move(runs);
   GroupedErrors delays(out.runs.size());
   GroupedErrors peaks(out.runs.size());
+  GroupedErrors losses(out.runs.size());
   std::vector<Trial> slow_enough;  // by slowness, as success grows with it
   for (std::size_t r = 0; r < out.runs.size(); ++r) {
     const ArmRun& run = out.runs[r];
     out.done.add(run.done);
     out.needless.add(run.needless_stop);
+    if (run.lost_s) losses.add(r, *run.lost_s);
     if (run.needless_stop) continue;
     const bool within_aim = run.peak_N && *run.peak_N < settings.aim_N;
     delays.add(r, run.delay_s.value_or(ArmOutcome::never_s));
@@ -110,6 +133,7 @@ ArmOutcome arm_outcome(std::vector<ArmRun> runs, const ArmSettings& settings,
   out.p95_delay_s = delays.quantile(0.95, name + "p95 delay");
   out.median_peak_N = peaks.quantile(0.5, name + "median peak");
   out.p95_peak_N = peaks.quantile(0.95, name + "p95 peak");
+  out.mean_lost_s = losses.mean(name + "lost");
   out.latency_share = share_of_latency(out.runs, name + "latency");
   out.highest_speed_m_s = least_found(slow_enough, 0.95, name + "speed");
   if (auto& speed = out.highest_speed_m_s) {

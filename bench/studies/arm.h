@@ -17,10 +17,20 @@ struct ArmSettings {
   double deceleration_m_s2 = 5;
   double aim_N = 10;
   double limit_N = 140;
+  double clearance_mm = 10;  ///< to which the arm retreats from the obstacle
+  double aside_mm = 50;      ///< by which it then passes
 
   /// Force on the obstacle when the arm stands still: it goes on at `speed_m_s` until the alarm and
   /// then decelerates, while the force grows with every millimetre.
   double peak_force_N(double speed_m_s, double delay_s) const;
+  /// What stopping and going around takes longer than going straight on, for an obstacle into which
+  /// the arm went `way_m`: it decelerates, retreats to the clearance, moves aside, passes and moves
+  /// back, each way from rest to rest with the deceleration as its acceleration too.
+  double detour_s(double speed_m_s, double way_m) const;
+  /// From rest to rest, at most at `speed_m_s`.
+  double travel_s(double speed_m_s, double way_m) const;
+  /// How far the arm goes on after the onset.
+  double way_m(double speed_m_s, double delay_s) const;
   /// Up to which speed a skin without any delay would stay under the aim.
   double highest_speed_m_s() const;
 };
@@ -51,6 +61,7 @@ struct ArmRun {
   std::optional<double> delay_s;
   double of_latency_s = 0;       ///< the part of the delay that a solver of no latency would save
   std::optional<double> peak_N;  ///< nothing where there is no delay
+  std::optional<double> lost_s;  ///< by the stop and the way around; also of a needless stop
   bool done = false;             ///< alarmed, under the limit, not stopped needlessly
 };
 
@@ -68,6 +79,7 @@ struct ArmOutcome {
   std::optional<Estimate> median_delay_s, p95_delay_s;  ///< never_s where there is none
   std::optional<Estimate> latency_share;                ///< of the sum of the delays
   std::optional<Estimate> median_peak_N, p95_peak_N;    ///< at most the limit, standing for more
+  std::optional<Estimate> mean_lost_s;                  ///< over the runs that stopped
   CountedShare under_aim, under_limit;                  ///< of runs without a needless stop
   CountedShare done, needless;                          ///< of all runs
   /// The highest speed up to which 95 % of the runs stay under the aim, m/s: at the upper end of

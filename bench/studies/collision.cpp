@@ -161,7 +161,8 @@ Collision::Collision(const StudyInput& input) : name_(input.spec.name) {
   results_.condition = collision_condition(input);
   results_.per_hour = spec.number("false_alarms_per_hour");
   results_.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
-                  spec.number("aim_N"), spec.number("limit_N")};
+                  spec.number("aim_N"),          spec.number("limit_N"),
+                  spec.number("clearance_mm"),   spec.number("aside_mm")};
   results_.region_areas.assign(
       static_cast<std::size_t>(*std::max_element(orbits.begin(), orbits.end()) + 1), 0);
   for (const int orbit : orbits) ++results_.region_areas[static_cast<std::size_t>(orbit)];

@@ -44,6 +44,7 @@ nlohmann::json arm_json(const ArmOutcome& arm) {
           {"p95_delay_s", delay_json(arm.p95_delay_s)},
           {"latency_share", to_json(arm.latency_share)},
           {"median_peak_N", to_json(arm.median_peak_N)},
+          {"mean_lost_s", to_json(arm.mean_lost_s)},
           {"p95_peak_N", to_json(arm.p95_peak_N)},
           {"under_aim", share_json(arm.under_aim)},
           {"under_limit", share_json(arm.under_limit)},

@@ -173,6 +173,7 @@ void add_arm_cells(const ArmOutcome& arm, const ArmSettings& settings, std::vect
   row.push_back(percent_cell(arm.under_aim));
   row.push_back(percent_cell(arm.under_limit));
   row.push_back(percent_cell(arm.done));
+  row.push_back(scaled_cell(arm.mean_lost_s, 1, 2));
   row.push_back(percent_cell(arm.needless));
   row.push_back(highest_speed_cell(arm.highest_speed_m_s));
 }
@@ -187,8 +188,8 @@ TableSection arm_runs_table(const CollisionResults& results) {
   section.columns = detector_columns(
       {"latency (ms)", "median delay (ms)", "95 % delay (ms)", "of it latency (%)",
        "median peak (N)", "95 % peak (N)", "under " + number_text(arm.aim_N) + " N (%)",
-       "under " + number_text(arm.limit_N) + " N (%)", "tasks done (%)", "needless stops (%)",
-       "highest speed (m/s)"});
+       "under " + number_text(arm.limit_N) + " N (%)", "tasks done (%)", "time lost (s)",
+       "needless stops (%)", "highest speed (m/s)"});
   for (std::size_t c = 6; c < section.columns.size(); ++c) section.columns[c].part = c < 9 ? 1 : 2;
   for (const Detector& detector : results.detectors) {
     add_detector_row(detector, section, [&](std::vector<Cell>& row) {
@@ -237,6 +238,9 @@ std::vector<std::string> collision_notes(const CollisionResults& results) {
       "the tasks done and stand in no delay, no force and no speed. A run without an alarm has an "
       "endless delay, and the limit (" +
           number_text(results.arm.limit_N) + " N) or more for its force.",
+      "Time lost: by the runs that stopped, in decelerating, retreating to " +
+          number_text(results.arm.clearance_mm) + " mm from the obstacle and passing " +
+          number_text(results.arm.aside_mm) + " mm aside, over going straight on.",
       "Of it latency: what a solver that takes no time would save of the delays, waiting for its "
       "turn included. Where the latency has a dash it was not measured and counts as 0.",
       "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +

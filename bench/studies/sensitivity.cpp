@@ -172,12 +172,23 @@ TableSection response_rows(const std::vector<SensitivitySet>& sets) {
   for (const char* name : {"force_error_N", "least_force_error_N", "largest_force_error_N"}) {
     for (const Column& column : exact_columns(name)) rows.columns.push_back(column);
   }
-  rows.columns.insert(
-      rows.columns.end(),
-      {{"monotone"}, {"spread"}, {"hysteresis"}, {"unlocated"}, {"corner_peak"}, {"centre_peak"}});
+  rows.columns.insert(rows.columns.end(), {{"monotone"},
+                                           {"spread"},
+                                           {"hysteresis"},
+                                           {"unlocated"},
+                                           {"corner_strength"},
+                                           {"centre_strength"},
+                                           {"failure"}});
   for (const SensitivitySet& set : sets) {
     for (const PressResponse& solver : set.solvers) {
-      if (!solver.failure.empty()) continue;
+      if (!solver.failure.empty()) {
+        std::vector<Cell> row(rows.columns.size());
+        row[0] = set.name;
+        row[1] = solver.label;
+        row.back() = solver.failure;
+        rows.rows.push_back(std::move(row));
+        continue;
+      }
       for (const Strength strength : kStrengths) {
         const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
         std::vector<Cell> row = {set.name, solver.label, name_of(strength)};
@@ -197,6 +208,7 @@ TableSection response_rows(const std::vector<SensitivitySet>& sets) {
         row.push_back(std::to_string(reading.unlocated));
         row.push_back(exact_cell(value_of(reading.regions.front().rising.back())));
         row.push_back(exact_cell(value_of(reading.regions.back().rising.back())));
+        row.emplace_back();
         rows.rows.push_back(std::move(row));
       }
     }

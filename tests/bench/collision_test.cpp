@@ -180,6 +180,13 @@ TEST(Arm, ThePeakForceIsThatOfTheWayGone) {
   const ArmSettings settings{5, 5, 10, 140};
   EXPECT_NEAR(settings.peak_force_N(0.2, 0.010), 30, 1e-9);
   EXPECT_NEAR(settings.peak_force_N(settings.highest_speed_m_s(), 0), 10, 1e-9);
+  // From rest to rest: 8 mm at 0.2 m/s and 5 m/s² is all speeding up and slowing down; 50 mm takes
+  // 0.25 s at that speed and 0.04 s more for its ends.
+  EXPECT_NEAR(settings.travel_s(0.2, 0.008), 0.08, 1e-12);
+  EXPECT_NEAR(settings.travel_s(0.2, 0.050), 0.29, 1e-12);
+  // 6 mm into the obstacle: 0.02 s to stop, 16 mm back in 0.12 s, twice 0.29 s aside, and 16 mm
+  // again, 0.08 s and 0.02 s to speed up.
+  EXPECT_NEAR(settings.detour_s(0.2, 0.006), 0.02 + 0.12 + 0.58 + 0.10, 1e-12);
 }
 
 TEST(Arm, AFrameRaisesItsAlarmWhenTheSolverIsDoneWithIt) {

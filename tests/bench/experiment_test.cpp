@@ -548,12 +548,18 @@ TEST(Experiment, ContactsAreReadAsTheFileSays) {
   EXPECT_FALSE(plain.keep_contacts);
   value["contacts"] = {{"threshold", 0.4}, {"floor", "auto"}, {"saddle", 0.5}, {"match_mm", 12}};
   const Experiment given = read();
-  EXPECT_EQ(given.contacts, (ContactSettings{0.4, std::nullopt, 0.5, 12, std::nullopt}));
+  EXPECT_EQ(given.contacts, (ContactSettings{0.4, std::nullopt, "", 0.5, 12, std::nullopt}));
 
   const auto key = [](const Experiment& e, bool keep) {
     return accuracy_key(fit_recipe(e, e.solvers[0]), e.tests, {false, {}, e.contacts, keep});
   };
   EXPECT_NE(key(plain, false), key(given, false));
+  value["contacts"]["chosen_on"] = "test";
+  const Experiment elsewhere = read();
+  EXPECT_EQ(elsewhere.contacts.chosen_on, "test");
+  EXPECT_NE(key(elsewhere, false), key(given, false));
+  value["contacts"]["chosen_on"] = "train";
+  EXPECT_THROW(read(), InputError);
   EXPECT_NE(key(plain, false), key(plain, true));
 }
 

@@ -2,6 +2,7 @@
 
 #include "bench/contacts/frame_reading.h"
 #include "bench/contacts/image_contacts.h"
+#include "forward/sheet/rasterise.h"
 #include "forward/touch/skin_touch.h"
 #include "forward/touch/touch_distribution.h"
 
