@@ -152,6 +152,7 @@ TEST_F(StagesTest, NamesThatDoNotExistAreRefused) {
 
 TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
   for (const auto& stage : all_stages()) {
+    if (stage->jobs(experiment_).empty()) continue;  // studies
     const Job job = stage->jobs(experiment_).front();
     const JobRecords records(*stage, experiment_, folder_.path());
     EXPECT_FALSE(records.read(job)) << job.name;
