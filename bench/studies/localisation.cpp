@@ -149,7 +149,7 @@ TableSection error_rows(const std::vector<LocalisedSet>& sets) {
   return rows;
 }
 
-json json_of(const PlaceErrors& solver, const LocalisedSet& set) {
+json json_of(const PlaceErrors& solver, const LocalisedSet& set, bool places) {
   if (!solver.failure.empty()) return {{"failure", solver.failure}};
   json out;
   for (const PlaceRule rule : kPlaceRules) {
@@ -160,7 +160,7 @@ json json_of(const PlaceErrors& solver, const LocalisedSet& set) {
                           {"worst_mm", errors.worst ? json(*errors.worst) : json()},
                           {"undefined_frames", errors.undefined}};
   }
-  for (std::size_t place = 0; place < set.places.size(); ++place) {
+  for (std::size_t place = 0; places && place < set.places.size(); ++place) {
     const auto& found = solver.found[place];
     out["places"].push_back({{"target_mm", {set.places[place].x(), set.places[place].y()}},
                              {"found_mm", found ? json{found->x(), found->y()} : json()},
@@ -234,6 +234,7 @@ Localisation::Localisation(const StudyInput& input)
 json Localisation::summary() const {
   json out = {{"law", law_}};
   for (const LocalisedSet& set : sets_) {
+    const bool mapped = std::find(maps_.begin(), maps_.end(), set.name) != maps_.end();
     json& one = out["sets"][set.name];
     one = {{"condition", set.condition}, {"frames", set.frames}};
     if (!set.bound_mm.empty()) {
@@ -245,7 +246,7 @@ json Localisation::summary() const {
                               {"places", set.bound_mm}};
     }
     for (const PlaceErrors& solver : set.solvers) {
-      one["solvers"][solver.label] = json_of(solver, set);
+      one["solvers"][solver.label] = json_of(solver, set, mapped);
     }
   }
   return out;
