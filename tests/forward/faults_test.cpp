@@ -10,8 +10,8 @@
 
 #include "core/errors.h"
 #include "core/json_reader.h"
-#include "forward/data/dataset_spec.h"
 #include "forward/data/dataset_block.h"
+#include "forward/data/dataset_spec.h"
 #include "forward/data/scene_model.h"
 #include "forward/fem/forward_model.h"
 
