@@ -213,6 +213,24 @@ Collision::Collision(const StudyInput& input) : name_(input.spec.name) {
   }
 }
 
+namespace {
+
+/// A column's title for programs: "median delay (ms)" is "median_delay_ms".
+std::string program_name(const std::string& title) {
+  std::string out;
+  for (const char c : title) {
+    if (c == '(' || c == ')') continue;
+    if (c == '%') {
+      out += "percent";
+    } else {
+      out += c == ' ' || c == '/' ? '_' : c;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
 nlohmann::json Collision::summary() const { return collision_json(results_); }
 
 std::vector<ReportSection> Collision::report(const std::string& title,
@@ -228,7 +246,9 @@ std::vector<ReportSection> Collision::report(const std::string& title,
   // In the order of collision_tables().
   const std::array names = {"_alarms", "_thresholds", "_least_force", "_arm"};
   for (std::size_t t = 0; t < names.size(); ++t) {
-    write_file_atomically(folder / (name_ + names[t] + ".csv"), csv_of(section.tables.at(t)));
+    TableSection rows = section.tables.at(t);
+    for (Column& column : rows.columns) column.title = program_name(column.title);
+    write_file_atomically(folder / (name_ + names[t] + ".csv"), csv_of(rows));
   }
   write_collision_data(results_, folder, name_);
   return {section};
