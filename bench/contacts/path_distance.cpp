@@ -44,12 +44,12 @@ Polyline resampled(const Polyline& line, double step) {
     throw std::invalid_argument("only a path of points is resampled, and with a step > 0");
   }
   const double length = length_of(line);
-  const double pieces = std::ceil(length / step);
+  const auto pieces = static_cast<std::size_t>(std::ceil(length / step));
   Polyline out = {line.front()};
   std::size_t end = 1;    // of the piece of the line in which the next point lies
   double before_end = 0;  // along the line up to that piece
-  for (double piece = 1; piece < pieces; ++piece) {
-    const double along = length * piece / pieces;
+  for (std::size_t piece = 1; piece < pieces; ++piece) {
+    const double along = length * static_cast<double>(piece) / static_cast<double>(pieces);
     double size = (line[end] - line[end - 1]).norm();
     while (before_end + size < along && end + 1 < line.size()) {
       before_end += size;

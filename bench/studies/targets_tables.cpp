@@ -81,10 +81,11 @@ TableSection targets_gap_table(const TargetCircumstances& circumstances,
     resolvable.interval = solver.gaps.resolvable.interval();
     row.emplace_back(std::to_string(solver.gaps.scenes));
     row.push_back(resolvable);
-    for (const auto& [low, bin] : bins) {
+    for (const auto& entry : bins) {
       const auto& own = solver.gaps.bins;
+      const double low_mm = entry.second.low_mm;
       const auto found = std::find_if(own.begin(), own.end(),
-                                      [&](const GapBin& one) { return one.low_mm == bin.low_mm; });
+                                      [&](const GapBin& one) { return one.low_mm == low_mm; });
       row.push_back(found == own.end() ? Cell("—") : estimate_cell(found->told_apart, 2));
     }
   }

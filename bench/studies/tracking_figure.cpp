@@ -199,12 +199,13 @@ class TrackingSweep {
         points.emplace_back(x, axis.capped(factor * value->value));
         whiskers.push_back(
             {x, axis.capped(factor * value->ci95.low), axis.capped(factor * value->ci95.high)});
-        panel.tooltip(x, points.back().second,
-                      solvers_[s].label + ", " + number_text(one->speed_mm_s) + " mm/s, " +
-                          number_text(one->frame_rate) + " frames/s\n" + before +
-                          fixed(factor * value->value, 1) + unit + ", 95 % interval " +
-                          fixed(factor * value->ci95.low, 1) + " to " +
-                          fixed(factor * value->ci95.high, 1));
+        std::string text = solvers_[s].label;
+        text.append(", ").append(number_text(one->speed_mm_s)).append(" mm/s, ");
+        text.append(number_text(one->frame_rate)).append(" frames/s\n").append(before);
+        text.append(fixed(factor * value->value, 1)).append(unit).append(", 95 % interval ");
+        text.append(fixed(factor * value->ci95.low, 1)).append(" to ");
+        text.append(fixed(factor * value->ci95.high, 1));
+        panel.tooltip(x, points.back().second, text);
       }
       panel.whiskers(whiskers, {hue(s).towards_white(0.45), 1});
       panel.line(points, tracking_line(s));
