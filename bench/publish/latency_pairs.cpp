@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/json_reader.h"
+#include "core/quantile.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -22,19 +23,18 @@ constexpr std::array training_settings = {
 
 bool meet(const Interval& a, const Interval& b) { return a.low <= b.high && b.low <= a.high; }
 
-Interval in_units(const Interval& us, const std::optional<double>& unit) {
-  return unit ? Interval{us.low / *unit, us.high / *unit} : us;
+Interval range(const std::vector<double>& values) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return {*least, *most};
 }
 
-LatencyPair pair_of(const TimedRow& a, const TimedRow& b) {
+LatencyPair pair_of(const TimedSolver& a, const TimedSolver& b) {
   LatencyPair pair{a, b, false, ""};
-  const Interval first = latency_interval(a.row);
-  const Interval second = latency_interval(b.row);
-  const bool units = a.row.calibration_us && b.row.calibration_us;
-  pair.agree = meet(first, second) || (units && meet(in_units(first, a.row.calibration_us),
-                                                     in_units(second, b.row.calibration_us)));
+  const bool units = !a.rounds_in_units.empty() && !b.rounds_in_units.empty();
+  pair.agree = meet(range(a.rounds_us), range(b.rounds_us)) ||
+               (units && meet(range(a.rounds_in_units), range(b.rounds_in_units)));
   if (pair.agree) return pair;
-  if (a.row.build.timed.empty() || b.row.build.timed.empty()) {
+  if (!a.says_build || !b.says_build) {
     pair.reason = "made before results said which build timed them: " + a.build + "; " + b.build;
   } else if (a.cpu != b.cpu) {
     pair.reason = "other machines: " + a.cpu + "; " + b.cpu;
@@ -44,20 +44,15 @@ LatencyPair pair_of(const TimedRow& a, const TimedRow& b) {
   return pair;
 }
 
-std::string time_text(const ResultRow& row) {
-  const Interval interval = latency_interval(row);
-  return three_digits(row.latency_us->p50) + " [" + three_digits(interval.low) + ", " +
+std::string time_text(const TimedSolver& solver) {
+  const Interval interval = latency_interval(solver);
+  return three_digits(median(solver.rounds_us)) + " [" + three_digits(interval.low) + ", " +
          three_digits(interval.high) + "]";
 }
 
 }  // namespace
 
-Interval latency_interval(const ResultRow& row) {
-  const std::vector<double>& rounds = row.latency_us->p50_of_rounds;
-  if (rounds.empty()) return {row.latency_us->p50, row.latency_us->p50};
-  const auto [least, most] = std::minmax_element(rounds.begin(), rounds.end());
-  return {*least, *most};
-}
+Interval latency_interval(const TimedSolver& solver) { return range(solver.rounds_us); }
 
 std::string timed_settings(const ResultRow& row) {
   json settings = *row.parameters;
@@ -76,36 +71,69 @@ std::string timed_settings(const ResultRow& row) {
   return settings.dump();
 }
 
-std::vector<TimedRow> timed_rows(const fs::path& published) {
+std::vector<TimedSolver> timed_solvers(const std::string& result, const std::string& cpu,
+                                       const std::string& commit,
+                                       const std::vector<ResultRow>& rows) {
+  std::vector<TimedSolver> out;
+  std::vector<bool> has_units;
+  for (const ResultRow& row : rows) {
+    if (!row.latency_us) continue;
+    TimedSolver timed{result, row.label, timed_settings(row), {}, {}, cpu, "commit " + commit};
+    if (!row.build.timed.empty()) {
+      const BuildStamp& build = row.build.timed.front();
+      timed.build = "commit " + build.commit_text() + ", program " + build.program.substr(0, 8);
+      timed.says_build = true;
+    }
+    auto found = std::find_if(out.begin(), out.end(), [&](const TimedSolver& other) {
+      return other.settings == timed.settings && other.build == timed.build;
+    });
+    if (found == out.end()) {
+      out.push_back(std::move(timed));
+      has_units.push_back(true);
+      found = std::prev(out.end());
+    }
+    std::vector<double> rounds = row.latency_us->p50_of_rounds;
+    if (rounds.empty()) rounds = {row.latency_us->p50};
+    for (const double round : rounds) {
+      found->rounds_us.push_back(round);
+      if (row.calibration_us) found->rounds_in_units.push_back(round / *row.calibration_us);
+    }
+    if (!row.calibration_us) has_units[static_cast<std::size_t>(found - out.begin())] = false;
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!has_units[i]) out[i].rounds_in_units.clear();
+  }
+  return out;
+}
+
+std::vector<TimedSolver> timed_solvers(const fs::path& published) {
   std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(published)) {
     if (fs::exists(entry.path() / "summary.json")) folders.push_back(entry.path());
   }
   std::sort(folders.begin(), folders.end());
-  std::vector<TimedRow> out;
+  std::vector<TimedSolver> out;
   for (const fs::path& folder : folders) {
     const fs::path file = folder / "summary.json";
     const json summary = read_json_file(file);
     const json& provenance = summary.at("provenance");
     JsonObject root(summary, file.string(), "");
+    std::vector<ResultRow> rows;
     for (const JsonObject& object : root.objects("rows")) {
-      TimedRow timed{folder.filename().string(), result_row_from_json(object),
-                     provenance.value("cpu", "unknown"), ""};
-      if (!timed.row.latency_us) continue;
-      timed.build = "commit " + provenance.value("commit", "unknown");
-      if (!timed.row.build.timed.empty()) {
-        const BuildStamp& build = timed.row.build.timed.front();
-        timed.build = "commit " + build.commit_text() + ", program " + build.program.substr(0, 8);
-      }
+      rows.push_back(result_row_from_json(object));
+    }
+    for (TimedSolver& timed :
+         timed_solvers(folder.filename().string(), provenance.value("cpu", "unknown"),
+                       provenance.value("commit", "unknown"), rows)) {
       out.push_back(std::move(timed));
     }
   }
   return out;
 }
 
-std::vector<LatencyPair> latency_pairs(const std::vector<TimedRow>& rows) {
-  std::map<std::string, std::vector<const TimedRow*>> alike;
-  for (const TimedRow& row : rows) alike[timed_settings(row.row)].push_back(&row);
+std::vector<LatencyPair> latency_pairs(const std::vector<TimedSolver>& solvers) {
+  std::map<std::string, std::vector<const TimedSolver*>> alike;
+  for (const TimedSolver& solver : solvers) alike[solver.settings].push_back(&solver);
   std::vector<LatencyPair> out;
   for (const auto& [settings, group] : alike) {
     for (std::size_t i = 0; i < group.size(); ++i) {
@@ -125,17 +153,17 @@ Table latency_table(const std::vector<LatencyPair>& pairs) {
       "Every latency in a table comes from the same stage: raw voltages to the finished image of "
       "one "
       "frame, one thread, in rounds that all solvers of an experiment share. Here is each pair of "
-      "results that time a solver with the same settings. Intervals: the least and the greatest "
-      "p50 "
-      "of the rounds. Two agree where these meet, in µs or in units of the calibration loop that "
-      "each process runs beside them.";
+      "results that time a solver with the same settings: the median of p50 over the rounds of all "
+      "their test sets, since what a frame costs does not depend on the set, and the interval from "
+      "the least to the greatest. Two agree where these meet, in µs or in units of the calibration "
+      "loop that each process runs beside them.";
   TableSection& section = table.sections.emplace_back();
   section.columns = {{"solver", Align::left},    {"in", Align::left},
                      {"p50 (µs)", Align::right}, {"and in", Align::left},
                      {"p50 (µs)", Align::right}, {"", Align::left}};
   for (const LatencyPair& pair : pairs) {
-    section.rows.push_back({pair.first.row.label, pair.first.result, time_text(pair.first.row),
-                            pair.second.result, time_text(pair.second.row),
+    section.rows.push_back({pair.first.label, pair.first.result, time_text(pair.first),
+                            pair.second.result, time_text(pair.second),
                             pair.agree            ? "agree"
                             : pair.reason.empty() ? "differ, for no reason that is known"
                                                   : "differ; " + pair.reason});

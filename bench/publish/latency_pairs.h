@@ -10,36 +10,50 @@
 
 namespace ertbench {
 
-/// A row that was timed, and on what.
-struct TimedRow {
+/// What one result has measured of one solver's time, and on what: the rows of all its test sets
+/// whose timed_settings are the same.
+struct TimedSolver {
   std::string result;  ///< folder of the result below results/published
-  ResultRow row;
+  std::string label;   ///< of its first row
+  std::string settings;
+  std::vector<double> rounds_us;  ///< p50 of each round of each row
+  /// The same in units of the calibration loop of each row's process; empty unless all rows have
+  /// it.
+  std::vector<double> rounds_in_units;
   std::string cpu;
   /// "commit 0123456789ab, program 01234567"; of results that do not say it the commit alone.
   std::string build;
+  bool says_build = false;  ///< whether the rows themselves say which build timed them
 };
 
 /// Two results' times of one solver with the same settings.
 struct LatencyPair {
-  TimedRow first;
-  TimedRow second;
+  TimedSolver first;
+  TimedSolver second;
   bool agree = false;  ///< whether their intervals meet, in µs or in units of the calibration loop
   std::string reason;  ///< why they may differ where they do: machine, build; empty: there is none
 };
 
-/// The interval of a row's p50: from the least to the greatest of its rounds, µs.
-Interval latency_interval(const ResultRow& row);
+/// From the least to the greatest of the rounds, µs. What a frame costs does not depend on the test
+/// set (timed_settings), so what differs between the rows of one result is the machine's doing, and
+/// part of the interval.
+Interval latency_interval(const TimedSolver& solver);
 
 /// What a frame's time depends on, in canonical JSON: the type and the settings, without those of
 /// the training and of the regularisation. Of a solver that iterates, which stops by its
 /// "tolerance", all settings and the test set.
 std::string timed_settings(const ResultRow& row);
 
-/// The timed rows of every result below a folder.
-std::vector<TimedRow> timed_rows(const std::filesystem::path& published);
+/// A result's rows, put together by their settings, in the order of their first rows. Rows without
+/// a latency are left out.
+std::vector<TimedSolver> timed_solvers(const std::string& result, const std::string& cpu,
+                                       const std::string& commit,
+                                       const std::vector<ResultRow>& rows);
+/// Those of every result below a folder.
+std::vector<TimedSolver> timed_solvers(const std::filesystem::path& published);
 
-/// All pairs of rows of different results with the same timed_settings.
-std::vector<LatencyPair> latency_pairs(const std::vector<TimedRow>& rows);
+/// All pairs of solvers of different results with the same settings.
+std::vector<LatencyPair> latency_pairs(const std::vector<TimedSolver>& solvers);
 
 /// The pairs for people: who, where, p50 with intervals, whether they agree and if not, why.
 Table latency_table(const std::vector<LatencyPair>& pairs);

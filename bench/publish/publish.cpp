@@ -130,7 +130,7 @@ std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& pro
                                  fs::relative(page_template, project).string(), results));
   }
   out.emplace_back(results / "latencies.md",
-                   markdown_of(latency_table(latency_pairs(timed_rows(results)))));
+                   markdown_of(latency_table(latency_pairs(timed_solvers(results)))));
   return out;
 }
 

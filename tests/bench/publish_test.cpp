@@ -101,13 +101,27 @@ ResultRow timed_row(const std::string& type, nlohmann::json parameters, std::vec
 }
 
 TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
-  const std::vector<TimedRow> rows = {
-      {"a", timed_row("net", {{"width", 24}, {"epochs", 5}}, {100, 110}, 10), "cpu", "build 1"},
-      {"b", timed_row("net", {{"width", 24}, {"epochs", 9}}, {108, 120}, 10), "cpu", "build 1"},
-      {"c", timed_row("net", {{"width", 24}}, {200, 220}, 20), "cpu", "build 1"},
-      {"d", timed_row("net", {{"width", 24}}, {300, 310}, 10), "cpu", "build 2"},
-      {"e", timed_row("net", {{"width", 24}}, {400, 410}, 10), "cpu", "build 2"},
-      {"f", timed_row("net", {{"width", 12}}, {50, 51}, 10), "cpu", "build 1"}};
+  const auto timed = [](const std::string& result, const nlohmann::json& parameters,
+                        const std::vector<std::vector<double>>& rounds, double calibration,
+                        const std::string& commit = "1") {
+    std::vector<ResultRow> rows;
+    for (const auto& of_row : rounds) {
+      rows.push_back(timed_row("net", parameters, of_row, calibration));
+      rows.back().build.timed.front().commit = commit;
+    }
+    const std::vector<TimedSolver> solvers = timed_solvers(result, "cpu", commit, rows);
+    EXPECT_EQ(solvers.size(), 1U);
+    return solvers.front();
+  };
+  const std::vector<TimedSolver> rows = {
+      timed("a", {{"width", 24}, {"epochs", 5}}, {{100, 110}}, 10),
+      // Of two test sets, the second timed on a busier machine.
+      timed("b", {{"width", 24}, {"epochs", 9}}, {{120, 130}, {108, 140}}, 10),
+      timed("c", {{"width", 24}}, {{200, 220}}, 20),
+      timed("d", {{"width", 24}}, {{300, 310}}, 10, "2"),
+      timed("e", {{"width", 24}}, {{400, 410}}, 10, "2"),
+      timed("f", {{"width", 12}}, {{50, 51}}, 10)};
+  EXPECT_EQ(latency_interval(rows[1]).high, 140);
   const std::vector<LatencyPair> pairs = latency_pairs(rows);
   const auto pair = [&](const std::string& a, const std::string& b) {
     return *std::find_if(pairs.begin(), pairs.end(), [&](const LatencyPair& one) {
@@ -118,20 +132,21 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
   EXPECT_TRUE(pair("a", "b").agree);
   EXPECT_TRUE(pair("a", "c").agree);  // in units of the calibration loop
   EXPECT_FALSE(pair("a", "d").agree);
-  EXPECT_EQ(pair("a", "d").reason, "other builds: build 1; build 2");
+  EXPECT_EQ(pair("a", "d").reason,
+            "other builds: commit 1, program program; commit 2, program program");
   EXPECT_FALSE(pair("d", "e").agree);
   EXPECT_EQ(pair("d", "e").reason, "");
-  EXPECT_NE(timed_settings(rows[0].row), timed_settings(rows[5].row));
+  EXPECT_NE(rows[0].settings, rows[5].settings);
 }
 
 /// Two published tables that time the same solver with the same settings agree, or say why not.
 TEST(LatencyPairs, AllOfThePublishedOnesAgreeOrHaveAReason) {
   const std::filesystem::path published =
       std::filesystem::path(ERTBENCH_SOURCE_DIR) / "results/published";
-  const std::vector<LatencyPair> pairs = latency_pairs(timed_rows(published));
+  const std::vector<LatencyPair> pairs = latency_pairs(timed_solvers(published));
   for (const LatencyPair& pair : pairs) {
     EXPECT_TRUE(pair.agree || !pair.reason.empty())
-        << pair.first.row.label << " in " << pair.first.result << " and " << pair.second.result;
+        << pair.first.label << " in " << pair.first.result << " and " << pair.second.result;
   }
 }
 
