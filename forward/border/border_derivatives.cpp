@@ -1,11 +1,13 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/errors.h"
 #include "forward/border/border_layout.h"
 #include "forward/border/border_model.h"
 #include "forward/border/border_system.h"
+#include "forward/border/elliptic_contact.h"
 
 namespace ertbench {
 namespace {
@@ -18,58 +20,95 @@ using std::numbers::pi;
 
 /// d/ds at the equidistant points of a closed arc, s in [0, 1], of the trigonometric polynomial
 /// through them.
-MatrixXd differentiation(int count) {
+MatrixXd closed_differentiation(int count) {
+  MatrixXd out(count, count);
+  Eigen::VectorXd by_distance = Eigen::VectorXd::Zero(count);
+  for (int distance = 0; distance < count; ++distance) {
+    for (int k = 1; 2 * k < count; ++k) {
+      by_distance[distance] -= 4 * pi * k / count * std::sin(2 * pi * k * distance / count);
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) out(i, j) = by_distance[(i - j + count) % count];
+  }
+  return out;
+}
+
+/// The same at the midpoints of an open arc, of the cosine polynomial through them: with the
+/// grading of the points the potential has no slope in s at the ends.
+MatrixXd open_differentiation(int count) {
   MatrixXd out = MatrixXd::Zero(count, count);
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) {
-      for (int k = 1; 2 * k < count; ++k) {
-        out(i, j) -= 4 * pi * k / count * std::sin(2 * pi * k * (i - j) / count);
+      for (int k = 1; k < count; ++k) {
+        out(i, j) -= 2 * pi * k / count * std::sin(pi * k * (i + 0.5) / count) *
+                     std::cos(pi * k * (j + 0.5) / count);
       }
     }
   }
   return out;
 }
 
-/// What moves a border: in each column the shift of its normal, times the length of border that a
-/// point stands for, by unit changes of centre x and y, size and angle.
-Eigen::Array<double, 4, 1> motion(const Complex& from_centroid, const Complex& tangent) {
+/// Within this part of an open arc from its ends nothing is counted: next to a corner the slope of
+/// the potential is the difference of two numbers good to a thousandth over a millionth of the arc,
+/// while what the energy there has a part in goes with the part's third power and more.
+constexpr double left_out = 0.12;
+
+/// What moves a border: the shift of its normal, times the length of border that a point stands
+/// for, by unit changes of all of ContactMotion but the ratio.
+Eigen::Array<double, ContactMotion::log_ratio, 1> motion(const Complex& from_centroid,
+                                                         const Complex& tangent) {
   const Complex normal(tangent.imag(), -tangent.real());  // to the right, times the length
   const auto along = [&](Complex shift) { return (std::conj(normal) * shift).real(); };
-  return {along(1), along(Complex(0, 1)), along(from_centroid),
-          along(Complex(0, 1) * from_centroid)};
+  const Complex i(0, 1);
+  return {along(1),
+          along(i),
+          along(from_centroid),
+          along(i * from_centroid),
+          along(std::conj(from_centroid)),
+          along(i * std::conj(from_centroid))};
 }
 
 }  // namespace
 
-RowMajorMatrix BorderModel::derivatives(const Scene& scene, double resolution) const {
-  constexpr Index ratio_column = derivatives_per_contact - 1;
-  RowMajorMatrix out = RowMajorMatrix::Zero(
-      sensor_.channels(), derivatives_per_contact * static_cast<Index>(scene.contacts.size()));
-  const BorderLayout layout = border_layout(*sensor_.sheet, electrodes_, scene, BorderCuts::none);
-  for (const ContactArc& arc : layout.arcs) {
-    if (!arc.closed) {
-      throw InputError("contact " + std::to_string(arc.contact) +
-                       ": derivatives are for discs and ellipses that lie whole inside the sheet "
-                       "and cross no other contact");
+BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double resolution,
+                                                  int most_points) const {
+  Linearisation out;
+  out.change = Eigen::VectorXd::Zero(sensor_.channels());
+  out.derivatives = RowMajorMatrix::Zero(
+      sensor_.channels(), ContactMotion::count * static_cast<Index>(scene.contacts.size()));
+  const Eigen::VectorXd ratios = electrode_ratios(scene);
+  for (Index e = 0; e < ratios.size(); ++e) {
+    if (ratios[e] != 1) {
+      throw InputError("electrode " + std::to_string(e) +
+                       ": derivatives are for scenes in which no contact covers an electrode");
     }
   }
+  // A smooth border that is cut where it comes close to something would lose its slope there.
+  const BorderLayout layout = border_layout(*sensor_.sheet, electrodes_, scene, BorderCuts::none);
   if (layout.arcs.empty()) return out;
-
-  const BorderSystem system = border_system(*sensor_.sheet, layout, electrodes_,
-                                            ArrayXd::Ones(electrodes_.cols()), resolution);
+  const double all = resolution * std::accumulate(layout.counts.begin(), layout.counts.end(), 0.0);
+  const BorderSystem system =
+      border_system(*sensor_.sheet, layout, electrodes_, ArrayXd::Ones(electrodes_.cols()),
+                    resolution * std::min(1.0, most_points / all));
   const BorderPoints& points = system.points;
+  out.points = static_cast<int>(points.size());
   const auto factor = system.matrix.partialPivLu();
   const MatrixXd density = factor.solve(system.slopes.transpose());  // [points, drives]
+  Solution solution{voltages(pair_differences(system.potentials * density))};
+  average_reciprocal(system.magnitude, solution);
+  out.change = solution.change;
   // The transposed equation is that of the potential: u = y / (r - l), y times weight its solution.
-  const MatrixXd solution =
+  const MatrixXd transposed =
       factor.transpose().solve(pair_differences(system.potentials).transpose());
   const ArrayXd jump = system.right - system.left;
-  const MatrixXd potential = (points.weight * jump).inverse().matrix().asDiagonal() * solution;
+  const MatrixXd potential = (points.weight * jump).inverse().matrix().asDiagonal() * transposed;
   // Current density through the border: r d_n u on one side, l d_n u on the other.
   const MatrixXd current = (system.left * system.right / jump).matrix().asDiagonal() * density;
 
   const auto add = [&](const MatrixXd& products, Index column) {
-    out.col(column) -= voltages(products);  // V = -I/c0 (...), dV/dratio = +I/c0 grad u . grad u
+    out.derivatives.col(column) -=
+        voltages(products);  // V = -I/c0 (...), dV/dratio = +I/c0 grad u . grad u
   };
   for (std::size_t a = 0; a < layout.arcs.size(); ++a) {
     const ContactArc& arc = layout.arcs[a];
@@ -77,11 +116,21 @@ RowMajorMatrix BorderModel::derivatives(const Scene& scene, double resolution) c
     const Index count = points.first[a + 1] - first;
     const auto u = potential.middleRows(first, count);
     const auto q = current.middleRows(first, count);
-    MatrixXd along = differentiation(static_cast<int>(count)) * u;  // d_t u on the sheet
-    MatrixXd across = q;                                            // the current there
-    Eigen::Array4Xd moved(4, count);
-    const Eigen::Vector2d centre = scene.contacts[static_cast<std::size_t>(arc.contact)].centre;
+    const int steps = static_cast<int>(count);
+    MatrixXd along =  // d_t u on the sheet
+        (arc.closed ? closed_differentiation(steps) : open_differentiation(steps)) * u;
+    MatrixXd across = q;  // the current there
+    Eigen::Array<double, ContactMotion::log_ratio, Eigen::Dynamic> moved(
+        static_cast<int>(ContactMotion::log_ratio), count);
+    const Eigen::Vector2d centre = scene.contacts[static_cast<std::size_t>(arc.contact)].centroid();
     for (Index i = 0; i < count; ++i) {
+      const double place = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+      if (!arc.closed && std::min(place, 1 - place) < left_out) {
+        along.row(i).setZero();
+        across.row(i).setZero();
+        moved.col(i).setZero();
+        continue;
+      }
       const Graded graded = graded_parameter(arc, static_cast<int>(i), static_cast<int>(count));
       const BorderPoint border = arc.piece.at(graded.parameter);
       const Complex step = border.first * graded.speed;  // dz/ds
@@ -91,26 +140,26 @@ RowMajorMatrix BorderModel::derivatives(const Scene& scene, double resolution) c
           motion(border.z - Complex(centre.x(), centre.y()), step / static_cast<double>(count));
     }
     // Where the border moves to the right, the left side gains (l - r) (d_t u d_t u + q q / (l r)).
-    for (Index parameter = 0; parameter < ratio_column; ++parameter) {
+    for (Index parameter = 0; parameter < ContactMotion::log_ratio; ++parameter) {
       const Eigen::VectorXd gain = (arc.left - arc.right) * moved.row(parameter).transpose();
       add(along.transpose() * gain.asDiagonal() * along +
               across.transpose() * (gain / (arc.left * arc.right)).asDiagonal() * across,
-          arc.contact * derivatives_per_contact + parameter);
+          arc.contact * ContactMotion::count + parameter);
     }
     // int grad u . grad u over the region on either side, by its border.
     const MatrixXd flux =
         u.transpose() * points.weight.segment(first, count).matrix().asDiagonal() * q;
     if (arc.left_contact >= 0) {
-      add(flux / arc.left, arc.left_contact * derivatives_per_contact + ratio_column);
+      add(flux, arc.left_contact * ContactMotion::count + ContactMotion::log_ratio);
     }
     if (arc.right_contact >= 0) {
-      add(-flux / arc.right, arc.right_contact * derivatives_per_contact + ratio_column);
+      add(-flux, arc.right_contact * ContactMotion::count + ContactMotion::log_ratio);
     }
   }
   for (const auto& [a, b] : pairs_) {
-    const Eigen::RowVectorXd mean = (out.row(a) + out.row(b)) / 2;
-    out.row(a) = mean;
-    out.row(b) = mean;
+    const Eigen::RowVectorXd mean = (out.derivatives.row(a) + out.derivatives.row(b)) / 2;
+    out.derivatives.row(a) = mean;
+    out.derivatives.row(b) = mean;
   }
   return out;
 }

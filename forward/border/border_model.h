@@ -61,13 +61,17 @@ class BorderModel {
   /// next to it. The estimate is the one from reciprocity alone.
   Solution solve_at(const Scene& scene, double resolution) const;
 
-  /// Exact derivatives of the voltages, from the potentials and currents on the borders and no
-  /// further system: [channels, 5 * contacts], for each contact by its centre's x and y (V per
-  /// domain unit), the growth of all its lengths about its centre (V per 1: a disc's by its
-  /// radius times the radius), its rotation (V per rad) and its conductivity ratio (V per 1).
-  /// Throws InputError for contacts with corners, cut by the sheet's border or by one another.
-  static constexpr int derivatives_per_contact = 5;
-  RowMajorMatrix derivatives(const Scene& scene, double resolution) const;
+  struct Linearisation {
+    Eigen::VectorXd change;      ///< [channels] V, as solve_at has it
+    RowMajorMatrix derivatives;  ///< [channels, ContactMotion::count * contacts]
+    int points = 0;              ///< unknowns
+  };
+  /// The change and its derivatives by every contact's motions and ratio (ContactMotion), from the
+  /// potentials and currents on the borders and no further system. Exact where all borders are
+  /// smooth and closed; corners and junctions leave a few per cent. Any scene will do as long as no
+  /// contact covers an electrode, which throws InputError. Where the layout takes more
+  /// than `most_points` it is thinned to so many, and coarser.
+  Linearisation linearise(const Scene& scene, double resolution, int most_points = 1200) const;
 
  private:
   Eigen::VectorXd electrode_ratios(const Scene& scene) const;

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "forward/border/elliptic_contact.h"
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+/// The equation of BorderModel for the scenes that a fit tries by the thousand: a few ellipses that
+/// lie whole inside the sheet and cross no other. Voltages and exact derivatives by all parameters
+/// in tens of microseconds: smooth borders need few points, one factorisation serves voltages and
+/// derivatives, and nothing is allocated once a workspace has grown.
+///
+/// Points are at equal parameters; where a border comes close to the sheet's or to another they are
+/// drawn together there by the map exp(it) -> Moebius(exp(is)), which keeps the equal-parameter
+/// rule spectral. What a border demands beyond `most_points` it does not get: close to the sheet's
+/// border the voltages are then good to a few per cent of the contact's own, which a fit can bear.
+///
+/// All functions are const and thread-safe; a workspace serves one thread.
+class EllipseModel {
+ public:
+  struct Options {
+    double resolution = 1.4;  ///< 1: points about as far apart as the border is from what is next
+    int most_points = 40;     ///< on one border
+  };
+
+  class Workspace;
+
+  explicit EllipseModel(const Sensor& sensor);
+  EllipseModel(const Sensor& sensor, const Options& options);
+  ~EllipseModel();
+
+  const Sensor& sensor() const { return sensor_; }
+  Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
+
+  /// Whether the contacts are what this model is for: each inside the sheet, none crossing or
+  /// holding another.
+  bool are_apart(std::span<const EllipticContact> contacts, Workspace& workspace) const;
+
+  /// `change` [pairs] V: of each reciprocal pair the mean change of its two channels.
+  /// `derivatives` [pairs, EllipticContact::parameters * contacts] V per unit, or of no columns
+  /// where they are not wanted. Returns false, and leaves both as they are, where not are_apart.
+  bool evaluate(std::span<const EllipticContact> contacts, Workspace& workspace,
+                Eigen::Ref<Eigen::VectorXd> change, Eigen::Ref<Eigen::MatrixXd> derivatives) const;
+
+  /// Memory of one thread.
+  class Workspace {
+   public:
+    Workspace();
+    ~Workspace();
+    Workspace(Workspace&&) noexcept;
+    Workspace& operator=(Workspace&&) noexcept;
+    /// Unknowns of the last evaluation.
+    int points() const;
+
+   private:
+    friend class EllipseModel;
+    struct Memory;
+    std::unique_ptr<Memory> memory_;
+  };
+
+ private:
+  bool place_points(std::span<const EllipticContact> contacts, Workspace::Memory& m) const;
+  void assemble(Workspace::Memory& m) const;
+  void differentiate(std::span<const EllipticContact> contacts, Workspace::Memory& m,
+                     Eigen::Ref<Eigen::MatrixXd> derivatives) const;
+
+  Sensor sensor_;
+  Options options_;
+  Eigen::Matrix2Xd positions_;  ///< of the electrodes on the sheet
+  int electrodes_ = 0;
+  int stride_ = 0;                                ///< electrodes, rounded up to whole vectors
+  std::vector<double> x_, y_;                     ///< [L] on the unit circle
+  std::vector<std::array<int, 2>> pairs_;         ///< measurement and drive of each reciprocal pair
+  std::vector<Eigen::MatrixXd> differentiation_;  ///< d/dt at n equal parameters, by n
+};
+
+}  // namespace ertbench

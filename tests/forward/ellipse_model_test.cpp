@@ -1,0 +1,129 @@
+#include "forward/border/ellipse_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/random.h"
+#include "forward/border/border_model.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The standard deviation of a channel's noise at 50 dB, V; of a pair's mean less by sqrt(2).
+double noise_at_50_dB(const Sensor& sensor) {
+  const VectorXd reference = BorderModel(sensor).reference_voltages();
+  return reference.norm() * std::pow(10, -2.5) / std::sqrt(static_cast<double>(reference.size()));
+}
+
+VectorXd means_of_pairs(const Sensor& sensor, const VectorXd& channels) {
+  const auto pairs = reciprocal_pairs(sensor);
+  VectorXd out(static_cast<Index>(pairs.size()));
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    out[static_cast<Index>(p)] = (channels[pairs[p][0]] + channels[pairs[p][1]]) / 2;
+  }
+  return out;
+}
+
+/// One to three ellipses that do not touch, ratios from 0.1 to 4.
+std::vector<EllipticContact> random_contacts(const EllipseModel& model, RandomStream& random) {
+  EllipseModel::Workspace workspace;
+  while (true) {
+    std::vector<EllipticContact> contacts(static_cast<std::size_t>(random.uniform(1, 4)));
+    for (EllipticContact& contact : contacts) {
+      contact.centre = {random.uniform(-0.9, 0.9), random.uniform(-0.9, 0.9)};
+      contact.log_size = random.uniform(std::log(0.06), std::log(0.4));
+      contact.stretch = {random.uniform(-0.35, 0.35), random.uniform(-0.35, 0.35)};
+      contact.log_ratio = random.uniform(-2.3, 1.4);
+    }
+    if (model.are_apart(contacts, workspace)) return contacts;
+  }
+}
+
+/// Against the border model, which is held against EIDORS's reference and finite elements.
+TEST(EllipseModel, IsTheBorderModel) {
+  const Sensor sensor;
+  const BorderModel exact(sensor);
+  const double noise = noise_at_50_dB(sensor);
+  RandomStream random(7, key_of("ellipses"), 0, Purpose::scene);
+  EllipseModel::Workspace workspace;
+  const EllipseModel usual(sensor);
+  const EllipseModel fine(sensor, {4, 200});
+  std::vector<double> errors;
+  for (int scene = 0; scene < 60; ++scene) {
+    const std::vector<EllipticContact> contacts = random_contacts(usual, random);
+    const VectorXd truth =
+        means_of_pairs(sensor, exact.solve(scene_of(contacts), 1e-3 * noise).change);
+    VectorXd change(usual.pairs());
+    MatrixXd none(usual.pairs(), 0);
+    ASSERT_TRUE(fine.evaluate(contacts, workspace, change, none));
+    // What the points cannot do closest to the border apart, spectral accuracy.
+    EXPECT_LT((change - truth).norm(), 0.01 * noise + 1e-3 * truth.norm()) << "scene " << scene;
+    ASSERT_TRUE(usual.evaluate(contacts, workspace, change, none));
+    errors.push_back((change - truth).norm() / noise);
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[30], 0.05);  // of a channel's noise, over all pairs
+  EXPECT_LT(errors[54], 1);
+}
+
+TEST(EllipseModel, DerivativesEqualDifferences) {
+  const Sensor sensor;
+  const EllipseModel model(sensor, {3, 120});
+  RandomStream random(8, key_of("ellipses"), 0, Purpose::scene);
+  EllipseModel::Workspace workspace;
+  for (int scene = 0; scene < 12; ++scene) {
+    std::vector<EllipticContact> contacts = random_contacts(model, random);
+    if (scene == 0) contacts.front().stretch.setZero();  // a disc
+    if (!model.are_apart(contacts, workspace)) continue;
+    const Index parameters = EllipticContact::parameters * static_cast<Index>(contacts.size());
+    VectorXd change(model.pairs());
+    MatrixXd derivatives(model.pairs(), parameters);
+    ASSERT_TRUE(model.evaluate(contacts, workspace, change, derivatives));
+    for (Index parameter = 0; parameter < parameters; ++parameter) {
+      constexpr double h = 1e-5;
+      MatrixXd none(model.pairs(), 0);
+      const auto moved = [&](double step) {
+        std::vector<EllipticContact> out = contacts;
+        EllipticContact& contact =
+            out[static_cast<std::size_t>(parameter / EllipticContact::parameters)];
+        EllipticContact::Vector vector = contact.vector();
+        vector[parameter % EllipticContact::parameters] += step;
+        contact = EllipticContact::from(vector);
+        VectorXd at(model.pairs());
+        EXPECT_TRUE(model.evaluate(out, workspace, at, none));
+        return at;
+      };
+      const VectorXd difference = (moved(h) - moved(-h)) / (2 * h);
+      const double scale = std::max(difference.norm(), 0.01 * derivatives.norm());
+      EXPECT_LT((derivatives.col(parameter) - difference).norm(), 1e-3 * scale)
+          << "scene " << scene << ", parameter " << parameter;
+    }
+  }
+}
+
+TEST(EllipseModel, KnowsWhatItIsNotFor) {
+  const EllipseModel model{Sensor{}};
+  EllipseModel::Workspace workspace;
+  EllipticContact disc;
+  disc.log_size = std::log(0.2);
+  disc.log_ratio = std::log(0.5);
+  EllipticContact other = disc;
+  other.centre = {0.3, 0};
+  EllipticContact beyond = disc;
+  beyond.centre = {0.9, 0};
+  EllipticContact within = disc;
+  within.log_size = std::log(0.05);
+  EXPECT_TRUE(model.are_apart(std::vector{disc}, workspace));
+  EXPECT_FALSE(model.are_apart(std::vector{disc, other}, workspace));
+  EXPECT_FALSE(model.are_apart(std::vector{beyond}, workspace));
+  EXPECT_FALSE(model.are_apart(std::vector{disc, within}, workspace));
+}
+
+}  // namespace
+}  // namespace ertbench
