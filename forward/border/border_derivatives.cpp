@@ -37,16 +37,16 @@ MatrixXd closed_differentiation(int count) {
 /// The same at the midpoints of an open arc, of the cosine polynomial through them: with the
 /// grading of the points the potential has no slope in s at the ends.
 MatrixXd open_differentiation(int count) {
-  MatrixXd out = MatrixXd::Zero(count, count);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) {
-      for (int k = 1; k < count; ++k) {
-        out(i, j) -= 2 * pi * k / count * std::sin(pi * k * (i + 0.5) / count) *
-                     std::cos(pi * k * (j + 0.5) / count);
-      }
+  MatrixXd slopes(count, count);  // of the cosines k at the points i
+  MatrixXd values(count, count);  // of the same at the points j, by their weights
+  for (int k = 0; k < count; ++k) {
+    for (int i = 0; i < count; ++i) {
+      const double angle = pi * k * (i + 0.5) / count;
+      slopes(i, k) = -pi * k * std::sin(angle);
+      values(i, k) = 2.0 / count * std::cos(angle);
     }
   }
-  return out;
+  return slopes * values.transpose();
 }
 
 /// Within this part of an open arc from its ends nothing is counted: next to a corner the slope of

@@ -1,0 +1,127 @@
+#include "solvers/contacts/contact_prior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/errors.h"
+#include "forward/data/dataset_file.h"
+#include "forward/sheet/cross.h"
+
+namespace ertbench {
+namespace {
+
+using std::numbers::pi;
+
+/// Scenes of a training set that are enough for five numbers.
+constexpr std::uint64_t prior_scenes = 4000;
+/// A set whose contacts are all alike knows them no better than this: what is learnt of one set is
+/// to serve on others.
+constexpr double least_deviation = 0.1;
+
+/// Area and second moments about the centroid, per area, of what a contact covers.
+struct Moments {
+  double area = 0;
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+};
+
+Moments moments_of(const Contact& contact) {
+  Moments out;
+  if (contact.shape == Shape::polygon) {
+    const Eigen::Vector2d centre = contact.centroid();
+    for (std::size_t i = 0; i < contact.vertices.size(); ++i) {
+      const Eigen::Vector2d a = contact.vertices[i] - centre;
+      const Eigen::Vector2d b = contact.vertices[(i + 1) % contact.vertices.size()] - centre;
+      const double twice = cross(a, b);
+      out.area += twice / 2;
+      const Eigen::Vector2d sum = a + b;
+      out.second += twice / 24 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
+    }
+    out.second /= out.area;
+    out.area = std::abs(out.area);
+    return out;
+  }
+  const bool box = contact.shape == Shape::rectangle;
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(contact.angle).toRotationMatrix();
+  out.area = (box ? 4 : pi) * contact.half_size.prod();
+  const Eigen::Vector2d squares = contact.half_size.cwiseAbs2() / (box ? 3 : 4);
+  out.second = turn * squares.asDiagonal() * turn.transpose();
+  return out;
+}
+
+double deviation(double sum, double squares, double count) {
+  return std::max(least_deviation,
+                  std::sqrt(std::max(0.0, squares / count - std::pow(sum / count, 2))));
+}
+
+}  // namespace
+
+ContactPrior ContactPrior::of(const DatasetFile& training) {
+  double count = 0;
+  ContactPrior prior;
+  prior.may_fall = prior.may_rise = false;
+  Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  for (const Scene& scene : training.scenes(0, std::min(training.size(), prior_scenes))) {
+    for (const Contact& contact : scene.contacts) {
+      const Moments moments = moments_of(contact);
+      const double root = std::sqrt(moments.second.determinant());
+      // Of an ellipse the determinant of the second moments is (a b / 4)^2.
+      const double aspect = moments.second.trace() / 2 / root;
+      const double log_aspect = std::acosh(std::max(1.0, aspect));
+      const Eigen::Vector3d values(std::log(moments.area / pi) / 2, log_aspect / 2,
+                                   std::abs(std::log(contact.conductivity_ratio)));
+      (contact.conductivity_ratio < 1 ? prior.may_fall : prior.may_rise) = true;
+      sums += values;
+      squares += values.cwiseAbs2();
+      ++count;
+    }
+  }
+  if (count == 0) {
+    throw InputError(
+        training.path().string() +
+        ": no scene holds a contact that a prior could be learnt from; give \"prior\": "
+        "\"broad\"");
+  }
+  prior.log_size_mean = sums[0] / count;
+  prior.log_size_deviation = deviation(sums[0], squares[0], count);
+  prior.stretch_deviation = std::max(least_deviation, std::sqrt(squares[1] / count / 2));
+  prior.log_ratio_mean = sums[2] / count;
+  prior.log_ratio_deviation = deviation(sums[2], squares[2], count);
+  return prior;
+}
+
+double ContactPrior::add_to(const EllipticContact& contact, double weight,
+                            Eigen::Ref<EllipticContact::Vector> gradient,
+                            Eigen::Ref<EllipticContact::Vector> curvature) const {
+  const double ratio_mean = contact.log_ratio < 0 ? -log_ratio_mean : log_ratio_mean;
+  const Eigen::Vector4d from_mean(contact.log_size - log_size_mean, contact.stretch.x(),
+                                  contact.stretch.y(), contact.log_ratio - ratio_mean);
+  const Eigen::Vector4d inverse = weight * Eigen::Vector4d(log_size_deviation, stretch_deviation,
+                                                           stretch_deviation, log_ratio_deviation)
+                                               .cwiseAbs2()
+                                               .cwiseInverse();
+  gradient.tail<4>() += inverse.cwiseProduct(from_mean);
+  curvature.tail<4>() += inverse;
+  return from_mean.cwiseAbs2().dot(inverse) / 2;
+}
+
+double ContactPrior::log_constant(double weight, double sheet_area, bool ellipse) const {
+  const auto gaussian = [&](double deviation) {
+    return std::log(weight / (2 * pi)) / 2 - std::log(deviation);
+  };
+  return -std::log(sheet_area) + gaussian(log_size_deviation) + gaussian(log_ratio_deviation) -
+         (may_fall && may_rise ? std::numbers::ln2 : 0) +  // half of it for either sign
+         (ellipse ? 2 * gaussian(stretch_deviation) : 0);
+}
+
+nlohmann::json to_json(const ContactPrior& prior) {
+  return {{"log_size", {prior.log_size_mean, prior.log_size_deviation}},
+          {"stretch", prior.stretch_deviation},
+          {"log_ratio", {prior.log_ratio_mean, prior.log_ratio_deviation}},
+          {"falls", prior.may_fall},
+          {"rises", prior.may_rise}};
+}
+
+}  // namespace ertbench
