@@ -44,21 +44,24 @@ ContactAtoms::ContactAtoms(const EllipseModel& model, const MatrixXd& whitening)
     }
   }
   atoms_.resize(static_cast<Index>(rows.size()), model.pairs());
-  norms_.resize(atoms_.rows());
   for (Index k = 0; k < atoms_.rows(); ++k) {
-    const VectorXd& row = rows[static_cast<std::size_t>(k)];
-    norms_[k] = row.norm();
-    atoms_.row(k) = (row / norms_[k]).cast<float>();
+    atoms_.row(k) = rows[static_cast<std::size_t>(k)].cast<float>();
   }
+  squares_ = atoms_.cwiseAbs2();
 }
 
-void ContactAtoms::best(const VectorXd& residual, int count, const ContactPrior& prior,
-                        std::vector<Start>& out) const {
+void ContactAtoms::best(const VectorXd& residual, const VectorXd& weights, int count,
+                        const ContactPrior& prior, std::vector<Start>& out) const {
   out.clear();
+  thread_local Eigen::VectorXf weight;
   thread_local Eigen::VectorXf products;
-  products.noalias() = atoms_ * residual.cast<float>();
+  thread_local Eigen::VectorXf norms;
   thread_local Eigen::VectorXf squares;
-  squares = products.cwiseAbs2();
+  weight = weights.cwiseAbs2().cast<float>();
+  norms.noalias() = squares_ * weight;
+  weight.array() *= residual.cast<float>().array();
+  products.noalias() = atoms_ * weight;
+  squares = products.cwiseAbs2().cwiseQuotient(norms);
   // Atoms are falls: a product below zero is a rise.
   if (!prior.may_rise) squares = (products.array() > 0).select(squares, 0);
   if (!prior.may_fall) squares = (products.array() < 0).select(squares, 0);
@@ -67,7 +70,7 @@ void ContactAtoms::best(const VectorXd& residual, int count, const ContactPrior&
     const double square = squares.maxCoeff(&k);
     if (square <= 0) return;
     Start start{contacts_[static_cast<std::size_t>(k)], square / 2};
-    const double amplitude = products[k] / norms_[k];
+    const double amplitude = products[k] / norms[k];
     const double dipole =
         std::clamp(amplitude * dipole_of(atom_ratio), -largest_dipole, largest_dipole);
     start.contact.log_ratio = std::log((1 - dipole) / (1 + dipole));

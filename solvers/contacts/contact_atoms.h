@@ -20,17 +20,18 @@ class ContactAtoms {
     EllipticContact contact;
     double gain = 0;  ///< of the log likelihood, were the voltages linear
   };
-  /// The best `count` atoms for a whitened residual [pairs], none within half its own size of
-  /// another's centre, the best first; of the signs that the prior allows.
-  void best(const Eigen::VectorXd& residual, int count, const ContactPrior& prior,
-            std::vector<Start>& out) const;
+  /// The best `count` atoms for a whitened residual [pairs] that counts by `weights` [pairs], none
+  /// within half its own size of another's centre, the best first; of the signs that the prior
+  /// allows.
+  void best(const Eigen::VectorXd& residual, const Eigen::VectorXd& weights, int count,
+            const ContactPrior& prior, std::vector<Start>& out) const;
 
   Eigen::Index size() const { return atoms_.rows(); }
 
  private:
   std::vector<EllipticContact> contacts_;
-  Eigen::MatrixXf atoms_;  ///< [atoms, pairs] whitened, of norm 1
-  Eigen::VectorXd norms_;  ///< [atoms]
+  Eigen::MatrixXf atoms_;    ///< [atoms, pairs] whitened
+  Eigen::MatrixXf squares_;  ///< [atoms, pairs] theirs
 };
 
 }  // namespace ertbench

@@ -20,10 +20,16 @@ constexpr Index numbers = EllipticContact::parameters;  // of a contact
 constexpr double least_gain = 0.02;
 /// A further contact is tried where the best atom promises more of it: no contact's six numbers
 /// cost less.
-constexpr double promising = 4.5;
+constexpr double promising = 6;
 /// Steps from each of several starts before the best of them goes on.
 constexpr int first_steps = 3;
 constexpr int most_starts = 3;
+/// A frame is done where its iterations have taken so many points in all: frames that no few
+/// ellipses explain would go on, with contacts ever closer to each other.
+constexpr int most_work = 2200;
+/// While the first contact's whereabouts are not known, a channel counts with this part of its
+/// voltage as noise: large voltages next to electrodes change too fast for a start to be near.
+constexpr double soft = 0.4;
 /// Starts that promise so much less than the best are not tried.
 constexpr double hopeless = 12;
 /// A number of contacts whose evidence is so much less has no part in the image.
@@ -169,6 +175,7 @@ bool ContactFit::linearise(const VectorXd& changes, std::span<const EllipticCont
                            Workspace& workspace, Point& point) const {
   ++workspace.iterations;
   if (!derivatives_of(contacts, workspace)) return false;
+  workspace.work += workspace.model.points();
   MatrixXd& columns = workspace.columns;
   workspace.residual = changes - workspace.change;
   if (uniform_noise_ > 0) {
@@ -178,8 +185,8 @@ bool ContactFit::linearise(const VectorXd& changes, std::span<const EllipticCont
     workspace.whitened.noalias() = whitening_ * workspace.residual;
     columns.noalias() = whitening_ * workspace.derivatives;
   }
-  workspace.whitened *= workspace.scale;
-  columns *= workspace.scale;
+  workspace.whitened.array() *= workspace.weights.array();
+  columns.array().colwise() *= workspace.weights.array();
   if (!options_.ellipses) {
     for (Index k = 0; k < columns.cols(); k += numbers) columns.middleCols<2>(k + 3).setZero();
   }
@@ -272,8 +279,11 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
     if (!derivatives_of(from.contacts, workspace)) return false;
     whitened.noalias() = whitening_ * (changes - workspace.change);
   }
-  whitened *= workspace.scale;
-  atoms_.best(whitened, most_starts, prior_, workspace.starts);
+  const bool first = from.contacts.empty();
+  if (first) {
+    workspace.weights = (1 + (soft * whitened.array()).square()).rsqrt();
+  }
+  atoms_.best(whitened, workspace.weights, most_starts, prior_, workspace.starts);
   std::vector<std::vector<EllipticContact>> starts;
   for (const ContactAtoms::Start& start : workspace.starts) {
     if (start.gain < workspace.starts.front().gain - hopeless || start.gain < promising) break;
@@ -298,6 +308,10 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
       out = std::move(result);
       any = true;
     }
+  }
+  if (first) {
+    workspace.weights.setConstant(workspace.scale);
+    if (any) out.converged = false;
   }
   if (any && !out.converged) {
     optimise(changes, std::move(out.contacts), options_.most_iterations - first_steps, workspace,
@@ -340,16 +354,18 @@ bool ContactFit::drop_or_join(const VectorXd& changes, Workspace& workspace, Fou
 }
 
 void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found) const {
-  workspace.iterations = 0;
+  workspace.iterations = workspace.work = 0;
   found.best = Result{};
   found.best.misfit = uniform_noise_ > 0 ? changes.squaredNorm() / (uniform_noise_ * uniform_noise_)
                                          : (whitening_ * changes).squaredNorm();
   const double error = options_.model_error * options_.model_error * found.best.misfit;
   workspace.scale = 1 / std::sqrt(1 + error / static_cast<double>(model_.pairs()));
+  workspace.weights.setConstant(model_.pairs(), workspace.scale);
   found.best.misfit *= workspace.scale * workspace.scale;
   found.best.log_evidence = log_evidence(found.best.misfit / 2, {}, 0);
   found.has_other = false;
-  while (static_cast<int>(found.best.contacts.size()) < options_.most_contacts) {
+  while (static_cast<int>(found.best.contacts.size()) < options_.most_contacts &&
+         workspace.work < most_work) {
     Result more;
     if (!add_one(changes, found.best, workspace, more)) break;
     const bool better = more.log_evidence > found.best.log_evidence;
@@ -361,7 +377,8 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
     if (!better) break;
     found.best = std::move(more);
   }
-  if (found.best.contacts.size() > 1) drop_or_join(changes, workspace, found);
+  if (found.best.contacts.size() > 1 && workspace.work < most_work)
+    drop_or_join(changes, workspace, found);
   found.has_other =
       found.has_other && found.best.log_evidence - found.other.log_evidence < negligible;
   found.iterations = workspace.iterations;
@@ -369,7 +386,7 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
 
 void ContactFit::follow(const VectorXd& changes, std::span<const EllipticContact> start,
                         Workspace& workspace, Found& found) const {
-  workspace.iterations = 0;
+  workspace.iterations = workspace.work = 0;
   const auto pairs = static_cast<double>(model_.pairs());
   if (!start.empty()) {
     found.has_other = false;

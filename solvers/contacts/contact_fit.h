@@ -50,10 +50,11 @@ class ContactFit {
   /// Memory of one thread.
   struct Workspace {
     EllipseModel::Workspace model;
-    Eigen::VectorXd change, residual, whitened;
+    Eigen::VectorXd change, residual, whitened, weights;
     Eigen::MatrixXd derivatives, columns;
     std::vector<ContactAtoms::Start> starts;
     int iterations = 0;
+    int work = 0;      ///< points of all iterations
     double scale = 1;  ///< of the whitening, for the model's error
   };
 
