@@ -29,13 +29,15 @@ enum FrameReason : std::uint8_t {
   dead_electrode = 1,  ///< an electrode without contact: its channels read zero, or float
   noise = 2,           ///< above what the solver was fitted for
   out_of_range = 4,    ///< voltages unlike those of any contacts that it was fitted for
+  unexplained = 8,     ///< no contacts of its model explain it: said by the solver itself
 };
 
 /// A set of electrodes, bit e for electrode e; a sensor has at most 64.
 using ElectrodeSet = std::uint64_t;
 
-/// What is said of one frame: by the solver `status`, `iterations` and `gap`, by the check of
-/// frames (solvers/check), which the registry puts around every solver, the rest.
+/// What is said of one frame: by the solver `status`, `iterations`, `gap` and of the reasons
+/// `unexplained`, by the check of frames (solvers/check), which the registry puts around every
+/// solver, the rest.
 struct FrameReport {
   FrameStatus status = FrameStatus::ok;
   std::uint8_t reasons = 0;  ///< of FrameReason; also of a frame that is ok but had channels masked
@@ -59,6 +61,10 @@ struct FoundContact {
   double strength = 0;
   double peak = 0;  ///< largest |change of the conductivity|, S/m
   double area = 0;  ///< squared domain units
+  /// Standard deviations of x and y of the place and of the strength, in their units; 0 where the
+  /// solver knows none.
+  Eigen::Vector2d place_deviation = Eigen::Vector2d::Zero();
+  double strength_deviation = 0;
 };
 
 /// What a solver that knows contacts, not pixels alone, has besides its images.

@@ -39,7 +39,8 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
   const std::pair<const char*, std::uint64_t> reasons[] = {
       {"a dead electrode", summary.dead_electrode},
       {"more noise than the solver was fitted for", summary.noise},
-      {"voltages out of the range that it was fitted for", summary.out_of_range}};
+      {"voltages out of the range that it was fitted for", summary.out_of_range},
+      {"voltages that no contacts of the solver's model explain", summary.unexplained}};
   for (const auto& [reason, frames] : reasons) {
     if (frames > 0)
       std::printf("  %llu with %s\n", static_cast<unsigned long long>(frames), reason);

@@ -98,6 +98,7 @@ void count_report(const FrameReport& report, ReconstructSummary& summary) {
   summary.dead_electrode += (report.reasons & dead_electrode) != 0;
   summary.noise += (report.reasons & noise) != 0;
   summary.out_of_range += (report.reasons & out_of_range) != 0;
+  summary.unexplained += (report.reasons & unexplained) != 0;
 }
 
 /// In a process of its own.
@@ -126,7 +127,8 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
     out.create_dataset("/reason", {frames.frames}, Hdf5File::Number::uint8);
     out.write_text("/reason", "description",
                    "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
-                   "voltages out of the range that it was fitted for; 0 none");
+                   "voltages out of the range that it was fitted for, 8 explained by no contacts "
+                   "of the solver's model; 0 none");
     out.write_text("/", "solver", json_text(printable_json(solver->parameters())));
     Progress progress("reconstructing");
     for (std::uint64_t first = 0; first < frames.frames; first += streamed_frames) {
@@ -157,13 +159,13 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
 }
 
 json to_json(const ReconstructSummary& s) {
-  return {s.frames,         s.not_converged, s.undefined,    s.suspect,
-          s.dead_electrode, s.noise,         s.out_of_range, s.checked};
+  return {s.frames, s.not_converged, s.undefined,   s.suspect, s.dead_electrode,
+          s.noise,  s.out_of_range,  s.unexplained, s.checked};
 }
 
 ReconstructSummary summary_from_json(const json& value) {
-  return {value.at(0), value.at(1), value.at(2), value.at(3),
-          value.at(4), value.at(5), value.at(6), value.at(7)};
+  return {value.at(0), value.at(1), value.at(2), value.at(3), value.at(4),
+          value.at(5), value.at(6), value.at(7), value.at(8)};
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ struct ReconstructSummary {
   std::uint64_t dead_electrode = 0;
   std::uint64_t noise = 0;
   std::uint64_t out_of_range = 0;
+  std::uint64_t unexplained = 0;
   bool checked = true;  ///< for noise and range, too: see FrameCheck::has_limits
 };
 

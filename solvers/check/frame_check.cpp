@@ -264,7 +264,7 @@ ElectrodeSet FrameCheck::fewest(ElectrodeSet dead) const {
 }
 
 void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report) {
-  report.reasons = verdict.reasons;
+  report.reasons |= verdict.reasons;
   report.dead = verdict.dead;
   int against = verdict.reasons;
   if (masked && size_of(verdict.dead) <= most_masked) against &= ~dead_electrode;

@@ -164,6 +164,11 @@ void ContactFit::keep_inside(EllipticContact& contact) const {
   }
 }
 
+void ContactFit::set_weights(Workspace& workspace) const {
+  workspace.weights.setConstant(model_.pairs(), workspace.scale);
+  if (workspace.kept.size() > 0) workspace.weights.array() *= workspace.kept.array();
+}
+
 bool ContactFit::derivatives_of(std::span<const EllipticContact> contacts,
                                 Workspace& workspace) const {
   workspace.change.resize(model_.pairs());
@@ -281,7 +286,7 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
   }
   const bool first = from.contacts.empty();
   if (first) {
-    workspace.weights = (1 + (soft * whitened.array()).square()).rsqrt();
+    workspace.weights.array() *= (1 + (soft * whitened.array()).square()).rsqrt();
   }
   atoms_.best(whitened, workspace.weights, most_starts, prior_, workspace.starts);
   std::vector<std::vector<EllipticContact>> starts;
@@ -310,7 +315,7 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
     }
   }
   if (first) {
-    workspace.weights.setConstant(workspace.scale);
+    set_weights(workspace);
     if (any) out.converged = false;
   }
   if (any && !out.converged) {
@@ -360,7 +365,7 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
                                          : (whitening_ * changes).squaredNorm();
   const double error = options_.model_error * options_.model_error * found.best.misfit;
   workspace.scale = 1 / std::sqrt(1 + error / static_cast<double>(model_.pairs()));
-  workspace.weights.setConstant(model_.pairs(), workspace.scale);
+  set_weights(workspace);
   found.best.misfit *= workspace.scale * workspace.scale;
   found.best.log_evidence = log_evidence(found.best.misfit / 2, {}, 0);
   found.has_other = false;
@@ -389,6 +394,8 @@ void ContactFit::follow(const VectorXd& changes, std::span<const EllipticContact
   workspace.iterations = workspace.work = 0;
   const auto pairs = static_cast<double>(model_.pairs());
   if (!start.empty()) {
+    workspace.scale = 1;
+    set_weights(workspace);
     found.has_other = false;
     optimise(changes, {start.begin(), start.end()}, options_.most_iterations, workspace,
              found.best);

@@ -52,6 +52,8 @@ class ContactFit {
     EllipseModel::Workspace model;
     Eigen::VectorXd change, residual, whitened, weights;
     Eigen::MatrixXd derivatives, columns;
+    /// [pairs] 1, or 0 for a pair that is left out of account; empty: all count. The caller's.
+    Eigen::VectorXd kept;
     std::vector<ContactAtoms::Start> starts;
     int iterations = 0;
     int work = 0;      ///< points of all iterations
@@ -77,6 +79,7 @@ class ContactFit {
   struct Point;
   bool linearise(const Eigen::VectorXd& changes, std::span<const EllipticContact> contacts,
                  Workspace& workspace, Point& point) const;
+  void set_weights(Workspace& workspace) const;
   bool derivatives_of(std::span<const EllipticContact> contacts, Workspace& workspace) const;
   /// The contacts a step away, or as much of it as leaves them apart.
   std::vector<EllipticContact> stepped(std::span<const EllipticContact> contacts,

@@ -124,4 +124,21 @@ nlohmann::json to_json(const ContactPrior& prior) {
           {"rises", prior.may_rise}};
 }
 
+ContactPrior contact_prior_from_json(JsonObject object) {
+  ContactPrior prior;
+  const auto pair = [&](const char* key, double& mean, double& deviation) {
+    const std::vector<double> both = object.numbers(key, 2);
+    mean = both[0];
+    deviation = both[1];
+    if (deviation <= 0) object.fail(key, "must be [mean, deviation] with a deviation > 0");
+  };
+  pair("log_size", prior.log_size_mean, prior.log_size_deviation);
+  prior.stretch_deviation = object.number("stretch", Range::positive());
+  pair("log_ratio", prior.log_ratio_mean, prior.log_ratio_deviation);
+  prior.may_fall = object.boolean_or("falls", true);
+  prior.may_rise = object.boolean_or("rises", true);
+  object.finish();
+  return prior;
+}
+
 }  // namespace ertbench

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "core/json_reader.h"
 #include "forward/border/elliptic_contact.h"
 
 namespace ertbench {
@@ -40,5 +41,6 @@ struct ContactPrior {
 };
 
 nlohmann::json to_json(const ContactPrior& prior);
+ContactPrior contact_prior_from_json(JsonObject object);
 
 }  // namespace ertbench

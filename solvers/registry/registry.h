@@ -81,7 +81,7 @@ class SolverRegistry {
 };
 
 /// The version that a plugin must have been built against.
-inline constexpr int solver_interface_version = 6;
+inline constexpr int solver_interface_version = 7;
 
 /// Entry points of a plugin; the first returns solver_interface_version:
 ///     extern "C" int ertbench_solver_interface();

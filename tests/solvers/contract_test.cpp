@@ -27,7 +27,7 @@ class SolverContract : public ::testing::TestWithParam<json> {
     changes.row(5) *= 100;
     return changes;
   }
-  static bool linear() { return GetParam()["type"] != "pdipm"; }
+  static bool linear() { return GetParam()["type"] != "pdipm" && GetParam()["type"] != "contacts"; }
 
   std::unique_ptr<Solver> solver_ = fitted(GetParam());
 };
@@ -323,7 +323,8 @@ const auto classical = ::testing::Values(
     json{{"type", "one-step-gn"}, {"prior", "noser"}, {"lambda", 0.1}},
     json{{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.02}},
     json{{"type", "tsvd"}, {"rank", 45}}, json{{"type", "tsvd"}, {"threshold", 0.02}},
-    json{{"type", "pdipm"}, {"alpha", 1e-5}});
+    json{{"type", "pdipm"}, {"alpha", 1e-5}},
+    json{{"type", "contacts"}, {"prior_weight", 1}, {"noise", 1e-4}});
 
 std::string name_of_spec(const ::testing::TestParamInfo<json>& instance) {
   std::string name;

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "solvers/channel_mask.h"
+#include "solvers/contacts/contact_fit.h"
+#include "solvers/contacts/contact_image.h"
+#include "solvers/contacts/nuisances.h"
+#include "solvers/parameter_choice.h"
+#include "solvers/solver.h"
+#include "solvers/tunable.h"
+
+namespace ertbench {
+
+/// A solver whose unknowns are the contacts: ellipses or discs, as many as a frame demands, fitted
+/// to its voltages with the exact model of the continuous sheet (ContactFit). Its images are drawn
+/// from the contacts, which are also to be had themselves (contact_finder), with their standard
+/// deviations. A frame that no contacts explain is suspect (FrameReason::unexplained), whatever it
+/// looks like otherwise.
+class ContactSolver final : public Solver, private ContactFinder {
+ public:
+  static constexpr const char* type = "contacts";
+
+  /// `{"shape": "ellipse" | "disc", "most_contacts": 1 ... 8, "prior": "broad" | "training",
+  /// "prior_weight": > 0 | "auto", "model_error": 0 ... 0.5, "noise": > 0 | "auto",
+  /// "image": "mean" | "most-likely", "nuisances": {...}}` and what ChannelMask reads.
+  explicit ContactSolver(JsonObject parameters);
+
+  nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override;
+  bool needs_training() const override { return learns_prior_; }
+  void fit(const FitInput& input) override;
+  void reconstruct(FramesView changes, ImagesView images,
+                   std::span<FrameReport> reports) const override;
+  MaskedChannels masked_channels() const override { return mask_; }
+  const ContactFinder* contact_finder() const override { return this; }
+  void save(const std::filesystem::path& file) const override;
+  void load(const std::filesystem::path& file, const Sensor& sensor) override;
+
+ private:
+  void find_contacts(FramesView changes,
+                     std::span<std::vector<FoundContact>> contacts) const override;
+  void read(JsonObject parameters);
+  void prepare(const Sensor& sensor);
+  /// Fits one frame, a row of changes; `dead` electrodes are left out of account.
+  void fit_frame(const double* changes, ElectrodeSet dead, ContactFit::Workspace& workspace,
+                 ContactFit::Found& found) const;
+  void choose_prior_weight(const FitInput& input);
+  /// The misfit above which a frame is unexplained, from frames of the validation set.
+  void set_misfit_limit(const FitInput& input);
+
+  ContactFit::Options options_;
+  bool learns_prior_ = false;
+  bool most_likely_ = false;
+  Tunable prior_weight_;
+  Tunable noise_;  ///< of a channel, V
+  Nuisances nuisances_;
+  ChannelMask mask_;
+  std::optional<ParameterChoice> choice_;
+  ContactPrior prior_;
+  double misfit_limit_ = 0;  ///< of chi^2; 0: none known yet
+
+  Sensor sensor_;
+  std::vector<std::array<int, 2>> pairs_;
+  std::vector<ElectrodeSet> electrodes_of_pairs_;
+  std::unique_ptr<const ContactFit> fit_;
+  std::unique_ptr<const ContactImage> image_;
+};
+
+}  // namespace ertbench

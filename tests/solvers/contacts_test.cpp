@@ -1,0 +1,195 @@
+// The solver whose unknowns are the contacts, held against scenes that the border model made.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "forward/border/border_model.h"
+#include "forward/data/noise.h"
+#include "forward/sheet/rasterise.h"
+#include "solvers/contacts/contact_fit.h"
+#include "solvers/contacts/contact_image.h"
+#include "solvers/contacts/nuisances.h"
+#include "tests/solvers/solver_testing.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using nlohmann::json;
+
+Contact disc(double x, double y, double radius, double ratio) {
+  Contact contact;
+  contact.centre = {x, y};
+  contact.half_size = {radius, radius};
+  contact.conductivity_ratio = ratio;
+  return contact;
+}
+
+Contact ellipse(double x, double y, double a, double b, double angle, double ratio) {
+  Contact contact = disc(x, y, a, ratio);
+  contact.shape = Shape::ellipse;
+  contact.half_size = {a, b};
+  contact.angle = angle;
+  return contact;
+}
+
+double noise_at(double snr_db) {
+  const VectorXd reference = BorderModel(Sensor{}).reference_voltages();
+  return reference.norm() * std::pow(10, -snr_db / 20) /
+         std::sqrt(static_cast<double>(reference.size()));
+}
+
+/// Changes of one frame of the exact model; with noise where `number` is not 0.
+Frames frame_of(const Scene& scene, double snr_db, std::uint64_t number) {
+  const BorderModel model{Sensor{}};
+  const double fine = 1e-3 * noise_at(snr_db);
+  VectorXd voltages = model.reference_voltages() + model.solve(scene, fine).change;
+  if (number > 0) {
+    RandomStream random(number, key_of("contacts"), 0, Purpose::noise);
+    add_noise({snr_db, SnrBasis::absolute}, model.reference_voltages(), random, voltages);
+  }
+  return (voltages - model.reference_voltages()).transpose();
+}
+
+std::unique_ptr<Solver> solver_for(double snr_db, const json& more = json::object()) {
+  json spec = {{"type", "contacts"}, {"prior_weight", 1}, {"noise", noise_at(snr_db)}};
+  spec.update(more);
+  return fitted(spec);
+}
+
+std::vector<FoundContact> found_in(const Solver& solver, const Frames& frame) {
+  std::vector<std::vector<FoundContact>> out(1);
+  solver.contact_finder()->find_contacts(frame, out);
+  return out.front();
+}
+
+TEST(Contacts, OfALowNoiseFrameAreWhatTheyAre) {
+  const auto solver = solver_for(90);
+  const std::vector<FoundContact> one =
+      found_in(*solver, frame_of({{ellipse(0.3, -0.2, 0.25, 0.15, 0.6, 0.5)}}, 90, 1));
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_LT((one[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 1e-3);
+  EXPECT_NEAR(one[0].area, std::numbers::pi * 0.25 * 0.15, 0.005);
+  EXPECT_NEAR(one[0].peak, 0.5 * Sensor{}.background, 0.002);
+
+  const std::vector<FoundContact> two =
+      found_in(*solver, frame_of({{disc(-0.5, 0.4, 0.2, 0.6), disc(0.4, -0.3, 0.25, 2)}}, 90, 1));
+  ASSERT_EQ(two.size(), 2U);  // a better conductor, and the stronger of the two
+  EXPECT_LT((two[0].place - Eigen::Vector2d(0.4, -0.3)).norm(), 1e-3);
+  EXPECT_LT((two[1].place - Eigen::Vector2d(-0.5, 0.4)).norm(), 1e-3);
+}
+
+/// Standard deviations mean what they say: chi^2 of the places over many noises.
+TEST(Contacts, StandardDeviationsAreThoseOfTheErrors) {
+  const auto solver = solver_for(60, {{"shape", "disc"}, {"model_error", 0}});
+  const Frames clean = frame_of({{disc(0.2, 0.35, 0.2, 0.6)}}, 60, 0);
+  constexpr int count = 120;
+  double square = 0;
+  for (int f = 0; f < count; ++f) {
+    RandomStream random(11, key_of("deviations"), static_cast<std::uint64_t>(f), Purpose::noise);
+    Frames noisy = clean;
+    for (Index c = 0; c < noisy.cols(); ++c) noisy(0, c) += noise_at(60) * random.normal();
+    const std::vector<FoundContact> found = found_in(*solver, noisy);
+    ASSERT_EQ(found.size(), 1U);
+    square += (found[0].place - Eigen::Vector2d(0.2, 0.35))
+                  .cwiseQuotient(found[0].place_deviation)
+                  .squaredNorm();
+  }
+  // Chi^2 of 2 * 120 numbers: 1 +- 4 sqrt(2 / 240).
+  EXPECT_NEAR(square / (2 * count), 1, 0.37);
+}
+
+TEST(Contacts, NoiseAloneHasNone) {
+  const auto solver = solver_for(50);
+  int contacts = 0;
+  for (std::uint64_t f = 1; f <= 50; ++f) {
+    contacts += static_cast<int>(found_in(*solver, frame_of({}, 50, f)).size());
+  }
+  EXPECT_LE(contacts, 2);
+}
+
+TEST(Contacts, ExplainAFrameToItsNoiseAndNotWhatIsNoContact) {
+  const auto solver = solver_for(50);
+  const auto reasons = [&](const Frames& frame) {
+    return reconstruct(*solver, frame).reports[0].reasons;
+  };
+  const Frames good = frame_of({{disc(0.3, 0.3, 0.25, 0.5), disc(-0.4, -0.2, 0.2, 0.3)}}, 50, 3);
+  EXPECT_EQ(reasons(good) & unexplained, 0);
+  // A stale reference: all voltages 3 % larger. And the same with that as a further unknown.
+  const VectorXd reference = BorderModel{Sensor{}}.reference_voltages();
+  const Frames stale = good + 0.03 * reference.transpose();
+  EXPECT_EQ(reasons(stale) & unexplained, unexplained);
+  const auto tolerant = solver_for(50, {{"nuisances", {{"gain", 0.05}}}});
+  const Reconstruction out = reconstruct(*tolerant, stale);
+  EXPECT_EQ(out.reports[0].reasons & unexplained, 0);
+  const Images as_good = reconstruct(*tolerant, good).images;
+  EXPECT_LT((out.images - as_good).norm(), 0.1 * as_good.norm());
+}
+
+TEST(Contacts, ImagesHaveTheScenesConductivity) {
+  const Scene scene{{disc(0.1, -0.3, 0.25, 0.5)}};
+  const Sensor sensor;
+  VectorXd ratio(sensor.pixels());
+  rasterise(scene, sensor.image(), Rasterisation::area, ratio);
+  const Images truth = sensor.background * (ratio.array() - 1).matrix().transpose();
+  for (const char* image : {"mean", "most-likely"}) {
+    const auto solver = solver_for(80, {{"image", image}});
+    const Images found = reconstruct(*solver, frame_of(scene, 80, 1)).images;
+    EXPECT_LT((found - truth).norm(), 0.06 * truth.norm()) << image;
+  }
+}
+
+/// Gain and gradient of the whitening against the covariance it stands for.
+TEST(Nuisances, WhitenTheirOwnCovariance) {
+  const Sensor sensor;
+  Nuisances nuisances;
+  nuisances.gain = 0.02;
+  nuisances.electrodes = 0.01;
+  const double noise = 1e-4;
+  const MatrixXd w = whitening_of(sensor, noise, nuisances);
+  const BorderModel model(sensor);
+  const auto pairs = reciprocal_pairs(sensor);
+  VectorXd gain(static_cast<Index>(pairs.size()));
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    gain[static_cast<Index>(p)] = model.reference_voltages()[pairs[p][0]];
+  }
+  // Along what is unknown a deviation counts as one, across it a pair's noise does.
+  EXPECT_LE((w * gain * nuisances.gain).norm(), 1);
+  EXPECT_GT((w * gain * nuisances.gain).norm(), 0.5);
+  const MatrixXd none = whitening_of(sensor, noise, {});
+  EXPECT_NEAR(none(0, 0), std::numbers::sqrt2 / noise, 1e-6 * none(0, 0));
+}
+
+TEST(Contacts, AreFollowedFromTheLastFrame) {
+  const Sensor sensor;
+  const ContactFit fit(sensor, ContactPrior{}, whitening_of(sensor, noise_at(60), {}),
+                       ContactFit::Options{});
+  const auto pairs = reciprocal_pairs(sensor);
+  ContactFit::Workspace workspace;
+  ContactFit::Found found;
+  std::vector<EllipticContact> last;
+  for (int step = 0; step < 8; ++step) {
+    const double x = -0.4 + 0.05 * step;
+    const Frames frame =
+        frame_of({{disc(x, 0.2, 0.2, 0.5)}}, 60, static_cast<std::uint64_t>(step) + 1);
+    VectorXd means(static_cast<Index>(pairs.size()));
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      means[static_cast<Index>(p)] = (frame(0, pairs[p][0]) + frame(0, pairs[p][1])) / 2;
+    }
+    fit.follow(means, last, workspace, found);
+    ASSERT_EQ(found.best.contacts.size(), 1U) << step;
+    EXPECT_NEAR(found.best.contacts[0].centre.x(), x, 0.02) << step;
+    if (step > 0) {
+      EXPECT_LE(found.iterations, 8) << step;
+    }
+    last = found.best.contacts;
+  }
+}
+
+}  // namespace
+}  // namespace ertbench
