@@ -68,6 +68,21 @@ void GridLaplacian::half_solve(const RowMajorMatrix& right, Eigen::Index columns
   }
 }
 
+void GridLaplacian::half_solve_transposed(RowMajorMatrix& x, Eigen::Index columns) const {
+  using Block = Eigen::Array<double, block, 1>;
+  for (Eigen::Index j = unknowns_; j-- > 0;) {
+    const Eigen::Index reach = std::min(grid_, unknowns_ - 1 - j);
+    const double* const factors = row(j);
+    for (Eigen::Index c = 0; c < columns; c += block) {
+      Block sum = Eigen::Map<const Block>(&x(j, c));
+      for (Eigen::Index i = 1; i <= reach; ++i) {
+        sum += factors[i - 1] * Eigen::Map<const Block>(&x(j + i, c));
+      }
+      Eigen::Map<Block>(&x(j, c)) = sum * inverse_diagonal_[j];
+    }
+  }
+}
+
 void GridLaplacian::half_solve(Eigen::VectorXd& x) const {
   for (Eigen::Index j = 0; j < unknowns_; ++j) {
     x[j] *= inverse_diagonal_[j];

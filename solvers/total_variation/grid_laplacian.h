@@ -30,6 +30,9 @@ class GridLaplacian {
   /// L^-1 of the first `columns` columns of `right` [>= unknowns, >= columns], to the first
   /// unknowns() rows of `out` [., columns]; `columns` is a multiple of `block`.
   void half_solve(const RowMajorMatrix& right, Eigen::Index columns, RowMajorMatrix& out) const;
+  /// L^-T of the first `columns` columns of `x` [>= unknowns, >= columns], in place; `columns` is a
+  /// multiple of `block`.
+  void half_solve_transposed(RowMajorMatrix& x, Eigen::Index columns) const;
   /// L^-1 x and L^-T x in place; `x` [>= unknowns].
   void half_solve(Eigen::VectorXd& x) const;
   void half_solve_transposed(Eigen::VectorXd& x) const;

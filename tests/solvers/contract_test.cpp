@@ -37,7 +37,9 @@ class SolverContract : public ::testing::TestWithParam<json> {
     changes.row(5) *= 100;
     return changes;
   }
-  static bool linear() { return GetParam()["type"] != "pdipm"; }
+  static bool linear() {
+    return GetParam()["type"] != "pdipm" && GetParam()["type"] != "gauss-newton";
+  }
   static bool is_mixture() { return GetParam().value("components", 1) > 1; }
 
   std::unique_ptr<Solver> solver_ = taught(GetParam());
@@ -237,7 +239,11 @@ TEST_P(FramesNotToBeTrusted, HaveDeadElectrodes) {
       const ElectrodeSet dead = random_electrodes(1 + static_cast<int>(f % 4), random);
       zero ? read_zero(changes.row(f), dead) : read_noise(changes.row(f), dead, random);
     }
-    EXPECT_GE(share(reconstruct(*solver, changes), FrameStatus::suspect, dead_electrode), 0.99);
+    // An iteration may come to no end on them, and says so first.
+    const Reconstruction out = reconstruct(*solver, changes);
+    EXPECT_GE(share(out, FrameStatus::suspect, dead_electrode) +
+                  share(out, FrameStatus::not_converged, dead_electrode),
+              0.99);
   }
 }
 
@@ -336,7 +342,14 @@ const auto classical = ::testing::Values(
     json{{"type", "tsvd"}, {"rank", 45}}, json{{"type", "tsvd"}, {"threshold", 0.02}},
     json{{"type", "lmmse"}, {"ridge", 1e-5}},
     json{{"type", "lmmse"}, {"components", 4}, {"ridge", 1e-5}},
-    json{{"type", "pdipm"}, {"alpha", 1e-5}});
+    json{{"type", "pdipm"}, {"alpha", 1e-5}},
+    json{{"type", "gauss-newton"}, {"lambda", 0.3}, {"tolerance", 0.1}},
+    json{{"type", "gauss-newton"}, {"prior", "laplace"}, {"lambda", 0.1}, {"tolerance", 0.1}},
+    json{{"type", "gauss-newton"},
+         {"prior", "total-variation"},
+         {"lambda", 1e-4},
+         {"tolerance", 0.1}},
+    json{{"type", "gauss-newton"}, {"prior", "training"}, {"lambda", 1e-3}, {"tolerance", 0.1}});
 
 std::string name_of_spec(const ::testing::TestParamInfo<json>& instance) {
   std::string name;
