@@ -38,6 +38,9 @@ class GridLaplacian {
   void half_solve_transposed(Eigen::VectorXd& x) const;
 
  private:
+  template <int known>
+  void eliminate();
+
   double* row(Eigen::Index j) { return band_.data() + j * stride_; }
   const double* row(Eigen::Index j) const { return band_.data() + j * stride_; }
 
