@@ -1,6 +1,7 @@
 #include "solvers/linear/masked_inverse.h"
 
 #include <Eigen/Cholesky>
+#include <utility>
 
 #include "solvers/symmetric_eigen.h"
 
@@ -52,6 +53,22 @@ Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& kept) const
   const auto vectors = eigen.vectors.rightCols(rank);
   out(kept, kept) =
       vectors * eigen.values.tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
+  return out;
+}
+
+MaskedMmse::MaskedMmse(Eigen::MatrixXd changes, const Eigen::MatrixXd& cross, double ridge)
+    : changes_(std::move(changes)), ridge_(ridge) {
+  basis_ = cross;
+}
+
+Eigen::MatrixXd MaskedMmse::weights(const std::vector<Eigen::Index>& kept) const {
+  const auto count = static_cast<Eigen::Index>(kept.size());
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(changes_.rows(), changes_.cols());
+  if (count == 0) return out;
+  Eigen::MatrixXd matrix = changes_(kept, kept);
+  matrix.diagonal().array() += ridge_ * matrix.diagonal().mean();
+  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(count, count));
+  out(kept, kept) = inverse;
   return out;
 }
 

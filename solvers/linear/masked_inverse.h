@@ -54,4 +54,17 @@ class MaskedTsvd final : public MaskedInverse {
   double least_;
 };
 
+/// The linear estimate of least mean squared error (LinearMmse) from the kept pairs alone, which is
+/// exact: their moments are a part of all. One Cholesky decomposition.
+class MaskedMmse final : public MaskedInverse {
+ public:
+  /// Second moments [pairs, pairs] and [pixels, pairs], ridge as mmse_matrix has them.
+  MaskedMmse(Eigen::MatrixXd changes, const Eigen::MatrixXd& cross, double ridge);
+  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
+
+ private:
+  Eigen::MatrixXd changes_;
+  double ridge_;
+};
+
 }  // namespace ertbench

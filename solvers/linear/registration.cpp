@@ -1,5 +1,7 @@
 #include "solvers/linear/registration.h"
 
+#include "solvers/linear/linear_mmse.h"
+#include "solvers/linear/mixture_mmse.h"
 #include "solvers/linear/one_step_gn.h"
 #include "solvers/linear/tsvd.h"
 
@@ -42,11 +44,39 @@ SolverInfo truncated_svd() {
   return info;
 }
 
+/// The mixture is applied otherwise than one matrix, and is a class of its own.
+std::unique_ptr<Solver> make_mmse(JsonObject parameters) {
+  constexpr int most = 1024;
+  if (parameters.integer_or("components", 1, 1, most) == 1) {
+    return std::make_unique<LinearMmse>(std::move(parameters));
+  }
+  return std::make_unique<MixtureMmse>(std::move(parameters));
+}
+
+SolverInfo linear_mmse() {
+  SolverInfo info;
+  info.summary =
+      "linear minimum mean square error, E[x d'] (E[d d'] + ridge)^-1 dv from the training scenes, "
+      "or the posterior mean under a mixture of several";
+  info.parameters = with_shared(
+      {{"components",
+        "Gaussians of which the scenes are a mixture, 1 (the default: one matrix) ... 1024; with "
+        "several, the inference_ parameters do not apply: images are made in float32"},
+       {"ridge",
+        "noise beyond that of the training set, relative to the mean square of the changes, > 0 or "
+        "\"auto\" (the default)"},
+       {"symmetries",
+        "learn from the scenes turned by the sensor's symmetries, too; default true"}});
+  info.make = make_mmse;
+  return info;
+}
+
 }  // namespace
 
 std::vector<SolverType> linear_solvers() {
   return {{OneStepGaussNewton::type, one_step_gauss_newton()},
-          {TruncatedSvd::type, truncated_svd()}};
+          {TruncatedSvd::type, truncated_svd()},
+          {LinearMmse::type, linear_mmse()}};
 }
 
 }  // namespace ertbench

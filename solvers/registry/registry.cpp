@@ -9,6 +9,7 @@
 #include "core/text.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/contacts/registration.h"
+#include "solvers/iterated/registration.h"
 #include "solvers/linear/registration.h"
 #include "solvers/registry/plugin_description.h"
 #include "solvers/registry/plugin_library.h"
@@ -47,7 +48,8 @@ void check_registration(const std::string& type, const SolverInfo& info) {
 // A type of solvers that the program can name stands in one of these lines, and nowhere else
 // outside its own folder.
 SolverRegistry::SolverRegistry() {
-  for (const std::vector<SolverType>& room : {linear_solvers(), total_variation_solvers(), contact_solvers()}) {
+  for (const std::vector<SolverType>& room :
+       {linear_solvers(), total_variation_solvers(), iterated_solvers(), contact_solvers()}) {
     for (const SolverType& solver : room) add(solver.name, solver.info);
   }
   for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {

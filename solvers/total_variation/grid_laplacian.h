@@ -30,11 +30,17 @@ class GridLaplacian {
   /// L^-1 of the first `columns` columns of `right` [>= unknowns, >= columns], to the first
   /// unknowns() rows of `out` [., columns]; `columns` is a multiple of `block`.
   void half_solve(const RowMajorMatrix& right, Eigen::Index columns, RowMajorMatrix& out) const;
+  /// L^-T of the first `columns` columns of `x` [>= unknowns, >= columns], in place; `columns` is a
+  /// multiple of `block`.
+  void half_solve_transposed(RowMajorMatrix& x, Eigen::Index columns) const;
   /// L^-1 x and L^-T x in place; `x` [>= unknowns].
   void half_solve(Eigen::VectorXd& x) const;
   void half_solve_transposed(Eigen::VectorXd& x) const;
 
  private:
+  template <int known>
+  void eliminate();
+
   double* row(Eigen::Index j) { return band_.data() + j * stride_; }
   const double* row(Eigen::Index j) const { return band_.data() + j * stride_; }
 

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "solvers/total_variation/gram.h"
+
 namespace ertbench {
 namespace {
 
@@ -18,7 +20,7 @@ bool NewtonSystem::factor(const Eigen::VectorXd& weights, Eigen::Index channels)
   half_.resize(band_.unknowns(), channels);
   band_.half_solve(problem_.jacobian_transposed(), channels, half_);
   schur_.setIdentity(channels, channels);
-  schur_.selfadjointView<Eigen::Lower>().rankUpdate(half_.transpose());
+  add_gram(half_, band_.unknowns(), schur_);
   schur_factor_.compute(schur_);
   if (schur_factor_.info() != Eigen::Success) return false;
   constant_ = problem_.constant().head(channels);

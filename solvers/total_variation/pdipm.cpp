@@ -62,6 +62,7 @@ void Pdipm::fit(const FitInput& input) {
 
 void Pdipm::set_sensor(const Sensor& sensor) {
   sensor_ = sensor;
+  idle_.clear();
   problem_ = std::make_unique<TotalVariation>(sensor);
   if (mask_.electrodes != 0) {
     problem_ = std::make_unique<TotalVariation>(*problem_, sensor, mask_.electrodes);
@@ -82,13 +83,21 @@ void Pdipm::choose_alpha(const FitInput& input) {
 
 void Pdipm::reconstruct(FramesView changes, ImagesView images,
                         std::span<FrameReport> reports) const {
-  InteriorPoint method(*problem_);
+  std::unique_ptr<InteriorPoint> method;
+  {
+    const std::lock_guard lock(idle_mutex_);
+    if (!idle_.empty()) {
+      method = std::move(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  if (!method) method = std::make_unique<InteriorPoint>(*problem_);
   std::map<ElectrodeSet, MaskedProblem> masked;  // of each set of dead electrodes met
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     FrameReport& report = reports[static_cast<std::size_t>(f)];
     const ElectrodeSet dead = report.dead;
     if (dead == 0) {
-      method.minimise(changes.row(f), options_, images.row(f), report);
+      method->minimise(changes.row(f), options_, images.row(f), report);
     } else if (pairs_without(sensor_, dead).empty()) {
       images.row(f).setZero();
     } else {
@@ -96,6 +105,8 @@ void Pdipm::reconstruct(FramesView changes, ImagesView images,
       found->second.method.minimise(changes.row(f), options_, images.row(f), report);
     }
   }
+  const std::lock_guard lock(idle_mutex_);
+  idle_.push_back(std::move(method));
 }
 
 void Pdipm::save(const std::filesystem::path& file) const {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <vector>
 
 #include "solvers/channel_mask.h"
 #include "solvers/parameter_choice.h"
@@ -47,6 +49,9 @@ class Pdipm final : public Solver {
   ChannelMask mask_;
   Sensor sensor_;
   std::unique_ptr<const TotalVariation> problem_;
+  mutable std::mutex idle_mutex_;
+  /// Methods that no thread uses; a call takes one and brings it back, with its memory.
+  mutable std::vector<std::unique_ptr<InteriorPoint>> idle_;
 };
 
 }  // namespace ertbench

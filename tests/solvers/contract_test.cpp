@@ -17,6 +17,16 @@ namespace {
 using namespace testing;
 using nlohmann::json;
 
+/// Fitted; solvers that learn on the validation set's scenes.
+std::unique_ptr<Solver> taught(const json& spec, const FitInput& with = {}) {
+  static const ValidationFile scenes(1000);
+  std::unique_ptr<Solver> solver = make_solver(spec);
+  FitInput input = with;
+  if (solver->needs_training()) input.training = scenes.input().validation;
+  solver->fit(input);
+  return solver;
+}
+
 class SolverContract : public ::testing::TestWithParam<json> {
  protected:
   /// Twelve frames: blank, noise alone, contacts, a large one.
@@ -27,9 +37,13 @@ class SolverContract : public ::testing::TestWithParam<json> {
     changes.row(5) *= 100;
     return changes;
   }
-  static bool linear() { return GetParam()["type"] != "pdipm" && GetParam()["type"] != "contacts"; }
+  static bool linear() {
+    return GetParam()["type"] != "pdipm" && GetParam()["type"] != "gauss-newton" &&
+           GetParam()["type"] != "contacts";
+  }
+  static bool is_mixture() { return GetParam().value("components", 1) > 1; }
 
-  std::unique_ptr<Solver> solver_ = fitted(GetParam());
+  std::unique_ptr<Solver> solver_ = taught(GetParam());
 };
 
 TEST_P(SolverContract, ABatchIsTheSameAsItsFrames) {
@@ -120,13 +134,14 @@ TEST_P(SolverContract, RefusesAFileThatIsNotThere) {
 TEST_P(SolverContract, ItsParametersMakeItAgain) {
   json spec = solver_->parameters();
   spec["type"] = GetParam()["type"];
-  const std::unique_ptr<Solver> again = fitted(spec);
+  const std::unique_ptr<Solver> again = taught(spec);
   EXPECT_EQ(again->parameters(), solver_->parameters());
   const Frames changes = frames();
   EXPECT_EQ(reconstruct(*again, changes).images, reconstruct(*solver_, changes).images);
 }
 
 TEST_P(SolverContract, AZeroFrameGivesAZeroImage) {
+  if (is_mixture()) GTEST_SKIP() << "the prior of a mixture has a mean";
   const Reconstruction blank = reconstruct(*solver_, Frames::Zero(1, Sensor{}.channels()));
   EXPECT_TRUE((blank.images.array() == 0).all());
   EXPECT_EQ(blank.reports[0].status, FrameStatus::ok);
@@ -189,9 +204,7 @@ class FramesNotToBeTrusted : public SolverContract {
     static const ValidationFile validation(300);
     json spec = GetParam();
     spec.update(more);
-    std::unique_ptr<Solver> solver = make_solver(spec);
-    solver->fit(validation.input());
-    return solver;
+    return taught(spec, validation.input());
   }
   /// Iterations take their time.
   static std::uint64_t count() { return linear() ? 2000 : 800; }
@@ -227,7 +240,11 @@ TEST_P(FramesNotToBeTrusted, HaveDeadElectrodes) {
       const ElectrodeSet dead = random_electrodes(1 + static_cast<int>(f % 4), random);
       zero ? read_zero(changes.row(f), dead) : read_noise(changes.row(f), dead, random);
     }
-    EXPECT_GE(share(reconstruct(*solver, changes), FrameStatus::suspect, dead_electrode), 0.99);
+    // An iteration may come to no end on them, and says so first.
+    const Reconstruction out = reconstruct(*solver, changes);
+    EXPECT_GE(share(out, FrameStatus::suspect, dead_electrode) +
+                  share(out, FrameStatus::not_converged, dead_electrode),
+              0.99);
   }
 }
 
@@ -287,7 +304,8 @@ TEST_P(MaskedFrames, AreImagedWithoutTheirDeadElectrodes) {
   for (const Eigen::Index f : {1, 2, 3}) {
     const Reconstruction one = reconstruct(*solver, changes.row(f));
     EXPECT_EQ(one.images.row(0), masked.images.row(f));
-    if (GetParam()["type"] == "tsvd") continue;  // it may keep another number of values
+    // It may keep another number of values; it groups the scenes by other channels.
+    if (GetParam()["type"] == "tsvd" || is_mixture()) continue;
     EXPECT_LE(relative_difference(reconstruct(*listed, changes.row(f)).images, one.images),
               linear() ? 1e-8 : 1e-2);
   }
@@ -323,12 +341,21 @@ const auto classical = ::testing::Values(
     json{{"type", "one-step-gn"}, {"prior", "noser"}, {"lambda", 0.1}},
     json{{"type", "one-step-gn"}, {"prior", "laplace"}, {"lambda", 0.02}},
     json{{"type", "tsvd"}, {"rank", 45}}, json{{"type", "tsvd"}, {"threshold", 0.02}},
+    json{{"type", "lmmse"}, {"ridge", 1e-5}},
+    json{{"type", "lmmse"}, {"components", 4}, {"ridge", 1e-5}},
     json{{"type", "pdipm"}, {"alpha", 1e-5}},
+    json{{"type", "gauss-newton"}, {"lambda", 0.3}, {"tolerance", 0.1}},
+    json{{"type", "gauss-newton"}, {"prior", "laplace"}, {"lambda", 0.1}, {"tolerance", 0.1}},
+    json{{"type", "gauss-newton"},
+         {"prior", "total-variation"},
+         {"lambda", 1e-4},
+         {"tolerance", 0.1}},
+    json{{"type", "gauss-newton"}, {"prior", "training"}, {"lambda", 1e-3}, {"tolerance", 0.1}},
     json{{"type", "contacts"}, {"prior_weight", 1}, {"noise", 1e-4}});
 
 std::string name_of_spec(const ::testing::TestParamInfo<json>& instance) {
   std::string name;
-  for (const char* key : {"type", "prior", "threshold"}) {
+  for (const char* key : {"type", "prior", "threshold", "components"}) {
     if (instance.param.contains(key)) {
       name += instance.param[key].is_string() ? instance.param[key].template get<std::string>()
                                               : std::string(key);

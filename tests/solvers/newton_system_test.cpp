@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "forward/fem/forward_model.h"
+#include "solvers/total_variation/gram.h"
 #include "solvers/total_variation/pixel_edges.h"
 #include "tests/solvers/solver_testing.h"
 
@@ -88,10 +89,30 @@ TEST_P(EveryGrid, FactorsALaplacian) {
     laplacian.half_solve(b, columns, half);
     const Eigen::MatrixXd expected = b.topRows(m).transpose() * h.llt().solve(b.topRows(m));
     EXPECT_LT(testing::relative_difference(half.transpose() * half, expected), 1e-9);
+
+    // L^-T of these: H^-1 B.
+    laplacian.half_solve_transposed(half, columns);
+    EXPECT_LT(testing::relative_difference(half, h.llt().solve(b.topRows(m))), 1e-9);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Grids, EveryGrid, ::testing::Values(4, 7, 8, 24));
+INSTANTIATE_TEST_SUITE_P(Grids, EveryGrid, ::testing::Values(4, 7, 8, 13, 24, 25));
+
+TEST(Gram, IsTheProductOfTheTransposeWithTheMatrix) {
+  for (const Eigen::Index columns : {8, 16, 24, 40, 64, 112}) {
+    for (const Eigen::Index rows : {1, 63, 64, 575}) {
+      const RowMajorMatrix tall = Eigen::Map<const RowMajorMatrix>(
+          random_vector((rows + 1) * columns, 7).data(), rows + 1, columns);
+      Eigen::MatrixXd sum = Eigen::MatrixXd::Identity(columns, columns);
+      add_gram(tall, rows, sum);
+      const Eigen::MatrixXd expected = Eigen::MatrixXd::Identity(columns, columns) +
+                                       tall.topRows(rows).transpose() * tall.topRows(rows);
+      const Eigen::MatrixXd lower = sum.triangularView<Eigen::Lower>();
+      const Eigen::MatrixXd expected_lower = expected.triangularView<Eigen::Lower>();
+      EXPECT_LT(testing::relative_difference(lower, expected_lower), 1e-13);
+    }
+  }
+}
 
 TEST(GridLaplacian, IsAccurateHoweverTheWeightsSpread) {
   // Conductances in a chain from pixel 0 to pixel 3, the one held: a unit current into pixel 0

@@ -30,13 +30,13 @@ std::string failure(SolverRegistry& registry, const json& spec) {
 
 TEST(Registry, KnowsTheSolvers) {
   EXPECT_EQ(SolverRegistry().types(),
-            (std::vector<std::string>{"one-step-gn", "tsvd", "pdipm", "fcnn", "dcnn", "eit-nn",
-                                      "dd-ert"}));
+            (std::vector<std::string>{"one-step-gn", "tsvd", "lmmse", "pdipm", "gauss-newton",
+                                      "fcnn", "dcnn", "eit-nn", "dd-ert"}));
 }
 
 TEST(Registry, DescribesEveryParameterThatASolverReports) {
   SolverRegistry registry;
-  for (const char* type : {"one-step-gn", "tsvd", "pdipm"}) {
+  for (const char* type : {"one-step-gn", "tsvd", "lmmse", "pdipm", "gauss-newton"}) {
     const SolverInfo* const info = registry.find(type);
     ASSERT_NE(info, nullptr);
     EXPECT_FALSE(info->summary.empty());
