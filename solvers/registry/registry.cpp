@@ -49,7 +49,7 @@ SolverRegistry::SolverRegistry() {
   for (const std::vector<SolverType>& room : {linear_solvers(), total_variation_solvers()}) {
     for (const SolverType& solver : room) add(solver.name, solver.info);
   }
-  for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {
+  for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net"}) {
     add_plugin_type(learned, "libertbench_models.so");
   }
 }
