@@ -45,7 +45,7 @@ void AttentionStep::weigh(float* workspace, int y, int first, const float* facto
     const float* from = workspace + from_.block(block) + y * from_.row() + first * lanes;
     float* to = workspace + to_.block(block) + y * to_.row() + first * lanes;
     for (int x = 0; x < count; ++x, from += lanes, to += lanes) {
-      Float16 values;
+      Floats<lanes> values;
       load(values, from);
       values *= factors[x];
       store(to, values);
@@ -59,13 +59,13 @@ void AttentionStep::run(float* workspace) const {
   for (int y = 0; y < from_.height; ++y) {
     // Lanes past the width read other rows, or what stands behind the maps, and are not used.
     for (int first = 0; first < from_.width; first += lanes) {
-      Float16 sums = {};
+      Floats<lanes> sums = {};
       const float* weight = weights_.data();
       for (int map = 0; map < 2; ++map) {
         const float* row = workspace + between_.channel(map) - corner + y * between_.row() + first;
         for (int ky = 0; ky < kernel_; ++ky, row += between_.row()) {
           for (int kx = 0; kx < kernel_; ++kx, ++weight) {
-            Float16 values;
+            Floats<lanes> values;
             load(values, row + kx);
             sums += *weight * values;
           }

@@ -51,7 +51,7 @@ struct TileShape {
 /// last block of no more channels.
 TileShape tile_kernel(int blocks, bool half, int rows, int columns, int stride, bool planar);
 
-/// How many blocks of channels a kernel takes at a time.
-int most_kernel_blocks();
+/// How many blocks of channels a kernel takes at a time: one where that fills the registers.
+constexpr int most_kernel_blocks = sum_registers >= 24 ? 2 : 1;
 
 }  // namespace ertbench

@@ -100,7 +100,8 @@ void ConvolutionStep::prepare(Layouts layouts) {
   for (int first = 0; first < output.blocks();) {
     const int left = weights_.outputs - first * lanes;
     const bool half = left <= lanes / 2;
-    const int blocks = left > lanes + lanes / 2 ? std::min(2, output.blocks() - first) : 1;
+    const int blocks =
+        left > lanes + lanes / 2 ? std::min(most_kernel_blocks, output.blocks() - first) : 1;
     Group& group = groups_.emplace_back(Group{view, first, {}, {}});
     arrange(group, blocks, half);
     cover(group, blocks, half, side(input.height), side(input.width), layouts);

@@ -6,10 +6,7 @@
 namespace ertbench {
 namespace {
 
-constexpr int most_blocks = register_tile >= 8 ? 8 : 4;  ///< of a group
-
-void load_weights(Float16& out, const float* from) { load(out, from); }
-void load_weights(Float16& out, const std::uint16_t* from) { load_bfloat16(out, from); }
+constexpr int most_blocks = 8 / block_vectors;  ///< of a group
 
 /// The next group of blocks, of 8, 4, 2 or 1.
 int group_of(int blocks_left) {
@@ -22,32 +19,38 @@ int group_of(int blocks_left) {
 template <int group, typename Weight>
 const Weight* multiply(const Weight* weights, const float* x, int inputs, const float* bias,
                        bool rectified, float* y) {
+  constexpr int vectors = group * block_vectors;
   // Sums that follow on themselves wait for each other: a small group takes the inputs in turns.
-  constexpr int turns = group >= 4 ? 1 : 4 / group;
-  Float16 sums[turns][group] = {};
+  constexpr int turns = vectors >= 4 ? 1 : 4 / vectors;
+  Native sums[turns][vectors] = {};
   int i = 0;
   for (; i + turns <= inputs; i += turns) {
+#pragma GCC unroll 4
     for (int t = 0; t < turns; ++t) {
-      for (int b = 0; b < group; ++b, weights += lanes) {
-        Float16 weight;
-        load_weights(weight, weights);
-        sums[t][b] += weight * x[i + t];
+#pragma GCC unroll 8
+      for (int v = 0; v < vectors; ++v, weights += native_lanes) {
+        Native weight;
+        load(weight, weights);
+        sums[t][v] += weight * x[i + t];
       }
     }
   }
   for (; i < inputs; ++i) {
-    for (int b = 0; b < group; ++b, weights += lanes) {
-      Float16 weight;
-      load_weights(weight, weights);
-      sums[0][b] += weight * x[i];
+#pragma GCC unroll 8
+    for (int v = 0; v < vectors; ++v, weights += native_lanes) {
+      Native weight;
+      load(weight, weights);
+      sums[0][v] += weight * x[i];
     }
   }
-  for (int b = 0; b < group; ++b) {
-    Float16 out;
-    load(out, bias + b * lanes);
-    for (int t = 0; t < turns; ++t) out += sums[t][b];
+#pragma GCC unroll 8
+  for (int v = 0; v < vectors; ++v) {
+    Native out;
+    load(out, bias + v * native_lanes);
+#pragma GCC unroll 4
+    for (int t = 0; t < turns; ++t) out += sums[t][v];
     if (rectified) relu(out);
-    store(y + b * lanes, out);
+    store(y + v * native_lanes, out);
   }
   return weights;
 }
@@ -55,16 +58,14 @@ const Weight* multiply(const Weight* weights, const float* x, int inputs, const 
 template <typename Weight>
 const Weight* multiply(int group, const Weight* weights, const float* x, int inputs,
                        const float* bias, bool rectified, float* y) {
-  switch (group) {
-    case 8:
-      return multiply<8>(weights, x, inputs, bias, rectified, y);
-    case 4:
-      return multiply<4>(weights, x, inputs, bias, rectified, y);
-    case 2:
-      return multiply<2>(weights, x, inputs, bias, rectified, y);
-    default:
-      return multiply<1>(weights, x, inputs, bias, rectified, y);
+  if constexpr (most_blocks >= 8) {
+    if (group == 8) return multiply<8>(weights, x, inputs, bias, rectified, y);
   }
+  if constexpr (most_blocks >= 4) {
+    if (group == 4) return multiply<4>(weights, x, inputs, bias, rectified, y);
+  }
+  if (group == 2) return multiply<2>(weights, x, inputs, bias, rectified, y);
+  return multiply<1>(weights, x, inputs, bias, rectified, y);
 }
 
 }  // namespace

@@ -59,10 +59,10 @@ void PoolStep::run(float* workspace) const {
       const float* from = workspace + from_.block(block) + 2 * y * from_.row();
       float* to = workspace + to_.block(block) + y * to_.row();
       for (int x = 0; x < to_.width; ++x, from += 2 * lanes, to += lanes) {
-        Float16 most;
+        Floats<lanes> most;
         load(most, from);
         for (const std::ptrdiff_t other : {from_.pixel(), from_.row(), from_.row() + lanes}) {
-          Float16 value;
+          Floats<lanes> value;
           load(value, from + other);
           most = value > most ? value : most;
         }
@@ -111,14 +111,14 @@ void FillStep::prepare(Layouts layouts) {
 
 void FillStep::run(float* workspace) const {
   for (int block = 0; block < to_.blocks(); ++block) {
-    Float16 bias;
+    Floats<lanes> bias;
     load(bias, bias_.data() + block * lanes);
     for (int y = 0; y < to_.height; ++y) {
       float* to = workspace + to_.block(block) + y * to_.row();
       for (int x = 0; x < to_.width; ++x, to += lanes) {
-        Float16 value = bias;
+        Floats<lanes> value = bias;
         if (added_ >= 0) {
-          Float16 plus;
+          Floats<lanes> plus;
           load(plus, workspace + plus_.block(block) + y * plus_.row() + x * lanes);
           value += plus;
         }

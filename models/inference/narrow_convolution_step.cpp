@@ -24,7 +24,7 @@ void NarrowConvolutionStep::prepare(Layouts layouts) {
 template <int outputs, int pixels>
 void NarrowConvolutionStep::convolve(float* workspace, std::ptrdiff_t input,
                                      std::ptrdiff_t output) const {
-  Float16 sums[outputs][pixels] = {};
+  Native sums[outputs][pixels] = {};
   const float* weights = weights_.data();
   const std::ptrdiff_t row = from_.row();
   for (const std::ptrdiff_t block : blocks_) {
@@ -32,20 +32,27 @@ void NarrowConvolutionStep::convolve(float* workspace, std::ptrdiff_t input,
     for (int ky = 0; ky < shape_.kernel; ++ky, from += row) {
       const float* x = from;
       for (int kx = 0; kx < shape_.kernel; ++kx, x += lanes, weights += outputs * lanes) {
-        for (int p = 0; p < pixels; ++p) {
-          Float16 values;
-          load(values, x + p * lanes);
-          for (int o = 0; o < outputs; ++o) {
-            Float16 weight;
-            load(weight, weights + o * lanes);
-            sums[o][p] += weight * values;
+#pragma GCC unroll 4
+        for (int v = 0; v < block_vectors; ++v) {
+#pragma GCC unroll 8
+          for (int p = 0; p < pixels; ++p) {
+            Native values;
+            load(values, x + p * lanes + v * native_lanes);
+#pragma GCC unroll 4
+            for (int o = 0; o < outputs; ++o) {
+              Native weight;
+              load(weight, weights + o * lanes + v * native_lanes);
+              sums[o][p] += weight * values;
+            }
           }
         }
       }
     }
   }
+#pragma GCC unroll 4
   for (int o = 0; o < outputs; ++o) {
     float* to = workspace + to_.channel(o) + output;
+#pragma GCC unroll 8
     for (int p = 0; p < pixels; ++p) {
       to[p] = sum(sums[o][p]) + shape_.bias[static_cast<std::size_t>(o)];
     }
@@ -54,7 +61,7 @@ void NarrowConvolutionStep::convolve(float* workspace, std::ptrdiff_t input,
 
 template <int outputs>
 void NarrowConvolutionStep::run_with(float* workspace) const {
-  constexpr int pixels = outputs > 2 ? 4 : 8;
+  constexpr int pixels = outputs > 2 ? sum_registers / 6 : sum_registers / 3;
   for (int y = 0; y < to_.height; ++y) {
     int x = 0;
     for (; x + pixels <= to_.width; x += pixels) {

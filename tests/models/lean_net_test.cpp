@@ -1,11 +1,11 @@
 // The lean network: its start is the linear estimate of least mean squared error.
 
-#include "core/random.h"
 #include "models/networks/lean_net.h"
 
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
+#include "core/random.h"
 #include "models/training/linear_estimate.h"
 #include "models/training/objective.h"
 #include "tests/models/models_testing.h"
