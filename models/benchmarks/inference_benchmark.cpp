@@ -5,10 +5,12 @@
 //   build/release/benchmarks/inference_benchmark --benchmark_filter='dd-ert|limit'
 //
 // `reconstruct/<solver>/<batch>` is the whole way from voltages to images, standardisation
-// included; `network/<solver>/<batch>` the frozen graph alone; `network_as_trained/<solver>` one
-// frame through the network before it is frozen. Items are frames; batch 1 is the latency.
-// machine_limits.h says what the counters limit_us and of_limit are.
-// "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a release.
+// included; `plan/<solver>` one frame through the network's plan alone, which is what solvers use
+// for single frames; `network/<solver>/<batch>` libtorch's frozen graph alone;
+// `network_as_trained/<solver>` one frame through the network before it is frozen. Items are
+// frames; batch 1 is the latency. machine_limits.h says what the counters limit_us and of_limit
+// are. "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a
+// release.
 
 #include <benchmark/benchmark.h>
 #include <torch/torch.h>
@@ -118,8 +120,27 @@ void network(benchmark::State& state, const NetworkKind& kind) {
   const std::shared_ptr<Network> trained = kind.network();
   const FrozenGraph graph(*trained, Sensor{}.channels());
   const torch::Tensor input = torch::randn({state.range(0), Sensor{}.channels()});
+  try {
+    graph.run(input);
+  } catch (const std::exception&) {
+    state.SkipWithError("libtorch's graph of this network fails");
+    return;
+  }
   for (auto _ : state) benchmark::DoNotOptimize(graph.run(input));
   compare(state, kind, state.range(0));
+}
+
+void plan(benchmark::State& state, const NetworkKind& kind) {
+  start_torch(1);
+  torch::manual_seed(1);
+  const std::unique_ptr<InferencePlan> one_frame = kind.network()->plan(false);
+  const Eigen::VectorXf input = Eigen::VectorXf::Random(Sensor{}.channels());
+  Eigen::VectorXf image(Sensor{}.pixels());
+  for (auto _ : state) {
+    one_frame->run(input.data(), image.data());
+    benchmark::ClobberMemory();
+  }
+  compare(state, kind, 1);
 }
 
 void network_as_trained(benchmark::State& state, const NetworkKind& kind) {
@@ -148,6 +169,7 @@ void register_all() {
       whole->Arg(batch);
       frozen->Arg(batch);
     }
+    add("plan/" + kind.name, plan, kind);
     add("network_as_trained/" + kind.name, network_as_trained, kind);
   }
 }

@@ -4,6 +4,7 @@
 #include "models/networks/dd_ert_generator.h"
 #include "models/networks/eit_nn.h"
 #include "models/networks/fcnn.h"
+#include "models/networks/lean_net.h"
 #include "models/solvers/solvers.h"
 #include "models/training/adversarial_objective.h"
 #include "solvers/check/checked_solver.h"
@@ -24,6 +25,8 @@ std::unique_ptr<Solver> solver(json training) {
   const SolverInfo info = {"", {}, make_from_json<Learned>};
   return CheckedSolver::make(Learned::type, info, JsonObject(training, "benchmark", ""));
 }
+
+std::shared_ptr<Network> lean_net() { return std::make_shared<LeanNet>(Sensor{}, LeanShape{}); }
 
 template <int convolutions>
 std::shared_ptr<Network> dd_ert() {
@@ -62,6 +65,9 @@ std::span<const NetworkKind> network_kinds() {
        }},
       {"dd-ert", dd_ert<2>, adversarial, dd_ert_solver<2>},
       {"dd-ert/convolutions:1", dd_ert<1>, adversarial, dd_ert_solver<1>},
+      {"lean-net", lean_net,
+       [](bool) -> std::unique_ptr<Objective> { return std::make_unique<RelativeError>(); },
+       solver<LeanNetSolver>},
   };
   return kinds;
 }

@@ -22,7 +22,7 @@ struct NetworkKind {
 };
 
 /// fcnn, dcnn, eit-nn, dd-ert with its default of two convolutions in a block, and with the one of
-/// the experiments.
+/// the experiments, lean-net.
 std::span<const NetworkKind> network_kinds();
 
 }  // namespace ertbench

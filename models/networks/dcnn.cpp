@@ -7,23 +7,12 @@
 #include <torch/types.h>
 
 #include "core/errors.h"
+#include "models/networks/plan_layers.h"
+#include "models/networks/prelu.h"
 
 namespace ertbench {
 namespace nn = torch::nn;
 namespace {
-
-/// PReLU, a x where x < 0 with a learned a for each channel. Written with ReLU, for which libtorch
-/// has fast kernels: its own PReLU is ten times slower in training.
-class PReluImpl final : public torch::nn::Module {
- public:
-  explicit PReluImpl(int channels)
-      : slope_(register_parameter("slope", torch::full({channels, 1, 1}, 0.25))) {}
-  torch::Tensor forward(const torch::Tensor& x) { return x.relu() - slope_ * (-x).relu(); }
-
- private:
-  torch::Tensor slope_;
-};
-TORCH_MODULE(PRelu);
 
 void append_activation(nn::Sequential& layers, int width) {
   layers->push_back(nn::BatchNorm2d(width));
@@ -79,6 +68,22 @@ torch::Tensor Dcnn::forward(const torch::Tensor& frames) {
       nn::functional::pad(frames, nn::functional::PadFuncOptions({0, 1}));
   return layers_->forward(
       with_none.index_select(1, source_).view({-1, 1, electrodes_, electrodes_}));
+}
+
+std::unique_ptr<InferencePlan> Dcnn::plan(bool bfloat16) const {
+  PlanBuilder plan(bfloat16);
+  const torch::Tensor order = source_.contiguous();
+  const std::int64_t* first = order.data_ptr<std::int64_t>();
+  std::vector<int> sources;
+  int channels = 0;
+  for (std::int64_t i = 0; i < order.numel(); ++i) {
+    sources.push_back(static_cast<int>(first[i]));
+    channels = std::max(channels, sources.back());  // one past the last stands for none
+  }
+  for (int& source : sources) source = source == channels ? PlanBuilder::none : source;
+  const int map =
+      plan.maps(plan.gather(plan.input(channels), sources), 1, electrodes_, electrodes_);
+  return plan.finish(add_layers(plan, layers_, {map}, true));
 }
 
 }  // namespace ertbench

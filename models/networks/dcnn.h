@@ -23,6 +23,7 @@ class Dcnn final : public Network {
   /// `widths`: w0, w1, w2.
   Dcnn(const Sensor& sensor, const std::array<int, 3>& widths);
   torch::Tensor forward(const torch::Tensor& frames) override;
+  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
 
   /// Throws InputError unless the map can be brought to the image's size: the number of electrodes
   /// a multiple of four, the image's grid 3/2 of it.

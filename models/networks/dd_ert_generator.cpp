@@ -6,6 +6,7 @@
 #include <torch/types.h>
 
 #include "core/errors.h"
+#include "models/networks/plan_layers.h"
 
 namespace ertbench {
 namespace nn = torch::nn;
@@ -97,6 +98,28 @@ torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
   const torch::Tensor up_full =
       decode_full_->forward(torch::cat({rise_full_->forward(up_half), full}, 1));
   return image_->forward(up_full).to(torch::kFloat32).sigmoid();
+}
+
+std::unique_ptr<InferencePlan> DdErtGenerator::plan(bool bfloat16) const {
+  PlanBuilder plan(bfloat16);
+  const auto attend = [&](const SpatialAttention& attention, int maps) {
+    return attention.is_empty() ? maps : attention->add_to(plan, maps);
+  };
+  const auto rise = [&](const nn::ConvTranspose2d& layer, int maps) {
+    return plan.transposed_convolution(maps, weights_of(*layer, nullptr), {});
+  };
+  const int frame = plan.input(static_cast<int>(initial_imaging_->weight.size(1)));
+  const int initial =
+      plan.maps(plan.dense(frame, weights_of(*initial_imaging_, nullptr), {}), 1, grid_, grid_);
+  const int full = add_layers(plan, encode_full_, {initial});
+  const int half = add_layers(plan, encode_half_, {full});
+  const int quarter = attend(attention_quarter_, add_layers(plan, encode_quarter_, {half}));
+  const int bottom = attend(attention_bottom_, add_layers(plan, bottom_, {quarter}));
+  const int up_quarter = add_layers(plan, decode_quarter_, {rise(rise_quarter_, bottom), quarter});
+  const int up_half = add_layers(plan, decode_half_, {rise(rise_half_, up_quarter), half});
+  const int up_full = add_layers(plan, decode_full_, {rise(rise_full_, up_half), full});
+  const int logits = plan.image_convolution(up_full, weights_of(*image_, nullptr));
+  return plan.finish(plan.sigmoid(logits));
 }
 
 }  // namespace ertbench

@@ -6,6 +6,7 @@
 #include <torch/nn/modules/conv.h>
 
 #include "models/networks/fcnn.h"
+#include "models/networks/plan_layers.h"
 
 namespace ertbench {
 
@@ -17,7 +18,7 @@ constexpr double first_weight = 1e-3;
 
 EitNn::EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
              const std::array<int, 2>& channels)
-    : grid_(sensor.image_grid) {
+    : inputs_(sensor.channels()), grid_(sensor.image_grid) {
   append_dense_layers(dense_, sensor.channels(), dense_widths);
   int inputs = 1;
   for (const int width : channels) {
@@ -38,6 +39,12 @@ EitNn::EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
 
 torch::Tensor EitNn::forward(const torch::Tensor& frames) {
   return convolutions_->forward(dense_->forward(frames).view({-1, 1, grid_, grid_}));
+}
+
+std::unique_ptr<InferencePlan> EitNn::plan(bool bfloat16) const {
+  PlanBuilder plan(bfloat16);
+  const int dense = add_layers(plan, dense_, {plan.input(inputs_)});
+  return plan.finish(add_layers(plan, convolutions_, {plan.maps(dense, 1, grid_, grid_)}, true));
 }
 
 }  // namespace ertbench

@@ -22,10 +22,12 @@ class EitNn final : public Network {
   EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
         const std::array<int, 2>& channels);
   torch::Tensor forward(const torch::Tensor& frames) override;
+  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
 
  private:
   torch::nn::Sequential dense_;
   torch::nn::Sequential convolutions_;
+  int inputs_;
   int grid_;
 };
 

@@ -4,6 +4,8 @@
 #include <torch/nn/modules/batchnorm.h>
 #include <torch/nn/modules/linear.h>
 
+#include "models/networks/plan_layers.h"
+
 namespace ertbench {
 
 namespace nn = torch::nn;
@@ -18,7 +20,8 @@ int append_dense_layers(nn::Sequential& layers, int inputs, const std::vector<in
   return inputs;
 }
 
-Fcnn::Fcnn(const Sensor& sensor, const std::vector<int>& widths) : grid_(sensor.image_grid) {
+Fcnn::Fcnn(const Sensor& sensor, const std::vector<int>& widths)
+    : inputs_(sensor.channels()), grid_(sensor.image_grid) {
   const int last = append_dense_layers(layers_, sensor.channels(), widths);
   layers_->push_back(nn::Linear(last, sensor.pixels()));
   register_module("layers", layers_);
@@ -26,6 +29,12 @@ Fcnn::Fcnn(const Sensor& sensor, const std::vector<int>& widths) : grid_(sensor.
 
 torch::Tensor Fcnn::forward(const torch::Tensor& frames) {
   return layers_->forward(frames).view({-1, 1, grid_, grid_});
+}
+
+std::unique_ptr<InferencePlan> Fcnn::plan(bool bfloat16) const {
+  PlanBuilder plan(bfloat16);
+  const int image = add_layers(plan, layers_, {plan.input(inputs_)});
+  return plan.finish(plan.maps(image, 1, grid_, grid_));
 }
 
 }  // namespace ertbench

@@ -20,9 +20,11 @@ class Fcnn final : public Network {
   /// `widths`: of the hidden layers.
   Fcnn(const Sensor& sensor, const std::vector<int>& widths);
   torch::Tensor forward(const torch::Tensor& frames) override;
+  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
 
  private:
   torch::nn::Sequential layers_;
+  int inputs_;
   int grid_;
 };
 

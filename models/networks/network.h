@@ -2,7 +2,10 @@
 
 #include <torch/nn/module.h>
 
+#include <memory>
 #include <vector>
+
+#include "models/inference/inference_plan.h"
 
 namespace ertbench {
 
@@ -15,6 +18,11 @@ class Network : public torch::nn::Module {
 
   /// Parameters that begin where they should about stay and learn more slowly than the others.
   virtual std::vector<torch::Tensor> slow_parameters() const { return {}; }
+
+  /// The network as it is now, laid out for the inference of one frame after the other: its forward
+  /// in evaluation mode, but for rounding. With `bfloat16` the weights of its dense layers are
+  /// rounded to that. Null where a network has none; all of ertbench's have.
+  virtual std::unique_ptr<InferencePlan> plan(bool /*bfloat16*/) const { return nullptr; }
 };
 
 }  // namespace ertbench

@@ -3,6 +3,8 @@
 #include <torch/nn/modules/conv.h>
 #include <torch/nn/pimpl.h>
 
+#include "models/inference/plan_builder.h"
+
 namespace ertbench {
 
 /// Spatial attention (B2 of the DD-ERT supplement): every place of a feature map is weighted by
@@ -13,6 +15,8 @@ class SpatialAttentionImpl final : public torch::nn::Module {
   SpatialAttentionImpl();
   /// `features` [frames, channels, height, width] -> the same, weighted.
   torch::Tensor forward(const torch::Tensor& features);
+  /// The same in a plan: maps -> maps.
+  int add_to(PlanBuilder& plan, int maps) const;
 
  private:
   torch::nn::Conv2d convolution_;

@@ -107,6 +107,9 @@ void LearnedSolver::fit(const FitInput& input) {
 void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> network) {
   sensor_ = sensor;
   network_ = std::move(network);
+  plan_ = network_->plan(bfloat16_inference_);
+  graph_.reset();
+  if (!batches_share_weights()) return;
   if (bfloat16_inference_) {  // rounds a copy: the network itself is what `save` writes
     const std::shared_ptr<Network> rounded = make_network(sensor);
     copy_values(weights_of(*network_), weights_of(*rounded));
@@ -118,12 +121,25 @@ void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> networ
 
 void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
                                 std::span<FrameReport>) const {
-  const OneThread one_thread;
-  const torch::Tensor y = graph_->run(standardisation_.apply(changes)).contiguous();
-  using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  images =
-      -sensor_.background * standardisation_.image *
-      Eigen::Map<const FloatRows>(y.data_ptr<float>(), images.rows(), images.cols()).cast<double>();
+  const double unit = -sensor_.background * standardisation_.image;
+  if (graph_ && changes.rows() > 1) {
+    const OneThread one_thread;
+    const torch::Tensor y = graph_->run(standardisation_.apply(changes)).contiguous();
+    using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    images = unit * Eigen::Map<const FloatRows>(y.data_ptr<float>(), images.rows(), images.cols())
+                        .cast<double>();
+    return;
+  }
+  // Kept by the thread: a frame allocates nothing.
+  thread_local Eigen::RowVectorXf frame;
+  thread_local Eigen::RowVectorXf y;
+  frame.resize(changes.cols());
+  y.resize(images.cols());
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    standardisation_.apply(changes.row(f), frame.data());
+    plan_->run(frame.data(), y.data());
+    images.row(f) = unit * y.cast<double>();
+  }
 }
 
 void LearnedSolver::save(const std::filesystem::path& file) const {

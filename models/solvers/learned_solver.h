@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "models/inference/inference_plan.h"
 #include "models/networks/frozen_graph.h"
 #include "models/training/objective.h"
 #include "models/training/trainer.h"
@@ -48,6 +49,9 @@ class LearnedSolver : public Solver {
   /// Overwrites what the network's constructor drew at random.
   virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
   virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;
+  /// Whether many frames at a time are faster as products of matrices than one after the other:
+  /// where the reading of weights takes the time.
+  virtual bool batches_share_weights() const { return false; }
 
   TrainingSettings training_;
 
@@ -58,9 +62,10 @@ class LearnedSolver : public Solver {
   bool bfloat16_inference_ = false;
   Sensor sensor_;
   Standardisation standardisation_;
-  std::shared_ptr<Network> network_;  ///< null before fit or load
-  std::optional<FrozenGraph> graph_;
-  nlohmann::json result_;  ///< of the training, with what it ran on
+  std::shared_ptr<Network> network_;     ///< null before fit or load
+  std::unique_ptr<InferencePlan> plan_;  ///< of frames one by one
+  std::optional<FrozenGraph> graph_;     ///< of many, where batches_share_weights
+  nlohmann::json result_;                ///< of the training, with what it ran on
 };
 
 }  // namespace ertbench

@@ -11,15 +11,15 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
   const std::vector<ParameterInfo> shared = {
       {"seed", "of first weights, order and noise, 0 ... 2147483647; default 1",
        ParameterRole::seed},
-      {"epochs", "passes over the training set, at most; default 20"},
+      {"epochs", "passes over the training set, at most; default 20 (lean-net: 60)"},
       {"batch", "scenes a step, 2 ... 65536; default 32 (dd-ert: 16)"},
-      {"learning_rate", "of Adam, its largest, > 0; default 0.002 (dd-ert: 0.004)"},
+      {"learning_rate", "of Adam, its largest, > 0; default 0.002 (dd-ert, lean-net: 0.004)"},
       {"schedule",
        "\"one-cycle\" (up over a tenth of the steps, down along a cosine; the default) or "
        "\"constant\""},
       {"slow_rate",
        "of the learning rate, for layers that begin as physics has them (the dense layer of "
-       "dd-ert), 0 ... 1; default 0.015"},
+       "dd-ert and lean-net), 0 ... 1; default 0.015 (lean-net: 0.3)"},
       {"freeze_statistics",
        "share of the steps after which batch normalisation uses its running statistics, 0 ... 1; "
        "default 0.6 (dd-ert: 0.4)"},
@@ -96,4 +96,19 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
         "s of the label 1 - s that the discriminator is to give to truths, 0 ... 0.49; default 0"},
        {"mask_threshold", "y from which a pixel is in a contact; default 0.05"},
        {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}});
+  add<LeanNetSolver>(
+      registry,
+      "lean network: the linear estimate of least mean squared error, corrected by a residual "
+      "network at half the image's resolution",
+      {{"width", "feature maps at half the resolution; default 32"},
+       {"blocks", "convolutions at half the resolution, on each side of the bottom; default 1"},
+       {"bottom_blocks", "convolutions at a quarter of the resolution; default 4"},
+       {"extra_maps", "maps that the dense layer makes beside the image; default 4"},
+       {"output",
+        "\"bounded\" to 0 ... 1 (y, by a sigmoid; the default) or \"linear\", a "
+        "correction added to the linear estimate"},
+       {"initialisation",
+        "of the dense layer: \"lmmse\", the linear estimate of least mean squared error from the "
+        "training scenes (the default), or \"random\""},
+       {"loss", "\"relative\" (mean relative error of a frame's change; the default) or \"mse\""}});
 }

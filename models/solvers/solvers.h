@@ -6,6 +6,7 @@
 
 #include "core/json_reader.h"
 #include "models/networks/dd_ert_generator.h"
+#include "models/networks/lean_net.h"
 #include "models/solvers/learned_solver.h"
 #include "models/training/adversarial_objective.h"
 #include "solvers/tunable.h"
@@ -23,6 +24,9 @@ class FcnnSolver final : public LearnedSolver {
   void check(const Sensor&) const override {}
   /// Without maps what counts is how often the weights are read.
   Eigen::Index block_frames() const override { return 256; }
+
+ protected:
+  bool batches_share_weights() const override { return true; }
 
  private:
   void read(JsonObject object) override;
@@ -84,6 +88,25 @@ class DdErtSolver final : public LearnedSolver {
   bool physics_ = true;  ///< the dense layer begins as the regularised inverse
   bool train_dense_ = true;
   AdversarialSettings adversarial_;
+};
+
+class LeanNetSolver final : public LearnedSolver {
+ public:
+  static constexpr const char* type = "lean-net";
+  explicit LeanNetSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  void check(const Sensor& sensor) const override;
+
+ private:
+  void read(JsonObject object) override;
+  nlohmann::json settings() const override;
+  std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
+  void initialise(Network& network, const FitInput& input,
+                  const Standardisation& standardisation) const override;
+  std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
+
+  LeanShape shape_;
+  bool lmmse_ = true;          ///< the dense layer begins as the linear MMSE estimate
+  bool relative_loss_ = true;  ///< RelativeError, else SquaredError
 };
 
 }  // namespace ertbench

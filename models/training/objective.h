@@ -37,6 +37,18 @@ class Objective {
   virtual void set_state(const NamedTensors&) {}
 };
 
+/// The relative error of the change of the conductivity, which the tables report,
+///
+///     mean over the frames of sqrt(|y - y_true|^2 + a^2) / sqrt(|y_true|^2 + b^2),
+///
+/// a = .01, so that there is a gradient at 0, and b = .55, the norm of a weak small contact (two
+/// pixels at y = .4), so that frames that show nothing, or next to it, do not outweigh the others.
+class RelativeError final : public Objective {
+ public:
+  torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
+                     std::vector<double>& terms) override;
+};
+
 /// Mean squared error, |y - S y_true|^2 where a blur S is given.
 class SquaredError final : public Objective {
  public:

@@ -52,7 +52,7 @@ SolverRegistry::SolverRegistry() {
        {linear_solvers(), total_variation_solvers(), iterated_solvers(), contact_solvers()}) {
     for (const SolverType& solver : room) add(solver.name, solver.info);
   }
-  for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {
+  for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net"}) {
     add_plugin_type(learned, "libertbench_models.so");
   }
 }

@@ -628,10 +628,13 @@ TEST(Experiment, ParametersOfNetworksAreInTheSchema) {
             "");
   EXPECT_EQ(complaint({{"type", "dcnn"}, {"widths", {64, 128, 256}}, {"schedule", "constant"}}),
             "");
+  EXPECT_EQ(complaint({{"type", "lean-net"}, {"loss", "mse"}, {"sweep", {{"width", {8, 32}}}}}),
+            "");
   for (const json& wrong :
        {json{{"type", "dd-ert"}, {"alpha", -1}}, json{{"type", "dd-ert"}, {"batch", 1}},
         json{{"type", "dd-ert"}, {"widths", {1}}}, json{{"type", "fcnn"}, {"epochs", 0}},
-        json{{"type", "dcnn"}, {"widths", {64, 128}}}, json{{"type", "eit-nn"}, {"loss", "l1"}}}) {
+        json{{"type", "dcnn"}, {"widths", {64, 128}}}, json{{"type", "eit-nn"}, {"loss", "l1"}},
+        json{{"type", "lean-net"}, {"bottom_blocks", -1}}}) {
     EXPECT_NE(complaint(wrong), "") << wrong;
   }
 }

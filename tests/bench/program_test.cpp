@@ -463,7 +463,7 @@ TEST(Program, HelpShowsAnExampleOfEachCommand) {
   const Outcome list = run_program(folder.path(), "list");
   EXPECT_EQ(list.exit_code, 0);
   for (const char* name : {"one-step-gn", "tsvd", "pdipm", "fcnn", "dcnn", "eit-nn", "dd-ert",
-                           "lambda", "table_c1.json"}) {
+                           "lean-net", "lambda", "table_c1.json"}) {
     EXPECT_NE(list.output.find(name), std::string::npos) << name;
   }
 }

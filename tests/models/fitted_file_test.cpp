@@ -115,7 +115,7 @@ TEST_F(FittedFile, IsNotCodeThatRuns) {
   const fs::path archive = folder_ / "prepared.fitted";
   const fs::path marker = folder_ / "marker";
   write_prepared_archive(archive, marker);
-  for (const char* type : {"fcnn", "dcnn", "eit-nn", "dd-ert"}) {
+  for (const char* type : {"fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net"}) {
     EXPECT_THAT(said_of_loading(type, archive),
                 AllOf(HasSubstr("prepared.fitted: is a torch archive"), HasSubstr("code"),
                       HasSubstr("fit the solver anew")));

@@ -22,6 +22,7 @@ const json specs[] = {
     {{"type", "dcnn"}, {"widths", {8, 8, 16}}},
     {{"type", "eit-nn"}, {"dense_widths", {64, 576}}, {"channels", {4, 4}}},
     {{"type", "dd-ert"}, {"width", 4}, {"convolutions", 1}, {"discriminator_widths", {4, 8}}},
+    {{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}},
 };
 
 json with_budget(json spec) {
@@ -147,6 +148,7 @@ TEST_P(LearnedContract, SaysWhichFramesAreNotToBeTrusted) {
 
 TEST_P(LearnedContract, LoadsNetworksFromBeforeFramesWereJudged) {
   const std::string type = GetParam()["type"];
+  if (type == "lean-net") GTEST_SKIP() << "came later";
   const auto solver = make_learned({{"type", type}});
   solver->load(ERTBENCH_SOURCE_DIR "/results/baselines/networks/" + type + ".fitted", Sensor{});
   Frames changes = fresh_changes(2, 20);

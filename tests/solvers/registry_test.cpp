@@ -31,7 +31,7 @@ std::string failure(SolverRegistry& registry, const json& spec) {
 TEST(Registry, KnowsTheSolvers) {
   EXPECT_EQ(SolverRegistry().types(),
             (std::vector<std::string>{"one-step-gn", "tsvd", "lmmse", "pdipm", "gauss-newton",
-                                      "fcnn", "dcnn", "eit-nn", "dd-ert"}));
+                                      "contacts", "fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net"}));
 }
 
 TEST(Registry, DescribesEveryParameterThatASolverReports) {

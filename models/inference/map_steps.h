@@ -1,0 +1,116 @@
+#pragma once
+
+#include <vector>
+
+#include "models/inference/inference_plan.h"
+
+/// Steps that are small beside dense layers and convolutions.
+namespace ertbench {
+
+/// Numbers of a vector in another order; -1 is 0.
+class GatherStep final : public PlanStep {
+ public:
+  GatherStep(int input, int output, std::vector<int> sources)
+      : input_(input), output_(output), sources_(std::move(sources)) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int input_;
+  int output_;
+  std::vector<int> sources_;
+  std::ptrdiff_t from_ = 0;
+  std::ptrdiff_t to_ = 0;
+};
+
+/// Means of two numbers of a vector each.
+class MeansStep final : public PlanStep {
+ public:
+  /// `pairs` [outputs][2].
+  MeansStep(int input, int output, std::vector<int> pairs)
+      : input_(input), output_(output), pairs_(std::move(pairs)) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int input_;
+  int output_;
+  std::vector<int> pairs_;
+  std::ptrdiff_t from_ = 0;
+  std::ptrdiff_t to_ = 0;
+};
+
+/// A vector as planar maps with their border.
+class MapsStep final : public PlanStep {
+ public:
+  MapsStep(int input, int output) : input_(input), output_(output) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int input_;
+  int output_;
+  std::ptrdiff_t from_ = 0;
+  MapLayout to_;
+};
+
+/// The largest of each 2 x 2 pixels of blocked maps.
+class PoolStep final : public PlanStep {
+ public:
+  PoolStep(int input, int output) : input_(input), output_(output) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int input_;
+  int output_;
+  MapLayout from_;
+  MapLayout to_;
+};
+
+/// Four planar maps become one of twice the side, map 2 (row % 2) + column % 2 at row, column, plus
+/// the same of four others.
+class ShuffleStep final : public PlanStep {
+ public:
+  ShuffleStep(int input, int output, int added) : input_(input), output_(output), added_(added) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int input_;
+  int output_;
+  int added_;
+  MapLayout from_;
+  MapLayout to_;
+  MapLayout plus_;
+};
+
+/// 1 / (1 + exp(-x)) of planar maps, in place.
+class SigmoidStep final : public PlanStep {
+ public:
+  explicit SigmoidStep(int maps) : maps_(maps) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int maps_;
+  MapLayout layout_;
+};
+
+/// Writes the bias and what is added over blocked maps, for passes that add to it.
+class FillStep final : public PlanStep {
+ public:
+  FillStep(int output, std::vector<float> bias, int added)
+      : output_(output), bias_(std::move(bias)), added_(added) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int output_;
+  std::vector<float> bias_;
+  int added_;
+  MapLayout to_;
+  MapLayout plus_;
+};
+
+}  // namespace ertbench
