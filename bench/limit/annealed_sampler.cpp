@@ -93,6 +93,12 @@ class Island {
     for (const std::size_t i : resampled(weights.values, count, random_)) {
       particles_.push_back({bank[i], fits[i], prior_.log_density(bank[i])});
     }
+    // The bank's voltages were made for no frame and at a glance.
+    std::vector<Scene> scenes;
+    for (const Particle& p : particles_) scenes.push_back(scene_of(p.scene));
+    const std::vector<SceneFit> better = likelihood_.of(scenes);
+    for (std::size_t i = 0; i < better.size(); ++i) particles_[i].fit = better[i];
+    solves_ += better.size();
   }
 
   void anneal() {
@@ -224,7 +230,7 @@ SceneBank draw_bank(const ScenePrior& prior, const SceneVoltages& voltages, std:
     const std::size_t end = scenes * (t + 1) / parts;
     workers.push_back(std::async(std::launch::async, [&, begin, end] {
       const auto rows = static_cast<Eigen::Index>(end - begin);
-      voltages.solve(std::span(drawn).subspan(begin, end - begin),
+      voltages.solve(std::span(drawn).subspan(begin, end - begin), nullptr,
                      bank.voltages.middleRows(static_cast<Eigen::Index>(begin), rows));
     }));
   }

@@ -32,10 +32,10 @@ struct SceneBank {
 
 struct AnnealingOptions {
   int islands = 4;           ///< independent samplers, which the error is told from
-  int particles = 64;        ///< scenes of each
-  int rounds = 16;           ///< moves of each scene at a temperature
-  int final_rounds = 160;    ///< at the last
-  int snapshots = 8;         ///< in which the scenes enter the result
+  int particles = 40;        ///< scenes of each
+  int rounds = 12;           ///< moves of each scene at a temperature
+  int final_rounds = 96;     ///< at the last
+  int snapshots = 6;         ///< in which the scenes enter the result
   double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves
 };
 

@@ -224,10 +224,8 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
   PosteriorSamples out;
   problem.residuals = [&](const VectorXd& at) -> VectorXd {
     const Scene scene = scene_of(draw_of(at));
-    Frames clean(1, likelihood.frame().size());
-    likelihood.voltages().solve({&scene, 1}, clean);
     ++out.solves;
-    const VectorXd row = clean.row(0);
+    const VectorXd row = likelihood.voltages_of({&scene, 1}).row(0);
     return (row - likelihood.frame()) / likelihood.channel_noise(row);
   };
   std::vector<SceneFit> fits;

@@ -62,7 +62,7 @@ EnumeratedDiscs::EnumeratedDiscs(const ScenePrior& prior, const Sensor& sensor,
     const std::size_t begin = scenes.size() * t / parts;
     const std::size_t end = scenes.size() * (t + 1) / parts;
     workers.push_back(std::async(std::launch::async, [&, begin, end] {
-      voltages.solve(std::span(scenes).subspan(begin, end - begin),
+      voltages.solve(std::span(scenes).subspan(begin, end - begin), nullptr,
                      voltages_.middleRows(static_cast<Eigen::Index>(begin),
                                           static_cast<Eigen::Index>(end - begin)));
     }));

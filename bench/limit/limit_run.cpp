@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 /// Raised whenever the same set and prior would give other numbers or another record.
 constexpr int limit_version = 1;
-constexpr int second_effort = 3;  ///< for frames that the first did not resolve
+constexpr int second_effort = 2;  ///< for frames that the first did not resolve
 
 /// Everything that determines a frame's record.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior,
@@ -95,7 +95,8 @@ class SetRun {
         std::min<std::uint64_t>(spec.count, static_cast<std::uint64_t>(options.frames)));
     const auto add = [&](const std::string& name, const SceneDistribution& scenes) {
       ScenePrior prior(scenes, spec.sensor.sheet);
-      const std::string key = key_of_record(spec, prior, voltages_->name(), options.sampler);
+      const std::string key =
+          key_of_record(spec, prior, model_name(spec, *voltages_), options.sampler);
       const fs::path folder = options.records / (spec.name + "_" + name);
       fs::create_directories(folder);
       tasks_.push_back({name, prior, Records(folder, key), {}});
@@ -115,7 +116,7 @@ class SetRun {
     const auto missing = static_cast<std::uint64_t>(
         std::count_if(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; }));
     if (missing > 0) {
-      Progress progress("limit of \"" + spec_.name + "\" (" + voltages_->name() + ")");
+      Progress progress("limit of \"" + spec_.name + "\" (" + model_name(spec_, *voltages_) + ")");
       std::atomic<std::size_t> next = 0;
       std::uint64_t done = 0;
       std::mutex mutex;
@@ -136,7 +137,7 @@ class SetRun {
     }
     std::vector<SetLimit> out;
     for (const Task& task : tasks_) {
-      out.push_back({spec_.name, task.name, voltages_->name(), {}});
+      out.push_back({spec_.name, task.name, model_name(spec_, *voltages_), {}});
       for (const std::optional<FrameLimit>& frame : task.frames)
         out.back().frames.push_back(*frame);
     }
@@ -178,9 +179,7 @@ class SetRun {
         posterior = *broad;
         reused = reweight(tasks_[t + 1].prior, task.prior, posterior);
       }
-      FrameLimit limit;
-      if (reused) limit = judged(frame, posterior);
-      if (!reused || !limit.resolved) limit = sampled(frame, t, posterior);
+      FrameLimit limit = reused ? judged(frame, posterior) : sampled(frame, t, posterior);
       limit.seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       limit.solves = reused ? 0 : posterior.samples.solves;

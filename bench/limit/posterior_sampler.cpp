@@ -11,6 +11,8 @@ namespace {
 constexpr std::size_t annealing_bank = 24000;
 constexpr std::size_t importance_bank = 4000;
 constexpr int importance_points = 4000;
+constexpr int pilot_points = 400;
+constexpr int corrected_scenes = 24;
 constexpr int lattice_of_discs = 32;
 constexpr double least_left = 0.5;  ///< of the samples in force, by other weights
 
@@ -71,6 +73,7 @@ PosteriorSampler::PosteriorSampler(const DatasetSpec& spec, const ScenePrior& pr
                                                     lattice_of_discs, threads);
     return;
   }
+  if (has_other_model(spec)) own_ = std::make_unique<SceneModel>(spec.sensor, spec.model);
   RandomStream random(1, key_of("limit bank of " + spec.name), 0, Purpose::scene);
   const bool annealing = kind_ == SamplerKind::annealing;
   bank_ =
@@ -93,28 +96,57 @@ std::string PosteriorSampler::name() const {
   return names_of_samplers()[static_cast<std::size_t>(kind_)];
 }
 
-SampledPosterior PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
-                                          RandomStream& random) const {
+PosteriorSamples PosteriorSampler::sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
+                                           double* pareto_k, RandomStream& random) const {
   const FrameLikelihood likelihood(voltages_, spec_.noise, frame);
-  SampledPosterior out;
-  if (kind_ == SamplerKind::enumeration) {
-    out.samples = enumerated_->posterior(likelihood);
-    out.exact = true;
-    return out;
-  }
+  if (kind_ == SamplerKind::enumeration) return enumerated_->posterior(likelihood);
   const std::vector<SceneFit> fits = likelihood.of_voltages(bank_.voltages);
   if (kind_ == SamplerKind::importance) {
     WeightedPoints quality;
-    out.samples = sample_disc_by_importance(prior_, likelihood, bank_.scenes, fits,
-                                            effort * importance_points, random, &quality);
-    out.pareto_k = quality.pareto_k;
+    PosteriorSamples out = sample_disc_by_importance(
+        prior_, likelihood, bank_.scenes, fits, pilot ? pilot_points : effort * importance_points,
+        random, &quality);
+    *pareto_k = quality.pareto_k;
     return out;
   }
   AnnealingOptions options;
   options.rounds *= effort;
   options.final_rounds *= effort;
+  if (pilot)
+    options = {.islands = 1, .particles = 24, .rounds = 6, .final_rounds = 6, .snapshots = 1};
+  return sample_by_annealing(prior_, likelihood, *metric_, bank_.scenes, fits, options, random);
+}
+
+Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
+                                            RandomStream& random) const {
+  double pareto_k = 0;
+  const PosteriorSamples pilot = sampled(frame, 1, true, &pareto_k, random);
+  double sum = 0;
+  for (const PosteriorSample& sample : pilot.samples) sum += sample.weight;
+  // As many by their weights, at equal steps.
+  std::vector<Scene> scenes;
+  double next = sum * random.uniform() / corrected_scenes;
+  double passed = 0;
+  for (const PosteriorSample& sample : pilot.samples) {
+    passed += sample.weight;
+    for (; next < passed; next += sum / corrected_scenes) {
+      scenes.push_back(scene_of(sample.scene));
+    }
+  }
+  const std::vector<std::uint64_t> numbers(scenes.size(), 0);
+  Frames exact(static_cast<Eigen::Index>(scenes.size()), frame.size());
+  RowMajorMatrix effort(exact.rows(), 2);
+  own_->solve(spec_, scenes, numbers, exact, effort);
+  const Frames quick = FrameLikelihood(voltages_, spec_.noise, frame).voltages_of(scenes);
+  return frame - (exact - quick).colwise().mean().transpose();
+}
+
+SampledPosterior PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
+                                          RandomStream& random) const {
+  SampledPosterior out;
+  out.exact = kind_ == SamplerKind::enumeration;
   out.samples =
-      sample_by_annealing(prior_, likelihood, *metric_, bank_.scenes, fits, options, random);
+      sampled(own_ ? corrected(frame, random) : frame, effort, false, &out.pareto_k, random);
   return out;
 }
 

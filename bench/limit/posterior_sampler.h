@@ -7,6 +7,7 @@
 #include "bench/limit/annealed_sampler.h"
 #include "bench/limit/disc_importance.h"
 #include "bench/limit/enumerated_discs.h"
+#include "forward/data/scene_model.h"
 
 namespace ertbench {
 
@@ -41,6 +42,12 @@ class PosteriorSampler {
   SampledPosterior sample(const Eigen::VectorXd& frame, int effort, RandomStream& random) const;
 
  private:
+  PosteriorSamples sampled(const Eigen::VectorXd& frame, int effort, bool pilot, double* pareto_k,
+                           RandomStream& random) const;
+  /// The frame less what the set's own model and the likelihood's differ by, [channels] V: their
+  /// mean difference over the scenes that a short first run finds.
+  Eigen::VectorXd corrected(const Eigen::VectorXd& frame, RandomStream& random) const;
+
   DatasetSpec spec_;
   ScenePrior prior_;
   const SceneVoltages& voltages_;
@@ -48,6 +55,7 @@ class PosteriorSampler {
   SceneBank bank_;
   std::unique_ptr<PlaceMetric> metric_;
   std::unique_ptr<EnumeratedDiscs> enumerated_;
+  std::unique_ptr<SceneModel> own_;  ///< of the set, where the likelihood's model is another
 };
 
 /// Weights samples of `from` into samples of `to`: true where that is possible, every scene of `to`

@@ -32,10 +32,16 @@ std::vector<SceneFit> FrameLikelihood::of_voltages(const Eigen::Ref<const Frames
   return fits;
 }
 
-std::vector<SceneFit> FrameLikelihood::of(std::span<const Scene> scenes) const {
+Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes) const {
   Frames voltages(static_cast<Eigen::Index>(scenes.size()), frame_.size());
-  voltages_.solve(scenes, voltages);
-  return of_voltages(voltages);
+  const double channels = static_cast<double>(frame_.size());
+  const VoltageTarget target{frame_, channel_noise(frame_) * std::sqrt(channels)};
+  voltages_.solve(scenes, &target, voltages);
+  return voltages;
+}
+
+std::vector<SceneFit> FrameLikelihood::of(std::span<const Scene> scenes) const {
+  return of_voltages(voltages_of(scenes));
 }
 
 Eigen::VectorXd sphere_weights(std::span<const double> chi_squares, int channels, double width) {

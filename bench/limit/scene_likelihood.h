@@ -44,7 +44,8 @@ class FrameLikelihood : public SceneLikelihood {
   /// The same of voltages [scenes, channels] V that are known already.
   std::vector<SceneFit> of_voltages(const Eigen::Ref<const Frames>& voltages) const;
 
-  const SceneVoltages& voltages() const { return voltages_; }
+  /// Clean voltages [scenes, channels] V, as accurate as the frame demands.
+  Frames voltages_of(std::span<const Scene> scenes) const;
   const Eigen::VectorXd& frame() const { return frame_; }
   /// Noise of one channel on a frame of these clean voltages, V.
   double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& clean) const;
