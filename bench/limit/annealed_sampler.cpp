@@ -120,6 +120,9 @@ class Island {
     }
   }
 
+  /// Goes on with another island's scenes.
+  void take(const Island& other) { particles_ = other.particles_; }
+
   /// Moves at the posterior itself, with snapshots between.
   void collect(int island, std::vector<PosteriorSample>& samples) {
     for (int r = 0; r < options_.rounds; ++r) move(true);
@@ -145,6 +148,7 @@ class Island {
     std::vector<Move> kinds;
     std::vector<Proposal> proposals;
     std::vector<double> log_priors;
+    std::vector<double> thresholds;
     std::vector<Scene> scenes;
     std::array<int, move_count> tried{};
     std::array<int, move_count> taken{};
@@ -160,17 +164,19 @@ class Island {
       movers.push_back(i);
       kinds.push_back(kind);
       scenes.push_back(scene_of(proposal->scene));
+      const double chance = std::log(1 - random_.uniform());
+      thresholds.push_back(particles_[i].fit.log_likelihood +
+                           (chance - proposal->log_ratio - log_prior + particles_[i].log_prior) /
+                               heat_);
       proposals.push_back(std::move(*proposal));
       log_priors.push_back(log_prior);
     }
     if (movers.empty()) return;
-    const std::vector<SceneFit> fits = likelihood_.of(scenes);
+    const std::vector<SceneFit> fits = likelihood_.of(scenes, thresholds);
     solves_ += movers.size();
     for (std::size_t m = 0; m < movers.size(); ++m) {
       Particle& p = particles_[movers[m]];
-      const double log_ratio = proposals[m].log_ratio + log_priors[m] - p.log_prior +
-                               heat_ * (fits[m].log_likelihood - p.fit.log_likelihood);
-      if (!(std::log(1 - random_.uniform()) < log_ratio)) continue;
+      if (!(fits[m].log_likelihood > thresholds[m])) continue;
       p = {std::move(proposals[m].scene), fits[m], log_priors[m]};
       ++taken[static_cast<std::size_t>(kinds[m])];
     }
@@ -202,14 +208,22 @@ PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelih
                                      const AnnealingOptions& options, RandomStream& random) {
   PosteriorSamples out;
   const std::size_t share = bank.size() / static_cast<std::size_t>(options.islands);
+  std::vector<Island> islands;
   for (int i = 0; i < options.islands; ++i) {
-    Island island(prior, likelihood, metric, options, random);
+    Island& island = islands.emplace_back(prior, likelihood, metric, options, random);
     const std::size_t first = static_cast<std::size_t>(i) * share;
     island.start(bank.subspan(first, share), bank_fits.subspan(first, share));
     island.anneal();
-    island.collect(i, out.samples);
     out.log_evidence.push_back(island.log_evidence());
-    out.solves += island.solves();
+  }
+  const Eigen::ArrayXd evidence = Eigen::Map<const Eigen::ArrayXd>(
+      out.log_evidence.data(), static_cast<Eigen::Index>(out.log_evidence.size()));
+  std::vector<std::size_t> chosen = resampled(weights_of(evidence).values, islands.size(), random);
+  const std::vector<Island> before = islands;
+  for (std::size_t i = 0; i < islands.size(); ++i) islands[i].take(before[chosen[i]]);
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    islands[i].collect(static_cast<int>(i), out.samples);
+    out.solves += islands[i].solves();
   }
   return out;
 }

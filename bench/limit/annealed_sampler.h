@@ -42,7 +42,9 @@ struct AnnealingOptions {
 /// Sequential Monte Carlo over scenes of any number of contacts (Del Moral, Doucet, Jasra 2006):
 /// from the prior to the posterior through powers of the likelihood, chosen so that each leaves a
 /// share of the scenes in force, with reversible-jump moves (SceneMoves) at each power. Starts from
-/// the prior alone, never from a truth. Deterministic: `random` is its only source.
+/// the prior alone, never from a truth. Before the last moves islands are drawn anew by their
+/// evidence, so that one that never found the posterior does not count. Deterministic: `random` is
+/// its only source.
 ///
 /// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,

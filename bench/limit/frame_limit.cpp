@@ -176,7 +176,7 @@ FrameLimit frame_limit_from_json(JsonObject object) {
   limit.samples = object.integer("samples", 0, 1 << 30);
   limit.effective = object.number("effective");
   limit.resolved = object.boolean_or("resolved", false);
-  limit.remark = object.text_or("remark", "");
+  if (object.has("remark")) limit.remark = object.raw("remark").get<std::string>();
   limit.pareto_k = object.number("pareto_k");
   limit.seconds = object.number("seconds");
   limit.solves = static_cast<std::uint64_t>(object.number("solves", {0, 1e18}));

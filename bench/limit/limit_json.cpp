@@ -131,7 +131,10 @@ ResultRow row_of(const SetLimit& limit) {
     if (!frame.resolved) unresolved.push_back(frame.frame);
   }
   row.frames_not_converged = static_cast<int>(unresolved.size());
-  row.parameters = json{{"prior", limit.prior}, {"model", limit.model}, {"unresolved", unresolved}};
+  row.parameters = json{{"set", limit.key},
+                        {"prior", limit.prior},
+                        {"model", limit.model},
+                        {"unresolved", unresolved}};
   row.build.scored = {stamp_of_this_build(this_build().record_code)};
   return row;
 }

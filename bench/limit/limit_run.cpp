@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/limit/estimators.h"
+#include "bench/record/limit_file.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
@@ -54,7 +55,7 @@ class Records {
       JsonObject record(json, file.string(), "");
       if (record.text("key") != key_) return std::nullopt;
       return frame_limit_from_json(record.object("limit"));
-    } catch (const InputError& error) {
+    } catch (const std::exception& error) {
       spdlog::info("{}: computed again: {}", file.string(), error.what());
       return std::nullopt;
     }
@@ -137,7 +138,7 @@ class SetRun {
     }
     std::vector<SetLimit> out;
     for (const Task& task : tasks_) {
-      out.push_back({spec_.name, task.name, model_name(spec_, *voltages_), {}});
+      out.push_back({spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_), {}});
       for (const std::optional<FrameLimit>& frame : task.frames)
         out.back().frames.push_back(*frame);
     }

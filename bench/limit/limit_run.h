@@ -25,6 +25,7 @@ struct SetLimit {
   std::string dataset;
   std::string prior;
   std::string model;  ///< of the likelihood: SceneVoltages::name
+  std::string key;    ///< limit_key() of the set
   std::vector<FrameLimit> frames;
 };
 

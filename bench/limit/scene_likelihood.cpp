@@ -32,16 +32,24 @@ std::vector<SceneFit> FrameLikelihood::of_voltages(const Eigen::Ref<const Frames
   return fits;
 }
 
-Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes) const {
+Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes,
+                                    std::span<const double> thresholds) const {
   Frames voltages(static_cast<Eigen::Index>(scenes.size()), frame_.size());
   const double channels = static_cast<double>(frame_.size());
-  const VoltageTarget target{frame_, channel_noise(frame_) * std::sqrt(channels)};
+  const double noise = channel_noise(frame_);
+  VoltageTarget target{frame_, noise * std::sqrt(channels), {}};
+  for (const double threshold : thresholds) {
+    // The noise is that of the frame to a small part of itself.
+    const double chi_square = -2 * (threshold + channels * std::log(0.98 * noise));
+    target.farthest.push_back(1.02 * noise * std::sqrt(std::max(0.0, chi_square)));
+  }
   voltages_.solve(scenes, &target, voltages);
   return voltages;
 }
 
-std::vector<SceneFit> FrameLikelihood::of(std::span<const Scene> scenes) const {
-  return of_voltages(voltages_of(scenes));
+std::vector<SceneFit> FrameLikelihood::of(std::span<const Scene> scenes,
+                                          std::span<const double> thresholds) const {
+  return of_voltages(voltages_of(scenes, thresholds));
 }
 
 Eigen::VectorXd sphere_weights(std::span<const double> chi_squares, int channels, double width) {

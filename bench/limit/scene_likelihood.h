@@ -22,8 +22,10 @@ struct SceneFit {
 class SceneLikelihood {
  public:
   virtual ~SceneLikelihood() = default;
-  /// Of each scene; const and thread-safe.
-  virtual std::vector<SceneFit> of(std::span<const Scene> scenes) const = 0;
+  /// Of each scene; const and thread-safe. `thresholds` [scenes] or none: log likelihoods under
+  /// which a value need not be accurate.
+  virtual std::vector<SceneFit> of(std::span<const Scene> scenes,
+                                   std::span<const double> thresholds = {}) const = 0;
 };
 
 /// That of a measured frame. The noise of a set has a direction like white noise and a norm r that
@@ -40,12 +42,13 @@ class FrameLikelihood : public SceneLikelihood {
   /// `frame` [channels] V. `voltages` must outlive this. `noise` has a strength.
   FrameLikelihood(const SceneVoltages& voltages, const Noise& noise, Eigen::VectorXd frame);
 
-  std::vector<SceneFit> of(std::span<const Scene> scenes) const override;
+  std::vector<SceneFit> of(std::span<const Scene> scenes,
+                           std::span<const double> thresholds = {}) const override;
   /// The same of voltages [scenes, channels] V that are known already.
   std::vector<SceneFit> of_voltages(const Eigen::Ref<const Frames>& voltages) const;
 
   /// Clean voltages [scenes, channels] V, as accurate as the frame demands.
-  Frames voltages_of(std::span<const Scene> scenes) const;
+  Frames voltages_of(std::span<const Scene> scenes, std::span<const double> thresholds = {}) const;
   const Eigen::VectorXd& frame() const { return frame_; }
   /// Noise of one channel on a frame of these clean voltages, V.
   double channel_noise(const Eigen::Ref<const Eigen::VectorXd>& clean) const;

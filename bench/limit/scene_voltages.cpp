@@ -1,6 +1,7 @@
 #include "bench/limit/scene_voltages.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "forward/border/border_model.h"
 #include "forward/fem/forward_model.h"
@@ -10,7 +11,7 @@ namespace {
 
 constexpr double resolution_of_one = 3;
 constexpr double resolution_step = 1.6;
-constexpr int most_border_points = 320;
+constexpr int most_border_points = 200;
 
 class BorderVoltages : public SceneVoltages {
  public:
@@ -23,12 +24,14 @@ class BorderVoltages : public SceneVoltages {
   void solve(std::span<const Scene> scenes, const VoltageTarget* target,
              Eigen::Ref<Frames> voltages) const override {
     for (std::size_t i = 0; i < scenes.size(); ++i) {
-      voltages.row(static_cast<Eigen::Index>(i)) = voltages_of(scenes[i], target);
+      voltages.row(static_cast<Eigen::Index>(i)) = voltages_of(
+          scenes[i], target, target && !target->farthest.empty() ? target->farthest[i] : INFINITY);
     }
   }
 
  private:
-  Eigen::VectorXd voltages_of(const Scene& scene, const VoltageTarget* target) const {
+  Eigen::VectorXd voltages_of(const Scene& scene, const VoltageTarget* target,
+                              double farthest) const {
     const Eigen::VectorXd& reference = model_.reference_voltages();
     const bool one = scene.contacts.size() == 1 && scene.contacts[0].half_size.x() > 0 &&
                      scene.contacts[0].shape != Shape::rectangle;
@@ -40,6 +43,7 @@ class BorderVoltages : public SceneVoltages {
       if (!target || solution.points * resolution_step > most_border_points) return voltages;
       const double apart = (target->frame - voltages).norm();
       if (solution.error <= border_tolerance * std::max(target->noise, apart)) return voltages;
+      if (apart - 2 * solution.error > farthest) return voltages;
       resolution *= resolution_step;
     }
   }

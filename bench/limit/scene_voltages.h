@@ -4,16 +4,19 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/arrays.h"
 #include "forward/data/dataset_spec.h"
 
 namespace ertbench {
 
-/// A frame that voltages are computed for, and the 2-norm of its noise, V.
+/// A frame that voltages are computed for.
 struct VoltageTarget {
   const Eigen::VectorXd& frame;
-  double noise;
+  double noise;  ///< 2-norm, V
+  std::vector<double>
+      farthest;  ///< [scenes] V from the frame: beyond, any accuracy will do; or none
 };
 
 /// What computes the clean voltages of the many scenes that a posterior is sampled with: a forward
