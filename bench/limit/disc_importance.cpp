@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "bench/limit/elementwise.h"
 #include "core/errors.h"
@@ -21,6 +22,7 @@ constexpr double degrees_of_freedom = 5;  ///< of the Student distributions
 constexpr double student_width = 1.2;     ///< of them, over that of the Laplace approximation
 constexpr double uniform_share = 0.1;
 constexpr int importance_starts = 24;
+constexpr int adapting_rounds = 3;
 
 /// A mode, and the Cholesky factor of the information there.
 struct Mode {
@@ -110,39 +112,33 @@ VectorXd draw_student(const Mode& mode, RandomStream& random) {
   return mode.place + step * (student_width * std::sqrt(degrees_of_freedom / chi));
 }
 
-/// Those that are apart and not hopeless, the best first.
-std::vector<Mode> distinct(std::vector<Mode> modes) {
-  constexpr double hopeless = 20;  ///< of the cost above that of the best
-  std::sort(modes.begin(), modes.end(),
-            [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
-  std::vector<Mode> out;
-  for (Mode& mode : modes) {
-    if (!std::isfinite(mode.cost) || mode.cost > modes.front().cost + hopeless) continue;
-    const bool known = std::any_of(out.begin(), out.end(), [&](const Mode& other) {
-      const VectorXd white = other.information.matrixU() * (mode.place - other.place);
-      return white.norm() < 1;
-    });
-    if (!known) out.push_back(std::move(mode));
+/// The Gaussian of the weighted points' own mean and covariance, as a mode.
+std::optional<Mode> moments_of(const WeightedPoints& found) {
+  const Index n = found.points.front().size();
+  VectorXd mean = VectorXd::Zero(n);
+  MatrixXd covariance = MatrixXd::Zero(n, n);
+  for (std::size_t i = 0; i < found.points.size(); ++i) {
+    const double weight = found.weights[static_cast<Index>(i)];
+    mean += weight * found.points[i];
+    covariance += weight * found.points[i] * found.points[i].transpose();
   }
-  return out;
+  covariance -= mean * mean.transpose();
+  // One point with most of the weight has no covariance.
+  constexpr double least_points = 10;
+  if (found.effective < least_points) return std::nullopt;
+  const Eigen::LLT<MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success) return std::nullopt;
+  const MatrixXd information = factor.solve(MatrixXd::Identity(n, n));
+  return Mode{mean, Eigen::LLT<MatrixXd>(information), 0};
 }
 
-}  // namespace
-
-WeightedPoints sample_by_importance(const LaplaceProblem& problem, std::span<const VectorXd> starts,
-                                    int points, RandomStream& random) {
-  const Optimiser optimiser(problem);
-  std::vector<Mode> found;
-  for (const VectorXd& start : starts) found.push_back(optimiser.climb(start));
-  const std::vector<Mode> modes = distinct(std::move(found));
-  std::vector<double> shares;  // adding up to 1 - uniform_share
-  for (const Mode& mode : modes) shares.push_back(std::exp((modes.front().cost - mode.cost) / 2));
+/// Points drawn from Student distributions around the modes and from the box, with their weights.
+WeightedPoints weighted_points(const LaplaceProblem& problem, const std::vector<Mode>& modes,
+                               std::vector<double> shares, int points, RandomStream& random) {
   const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
   for (double& share : shares) share *= (1 - uniform_share) / sum;
   const double log_box = -sum_of_logs((problem.high - problem.low).array());
-
   WeightedPoints out;
-  out.modes = modes.size();
   VectorXd log_proposal(points);
   for (int i = 0; i < points; ++i) {
     double left = random.uniform() - uniform_share;
@@ -168,12 +164,57 @@ WeightedPoints sample_by_importance(const LaplaceProblem& problem, std::span<con
   const std::vector<double> log_target = problem.log_target(out.points);
   out.weights.resize(points);
   for (int i = 0; i < points; ++i) {
-    out.weights[i] = log_target[static_cast<std::size_t>(i)] - log_proposal[i];
+    // Outside of the prior both may be nothing.
+    const double log = log_target[static_cast<std::size_t>(i)];
+    out.weights[i] = std::isfinite(log) ? log - log_proposal[i] : -1e300;
   }
   out.weights = exp_of(out.weights.array() - out.weights.maxCoeff());
   out.pareto_k = pareto_smoothed(out.weights);
   out.weights /= out.weights.sum();
   out.effective = 1 / out.weights.squaredNorm();
+  return out;
+}
+
+/// Those that are apart and not hopeless, the best first.
+std::vector<Mode> distinct(std::vector<Mode> modes) {
+  constexpr double hopeless = 20;  ///< of the cost above that of the best
+  std::sort(modes.begin(), modes.end(),
+            [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
+  std::vector<Mode> out;
+  for (Mode& mode : modes) {
+    if (!std::isfinite(mode.cost) || mode.cost > modes.front().cost + hopeless) continue;
+    const bool known = std::any_of(out.begin(), out.end(), [&](const Mode& other) {
+      const VectorXd white = other.information.matrixU() * (mode.place - other.place);
+      return white.norm() < 1;
+    });
+    if (!known) out.push_back(std::move(mode));
+  }
+  return out;
+}
+
+}  // namespace
+
+WeightedPoints sample_by_importance(const LaplaceProblem& problem, std::span<const VectorXd> starts,
+                                    int points, RandomStream& random) {
+  const Optimiser optimiser(problem);
+  std::vector<Mode> found;
+  for (const VectorXd& start : starts) found.push_back(optimiser.climb(start));
+  std::vector<Mode> modes = distinct(std::move(found));
+  const std::size_t count = modes.size();
+  std::vector<double> shares;
+  for (const Mode& mode : modes) shares.push_back(std::exp((modes.front().cost - mode.cost) / 2));
+  // Short rounds show where the posterior is wider than its curvature says.
+  for (int round = 0; round < adapting_rounds; ++round) {
+    const WeightedPoints pilot = weighted_points(problem, modes, shares, points / 4, random);
+    std::optional<Mode> wider = moments_of(pilot);
+    if (!wider) continue;
+    modes.resize(count);
+    shares.resize(count);
+    modes.push_back(std::move(*wider));
+    shares.push_back(std::accumulate(shares.begin(), shares.end(), 0.0));
+  }
+  WeightedPoints out = weighted_points(problem, modes, shares, points, random);
+  out.modes = count;
   return out;
 }
 
@@ -198,9 +239,16 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
   problem.high.resize(dimension);
   problem.low.head<2>() = prior.sheet().bounds().min().array() + margin;
   problem.high.head<2>() = prior.sheet().bounds().max().array() - margin;
+  // What voltages tell of size and conductivity is the strength; it takes the place of the size, so
+  // that the posterior is no crescent.
+  const auto log_strength = [](double size, double ratio) {
+    return 2 * std::log(size) + std::log(std::abs(1 - ratio) / (1 + ratio));
+  };
+  const bool strengths = sizes && ratios && d.conductivity_ratio.second < 1;
   if (sizes) {
-    problem.low[2] = d.radius.first;
-    problem.high[2] = d.radius.second;
+    const auto [low, high] = d.conductivity_ratio;
+    problem.low[2] = strengths ? log_strength(d.radius.first, high) : d.radius.first;
+    problem.high[2] = strengths ? log_strength(d.radius.second, low) : d.radius.second;
   }
   if (ratios) {
     problem.low[dimension - 1] = d.conductivity_ratio.first;
@@ -211,6 +259,7 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
     disc.centre = at.head<2>();
     disc.size = sizes ? at[2] : d.radius.first;
     disc.conductivity_ratio = ratios ? at[dimension - 1] : d.conductivity_ratio.first;
+    if (strengths) disc.size = std::exp((at[2] - log_strength(1, disc.conductivity_ratio)) / 2);
     disc.aspect = d.aspect.first;
     return SceneDraw{disc};
   };
@@ -218,6 +267,7 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
     VectorXd at(dimension);
     at.head<2>() = disc.centre;
     if (sizes) at[2] = disc.size;
+    if (strengths) at[2] = log_strength(disc.size, disc.conductivity_ratio);
     if (ratios) at[dimension - 1] = disc.conductivity_ratio;
     return at;
   };
@@ -237,6 +287,7 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
     for (std::size_t i = 0; i < places.size(); ++i) {
       const SceneDraw draw = draw_of(places[i]);
       logs.push_back(prior.log_density(draw));
+      if (strengths) logs.back() += std::log(draw.front().size / 2);  // of the size by its place
       if (!std::isfinite(logs.back())) continue;
       possible.push_back(i);
       scenes.push_back(scene_of(draw));

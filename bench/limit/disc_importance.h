@@ -29,7 +29,8 @@ struct WeightedPoints {
 
 /// Importance sampling from the Laplace approximation: Levenberg-Marquardt from every start, a
 /// mixture of Student distributions around what it finds and, as a defence, a tenth of uniform
-/// points, and the smoothed weights (pareto_smoothed).
+/// points, refitted a few times to the moments of the points that it gives, and the smoothed
+/// weights (pareto_smoothed).
 WeightedPoints sample_by_importance(const LaplaceProblem& problem,
                                     std::span<const Eigen::VectorXd> starts, int points,
                                     RandomStream& random);

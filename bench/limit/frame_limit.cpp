@@ -7,6 +7,7 @@
 #include "bench/limit/estimators.h"
 #include "bench/score/scored_image.h"
 #include "core/json_reader.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -82,17 +83,12 @@ std::vector<double> chi_squares_of(const PosteriorSamples& posterior) {
 }  // namespace
 
 FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
-                          const PosteriorSamples& posterior, bool exact, double uniform) {
+                          const PosteriorSamples& posterior, double uniform) {
   const SampledImages images = images_of(sensor, rule, posterior);
   const VectorXd& weights = images.changes.weights;
   FrameLimit limit;
   limit.samples = static_cast<int>(posterior.samples.size());
   limit.effective = effective_samples(images.changes);
-  limit.resolved = exact || limit.effective >= least_effective;
-  if (!limit.resolved) {
-    limit.remark = "effective samples " + std::to_string(static_cast<int>(limit.effective)) +
-                   " < " + std::to_string(static_cast<int>(least_effective));
-  }
   const RowVectorXd change = truth.conductivity.array() - sensor.background;
   const bool blank = is_empty(sensor, change);
   const RowVectorXd mean = posterior_mean(images.changes);
@@ -135,6 +131,23 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
     if (!blank) limit.sphere_relative_error = relative(on_sphere).error;
   }
   return limit;
+}
+
+void judge(int channels, FrameLimit& limit) {
+  constexpr double most_deviations = 4;
+  constexpr double most_pareto_k = 0.7;
+  const double most_chi_square = channels + most_deviations * std::sqrt(2.0 * channels);
+  limit.remark.clear();
+  if (limit.chi_square > most_chi_square) {
+    limit.remark = "no scene that was found explains the frame: chi square " +
+                   fixed(limit.chi_square, 0) + " for " + std::to_string(channels) + " channels";
+  } else if (limit.sampler != "enumeration" && limit.effective < least_effective) {
+    limit.remark =
+        "effective samples " + fixed(limit.effective, 0) + " < " + fixed(least_effective, 0);
+  } else if (limit.pareto_k > most_pareto_k) {
+    limit.remark = "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
+  }
+  limit.resolved = limit.remark.empty();
 }
 
 nlohmann::json to_json(const FrameLimit& limit) {

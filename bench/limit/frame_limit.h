@@ -62,10 +62,15 @@ struct FrameTruth {
   Eigen::RowVectorXd conductivity;  ///< [pixels] S/m
 };
 
-/// Fills in all but sampler, seconds and solves. `exact`: the samples are the whole posterior.
-/// `uniform` 0 ... 1 shares out ties of ranks.
+/// Fills in all but sampler, Pareto k, seconds and solves, and does not judge. `uniform` 0 ... 1
+/// shares out ties of ranks.
 FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
-                          const PosteriorSamples& posterior, bool exact, double uniform);
+                          const PosteriorSamples& posterior, double uniform);
+
+/// Whether a frame is resolved, and the remark: enough effective samples, importance weights
+/// without a heavy tail, and scenes that explain the frame (a chi square at most four standard
+/// deviations above `channels`).
+void judge(int channels, FrameLimit& limit);
 
 nlohmann::json to_json(const FrameLimit& limit);
 FrameLimit frame_limit_from_json(JsonObject object);

@@ -139,8 +139,10 @@ class SetRun {
     std::vector<SetLimit> out;
     for (const Task& task : tasks_) {
       out.push_back({spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_), {}});
-      for (const std::optional<FrameLimit>& frame : task.frames)
+      for (const std::optional<FrameLimit>& frame : task.frames) {
         out.back().frames.push_back(*frame);
+        judge(spec_.sensor.channels(), out.back().frames.back());
+      }
     }
     if (is_fair_too_) {
       out.push_back(out.front());
@@ -180,17 +182,10 @@ class SetRun {
         posterior = *broad;
         reused = reweight(tasks_[t + 1].prior, task.prior, posterior);
       }
-      FrameLimit limit = reused ? judged(frame, posterior) : sampled(frame, t, posterior);
+      FrameLimit limit = reused ? judged(frame, t, posterior) : sampled(frame, t, posterior);
       limit.seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       limit.solves = reused ? 0 : posterior.samples.solves;
-      limit.frame = frame;
-      limit.sampler = samplers_[t]->name();
-      limit.pareto_k = posterior.pareto_k;
-      if (limit.pareto_k > 0.7) {
-        limit.resolved = false;
-        limit.remark = "Pareto k " + fixed(limit.pareto_k, 2) + " > 0.7";
-      }
       task.records.write(limit);
       task.frames[frame] = limit;
       broad = std::move(posterior);
@@ -204,18 +199,23 @@ class SetRun {
                           frame * 16 + static_cast<std::uint64_t>(effort), Purpose::scene);
       const auto row = static_cast<Eigen::Index>(frame);
       posterior = samplers_[task]->sample(block_.voltages.row(row).transpose(), effort, random);
-      limit = judged(frame, posterior);
+      limit = judged(frame, task, posterior);
       if (limit.resolved) break;
     }
     return limit;
   }
 
-  FrameLimit judged(std::size_t frame, const SampledPosterior& posterior) const {
+  FrameLimit judged(std::size_t frame, std::size_t task, const SampledPosterior& posterior) const {
     RandomStream ties(key_of("limit ties"), key_of(spec_.name), frame, Purpose::scene);
     const FrameTruth truth{block_.truths[frame],
                            block_.conductivity.row(static_cast<Eigen::Index>(frame))};
-    return limit_of_frame(spec_.sensor, spec_.rasterisation, truth, posterior.samples,
-                          posterior.exact, ties.uniform());
+    FrameLimit limit =
+        limit_of_frame(spec_.sensor, spec_.rasterisation, truth, posterior.samples, ties.uniform());
+    limit.frame = frame;
+    limit.sampler = samplers_[task]->name();
+    limit.pareto_k = posterior.pareto_k;
+    judge(spec_.sensor.channels(), limit);
+    return limit;
   }
 
   const DatasetSpec& spec_;

@@ -144,7 +144,6 @@ Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
 SampledPosterior PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
                                           RandomStream& random) const {
   SampledPosterior out;
-  out.exact = kind_ == SamplerKind::enumeration;
   out.samples =
       sampled(own_ ? corrected(frame, random) : frame, effort, false, &out.pareto_k, random);
   return out;

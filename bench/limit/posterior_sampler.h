@@ -19,7 +19,6 @@ const std::vector<std::string>& names_of_samplers();  ///< in the order of the e
 /// What is sampled for one frame, and how well.
 struct SampledPosterior {
   PosteriorSamples samples;
-  bool exact = false;   ///< a sum over all scenes that there are
   double pareto_k = 0;  ///< of importance sampling
 };
 

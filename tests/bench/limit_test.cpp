@@ -162,8 +162,7 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
 TEST(Limit, SaysWhichSetsHaveNone) {
   const TemporaryFolder folder("limit");
   nlohmann::json json = testing::small_experiment();
-  json["datasets"]["test"].erase("snr_db");
-  json["datasets"]["test"].erase("snr_basis");
+  json["datasets"]["test"]["snr_db"] = nullptr;
   LimitOptions options;
   options.records = folder.path() / "limit";
   try {
