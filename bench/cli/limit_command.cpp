@@ -5,7 +5,9 @@
 
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
+#include "bench/limit/bound_map.h"
 #include "bench/limit/limit_json.h"
+#include "bench/limit/rank_figure.h"
 #include "bench/record/limit_file.h"
 #include "core/atomic_file.h"
 #include "core/text.h"
@@ -22,6 +24,7 @@ struct LimitArguments {
   int frames = 100;
   int threads = 1;
   bool fresh = false;
+  bool map = false;
 };
 
 /// "0.127 [0.120, 0.134], median 0.110"
@@ -47,6 +50,23 @@ void print(const SetLimit& limit) {
               calibration.squared_error_over_variance, calibration.ci95.low, calibration.ci95.high);
 }
 
+/// What other numbers of electrodes and less noise would buy, on the experiment's own sheet.
+void draw_map(const Experiment& experiment, const std::filesystem::path& stem) {
+  constexpr double radius = 0.2;
+  constexpr double ratio = 0.6;
+  std::vector<BoundMap> maps;
+  for (const int electrodes : {8, 16, 32}) {
+    Sensor sensor = experiment.sensor;
+    sensor.electrode_offset *= static_cast<double>(sensor.electrode_count) / electrodes;
+    sensor.electrode_count = electrodes;
+    maps.push_back(bound_map(sensor, radius, ratio));
+  }
+  draw_bound_maps(maps,
+                  "Cramér–Rao bound of a disc of unknown place, radius and conductivity (radius " +
+                      number_text(radius) + ", ratio " + number_text(ratio) + ")",
+                  stem);
+}
+
 ExitCode limit(const LimitArguments& arguments) {
   SolverRegistry registry;
   const Experiment experiment =
@@ -63,6 +83,9 @@ ExitCode limit(const LimitArguments& arguments) {
   if (arguments.fresh) std::filesystem::remove_all(options.records);
   const std::vector<SetLimit> limits = compute_limits(experiment, options);
   write_file_atomically(folder / limit_file, limit_json(experiment.name, limits).dump(1) + "\n");
+  draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
+                   folder / "limit_ranks");
+  if (arguments.map) draw_map(experiment, folder / "limit_map");
   for (const SetLimit& set : limits) print(set);
   std::printf("%s\n", printable_path((folder / limit_file).string()).c_str());
   return done;
@@ -85,6 +108,8 @@ Action add_limit(CLI::App& command) {
       .add_option("--sampler", arguments->sampler,
                   "Of the posterior: auto, enumeration, importance, annealing (default: auto)")
       ->check(CLI::IsMember(names_of_samplers()));
+  command.add_flag("--map", arguments->map,
+                   "Also draw the Cramér-Rao bound over the sheet (limit_map.png)");
   command.add_flag("--fresh", arguments->fresh, "Compute again what is finished already");
   command.footer(
       "Example:\n  ertbench limit experiments/table_c1_fine.json --frames 200 --threads 2\n"

@@ -13,7 +13,7 @@ constexpr std::size_t importance_bank = 4000;
 constexpr int importance_points = 4000;
 constexpr int pilot_points = 400;
 constexpr int corrected_scenes = 24;
-constexpr int lattice_of_discs = 32;
+constexpr int lattice_of_discs = 56;
 constexpr double least_left = 0.5;  ///< of the samples in force, by other weights
 
 SamplerKind best_sampler(const ScenePrior& prior, const SceneVoltages& voltages) {
