@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/record/limit_file.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -199,6 +200,10 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
   }
   if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {
     chart.nothing = nothing->metrics[chart.metric].median;
+  }
+  if (const ResultRow* limit = limit_of(rows, question.dataset)) {
+    chart.limit = limit->metrics[chart.metric].median;
+    chart.limit_ci95 = limit->metrics[chart.metric].median_ci95;
   }
   mark_frontier(chart.points, &SpeedPoint::frontier, [](const SpeedPoint& p) {
     return p.latency ? std::optional(p.latency->p50) : std::nullopt;

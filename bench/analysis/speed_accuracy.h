@@ -82,8 +82,12 @@ struct BreakEven {
 struct SpeedAccuracy {
   Metric metric = Metric::relative_error;
   std::string dataset;
-  std::vector<SpeedPoint> points;      ///< in the order of the experiment file
-  std::optional<double> nothing;       ///< the median error of the image without contact
+  std::vector<SpeedPoint> points;  ///< in the order of the experiment file
+  std::optional<double> nothing;   ///< the median error of the image without contact
+  /// The median of the limit under the test set's own prior, which no method can be below, and its
+  /// interval; where `ertbench limit` computed it.
+  std::optional<double> limit;
+  std::optional<Interval> limit_ci95;
   std::vector<RightSize> right_sizes;  ///< of families with two settings or more
   std::optional<RightSizing> right_sizing;
   std::vector<WithinMargin> margins;  ///< 1, 5 and 20 %

@@ -23,6 +23,8 @@ constexpr double legend_top = bottom + 64;
 constexpr LineStyle whisker_line{rgb(0x909090), 1};
 constexpr LineStyle frontier_line{ink::dark, 1.6, 2};
 constexpr LineStyle nothing_line{rgb(0x606060), 1, 3};
+constexpr LineStyle limit_line{ink::alarm, 1.4};
+const LineStyle limit_interval_line{ink::alarm.towards_white(0.5), 0.8, 3};
 constexpr MarkStyle ring{circle, ink::dark, 1.9, 1.3};
 constexpr MarkStyle lost{cross, ink::alarm};
 
@@ -69,6 +71,13 @@ class Drawing {
     Panel panel(canvas_, shown.box, shown.axis, shown.errors);
     panel.title(shown.title);
     if (chart_.nothing && shown.holds(*chart_.nothing)) panel.level(*chart_.nothing, nothing_line);
+    if (chart_.limit) {
+      panel.level(*chart_.limit, limit_line);
+      if (chart_.limit_ci95) {
+        panel.level(chart_.limit_ci95->low, limit_interval_line);
+        panel.level(chart_.limit_ci95->high, limit_interval_line);
+      }
+    }
     add_families(shown, panel);
     panel.line(staircase(chart_, shown), frontier_line);
     add_whiskers(shown, panel);
@@ -131,6 +140,12 @@ class Drawing {
       canvas_.text("an image of nothing", shown.box.right - 4, y - 8,
                    {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
       taken.push_back({shown.box.right - 110, y - 15, shown.box.right, y + 1});
+    }
+    if (!shown.batches && chart_.limit) {
+      const double y = shown.y_of(*chart_.limit);
+      canvas_.text("no method can be below this (broken: 95 % interval)", shown.box.right - 4,
+                   y - 8, {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
+      taken.push_back({shown.box.right - 280, y - 16, shown.box.right, y + 2});
     }
     panel.labels(labels_of(chart_, shown), std::move(taken));
     for (std::size_t i = 0; i < chart_.points.size(); ++i) {

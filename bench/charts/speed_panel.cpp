@@ -47,6 +47,7 @@ Axis error_axis(const SpeedAccuracy& chart) {
     most = std::max(most, point.error_ci95 ? point.error_ci95->high : *point.error);
   }
   if (most == 0) return Axis::even({0, 1});
+  if (chart.limit) least = std::min(least, chart.limit_ci95 ? chart.limit_ci95->low : *chart.limit);
   Span span{0.85 * least, most + 0.08 * (most - 0.85 * least)};
   const double limit = 1.12 * chart.nothing.value_or(3 * median(errors));
   if (span.high > 0.85 * limit) span.high = limit;

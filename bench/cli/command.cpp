@@ -11,7 +11,7 @@ std::span<const Command> commands() {
                                     {"generate", add_generate}, {"reconstruct", add_reconstruct},
                                     {"publish", add_publish},   {"list", add_list},
                                     {"timing", add_timing},     {"fidelity", add_fidelity},
-                                    {"trial", add_trial}};
+                                    {"limit", add_limit},       {"trial", add_trial}};
   return all;
 }
 

@@ -37,6 +37,7 @@ Action add_publish(CLI::App& command);
 Action add_list(CLI::App& command);
 Action add_timing(CLI::App& command);
 Action add_fidelity(CLI::App& command);
+Action add_limit(CLI::App& command);
 Action add_trial(CLI::App& command);
 
 // What several commands share.

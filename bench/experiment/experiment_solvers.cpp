@@ -143,7 +143,8 @@ std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experi
                                       SolverRegistry& registry, SolverCheck check) {
   std::vector<SolverEntry> all;
   std::vector<std::vector<Moved>> moved;                  // of each
-  std::set<std::string> taken = {"truth", "no-contact"};  // labels, and names of files
+  // Labels, and names of files.
+  std::set<std::string> taken = {"truth", "no-contact", "limit-oracle", "limit-fair"};
   for (const JsonObject& object : root.objects("solvers")) {
     const SolverEntry* previous = nullptr;
     auto entries = EntryReader(object, registry, check).read();

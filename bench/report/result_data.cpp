@@ -1,3 +1,4 @@
+#include "bench/record/limit_file.h"
 #include "bench/report/published_value.h"
 #include "bench/report/result_table.h"
 
@@ -24,9 +25,9 @@ std::vector<Column> data_columns() {
     add("_paper");
     add("_difference");
   }
-  for (const char* title :
-       {"latency_p50_us", "latency_p99_us", "latency_max_us", "frames_per_s", "throughput_batch",
-        "fit_s", "peak_rss_mb", "seeds", "sweep", "parameters"}) {
+  for (const char* title : {"relative_error_over_limit", "latency_p50_us", "latency_p99_us",
+                            "latency_max_us", "frames_per_s", "throughput_batch", "fit_s",
+                            "peak_rss_mb", "seeds", "sweep", "parameters"}) {
     out.emplace_back(title);
   }
   return out;
@@ -78,6 +79,7 @@ TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& 
              std::to_string(row.frames_not_converged),
              std::to_string(row.suspect_frames)};
     for (const Metric metric : kMetrics) add_metric(row, metric, published, cells);
+    cells.push_back(exact_cell(over_limit(row, rows, Metric::relative_error)));
     const auto latency = [&](double LatencySummary::*part) {
       return exact_cell(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);
     };

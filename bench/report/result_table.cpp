@@ -5,6 +5,7 @@
 #include <set>
 
 #include "bench/record/convergence.h"
+#include "bench/record/limit_file.h"
 #include "bench/report/published_value.h"
 #include "core/bootstrap.h"
 #include "core/text.h"
@@ -86,12 +87,17 @@ std::vector<Metric> metrics_in_order() {
 /// those of contacts.
 int part_of(const MetricEntry& entry) { return entry.published ? 0 : entry.of_contacts ? 2 : 1; }
 
-std::vector<Column> result_columns() {
+bool has_limits(std::span<const ResultRow> rows) {
+  return std::any_of(rows.begin(), rows.end(), is_limit);
+}
+
+std::vector<Column> result_columns(bool limits) {
   std::vector<Column> out = {{"Solver", Align::left}};
   for (const Metric metric : metrics_in_order()) {
     const MetricEntry& entry = entry_of(metric);
     out.emplace_back(entry.heading, Align::right, part_of(entry));
   }
+  if (limits) out.emplace_back("error / limit", Align::right, 1);
   for (const char* title : {"p50 (µs)", "p99 (µs)", "frames/s", "fit (s)", "memory (MB)",
                             "undef. / not conv. / suspect"}) {
     out.emplace_back(title, Align::right, 1);
@@ -103,10 +109,14 @@ std::optional<double> latency_of(const ResultRow& row, double LatencySummary::*p
   return row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt;
 }
 
-std::vector<Cell> cells_of(const ResultRow& row, const PublishedTable& published) {
+std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows,
+                           const PublishedTable& published) {
   std::vector<Cell> cells = {label_cell(row)};
   for (const Metric metric : metrics_in_order()) {
     cells.push_back(metric_cell(row, metric, published));
+  }
+  if (has_limits(rows)) {
+    cells.push_back(number_cell(over_limit(row, rows, Metric::relative_error), 2));
   }
   cells.push_back(short_cell(latency_of(row, &LatencySummary::p50)));
   cells.push_back(short_cell(latency_of(row, &LatencySummary::p99)));
@@ -200,6 +210,13 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
   for (const MetricEntry& entry : kMetricTable) {
     out.push_back(std::string(entry.heading) + ": " + entry.legend);
   }
+  if (has_limits(rows)) {
+    out.emplace_back(
+        "limit-oracle, limit-fair: the best estimates there are, of the posterior over scenes of "
+        "each frame, under the distribution of the test scenes and of the training scenes; each "
+        "metric by an estimate of its own, on the set's first frames. error / limit: the mean "
+        "relative error of δσ over that of limit-oracle, which no method can be below.");
+  }
   out.emplace_back(
       "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "
       "throughput with a batch. fit: preparation before the first frame, once. memory: the most "
@@ -266,8 +283,8 @@ Table result_table(std::span<const ResultRow> rows, const TableText& text) {
   Table table;
   table.title = text.title;
   for (const ResultRow& row : rows) {
-    TableSection& section = section_of(table, row.dataset, result_columns());
-    section.rows.push_back(cells_of(row, text.published));
+    TableSection& section = section_of(table, row.dataset, result_columns(has_limits(rows)));
+    section.rows.push_back(cells_of(row, rows, text.published));
     if (row.message.size() > kMessageLength) section.notes.push_back(note_of(row));
   }
   for (TableSection& section : table.sections) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bench/record/limit_file.h"
 #include "bench/report/results.h"
 #include "bench/run/builds.h"
 #include "bench/run/datasets.h"
@@ -58,6 +59,7 @@ ExperimentResults run_stages(const Stages& stages, const Experiment& experiment,
     add_builds(*stage, experiment, records, results);
     results.failures += records.failures();
   }
+  if (!results.rows.empty()) add_limit_rows(options.out, experiment.tests, results.rows);
   return results;
 }
 

@@ -39,20 +39,6 @@ bool lies_within(const Contact& contact, const Sheet& sheet) {
          sheet.depth(contact.centre) >= contact.half_size.x() - rounding;
 }
 
-std::optional<Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
-                                    const RowVectorXd& true_change) {
-  if (scene.contacts.size() == 1) {
-    const Contact& contact = scene.contacts.front();
-    if (lies_within(contact, *sensor.sheet)) {
-      std::optional<Vector2d> centre = contact.shape == Shape::polygon
-                                           ? area_centroid(contact.vertices)
-                                           : std::optional(contact.centre);
-      if (centre) return centre;
-    }
-  }
-  return centroid(sensor, true_change);
-}
-
 std::optional<double> distance(const std::optional<Vector2d>& a, const std::optional<Vector2d>& b) {
   if (!a || !b) return std::nullopt;
   return (*a - *b).norm();
@@ -66,6 +52,20 @@ std::optional<double> position_error_of(const ScoredImage& image, const RowVecto
 }
 
 }  // namespace
+
+std::optional<Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
+                                    const RowVectorXd& true_change) {
+  if (scene.contacts.size() == 1) {
+    const Contact& contact = scene.contacts.front();
+    if (lies_within(contact, *sensor.sheet)) {
+      std::optional<Vector2d> centre = contact.shape == Shape::polygon
+                                           ? area_centroid(contact.vertices)
+                                           : std::optional(contact.centre);
+      if (centre) return centre;
+    }
+  }
+  return centroid(sensor, true_change);
+}
 
 bool ScoredImage::truth_is_empty() const { return ertbench::is_empty(sensor, true_change); }
 bool ScoredImage::is_empty() const { return ertbench::is_empty(sensor, change); }

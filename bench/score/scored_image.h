@@ -23,6 +23,11 @@ struct ScoredImage {
   bool is_empty() const;
 };
 
+/// Where the contacts are: the centre of a contact that is alone and whole on the sheet, else the
+/// centroid of the true change (C4), domain units; nothing where that has none.
+std::optional<Eigen::Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
+                                           const Eigen::RowVectorXd& true_change);
+
 /// (C2) of one image of changes, %; undefined of an empty image.
 std::optional<double> resolution_of(const Sensor& sensor, const Eigen::RowVectorXd& change);
 

@@ -13,56 +13,7 @@ using std::numbers::pi;
 
 namespace {
 
-const std::vector<std::string> shape_names = {"disc", "ellipse", "rectangle", "polygon",
-                                              "ring", "cross",   "bar"};
-constexpr double bar_aspect = 0.12;
-constexpr double ring_hole = 0.55;  ///< inner over outer radius
-constexpr int ring_corners = 30;    ///< of each of its two borders
-constexpr double cross_arm = 0.35;  ///< breadth over length of its bars
 constexpr double rounding = 1e-12;  ///< of lengths, domain units
-
-Shape shape_of(DrawnShape drawn) {
-  switch (drawn) {
-    case DrawnShape::disc:
-      return Shape::disc;
-    case DrawnShape::ellipse:
-      return Shape::ellipse;
-    case DrawnShape::rectangle:
-    case DrawnShape::bar:
-      return Shape::rectangle;
-    default:
-      return Shape::polygon;
-  }
-}
-
-Eigen::Vector2d at_angle(double angle) { return {std::cos(angle), std::sin(angle)}; }
-
-/// Around (0, 0), one polygon: out along its outer border, across a seam of no breadth, and back
-/// along the inner one.
-std::vector<Eigen::Vector2d> ring(double radius) {
-  std::vector<Eigen::Vector2d> vertices;
-  for (int v = 0; v <= ring_corners; ++v) {
-    vertices.push_back(radius * at_angle(2 * pi * (v % ring_corners) / ring_corners));
-  }
-  for (int v = ring_corners; v >= 0; --v) {
-    vertices.push_back(ring_hole * vertices[static_cast<std::size_t>(v)]);
-  }
-  return vertices;
-}
-
-/// Around (0, 0), its corners on the circle of `radius`.
-std::vector<Eigen::Vector2d> cross(double radius, double angle) {
-  const Eigen::Vector2d tip = Eigen::Vector2d(1, cross_arm).normalized() * radius;
-  std::vector<Eigen::Vector2d> vertices;
-  for (int arm = 0; arm < 4; ++arm) {
-    const Eigen::Vector2d along = at_angle(angle + pi / 2 * arm);
-    const Eigen::Vector2d across(-along.y(), along.x());
-    vertices.push_back(tip.x() * along - tip.y() * across);
-    vertices.push_back(tip.x() * along + tip.y() * across);
-    vertices.push_back(tip.y() * along + tip.y() * across);
-  }
-  return vertices;
-}
 
 void move(Contact& contact, const Eigen::Vector2d& by) {
   contact.centre += by;
@@ -108,14 +59,10 @@ void set_apart(Contact& first, double first_radius, Contact& second, double seco
 
 }  // namespace
 
-const char* name_of(DrawnShape shape) {
-  return shape_names[static_cast<std::size_t>(shape)].c_str();
-}
-
 std::size_t SceneDistribution::most_vertices() const {
   std::size_t most = 0;
   for (const DrawnShape shape : shapes) {
-    if (shape == DrawnShape::ring) most = std::max<std::size_t>(most, 2 * (ring_corners + 1));
+    if (shape == DrawnShape::ring) most = std::max<std::size_t>(most, ring_vertices);
     if (shape == DrawnShape::cross) most = std::max<std::size_t>(most, 12);
     if (shape == DrawnShape::polygon) {
       most = std::max(most, static_cast<std::size_t>(corners.second));
@@ -124,71 +71,49 @@ std::size_t SceneDistribution::most_vertices() const {
   return most;
 }
 
+ContactDraw SceneDistribution::draw_contact(RandomStream& random, const Sheet& sheet) const {
+  ContactDraw drawn;
+  drawn.shape =
+      shapes[static_cast<std::size_t>(random.integer(0, static_cast<int>(shapes.size()) - 1))];
+  drawn.size = random.uniform(radius.first, radius.second);
+  if (centre) {
+    const double x = random.uniform(centre->first.first, centre->first.second);
+    const double y = random.uniform(centre->second.first, centre->second.second);
+    drawn.centre = {x, y};
+  } else {
+    drawn.centre = place_on(sheet, inside ? drawn.size : 0, random);
+  }
+  drawn.conductivity_ratio = random.uniform(conductivity_ratio.first, conductivity_ratio.second);
+  drawn.aspect = random.uniform(aspect.first, aspect.second);
+  drawn.angle = random.uniform(0, pi);
+  if (drawn.shape == DrawnShape::polygon) {
+    drawn.corners.resize(static_cast<std::size_t>(random.integer(corners.first, corners.second)));
+    for (ContactDraw::Corner& corner : drawn.corners) {
+      corner.turn = random.uniform(-corner_turn, corner_turn);
+      corner.reach = random.uniform();
+    }
+  }
+  return drawn;
+}
+
+std::vector<ContactDraw> SceneDistribution::draw_contacts(RandomStream& random,
+                                                          const Sheet& sheet) const {
+  std::vector<ContactDraw> drawn;
+  if (random.uniform() < blank_fraction) return drawn;
+  const int count = random.integer(contacts.first, contacts.second);
+  for (int c = 0; c < count; ++c) drawn.push_back(draw_contact(random, sheet));
+  return drawn;
+}
+
 Scene SceneDistribution::draw(RandomStream& random, const Sheet& sheet) const {
   Scene scene;
-  if (random.uniform() < blank_fraction) return scene;
-  const int count = random.integer(contacts.first, contacts.second);
-  std::vector<double> radii;
-  for (int c = 0; c < count; ++c) {
-    Contact contact;
-    const DrawnShape drawn =
-        shapes[static_cast<std::size_t>(random.integer(0, static_cast<int>(shapes.size()) - 1))];
-    contact.shape = shape_of(drawn);
-    const double size = random.uniform(radius.first, radius.second);
-    if (centre) {
-      const double x = random.uniform(centre->first.first, centre->first.second);
-      const double y = random.uniform(centre->second.first, centre->second.second);
-      contact.centre = {x, y};
-    } else {
-      contact.centre = place_on(sheet, inside ? size : 0, random);
-    }
-    contact.conductivity_ratio =
-        random.uniform(conductivity_ratio.first, conductivity_ratio.second);
-    const double shape_ratio = random.uniform(aspect.first, aspect.second);
-    contact.angle = random.uniform(0, pi);
-    switch (drawn) {
-      case DrawnShape::disc:
-        contact.half_size.setConstant(size);
-        contact.angle = 0;
-        break;
-      case DrawnShape::ellipse:
-        contact.half_size = {size, size * shape_ratio};
-        break;
-      case DrawnShape::rectangle:  // its corners lie on the circle
-        contact.half_size = Eigen::Vector2d(1, shape_ratio).normalized() * size;
-        break;
-      case DrawnShape::bar:
-        contact.half_size = Eigen::Vector2d(1, bar_aspect).normalized() * size;
-        break;
-      case DrawnShape::ring:
-      case DrawnShape::cross:
-        contact.vertices = drawn == DrawnShape::ring ? ring(size) : cross(size, contact.angle);
-        for (Eigen::Vector2d& vertex : contact.vertices) vertex += contact.centre;
-        contact.angle = 0;
-        break;
-      case DrawnShape::polygon: {
-        // Star-shaped, hence not self-crossing: one corner in each equal sector, the aspect
-        // setting how far it may move in towards the centre.
-        const int n = random.integer(corners.first, corners.second);
-        for (int v = 0; v < n; ++v) {
-          const double direction = contact.angle + 2 * pi * (v + random.uniform(-0.25, 0.25)) / n;
-          const double distance = size * random.uniform(shape_ratio, 1);
-          contact.vertices.push_back(contact.centre +
-                                     distance *
-                                         Eigen::Vector2d(std::cos(direction), std::sin(direction)));
-        }
-        contact.angle = 0;
-        break;
-      }
-    }
-    radii.push_back(size);
-    scene.contacts.push_back(std::move(contact));
-  }
-  if (gap && count == 2) {
+  const std::vector<ContactDraw> drawn = draw_contacts(random, sheet);
+  for (const ContactDraw& contact : drawn) scene.contacts.push_back(contact_of(contact));
+  if (gap && drawn.size() == 2) {
     const double direction = random.uniform(0, 2 * pi);
-    const double distance = radii[0] + radii[1] + random.uniform(gap->first, gap->second);
-    set_apart(scene.contacts[0], radii[0], scene.contacts[1], radii[1],
-              distance * at_angle(direction), sheet);
+    const double distance = drawn[0].size + drawn[1].size + random.uniform(gap->first, gap->second);
+    set_apart(scene.contacts[0], drawn[0].size, scene.contacts[1], drawn[1].size,
+              distance * Eigen::Vector2d(std::cos(direction), std::sin(direction)), sheet);
   }
   return scene;
 }
@@ -201,9 +126,8 @@ SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& s
   if (object.has("contacts")) d.contacts = object.integer_interval("contacts", 0, 64);
   if (object.has("shapes")) {
     d.shapes.clear();
-    for (const std::string& name : object.choices("shapes", shape_names)) {
-      d.shapes.push_back(static_cast<DrawnShape>(
-          std::find(shape_names.begin(), shape_names.end(), name) - shape_names.begin()));
+    for (const std::string& name : object.choices("shapes", names_of_drawn_shapes())) {
+      d.shapes.push_back(drawn_shape_named(name));
     }
   }
   if (lengths.has("radius")) {

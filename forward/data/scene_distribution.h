@@ -6,18 +6,13 @@
 #include <vector>
 
 #include "core/random.h"
+#include "forward/data/contact_draw.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sheet.h"
 
 namespace ertbench {
 
 class JsonObject;
-
-/// What may be drawn: a contact's shape, or a figure made of one. A ring is a disc with a hole of
-/// .55 of its radius, a cross two bars across each other, a bar a rectangle of aspect .12.
-enum class DrawnShape { disc, ellipse, rectangle, polygon, ring, cross, bar };
-
-const char* name_of(DrawnShape shape);
 
 /// Random scenes. Every quantity is drawn uniformly and independently from its interval.
 struct SceneDistribution {
@@ -39,6 +34,9 @@ struct SceneDistribution {
   /// Takes the same random numbers for the same contacts whatever the intervals, so that scenes of
   /// two distributions that differ in one interval are paired.
   Scene draw(RandomStream& random, const Sheet& sheet) const;
+  /// The contacts as they are drawn, each independently of the others, before a `gap` moves them.
+  std::vector<ContactDraw> draw_contacts(RandomStream& random, const Sheet& sheet) const;
+  ContactDraw draw_contact(RandomStream& random, const Sheet& sheet) const;
   std::size_t most_vertices() const;  ///< of one contact, 0 where there are no polygons
 };
 

@@ -1,0 +1,123 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "bench/cli/command.h"
+#include "bench/experiment/experiment.h"
+#include "bench/limit/bound_map.h"
+#include "bench/limit/limit_json.h"
+#include "bench/limit/rank_figure.h"
+#include "bench/record/limit_file.h"
+#include "core/atomic_file.h"
+#include "core/text.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+struct LimitArguments {
+  std::string experiment;
+  std::string out;
+  std::vector<std::string> datasets;
+  std::string sampler = "auto";
+  int frames = 100;
+  int threads = 1;
+  bool fresh = false;
+  bool map = false;
+};
+
+/// "0.127 [0.120, 0.134], median 0.110"
+std::string text_of(const MetricSummary& summary) {
+  if (!summary.mean) return "undefined";
+  std::string text = three_digits(*summary.mean);
+  if (summary.ci95) {
+    text += " [" + three_digits(summary.ci95->low) + ", " + three_digits(summary.ci95->high) + "]";
+  }
+  return text + ", median " + three_digits(*summary.median);
+}
+
+void print(const SetLimit& limit) {
+  const ResultRow row = row_of(limit);
+  std::printf("%s, %s: %d frames, %d unresolved; voltages by %s\n", limit.dataset.c_str(),
+              row.label.c_str(), row.frames, row.frames_not_converged, limit.model.c_str());
+  for (const char* name : limit_metrics) {
+    const Metric metric = metric_from_name(name);
+    std::printf("  %-14s %s\n", name, text_of(row.metrics[metric]).c_str());
+  }
+  const LimitCalibration calibration = calibration_of(limit.frames);
+  std::printf("  squared error over posterior variance %.3f [%.3f, %.3f]\n",
+              calibration.squared_error_over_variance, calibration.ci95.low, calibration.ci95.high);
+}
+
+/// What other numbers of electrodes and less noise would buy, on the experiment's own sheet.
+void draw_map(const Experiment& experiment, const std::filesystem::path& stem) {
+  constexpr double radius = 0.2;
+  constexpr double ratio = 0.6;
+  std::vector<BoundMap> maps;
+  for (const int electrodes : {8, 16, 32}) {
+    Sensor sensor = experiment.sensor;
+    sensor.electrode_offset *= static_cast<double>(sensor.electrode_count) / electrodes;
+    sensor.electrode_count = electrodes;
+    maps.push_back(bound_map(sensor, radius, ratio));
+  }
+  draw_bound_maps(maps,
+                  "Cramér–Rao bound of a disc of unknown place, radius and conductivity (radius " +
+                      number_text(radius) + ", ratio " + number_text(ratio) + ")",
+                  stem);
+}
+
+ExitCode limit(const LimitArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
+  const std::filesystem::path folder = result_folder(arguments.out, experiment.name);
+  LimitOptions options;
+  options.datasets = arguments.datasets;
+  options.frames = arguments.frames;
+  options.threads = arguments.threads;
+  const std::vector<std::string>& samplers = names_of_samplers();
+  options.sampler = static_cast<SamplerKind>(
+      std::find(samplers.begin(), samplers.end(), arguments.sampler) - samplers.begin());
+  options.records = folder / "limit";
+  if (arguments.fresh) std::filesystem::remove_all(options.records);
+  const std::vector<SetLimit> limits = compute_limits(experiment, options);
+  write_file_atomically(folder / limit_file, limit_json(experiment.name, limits).dump(1) + "\n");
+  draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
+                   folder / "limit_ranks");
+  if (arguments.map) draw_map(experiment, folder / "limit_map");
+  for (const SetLimit& set : limits) print(set);
+  std::printf("%s\n", printable_path((folder / limit_file).string()).c_str());
+  return done;
+}
+
+}  // namespace
+
+Action add_limit(CLI::App& command) {
+  const auto arguments = std::make_shared<LimitArguments>();
+  command.description("The least error that any method could have on an experiment's test sets");
+  add_experiment(command, arguments->experiment);
+  command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
+  command.add_option("--dataset", arguments->datasets, "Only these test sets (default: all)")
+      ->delimiter(',');
+  command.add_option("--frames", arguments->frames, "Frames of each set, the first (default: 100)")
+      ->check(CLI::Range(1, 1000000));
+  command.add_option("--threads", arguments->threads, "Frames at a time (default: 1)")
+      ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--sampler", arguments->sampler,
+                  "Of the posterior: auto, enumeration, importance, annealing (default: auto)")
+      ->check(CLI::IsMember(names_of_samplers()));
+  command.add_flag("--map", arguments->map,
+                   "Also draw the Cramér-Rao bound over the sheet (limit_map.png)");
+  command.add_flag("--fresh", arguments->fresh, "Compute again what is finished already");
+  command.footer(
+      "Example:\n  ertbench limit experiments/table_c1_fine.json --frames 200 --threads 2\n"
+      "Samples the posterior over scenes of each frame, under the distribution of the test scenes\n"
+      "(limit-oracle) and of the training scenes (limit-fair), and scores the best estimates.\n"
+      "Writes limit.json beside the results, which `ertbench run` shows as rows and as a line of\n"
+      "its charts. A call that was cut off goes on where it stopped. See docs/limit.md.");
+  return [arguments] { return limit(*arguments); };
+}
+
+}  // namespace ertbench

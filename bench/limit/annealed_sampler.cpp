@@ -1,0 +1,255 @@
+#include "bench/limit/annealed_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <future>
+
+#include "bench/limit/elementwise.h"
+
+namespace ertbench {
+namespace {
+
+constexpr double wanted_acceptance = 0.3;
+constexpr double least_heat_step = 1e-9;
+
+struct Particle {
+  SceneDraw scene;
+  SceneFit fit;
+  double log_prior = 0;
+};
+
+/// exp(logs - max), and the logarithm of their mean.
+struct Weights {
+  Eigen::ArrayXd values;
+  double log_mean = 0;
+
+  double effective() const { return values.sum() * values.sum() / values.square().sum(); }
+};
+
+Weights weights_of(const Eigen::ArrayXd& logs) {
+  const double largest = logs.maxCoeff();
+  Weights weights;
+  weights.values = exp_of(logs - largest);
+  weights.log_mean = largest + std::log(weights.values.mean());
+  return weights;
+}
+
+/// The largest step of the power, at most `rest`, that leaves `effective` scenes in force.
+double heat_step(const Eigen::ArrayXd& log_likelihoods, double rest, double effective) {
+  if (weights_of(rest * log_likelihoods).effective() >= effective) return rest;
+  double low = 0;
+  double high = rest;
+  while (high - low > 1e-3 * high && high > least_heat_step) {
+    // Powers begin orders of magnitude below 1.
+    const double middle = low > 0 ? std::sqrt(low * high) : high / 8;
+    (weights_of(middle * log_likelihoods).effective() >= effective ? low : high) = middle;
+  }
+  return high;
+}
+
+/// Systematic resampling: `count` numbers of weights, each as often as its weight demands.
+std::vector<std::size_t> resampled(const Eigen::ArrayXd& weights, std::size_t count,
+                                   RandomStream& random) {
+  std::vector<std::size_t> chosen;
+  const double step = weights.sum() / static_cast<double>(count);
+  double next = step * random.uniform();
+  double sum = 0;
+  for (Eigen::Index i = 0; i < weights.size() && chosen.size() < count; ++i) {
+    sum += weights[i];
+    while (next < sum && chosen.size() < count) {
+      chosen.push_back(static_cast<std::size_t>(i));
+      next += step;
+    }
+  }
+  while (chosen.size() < count) chosen.push_back(static_cast<std::size_t>(weights.size() - 1));
+  return chosen;
+}
+
+class Island {
+ public:
+  Island(const ScenePrior& prior, const SceneLikelihood& likelihood, const PlaceMetric& metric,
+         const AnnealingOptions& options, RandomStream& random)
+      : prior_(prior),
+        likelihood_(likelihood),
+        moves_(prior, metric),
+        options_(options),
+        random_(random) {
+    scales_.fill(1);
+  }
+
+  double log_evidence() const { return log_evidence_; }
+  std::uint64_t solves() const { return solves_; }
+
+  void start(std::span<const SceneDraw> bank, std::span<const SceneFit> fits) {
+    Eigen::ArrayXd logs(static_cast<Eigen::Index>(bank.size()));
+    for (Eigen::Index i = 0; i < logs.size(); ++i) {
+      logs[i] = fits[static_cast<std::size_t>(i)].log_likelihood;
+    }
+    const auto count = static_cast<std::size_t>(options_.particles);
+    heat_ = heat_step(logs, 1,
+                      std::min<double>(options_.particles, 0.5 * static_cast<double>(logs.size())));
+    const Weights weights = weights_of(heat_ * logs);
+    log_evidence_ = weights.log_mean;
+    for (const std::size_t i : resampled(weights.values, count, random_)) {
+      particles_.push_back({bank[i], fits[i], prior_.log_density(bank[i])});
+    }
+    // The bank's voltages were made for no frame and at a glance.
+    std::vector<Scene> scenes;
+    for (const Particle& p : particles_) scenes.push_back(scene_of(p.scene));
+    const std::vector<SceneFit> better = likelihood_.of(scenes);
+    for (std::size_t i = 0; i < better.size(); ++i) particles_[i].fit = better[i];
+    solves_ += better.size();
+  }
+
+  void anneal() {
+    for (;;) {
+      const bool last = heat_ >= 1;
+      for (int r = 0; r < (last ? 0 : options_.rounds); ++r) move(true);
+      if (last) return;
+      const Eigen::ArrayXd logs = log_likelihoods();
+      const double step =
+          heat_step(logs, 1 - heat_, options_.least_share * static_cast<double>(logs.size()));
+      const Weights weights = weights_of(step * logs);
+      heat_ = step >= 1 - heat_ ? 1 : heat_ + step;
+      log_evidence_ += weights.log_mean;
+      std::vector<Particle> next;
+      for (const std::size_t i : resampled(weights.values, particles_.size(), random_)) {
+        next.push_back(particles_[i]);
+      }
+      particles_ = std::move(next);
+    }
+  }
+
+  /// Goes on with another island's scenes.
+  void take(const Island& other) { particles_ = other.particles_; }
+
+  /// Moves at the posterior itself, with snapshots between.
+  void collect(int island, std::vector<PosteriorSample>& samples) {
+    for (int r = 0; r < options_.rounds; ++r) move(true);
+    const int between = std::max(1, options_.final_rounds / options_.snapshots);
+    for (int snapshot = 0; snapshot < options_.snapshots; ++snapshot) {
+      for (int r = 0; r < between; ++r) move(false);
+      for (const Particle& p : particles_) samples.push_back({p.scene, p.fit, 1, island});
+    }
+  }
+
+ private:
+  Eigen::ArrayXd log_likelihoods() const {
+    Eigen::ArrayXd logs(static_cast<Eigen::Index>(particles_.size()));
+    for (Eigen::Index i = 0; i < logs.size(); ++i) {
+      logs[i] = particles_[static_cast<std::size_t>(i)].fit.log_likelihood;
+    }
+    return logs;
+  }
+
+  /// One move of every scene.
+  void move(bool adapt) {
+    std::vector<std::size_t> movers;
+    std::vector<Move> kinds;
+    std::vector<Proposal> proposals;
+    std::vector<double> log_priors;
+    std::vector<double> thresholds;
+    std::vector<Scene> scenes;
+    std::array<int, move_count> tried{};
+    std::array<int, move_count> taken{};
+    for (std::size_t i = 0; i < particles_.size(); ++i) {
+      const Move kind = moves_.choose(random_);
+      const auto k = static_cast<std::size_t>(kind);
+      std::optional<Proposal> proposal =
+          moves_.propose(kind, particles_[i].scene, scales_[k], heat_, random_);
+      if (!proposal) continue;
+      ++tried[k];
+      const double log_prior = prior_.log_density(proposal->scene);
+      if (!std::isfinite(log_prior)) continue;
+      movers.push_back(i);
+      kinds.push_back(kind);
+      scenes.push_back(scene_of(proposal->scene));
+      const double chance = std::log(1 - random_.uniform());
+      thresholds.push_back(particles_[i].fit.log_likelihood +
+                           (chance - proposal->log_ratio - log_prior + particles_[i].log_prior) /
+                               heat_);
+      proposals.push_back(std::move(*proposal));
+      log_priors.push_back(log_prior);
+    }
+    if (movers.empty()) return;
+    const std::vector<SceneFit> fits = likelihood_.of(scenes, thresholds);
+    solves_ += movers.size();
+    for (std::size_t m = 0; m < movers.size(); ++m) {
+      Particle& p = particles_[movers[m]];
+      if (!(fits[m].log_likelihood > thresholds[m])) continue;
+      p = {std::move(proposals[m].scene), fits[m], log_priors[m]};
+      ++taken[static_cast<std::size_t>(kinds[m])];
+    }
+    for (std::size_t k = 0; adapt && k < scales_.size(); ++k) {
+      if (tried[k] == 0) continue;
+      const double more = taken[k] - wanted_acceptance * tried[k];
+      const double step = std::min(1.0, tried[k] / 8.0) * more / tried[k];
+      scales_[k] = std::clamp(scales_[k] * std::exp(step), 1e-4, 2.0);
+    }
+  }
+
+  const ScenePrior& prior_;
+  const SceneLikelihood& likelihood_;
+  SceneMoves moves_;
+  const AnnealingOptions& options_;
+  RandomStream& random_;
+  MoveScales scales_{};
+  std::vector<Particle> particles_;
+  double heat_ = 0;
+  double log_evidence_ = 0;
+  std::uint64_t solves_ = 0;
+};
+
+}  // namespace
+
+PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,
+                                     const PlaceMetric& metric, std::span<const SceneDraw> bank,
+                                     std::span<const SceneFit> bank_fits,
+                                     const AnnealingOptions& options, RandomStream& random) {
+  PosteriorSamples out;
+  const std::size_t share = bank.size() / static_cast<std::size_t>(options.islands);
+  std::vector<Island> islands;
+  for (int i = 0; i < options.islands; ++i) {
+    Island& island = islands.emplace_back(prior, likelihood, metric, options, random);
+    const std::size_t first = static_cast<std::size_t>(i) * share;
+    island.start(bank.subspan(first, share), bank_fits.subspan(first, share));
+    island.anneal();
+    out.log_evidence.push_back(island.log_evidence());
+  }
+  const Eigen::ArrayXd evidence = Eigen::Map<const Eigen::ArrayXd>(
+      out.log_evidence.data(), static_cast<Eigen::Index>(out.log_evidence.size()));
+  std::vector<std::size_t> chosen = resampled(weights_of(evidence).values, islands.size(), random);
+  const std::vector<Island> before = islands;
+  for (std::size_t i = 0; i < islands.size(); ++i) islands[i].take(before[chosen[i]]);
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    islands[i].collect(static_cast<int>(i), out.samples);
+    out.solves += islands[i].solves();
+  }
+  return out;
+}
+
+SceneBank draw_bank(const ScenePrior& prior, const SceneVoltages& voltages, std::size_t scenes,
+                    RandomStream& random, int threads) {
+  SceneBank bank;
+  std::vector<Scene> drawn;
+  for (std::size_t i = 0; i < scenes; ++i) {
+    bank.scenes.push_back(prior.draw(random));
+    drawn.push_back(scene_of(bank.scenes.back()));
+  }
+  bank.voltages.resize(static_cast<Eigen::Index>(scenes), voltages.reference().size());
+  std::vector<std::future<void>> workers;
+  const auto parts = static_cast<std::size_t>(std::max(1, threads));
+  for (std::size_t t = 0; t < parts; ++t) {
+    const std::size_t begin = scenes * t / parts;
+    const std::size_t end = scenes * (t + 1) / parts;
+    workers.push_back(std::async(std::launch::async, [&, begin, end] {
+      const auto rows = static_cast<Eigen::Index>(end - begin);
+      voltages.solve(std::span(drawn).subspan(begin, end - begin), nullptr,
+                     bank.voltages.middleRows(static_cast<Eigen::Index>(begin), rows));
+    }));
+  }
+  for (std::future<void>& worker : workers) worker.get();
+  return bank;
+}
+
+}  // namespace ertbench

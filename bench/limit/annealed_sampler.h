@@ -1,0 +1,59 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bench/limit/scene_likelihood.h"
+#include "bench/limit/scene_moves.h"
+#include "bench/limit/scene_prior.h"
+
+namespace ertbench {
+
+/// One scene out of a posterior.
+struct PosteriorSample {
+  SceneDraw scene;
+  SceneFit fit;
+  double weight = 1;  ///< relative to the others
+  int island = 0;     ///< the independent sampler that it came from
+};
+
+struct PosteriorSamples {
+  std::vector<PosteriorSample> samples;
+  std::vector<double> log_evidence;  ///< of each island
+  std::uint64_t solves = 0;          ///< scenes that were computed for it
+};
+
+/// Scenes drawn from a prior, of which every frame takes those that explain it as its start: the
+/// hot part of the annealing, done once for a whole set.
+struct SceneBank {
+  std::vector<SceneDraw> scenes;
+  Frames voltages;  ///< [scenes, channels] V; empty for likelihoods that need none
+};
+
+struct AnnealingOptions {
+  int islands = 4;           ///< independent samplers, which the error is told from
+  int particles = 40;        ///< scenes of each
+  int rounds = 12;           ///< moves of each scene at a temperature
+  int final_rounds = 96;     ///< at the last
+  int snapshots = 6;         ///< in which the scenes enter the result
+  double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves
+};
+
+/// Sequential Monte Carlo over scenes of any number of contacts (Del Moral, Doucet, Jasra 2006):
+/// from the prior to the posterior through powers of the likelihood, chosen so that each leaves a
+/// share of the scenes in force, with reversible-jump moves (SceneMoves) at each power. Starts from
+/// the prior alone, never from a truth. Before the last moves islands are drawn anew by their
+/// evidence, so that one that never found the posterior does not count. Deterministic: `random` is
+/// its only source.
+///
+/// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
+PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,
+                                     const PlaceMetric& metric, std::span<const SceneDraw> bank,
+                                     std::span<const SceneFit> bank_fits,
+                                     const AnnealingOptions& options, RandomStream& random);
+
+/// The bank of a prior, with voltages.
+SceneBank draw_bank(const ScenePrior& prior, const SceneVoltages& voltages, std::size_t scenes,
+                    RandomStream& random, int threads);
+
+}  // namespace ertbench

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "bench/limit/annealed_sampler.h"
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+class JsonObject;
+
+/// The metrics that have a limit: each by the estimate that minimises its own mean.
+inline constexpr std::array<const char*, 3> limit_metrics = {"relative_error", "RIE", "PE"};
+
+/// What calibration looks at: ranks of the truth among the samples.
+inline constexpr std::array<const char*, 5> limit_ranks = {"sum", "x", "y", "norm", "contacts"};
+
+/// Effective samples under which a frame is listed as unresolved.
+inline constexpr double least_effective = 100;
+
+/// What the best estimates of one frame came to, under one prior.
+struct FrameLimit {
+  std::uint64_t frame = 0;
+  std::string sampler;  ///< "enumeration", "importance", "annealing"
+  int samples = 0;
+  double effective = 0;  ///< independent samples that the posterior mean is worth
+  bool resolved = false;
+  std::string remark;  ///< why it is not
+  double pareto_k = 0;
+  double seconds = 0;
+  std::uint64_t solves = 0;
+
+  /// Error of the best estimate against the truth, and the posterior's own mean of it; without a
+  /// value where the metric is undefined.
+  struct Value {
+    std::optional<double> error;
+    std::optional<double> expected;
+  };
+  std::map<std::string, Value> metrics;  ///< by limit_metrics
+  double relative_error_of_mean = 0;     ///< of the posterior mean; 0 for a blank truth
+  double squared_error = 0;              ///< of the posterior mean, (S/m)^2
+  double variance = 0;                   ///< of the posterior, (S/m)^2
+  std::array<double, limit_ranks.size()> ranks{};
+  double chi_square = 0;  ///< the posterior's mean
+  /// With the frame's noise on the sphere (sphere_weights): the relative error of its own best
+  /// estimate, and the samples in force.
+  std::optional<double> sphere_relative_error;
+  double sphere_effective = 0;
+};
+
+/// Width of the sphere's shell in chi square: of models that are a hundredth of the noise off.
+inline constexpr double sphere_width = 2;
+
+/// A frame's truth and the samples that an estimate is made from.
+struct FrameTruth {
+  Scene scene;
+  Eigen::RowVectorXd conductivity;  ///< [pixels] S/m
+};
+
+/// Fills in all but sampler, Pareto k, seconds and solves, and does not judge. `uniform` 0 ... 1
+/// shares out ties of ranks.
+FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
+                          const PosteriorSamples& posterior, double uniform);
+
+/// Whether a frame is resolved, and the remark: enough effective samples, importance weights
+/// without a heavy tail, and scenes that explain the frame (a chi square at most four standard
+/// deviations above `channels`).
+void judge(int channels, FrameLimit& limit);
+
+nlohmann::json to_json(const FrameLimit& limit);
+FrameLimit frame_limit_from_json(JsonObject object);
+
+}  // namespace ertbench

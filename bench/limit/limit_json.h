@@ -1,0 +1,35 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "bench/limit/limit_run.h"
+#include "bench/record/result_row.h"
+
+namespace ertbench {
+
+/// The frames of a set as a reference row of the results, "limit-oracle" or "limit-fair": each
+/// metric that has a limit, of all frames, unresolved ones among them.
+ResultRow row_of(const SetLimit& limit);
+
+/// Whether the posteriors deserve belief.
+struct LimitCalibration {
+  /// Mean of |truth - posterior mean|^2 over the mean of the posterior's variance: 1 where the
+  /// posterior is right. With its 95 % bootstrap interval over the frames.
+  double squared_error_over_variance = 0;
+  Interval ci95;
+  /// By limit_ranks: the p value of a chi square test of the ranks against their uniform
+  /// distribution, in ten bins. Nothing where the truth has one value alone.
+  std::array<std::optional<double>, limit_ranks.size()> p_values;
+};
+LimitCalibration calibration_of(std::span<const FrameLimit> frames);
+
+/// `{"schema": 1, "experiment", "build", "rows": [rows of results], "sets": [{"dataset", "prior",
+/// "model", "sampler", "frames", "unresolved": [numbers], "resolved": {metric: summary of the
+/// resolved frames}, "expected": {metric: the posterior's own mean error},
+/// "relative_error_of_mean", "sphere": {"width", "relative_error", "frames"}, "calibration",
+/// "per_frame": [...]}]}`
+nlohmann::json limit_json(const std::string& experiment, std::span<const SetLimit> limits);
+
+}  // namespace ertbench

@@ -1,0 +1,270 @@
+#include "bench/limit/limit_run.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <future>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "bench/limit/estimators.h"
+#include "bench/record/limit_file.h"
+#include "core/atomic_file.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/progress.h"
+#include "core/text.h"
+#include "forward/data/dataset_block.h"
+#include "forward/data/scene_model.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Raised whenever the same set and prior would give other numbers or another record.
+constexpr int limit_version = 1;
+constexpr int second_effort = 2;  ///< for frames that the first did not resolve
+
+/// Everything that determines a frame's record.
+std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior,
+                          const std::string& model, SamplerKind kind) {
+  nlohmann::json set = to_json(spec);
+  set.erase("count");
+  const nlohmann::json key = {{"version", limit_version},
+                              {"set", set},
+                              {"prior", to_json(prior.distribution())},
+                              {"model", model},
+                              {"sampler", names_of_samplers()[static_cast<std::size_t>(kind)]}};
+  return key.dump();
+}
+
+/// The records of one set and prior.
+class Records {
+ public:
+  Records(fs::path folder, std::string key) : folder_(std::move(folder)), key_(std::move(key)) {}
+
+  std::optional<FrameLimit> read(std::uint64_t frame) const {
+    const fs::path file = file_of(frame);
+    if (!fs::exists(file)) return std::nullopt;
+    try {
+      const nlohmann::json json = read_json_file(file);
+      JsonObject record(json, file.string(), "");
+      if (record.text("key") != key_) return std::nullopt;
+      return frame_limit_from_json(record.object("limit"));
+    } catch (const std::exception& error) {
+      spdlog::info("{}: computed again: {}", file.string(), error.what());
+      return std::nullopt;
+    }
+  }
+
+  void write(const FrameLimit& limit) const {
+    const nlohmann::json record = {{"key", key_}, {"limit", to_json(limit)}};
+    write_file_atomically(file_of(limit.frame), record.dump(1));
+  }
+
+ private:
+  fs::path file_of(std::uint64_t frame) const {
+    char name[32];
+    std::snprintf(name, sizeof name, "%06llu.json", static_cast<unsigned long long>(frame));
+    return folder_ / name;
+  }
+
+  fs::path folder_;
+  std::string key_;
+};
+
+/// A prior of a set, and where its frames' limits go.
+struct Task {
+  std::string name;  ///< "oracle", "fair"
+  ScenePrior prior;
+  Records records;
+  std::vector<std::optional<FrameLimit>> frames;
+
+  bool wants(std::size_t frame) const { return !frames[frame]; }
+};
+
+/// One test set under its priors.
+class SetRun {
+ public:
+  SetRun(const DatasetSpec& spec, const DatasetSpec* training, const LimitOptions& options)
+      : spec_(spec), options_(options), voltages_(voltages_for(spec)) {
+    const auto count = static_cast<std::size_t>(
+        std::min<std::uint64_t>(spec.count, static_cast<std::uint64_t>(options.frames)));
+    const auto add = [&](const std::string& name, const SceneDistribution& scenes) {
+      ScenePrior prior(scenes, spec.sensor.sheet);
+      const std::string key =
+          key_of_record(spec, prior, model_name(spec, *voltages_), options.sampler);
+      const fs::path folder = options.records / (spec.name + "_" + name);
+      fs::create_directories(folder);
+      tasks_.push_back({name, prior, Records(folder, key), {}});
+      for (std::size_t i = 0; i < count; ++i)
+        tasks_.back().frames.push_back(tasks_.back().records.read(i));
+    };
+    const auto& own = std::get<SceneDistribution>(spec.scenes);
+    add("oracle", own);
+    const auto* taught = training ? std::get_if<SceneDistribution>(&training->scenes) : nullptr;
+    if (taught && to_json(*taught) != to_json(own)) add("fair", *taught);
+    is_fair_too_ = taught && tasks_.size() == 1;
+  }
+
+  std::vector<SetLimit> run() {
+    prepare();
+    const std::size_t count = tasks_.front().frames.size();
+    const auto missing = static_cast<std::uint64_t>(
+        std::count_if(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; }));
+    if (missing > 0) {
+      Progress progress("limit of \"" + spec_.name + "\" (" + model_name(spec_, *voltages_) + ")");
+      std::atomic<std::size_t> next = 0;
+      std::uint64_t done = 0;
+      std::mutex mutex;
+      const auto work = [&] {
+        for (std::size_t i = next++; i < count; i = next++) {
+          if (!unfinished_[i]) continue;
+          compute(i);
+          const std::lock_guard lock(mutex);
+          progress.update(++done, missing);
+        }
+      };
+      std::vector<std::future<void>> workers;
+      for (int t = 0; t < std::max(1, options_.threads); ++t) {
+        workers.push_back(std::async(std::launch::async, work));
+      }
+      for (std::future<void>& worker : workers) worker.wait();
+      for (std::future<void>& worker : workers) worker.get();
+    }
+    std::vector<SetLimit> out;
+    for (const Task& task : tasks_) {
+      out.push_back({spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_), {}});
+      for (const std::optional<FrameLimit>& frame : task.frames) {
+        out.back().frames.push_back(*frame);
+        judge(spec_.sensor.channels(), out.back().frames.back());
+      }
+    }
+    if (is_fair_too_) {
+      out.push_back(out.front());
+      out.back().prior = "fair";
+    }
+    return out;
+  }
+
+ private:
+  /// The samplers of what is missing, and the frames.
+  void prepare() {
+    const std::size_t count = tasks_.front().frames.size();
+    unfinished_.assign(count, false);
+    for (const Task& task : tasks_) {
+      for (std::size_t i = 0; i < count; ++i) unfinished_[i] = unfinished_[i] || task.wants(i);
+    }
+    if (std::none_of(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; })) return;
+    const SceneModel model(spec_.sensor, spec_.model);
+    block_ = generate_block(spec_, model, 0, count, options_.threads);
+    // The broadest prior first: its samples may do for the other.
+    for (auto task = tasks_.rbegin(); task != tasks_.rend(); ++task) {
+      samplers_.push_back(std::make_unique<PosteriorSampler>(spec_, task->prior, *voltages_,
+                                                             options_.sampler, options_.threads));
+    }
+    std::reverse(samplers_.begin(), samplers_.end());
+  }
+
+  void compute(std::size_t frame) {
+    std::optional<SampledPosterior> broad;
+    for (std::size_t t = tasks_.size(); t-- > 0;) {
+      Task& task = tasks_[t];
+      if (!task.wants(frame)) continue;
+      const auto start = std::chrono::steady_clock::now();
+      SampledPosterior posterior;
+      bool reused = false;
+      if (broad && samplers_[t]->kind() == samplers_[t + 1]->kind()) {
+        posterior = *broad;
+        reused = reweight(tasks_[t + 1].prior, task.prior, posterior);
+      }
+      FrameLimit limit = reused ? judged(frame, t, posterior) : sampled(frame, t, posterior);
+      limit.seconds =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      limit.solves = reused ? 0 : posterior.samples.solves;
+      task.records.write(limit);
+      task.frames[frame] = limit;
+      broad = std::move(posterior);
+    }
+  }
+
+  FrameLimit sampled(std::size_t frame, std::size_t task, SampledPosterior& posterior) const {
+    FrameLimit limit;
+    for (const int effort : {1, second_effort}) {
+      RandomStream random(key_of("limit " + tasks_[task].name), key_of(spec_.name),
+                          frame * 16 + static_cast<std::uint64_t>(effort), Purpose::scene);
+      const auto row = static_cast<Eigen::Index>(frame);
+      posterior = samplers_[task]->sample(block_.voltages.row(row).transpose(), effort, random);
+      limit = judged(frame, task, posterior);
+      if (limit.resolved) break;
+    }
+    return limit;
+  }
+
+  FrameLimit judged(std::size_t frame, std::size_t task, const SampledPosterior& posterior) const {
+    RandomStream ties(key_of("limit ties"), key_of(spec_.name), frame, Purpose::scene);
+    const FrameTruth truth{block_.truths[frame],
+                           block_.conductivity.row(static_cast<Eigen::Index>(frame))};
+    FrameLimit limit =
+        limit_of_frame(spec_.sensor, spec_.rasterisation, truth, posterior.samples, ties.uniform());
+    limit.frame = frame;
+    limit.sampler = samplers_[task]->name();
+    limit.pareto_k = posterior.pareto_k;
+    judge(spec_.sensor.channels(), limit);
+    return limit;
+  }
+
+  const DatasetSpec& spec_;
+  const LimitOptions& options_;
+  std::unique_ptr<SceneVoltages> voltages_;
+  std::vector<Task> tasks_;
+  bool is_fair_too_ = false;
+  std::vector<char> unfinished_;  ///< by frame, under some prior
+  DatasetBlock block_;
+  std::vector<std::unique_ptr<PosteriorSampler>> samplers_;
+};
+
+}  // namespace
+
+std::string why_no_limit(const DatasetSpec& spec) {
+  if (!std::holds_alternative<SceneDistribution>(spec.scenes)) {
+    return "its scenes are no contacts drawn at random";
+  }
+  if (std::get<SceneDistribution>(spec.scenes).gap) return "its contacts depend on each other";
+  if (!spec.noise.snr_db) return "it has no noise";
+  if (spec.faults.any()) return "it has faults";
+  return "";
+}
+
+std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOptions& options) {
+  for (const std::string& name : options.datasets) {
+    if (std::none_of(experiment.tests.begin(), experiment.tests.end(),
+                     [&](const DatasetSpec& test) { return test.name == name; })) {
+      throw InputError(experiment.source + ": no test set is called \"" + printable(name) + "\"");
+    }
+  }
+  std::vector<SetLimit> out;
+  std::string reasons;
+  for (const DatasetSpec& test : experiment.tests) {
+    const bool wanted = options.datasets.empty() ||
+                        std::find(options.datasets.begin(), options.datasets.end(), test.name) !=
+                            options.datasets.end();
+    if (!wanted) continue;
+    const std::string why = why_no_limit(test);
+    if (!why.empty()) {
+      reasons += "; \"" + test.name + "\": " + why;
+      spdlog::warn("no limit of \"{}\": {}", test.name, why);
+      continue;
+    }
+    const DatasetSpec* training = experiment.training ? &*experiment.training : nullptr;
+    for (SetLimit& limit : SetRun(test, training, options).run()) out.push_back(std::move(limit));
+  }
+  if (out.empty()) throw InputError(experiment.source + ": no test set has a limit" + reasons);
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,88 @@
+#include "bench/limit/place_metric.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "forward/border/border_model.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int metric_side = 24;  ///< places along one side
+constexpr double probe_radius = 0.02;
+
+double twice_the_area(const std::vector<Eigen::Vector2d>& vertices) {
+  double twice = 0;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Eigen::Vector2d& a = vertices[v];
+    const Eigen::Vector2d& b = vertices[(v + 1) % vertices.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return std::abs(twice);
+}
+
+}  // namespace
+
+double area_of(const ContactDraw& contact) {
+  const Contact shape = contact_of(contact);
+  switch (shape.shape) {
+    case Shape::rectangle:
+      return 4 * shape.half_size.prod();
+    case Shape::polygon:
+      return twice_the_area(shape.vertices) / 2;
+    default:
+      return std::numbers::pi * shape.half_size.prod();
+  }
+}
+
+double strength_of(const ContactDraw& contact) {
+  const double f = contact.conductivity_ratio;
+  return area_of(contact) * 2 * (1 - f) / (1 + f);
+}
+
+PlaceMetric::PlaceMetric(const Eigen::Matrix3d& precision)
+    : box_(Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)), precision_{precision} {}
+
+PlaceMetric::PlaceMetric(const Sensor& sensor, double channel_noise)
+    : box_(sensor.sheet->bounds()), side_(metric_side) {
+  const BorderModel model(sensor);
+  const PixelGrid places = sensor.sheet->pixels(side_);
+  ContactDraw probe;
+  probe.size = probe_radius;
+  probe.conductivity_ratio = 0.5;
+  const double strength = strength_of(probe);
+  const auto change_at = [&](const Eigen::Vector2d& centre) -> Eigen::VectorXd {
+    probe.centre = centre;
+    // At a corner of the bounds there may be no sheet.
+    if (sensor.sheet->depth(centre) < probe_radius) {
+      return Eigen::VectorXd::Zero(sensor.channels());
+    }
+    return model.solve_at(scene_of({probe}), 1).change / (strength * channel_noise);
+  };
+  const double step = places.pixel().x() / 4;
+  for (int p = 0; p < places.count(); ++p) {
+    const Eigen::Vector2d centre = places.centre(p);
+    const auto slope = [&](const Eigen::Vector2d& by) -> Eigen::VectorXd {
+      return (change_at(centre + by) - change_at(centre - by)) / (2 * step);
+    };
+    Eigen::MatrixX3d jacobian(sensor.channels(), 3);
+    jacobian.col(0) = slope({step, 0});
+    jacobian.col(1) = slope({0, step});
+    jacobian.col(2) = change_at(centre);
+    precision_.emplace_back(jacobian.transpose() * jacobian);
+  }
+}
+
+Eigen::Matrix3d PlaceMetric::information(const ContactDraw& contact) const {
+  const Eigen::Vector2d place = (contact.centre - box_.min()).cwiseQuotient(box_.sizes()) * side_;
+  const int column = std::clamp(static_cast<int>(place.x()), 0, side_ - 1);
+  const int row = std::clamp(static_cast<int>(place.y()), 0, side_ - 1);
+  const double strength = strength_of(contact);
+  // The strength grows with the square of the size.
+  const Eigen::Vector3d scale(strength, strength, 2 * strength);
+  return scale.asDiagonal() * precision_[static_cast<std::size_t>(row * side_ + column)] *
+         scale.asDiagonal();
+}
+
+}  // namespace ertbench

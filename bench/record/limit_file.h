@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/record/result_row.h"
+#include "forward/data/dataset_spec.h"
+
+namespace ertbench {
+
+/// The file beside an experiment's results that `ertbench limit` writes.
+inline constexpr const char* limit_file = "limit.json";
+
+/// Types and labels of the rows in it: under the prior of the test set's own scenes, and under that
+/// of the training set's. Reference rows like "truth": no solver has them.
+inline constexpr const char* limit_oracle = "limit-oracle";
+inline constexpr const char* limit_fair = "limit-fair";
+
+bool is_limit(const ResultRow& row);
+
+/// The rows of the file in a folder of results; none where there is no file. Throws InputError for
+/// a file that is none of this kind.
+std::vector<ResultRow> read_limit_rows(const std::filesystem::path& folder);
+
+/// What a row of limits is of: a hash of all that determines the set's scenes and frames.
+std::string limit_key(const DatasetSpec& spec);
+
+/// Puts the limits in a folder of results behind the other reference rows of their sets. Those of
+/// sets that are not among `tests` any more are left out, with a warning.
+void add_limit_rows(const std::filesystem::path& folder, std::span<const DatasetSpec> tests,
+                    std::vector<ResultRow>& rows);
+
+/// The mean of a row's metric over that of the limit of its set; nothing where one of them has
+/// none, and for the limits themselves.
+std::optional<double> over_limit(const ResultRow& row, std::span<const ResultRow> rows,
+                                 Metric metric);
+
+/// The row that nothing can be better than: that of the oracle; null where there is none.
+const ResultRow* limit_of(std::span<const ResultRow> rows, const std::string& dataset);
+
+}  // namespace ertbench

@@ -1,0 +1,177 @@
+// What is made of posteriors: estimates, records, rows.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/limit/estimators.h"
+#include "bench/limit/limit_json.h"
+#include "bench/limit/limit_run.h"
+#include "bench/record/limit_file.h"
+#include "core/atomic_file.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/temporary_folder.h"
+#include "solvers/registry/registry.h"
+#include "tests/bench/small_experiment.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+WeightedSamples normal_samples(int count, int length, std::uint64_t seed) {
+  RandomStream random(seed, key_of("estimators"), 0, Purpose::scene);
+  WeightedSamples out;
+  out.values.resize(count, length);
+  for (Eigen::Index i = 0; i < out.values.size(); ++i) out.values.data()[i] = random.normal();
+  out.weights = Eigen::VectorXd::Ones(count);
+  out.islands.assign(static_cast<std::size_t>(count), 0);
+  return out;
+}
+
+TEST(Estimators, MedianPointIsTheWeightedMedianOnALine) {
+  WeightedSamples samples;
+  samples.values.resize(5, 1);
+  samples.values << 0, 1, 2, 10, 50;
+  samples.weights.resize(5);
+  samples.weights << 1, 1, 1, 1, 1;
+  Eigen::VectorXd scales = Eigen::VectorXd::Ones(5);
+  EXPECT_NEAR(weighted_median_point(samples, scales)[0], 2, 0.01);
+  scales << 10, 1, 1, 1, 1;
+  EXPECT_NEAR(weighted_median_point(samples, scales)[0], 0, 0.01);
+}
+
+TEST(Estimators, MedianPointIsBetterThanItsNeighboursAndTheMean) {
+  WeightedSamples samples = normal_samples(200, 3, 1);
+  RandomStream random(2, key_of("estimators"), 0, Purpose::scene);
+  Eigen::VectorXd scales(200);
+  for (double& scale : scales) scale = std::exp(random.normal());
+  for (double& weight : samples.weights) weight = random.uniform();
+  const Eigen::RowVectorXd best = weighted_median_point(samples, scales);
+  const double least = expected_distance(samples, scales, best);
+  EXPECT_LT(least, expected_distance(samples, scales, posterior_mean(samples)));
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double step : {-0.02, 0.02}) {
+      Eigen::RowVectorXd moved = best;
+      moved[axis] += step;
+      EXPECT_LT(least, expected_distance(samples, scales, moved));
+    }
+  }
+}
+
+TEST(Estimators, IslandsThatDisagreeAreWorthFewSamples) {
+  WeightedSamples samples = normal_samples(400, 50, 3);
+  for (std::size_t i = 0; i < 400; ++i) samples.islands[i] = static_cast<int>(i % 4);
+  // Independent samples are worth about as many as they are: 50 entries tell within a third.
+  EXPECT_NEAR(effective_samples(samples), 400, 133);
+  for (Eigen::Index i = 0; i < 400; i += 4) samples.values.row(i).array() += 1;
+  EXPECT_LT(effective_samples(samples), 40);
+}
+
+// In the linear regime the noise on the sphere cuts from the posterior around its mean m the shell
+// |x - m| = |truth - m| and leaves the mean: what makes the Gaussian's estimate the best there,
+// too.
+TEST(SphereWeights, KeepTheMeanAndKnowTheDistance) {
+  constexpr int channels = 208;
+  constexpr double off = 2.2;  // of the truth, in standard deviations
+  const WeightedSamples samples = normal_samples(40000, 3, 4);
+  std::vector<double> chi_squares;
+  // The truth has chi square 208; the samples differ from it by their own distances.
+  for (Eigen::Index i = 0; i < samples.values.rows(); ++i) {
+    chi_squares.push_back(channels - off * off + samples.values.row(i).squaredNorm());
+  }
+  WeightedSamples on_sphere = samples;
+  on_sphere.weights = sphere_weights(chi_squares, channels, 0.3);
+  EXPECT_LT(posterior_mean(on_sphere).norm(), 0.1);
+  EXPECT_NEAR(total_variance(on_sphere), off * off, 0.15);
+  EXPECT_NEAR(total_variance(samples), 3, 0.1);
+}
+
+Experiment read(const fs::path& folder, const nlohmann::json& json) {
+  write_file_atomically(folder / "small.json", json.dump());
+  SolverRegistry registry;
+  return read_experiment(folder / "small.json", registry, {}, SolverCheck::none);
+}
+
+nlohmann::json one_disc() {
+  nlohmann::json json = testing::small_experiment();
+  json["datasets"]["test"]["rasterisation"] = "centre";
+  json["datasets"]["test"]["grid"] = 24;
+  json["datasets"]["train"] = json["datasets"]["test"];
+  json["datasets"]["train"]["seed"] = 9;
+  return json;
+}
+
+TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
+  const TemporaryFolder folder("limit");
+  const Experiment experiment = read(folder.path(), one_disc());
+  LimitOptions options;
+  options.frames = 12;
+  options.records = folder.path() / "limit";
+  const std::vector<SetLimit> limits = compute_limits(experiment, options);
+  ASSERT_EQ(limits.size(), 2u);  // the training set has the same scenes
+  EXPECT_EQ(limits[0].prior, "oracle");
+  EXPECT_EQ(limits[1].prior, "fair");
+  ASSERT_EQ(limits[0].frames.size(), 12u);
+  for (const FrameLimit& frame : limits[0].frames) {
+    EXPECT_TRUE(frame.resolved);
+    EXPECT_EQ(frame.sampler, "enumeration");
+    EXPECT_LT(*frame.metrics.at("relative_error").error, 0.6);
+  }
+
+  // A second call goes on from the records: what stands in them comes out, numbers and all.
+  const fs::path record = options.records / "test_oracle" / "000003.json";
+  nlohmann::json changed = read_json_file(record);
+  changed["limit"]["seconds"] = 1234.5;
+  write_file_atomically(record, changed.dump());
+  fs::remove(options.records / "test_oracle" / "000005.json");
+  const std::vector<SetLimit> again = compute_limits(experiment, options);
+  EXPECT_EQ(again[0].frames[3].seconds, 1234.5);
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(again[0].frames[i].metrics.at("RIE").error,
+              limits[0].frames[i].metrics.at("RIE").error);
+  }
+
+  write_file_atomically(folder.path() / limit_file, limit_json("small", limits).dump());
+  std::vector<ResultRow> rows(3);
+  rows[0].type = "truth";
+  rows[1].type = "no-contact";
+  rows[2].type = rows[2].label = "tsvd";
+  for (ResultRow& row : rows) row.dataset = "test";
+  add_limit_rows(folder.path(), experiment.tests, rows);
+  ASSERT_EQ(rows.size(), 5u);
+  EXPECT_EQ(rows[2].label, limit_oracle);
+  EXPECT_EQ(rows[3].label, limit_fair);
+  const double least = *rows[2].metrics[Metric::RIE].mean;
+  EXPECT_GT(least, 0);
+  rows[4].metrics[Metric::RIE].mean = 3 * least;
+  EXPECT_NEAR(*over_limit(rows[4], rows, Metric::RIE), 3, 1e-12);
+  EXPECT_FALSE(over_limit(rows[0], rows, Metric::RIE));
+  EXPECT_FALSE(over_limit(rows[2], rows, Metric::RIE));
+
+  // Of another set nothing is taken.
+  nlohmann::json other = one_disc();
+  other["datasets"]["test"]["snr_db"] = 40;
+  rows.erase(rows.begin() + 2, rows.begin() + 4);
+  add_limit_rows(folder.path(), read(folder.path(), other).tests, rows);
+  EXPECT_EQ(rows.size(), 3u);
+}
+
+TEST(Limit, SaysWhichSetsHaveNone) {
+  const TemporaryFolder folder("limit");
+  nlohmann::json json = testing::small_experiment();
+  json["datasets"]["test"]["snr_db"] = nullptr;
+  LimitOptions options;
+  options.records = folder.path() / "limit";
+  try {
+    compute_limits(read(folder.path(), json), options);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("it has no noise"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace ertbench
