@@ -142,7 +142,7 @@ void describe(SolverEntry& entry, const SolverInfo& info) {
 std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
                                       SolverRegistry& registry, SolverCheck check) {
   std::vector<SolverEntry> all;
-  std::vector<std::vector<Moved>> moved;                  // of each
+  std::vector<std::vector<Moved>> moved;  // of each
   // Labels, and names of files.
   std::set<std::string> taken = {"truth", "no-contact", "limit-oracle", "limit-fair"};
   for (const JsonObject& object : root.objects("solvers")) {

@@ -11,6 +11,7 @@
 #include "core/quantile.h"
 #include "core/text.h"
 #include "forward/border/border_model.h"
+#include "forward/border/elliptic_contact.h"
 
 namespace ertbench {
 namespace {
@@ -81,9 +82,10 @@ BoundMap bound_map(const Sensor& sensor, double radius, double ratio) {
     disc.conductivity_ratio = ratio;
     if (sensor.sheet->depth(disc.centre) <= radius) continue;
     const Scene scene{{disc}};
-    const RowMajorMatrix all = model.derivatives(scene, bound_resolution);
+    const RowMajorMatrix all = model.linearise(scene, bound_resolution).derivatives;
     Eigen::MatrixX4d jacobian(all.rows(), 4);
-    jacobian << all.col(0), all.col(1), all.col(2) / radius, all.col(4);
+    jacobian << all.col(ContactMotion::x), all.col(ContactMotion::y),
+        all.col(ContactMotion::growth) / radius, all.col(ContactMotion::log_ratio) / ratio;
     const Eigen::Matrix4d covariance =
         (jacobian.transpose() * jacobian).inverse() * (noise * noise);
     const double unit = sensor.sheet->unit_mm();

@@ -120,8 +120,8 @@ void CheckedSolver::reconstruct_block(FramesView changes, ImagesView images,
   inner_->reconstruct(changes, images, reports);
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     FrameReport& report = reports[static_cast<std::size_t>(f)];
-    const FrameCheck::Verdict before = {
-        static_cast<std::uint8_t>(report.reasons & ~unexplained), report.dead};
+    const FrameCheck::Verdict before = {static_cast<std::uint8_t>(report.reasons & ~unexplained),
+                                        report.dead};
     report.reasons &= unexplained;
     if (report.reasons != 0 && report.status == FrameStatus::ok) {
       report.status = FrameStatus::suspect;

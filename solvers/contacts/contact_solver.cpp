@@ -164,7 +164,8 @@ void ContactSolver::set_misfit_limit(const FitInput& input) {
     fit_frame(change.data(), 0, workspace, found);
     misfits.push_back(found.best.misfit);
   }
-  misfit_limit_ = std::max(misfit_limit_, limit_margin * interpolated_quantile(misfits, limit_quantile));
+  misfit_limit_ =
+      std::max(misfit_limit_, limit_margin * interpolated_quantile(misfits, limit_quantile));
 }
 
 void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead,

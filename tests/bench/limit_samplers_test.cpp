@@ -11,6 +11,7 @@
 #include "bench/limit/enumerated_discs.h"
 #include "bench/limit/estimators.h"
 #include "forward/border/border_model.h"
+#include "forward/border/elliptic_contact.h"
 
 namespace ertbench {
 namespace {
@@ -296,9 +297,11 @@ TEST(LimitSamplers, MeetTheCramerRaoBoundAtHighSnr) {
   const DiscFrame disc = disc_frame(85, 2);
   const WeightedSamples samples = numbers_of(by_importance(disc, 2, 4000));
   const Scene scene = scene_of(disc.truth);
-  const RowMajorMatrix all = BorderModel(Sensor{}).derivatives(scene, 3);
+  const RowMajorMatrix all = BorderModel(Sensor{}).linearise(scene, 3).derivatives;
   Eigen::MatrixX4d jacobian(all.rows(), 4);
-  jacobian << all.col(0), all.col(1), all.col(2) / disc.truth[0].size, all.col(4);
+  jacobian << all.col(ContactMotion::x), all.col(ContactMotion::y),
+      all.col(ContactMotion::growth) / disc.truth[0].size,
+      all.col(ContactMotion::log_ratio) / disc.truth[0].conductivity_ratio;
   const double noise =
       FrameLikelihood(*disc.voltages, disc.noise, disc.frame).channel_noise(disc.frame);
   const Eigen::Matrix4d bound = (jacobian.transpose() * jacobian).inverse() * (noise * noise);
