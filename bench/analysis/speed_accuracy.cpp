@@ -203,6 +203,8 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
   }
   if (const ResultRow* limit = limit_of(rows, question.dataset)) {
     chart.limit = limit->metrics[chart.metric].median;
+    chart.limit_frames = limit->frames;
+    chart.limit_unresolved = limit->frames_not_converged;
     chart.limit_ci95 = limit->metrics[chart.metric].median_ci95;
   }
   mark_frontier(chart.points, &SpeedPoint::frontier, [](const SpeedPoint& p) {

@@ -88,6 +88,8 @@ struct SpeedAccuracy {
   /// interval; where `ertbench limit` computed it.
   std::optional<double> limit;
   std::optional<Interval> limit_ci95;
+  int limit_frames = 0;
+  int limit_unresolved = 0;            ///< with any, the limit may lie below what is drawn
   std::vector<RightSize> right_sizes;  ///< of families with two settings or more
   std::optional<RightSizing> right_sizing;
   std::vector<WithinMargin> margins;  ///< 1, 5 and 20 %

@@ -133,6 +133,12 @@ class Drawing {
     panel.marks(beyond, lost);
   }
 
+  std::string limit_text() const {
+    if (chart_.limit_unresolved == 0) return "no method can be below this (broken: 95 % interval)";
+    return "the limit is at most this: " + std::to_string(chart_.limit_unresolved) + " of " +
+           std::to_string(chart_.limit_frames) + " frames unresolved";
+  }
+
   void write_labels(const SpeedPanel& shown, Panel& panel) {
     std::vector<Box> taken = occupied(chart_, shown);
     if (!shown.batches && chart_.nothing && shown.holds(*chart_.nothing)) {
@@ -143,8 +149,8 @@ class Drawing {
     }
     if (!shown.batches && chart_.limit) {
       const double y = shown.y_of(*chart_.limit);
-      canvas_.text("no method can be below this (broken: 95 % interval)", shown.box.right - 4,
-                   y - 8, {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
+      canvas_.text(limit_text(), shown.box.right - 4, y - 8,
+                   {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
       taken.push_back({shown.box.right - 280, y - 16, shown.box.right, y + 2});
     }
     panel.labels(labels_of(chart_, shown), std::move(taken));
