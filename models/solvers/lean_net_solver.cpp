@@ -38,7 +38,7 @@ void LeanNetSolver::read(JsonObject object) {
   relative_loss_ = object.choice_or("loss", relative_loss_ ? "relative" : "mse",
                                     {"relative", "mse"}) == "relative";
   training_ = TrainingSettings::from_json(
-      object, {.epochs = 60, .batch = 32, .learning_rate = 4e-3, .slow_rate = 0.3});
+      object, {.epochs = 40, .batch = 32, .learning_rate = 4e-3, .slow_rate = 0.3});
   object.finish();
 }
 

@@ -11,7 +11,7 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
   const std::vector<ParameterInfo> shared = {
       {"seed", "of first weights, order and noise, 0 ... 2147483647; default 1",
        ParameterRole::seed},
-      {"epochs", "passes over the training set, at most; default 20 (lean-net: 60)"},
+      {"epochs", "passes over the training set, at most; default 20 (lean-net: 40)"},
       {"batch", "scenes a step, 2 ... 65536; default 32 (dd-ert: 16)"},
       {"learning_rate", "of Adam, its largest, > 0; default 0.002 (dd-ert, lean-net: 0.004)"},
       {"schedule",
