@@ -10,8 +10,10 @@
 #include <cmath>
 
 #include "bench/benchmarks/benchmark_program.h"
+#include "bench/benchmarks/machine_limits.h"
 #include "core/random.h"
 #include "forward/border/border_model.h"
+#include "forward/border/ellipse_model.h"
 #include "forward/data/dataset_block.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/data/scene_model.h"
@@ -75,6 +77,42 @@ void borders(benchmark::State& state, const SceneDistribution& distribution) {
 }
 BENCHMARK_CAPTURE(borders, training, training())->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(borders, table_c1, table_c1())->Unit(benchmark::kMillisecond);
+
+/// One to four discs with voltages and all derivatives, at a hundredth part of the resolution
+/// given, against the operations that it takes: the factorisation, two solves for all electrodes,
+/// the kernels, and per contact the products of fields by its five motions and its ratio.
+void ellipses(benchmark::State& state) {
+  const auto contacts = static_cast<std::size_t>(state.range(0));
+  const Sensor sensor;
+  const EllipseModel model(sensor, {static_cast<double>(state.range(1)) / 100, 120});
+  std::vector<EllipticContact> scene(contacts);
+  for (std::size_t k = 0; k < contacts; ++k) {
+    scene[k].centre = {k % 2 == 0 ? 0.45 : -0.45, k < 2 ? 0.45 : -0.45};
+    scene[k].log_size = std::log(0.2);
+    scene[k].log_ratio = std::log(0.6);
+  }
+  EllipseModel::Workspace workspace;
+  Eigen::VectorXd change(model.pairs());
+  Eigen::MatrixXd derivatives(model.pairs(),
+                              EllipticContact::parameters * static_cast<Eigen::Index>(contacts));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(model.evaluate(scene, workspace, change, derivatives));
+  }
+  const double points = workspace.points();
+  const double each = points / static_cast<double>(contacts);
+  const double electrodes = sensor.electrode_count;
+  const double flop = 2.0 / 3 * points * points * points + 4 * points * points * electrodes +
+                      20 * points * points + 30 * points * electrodes +
+                      2 * points * electrodes * electrodes +
+                      points * (2 * each * electrodes + 22 * electrodes * electrodes);
+  state.counters["points"] = points;
+  state.counters["flop"] = flop;
+  compare_with_limit(state, flop / gemm_double_rate(), "gemm_double");
+}
+BENCHMARK(ellipses)
+    ->ArgNames({"contacts", "resolution"})
+    ->ArgsProduct({{1, 2, 3, 4}, {100, 140, 200, 400}})
+    ->Unit(benchmark::kMicrosecond);
 
 #define ERTBENCH_SOLVE(name, distribution, method)                      \
   BENCHMARK_CAPTURE(solve, name, distribution(), ForwardMethod::method) \

@@ -12,18 +12,25 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/machine_limits.h"
 #include "core/json_reader.h"
+#include "core/random.h"
 #include "core/temporary_folder.h"
+#include "forward/border/border_model.h"
+#include "forward/border/ellipse_model.h"
 #include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
+#include "solvers/contacts/contact_fit.h"
+#include "solvers/contacts/nuisances.h"
 #include "solvers/registry/registry.h"
 #include "solvers/total_variation/interior_point.h"
 
@@ -220,6 +227,63 @@ void band_half_solve(benchmark::State& state) {
   }
 }
 BENCHMARK(band_half_solve)->Name("newton/band_half_solve")->Arg(64)->Arg(112);
+
+/// Means of reciprocal pairs of a sequence, [frames, pairs] V: a disc on its way round, 50 dB.
+const Eigen::MatrixXd& sequence() {
+  static const Eigen::MatrixXd means = [] {
+    constexpr int count = 256;
+    const Sensor sensor;
+    const EllipseModel model(sensor);
+    const double noise = BorderModel(sensor).reference_voltages().norm() * std::pow(10, -2.5) /
+                         std::sqrt(2.0 * sensor.channels());
+    Eigen::MatrixXd out(count, model.pairs());
+    EllipseModel::Workspace workspace;
+    Eigen::VectorXd change(model.pairs());
+    Eigen::MatrixXd none(model.pairs(), 0);
+    for (int f = 0; f < count; ++f) {
+      EllipticContact disc;
+      const double angle = 2 * std::numbers::pi * f / count;
+      disc.centre = {0.5 * std::cos(angle), 0.5 * std::sin(angle)};
+      disc.log_size = std::log(0.2);
+      disc.log_ratio = std::log(0.6);
+      model.evaluate(std::span(&disc, 1), workspace, change, none);
+      RandomStream random(1, key_of("sequence"), static_cast<std::uint64_t>(f), Purpose::noise);
+      for (Eigen::Index p = 0; p < out.cols(); ++p) out(f, p) = change[p] + noise * random.normal();
+    }
+    return out;
+  }();
+  return means;
+}
+
+/// Frames of the sequence, each from nothing or from the contacts of the frame before.
+void contact_fit(benchmark::State& state, bool followed, bool ellipses) {
+  const Sensor sensor;
+  const double noise = BorderModel(sensor).reference_voltages().norm() * std::pow(10, -2.5) /
+                       std::sqrt(static_cast<double>(sensor.channels()));
+  ContactFit::Options options;
+  options.ellipses = ellipses;
+  const ContactFit fit(sensor, ContactPrior{}, whitening_of(sensor, noise, {}), options);
+  ContactFit::Workspace workspace;
+  ContactFit::Found found;
+  Eigen::Index frame = 0;
+  double iterations = 0;
+  for (auto _ : state) {
+    const Eigen::VectorXd means = sequence().row(frame);
+    if (followed) {
+      const std::vector<EllipticContact> last = found.best.contacts;
+      fit.follow(means, last, workspace, found);
+    } else {
+      fit.fit(means, workspace, found);
+    }
+    iterations += found.iterations;
+    frame = (frame + 1) % sequence().rows();
+  }
+  state.counters["iterations"] = iterations / static_cast<double>(state.iterations());
+}
+BENCHMARK_CAPTURE(contact_fit, discs_from_nothing, false, false);
+BENCHMARK_CAPTURE(contact_fit, discs_followed, true, false);
+BENCHMARK_CAPTURE(contact_fit, ellipses_from_nothing, false, true);
+BENCHMARK_CAPTURE(contact_fit, ellipses_followed, true, true);
 
 void register_all() {
   register_rate("gemm_double", gemm_double_rate);

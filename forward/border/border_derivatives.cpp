@@ -7,6 +7,7 @@
 #include "forward/border/border_layout.h"
 #include "forward/border/border_model.h"
 #include "forward/border/border_system.h"
+#include "forward/border/differentiation.h"
 #include "forward/border/elliptic_contact.h"
 
 namespace ertbench {
@@ -17,37 +18,6 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using std::numbers::pi;
-
-/// d/ds at the equidistant points of a closed arc, s in [0, 1], of the trigonometric polynomial
-/// through them.
-MatrixXd closed_differentiation(int count) {
-  MatrixXd out(count, count);
-  Eigen::VectorXd by_distance = Eigen::VectorXd::Zero(count);
-  for (int distance = 0; distance < count; ++distance) {
-    for (int k = 1; 2 * k < count; ++k) {
-      by_distance[distance] -= 4 * pi * k / count * std::sin(2 * pi * k * distance / count);
-    }
-  }
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) out(i, j) = by_distance[(i - j + count) % count];
-  }
-  return out;
-}
-
-/// The same at the midpoints of an open arc, of the cosine polynomial through them: with the
-/// grading of the points the potential has no slope in s at the ends.
-MatrixXd open_differentiation(int count) {
-  MatrixXd slopes(count, count);  // of the cosines k at the points i
-  MatrixXd values(count, count);  // of the same at the points j, by their weights
-  for (int k = 0; k < count; ++k) {
-    for (int i = 0; i < count; ++i) {
-      const double angle = pi * k * (i + 0.5) / count;
-      slopes(i, k) = -pi * k * std::sin(angle);
-      values(i, k) = 2.0 / count * std::cos(angle);
-    }
-  }
-  return slopes * values.transpose();
-}
 
 /// Within this part of an open arc from its ends nothing is counted: next to a corner the slope of
 /// the potential is the difference of two numbers good to a thousandth over a millionth of the arc,

@@ -5,6 +5,10 @@
 #include <complex>
 #include <numbers>
 
+#include "forward/border/differentiation.h"
+#include "forward/border/gathering.h"
+#include "forward/border/row_lu.h"
+
 namespace ertbench {
 namespace {
 
@@ -13,81 +17,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using std::numbers::pi;
 
-/// Points at which a border is looked at before its points are chosen.
-constexpr std::size_t probes = 16;
 constexpr int least_points = 8;
-constexpr int lanes = 8;  ///< doubles of a vector
 /// Of the spacing of points over the distance to what is next to them at resolution 1 (see
 /// border_layout).
 constexpr double spacing_over_distance = 0.8;
-/// How strongly points may be drawn together: the far side is to keep enough of them.
-constexpr std::array gathering_strengths = {0.8, 0.64, 0.5, 0.4, 0.32};
-/// Of the points that a border needs anyway, what will do on the far side.
-constexpr double least_far_off = 0.5;
 constexpr std::size_t most_contacts = 16;
 /// Nearer to the sheet's border or to another contact there is no use in going, domain units.
 constexpr double closest = 1e-4;
 /// Contacts with less contrast than this count with it: 1 / (2 mu) is to stay finite.
 constexpr double least_contrast = 1e-9;
-
-/// How the points of a border are drawn together: they are 1 / strength times as dense at the
-/// parameter `towards` as equal ones, and as much thinner on the far side.
-struct Gathering {
-  double strength = 1;
-  double towards = 0;
-  double count = least_points;
-};
-
-/// Where the parameter t stands that belongs to the equal parameter s, and dt/ds.
-struct Gathered {
-  double t, slope;
-};
-Gathered gathered(double s, const Gathering& gathering) {
-  if (gathering.strength >= 1) return {s, 1};
-  const double half = std::remainder(s - gathering.towards, 2 * pi) / 2;
-  const double c = std::cos(half);
-  const double d = gathering.strength * std::sin(half);
-  return {gathering.towards + 2 * std::atan2(d, c), gathering.strength / (c * c + d * d)};
-}
-
-/// What takes the fewest points, `demand` being how many equal ones would do if all the border were
-/// as at each probe, and `least` how many it takes anyway.
-Gathering gathering_for(const std::array<double, probes>& demand, double least) {
-  const auto worst = std::max_element(demand.begin(), demand.end());
-  Gathering best{1, 2 * pi * static_cast<double>(worst - demand.begin()) / probes,
-                 std::max(*worst, least)};
-  for (const double strength : gathering_strengths) {
-    if (best.count <= least) break;
-    double count = least;
-    for (std::size_t i = 0; i < probes; ++i) {
-      const double half = pi * static_cast<double>(i) / probes - best.towards / 2;
-      const double c = strength * std::cos(half);
-      const double d = std::sin(half);
-      // dt/ds at this t.
-      count =
-          std::max(count, std::max(demand[i], least_far_off * least) * (c * c + d * d) / strength);
-    }
-    if (count < best.count) {
-      best.count = count;
-      best.strength = strength;
-    }
-  }
-  return best;
-}
-
-MatrixXd differentiation_at(int count) {
-  Eigen::VectorXd by_distance = Eigen::VectorXd::Zero(count);
-  for (int distance = 0; distance < count; ++distance) {
-    for (int k = 1; 2 * k < count; ++k) {
-      by_distance[distance] -= 2.0 * k / count * std::sin(2 * pi * k * distance / count);
-    }
-  }
-  MatrixXd out(count, count);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) out(i, j) = by_distance[(i - j + count) % count];
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -101,12 +39,11 @@ struct EllipseModel::Workspace::Memory {
   };
   std::vector<Border> borders;
   int points = 0;
-  int row = 0;  ///< stride of `matrix`
   // Of each point: place, normal and weight on the unit disc; the tangent on the sheet times the
   // parameter's step, and where it is from the contact's centre.
   std::vector<double> x, y, normal_x, normal_y, curvature, weight, depth;
   std::vector<Complex> tangent, from_centre;
-  std::vector<double> matrix;     ///< [points, row], its factors after `factor`
+  RowLu matrix;
   std::vector<double> density;    ///< [points, stride] by drives
   std::vector<double> potential;  ///< [points, stride] of the points' charges, by measuring pairs
   std::vector<double> charges;    ///< [points, stride] the same by electrodes
@@ -116,7 +53,7 @@ struct EllipseModel::Workspace::Memory {
 
   void resize(int count, int stride) {
     points = count;
-    row = (count + lanes - 1) / lanes * lanes;
+    matrix.resize(count);
     const auto n = static_cast<std::size_t>(count);
     if (x.size() < n) {
       for (auto* array : {&x, &y, &normal_x, &normal_y, &curvature, &weight, &depth}) {
@@ -128,55 +65,6 @@ struct EllipseModel::Workspace::Memory {
       for (auto* array : {&density, &potential, &charges, &solution, &along, &across, &weighted}) {
         array->resize(wide);
       }
-    }
-    const std::size_t square = n * static_cast<std::size_t>(row);
-    if (matrix.size() < square) matrix.resize(square);
-  }
-
-  /// LU without pivoting: 1 / (2 mu) on the diagonal, at least 1/2, outweighs what the borders do
-  /// to each other.
-  void factor() {
-    for (int k = 0; k < points; ++k) {
-      const double* pivot = &matrix[static_cast<std::size_t>(k) * row];
-      const double inverse = 1 / pivot[k];
-      for (int i = k + 1; i < points; ++i) {
-        double* target = &matrix[static_cast<std::size_t>(i) * row];
-        const double factor = target[k] * inverse;
-        target[k] = factor;
-        for (int j = k + 1; j < points; ++j) target[j] -= factor * pivot[j];
-      }
-    }
-  }
-
-  double at(int i, int j) const { return matrix[static_cast<std::size_t>(i) * row + j]; }
-
-  static void subtract(double factor, const double* from, double* to, int width) {
-    for (int c = 0; c < width; ++c) to[c] -= factor * from[c];
-  }
-  static void scale(double factor, double* row, int width) {
-    for (int c = 0; c < width; ++c) row[c] *= factor;
-  }
-
-  /// rows [points, width] in place: the solution of the equation.
-  void solve(std::vector<double>& rows, int width) const {
-    const auto at_row = [&](int i) { return &rows[static_cast<std::size_t>(i) * width]; };
-    for (int i = 1; i < points; ++i) {
-      for (int j = 0; j < i; ++j) subtract(at(i, j), at_row(j), at_row(i), width);
-    }
-    for (int i = points - 1; i >= 0; --i) {
-      for (int j = i + 1; j < points; ++j) subtract(at(i, j), at_row(j), at_row(i), width);
-      scale(1 / at(i, i), at_row(i), width);
-    }
-  }
-  /// The same of the transposed equation.
-  void solve_transposed(std::vector<double>& rows, int width) const {
-    const auto at_row = [&](int i) { return &rows[static_cast<std::size_t>(i) * width]; };
-    for (int i = 0; i < points; ++i) {
-      scale(1 / at(i, i), at_row(i), width);
-      for (int j = i + 1; j < points; ++j) subtract(at(i, j), at_row(i), at_row(j), width);
-    }
-    for (int i = points - 1; i > 0; --i) {
-      for (int j = 0; j < i; ++j) subtract(at(i, j), at_row(i), at_row(j), width);
     }
   }
 };
@@ -194,7 +82,7 @@ EllipseModel::EllipseModel(const Sensor& sensor, const Options& options)
       options_(options),
       positions_(electrode_positions(sensor)),
       electrodes_(sensor.electrode_count),
-      stride_((sensor.electrode_count + lanes - 1) / lanes * lanes),
+      stride_((sensor.electrode_count + RowLu::lanes - 1) / RowLu::lanes * RowLu::lanes),
       differentiation_(static_cast<std::size_t>(std::max(options.most_points, least_points)) + 1) {
   for (Index e = 0; e < positions_.cols(); ++e) {
     const Complex w = sensor.sheet->to_disc({positions_(0, e), positions_(1, e)}).w;
@@ -207,7 +95,7 @@ EllipseModel::EllipseModel(const Sensor& sensor, const Options& options)
     pairs_.push_back({channel.measurement, channel.drive});
   }
   for (int n = least_points; n <= std::max(options.most_points, least_points); n += 2) {
-    differentiation_[static_cast<std::size_t>(n)] = differentiation_at(n);
+    differentiation_[static_cast<std::size_t>(n)] = closed_differentiation(n) / (2 * pi);
   }
 }
 
@@ -236,9 +124,10 @@ bool EllipseModel::place_points(std::span<const EllipticContact> contacts,
     const Eigen::Vector2d axes = contact.half_axes();
     const Complex turn = std::polar(1.0, contact.angle());
     const Complex centre(contact.centre.x(), contact.centre.y());
-    std::array<double, probes> demand{};  // points that would do if all the border were as here
-    for (std::size_t i = 0; i < probes; ++i) {
-      const double t = 2 * pi * static_cast<double>(i) / probes;
+    std::array<double, gathering_probes>
+        demand{};  // points that would do if all the border were as here
+    for (std::size_t i = 0; i < gathering_probes; ++i) {
+      const double t = 2 * pi * static_cast<double>(i) / gathering_probes;
       const Complex slope = turn * Complex(-axes.x() * std::sin(t), axes.y() * std::cos(t));
       const Complex z = centre + turn * Complex(axes.x() * std::cos(t), axes.y() * std::sin(t));
       const Eigen::Vector2d place(z.real(), z.imag());
@@ -303,7 +192,7 @@ void EllipseModel::assemble(Workspace::Memory& m) const {
   const int count = m.points;
   const auto n = static_cast<std::size_t>(count);
   for (std::size_t i = 0; i < n; ++i) {
-    double* row = &m.matrix[i * static_cast<std::size_t>(m.row)];
+    double* row = m.matrix.row(static_cast<int>(i));
     const double x = m.x[i];
     const double y = m.y[i];
     const double normal_x = m.normal_x[i];
@@ -325,8 +214,7 @@ void EllipseModel::assemble(Workspace::Memory& m) const {
     const double half_inverse_mu = (1 + border.ratio) / (2 * (1 - border.ratio));
     for (int i = border.first; i < border.first + border.count; ++i) {
       const auto p = static_cast<std::size_t>(i);
-      m.matrix[p * static_cast<std::size_t>(m.row) + p] +=
-          half_inverse_mu + m.weight[p] / (2 * pi) * m.curvature[p] / 2;
+      m.matrix.row(i)[i] += half_inverse_mu + m.weight[p] / (2 * pi) * m.curvature[p] / 2;
     }
   }
   const auto wide = static_cast<std::size_t>(stride_);
@@ -367,8 +255,8 @@ bool EllipseModel::evaluate(std::span<const EllipticContact> contacts, Workspace
   Workspace::Memory& m = *workspace.memory_;
   if (!place_points(contacts, m)) return false;
   assemble(m);
-  m.factor();
-  m.solve(m.density, stride_);
+  m.matrix.factor();
+  m.matrix.solve(m.density, stride_);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const Eigen::Map<const RowMajor> density(m.density.data(), m.points, stride_);
   const Eigen::Map<const RowMajor> potential(m.potential.data(), m.points, stride_);
@@ -388,7 +276,7 @@ void EllipseModel::differentiate(std::span<const EllipticContact> contacts, Work
   const auto wide = static_cast<std::size_t>(stride_);
   std::copy_n(m.potential.begin(), static_cast<std::ptrdiff_t>(wide) * m.points,
               m.solution.begin());
-  m.solve_transposed(m.solution, stride_);
+  m.matrix.solve_transposed(m.solution, stride_);
   const double volts = sensor_.drive_current / sensor_.background;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   constexpr int strains = 5;  // x, y, growth, stretch, shear

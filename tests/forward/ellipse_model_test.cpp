@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "core/random.h"
 #include "forward/border/border_model.h"
+#include "forward/border/differentiation.h"
+#include "forward/border/gathering.h"
+#include "forward/border/row_lu.h"
 
 namespace ertbench {
 namespace {
@@ -105,6 +110,80 @@ TEST(EllipseModel, DerivativesEqualDifferences) {
           << "scene " << scene << ", parameter " << parameter;
     }
   }
+}
+
+TEST(RowLu, SolvesAsEigenDoes) {
+  constexpr int size = 13;
+  constexpr int width = 8;
+  RandomStream random(9, key_of("lu"), 0, Purpose::scene);
+  MatrixXd matrix(size, size);
+  MatrixXd sides(size, width);
+  for (Index i = 0; i < size; ++i) {
+    for (Index j = 0; j < size; ++j) matrix(i, j) = 0.1 * random.normal() + (i == j ? 1 : 0);
+    for (Index j = 0; j < width; ++j) sides(i, j) = random.normal();
+  }
+  RowLu lu;
+  lu.resize(size);
+  std::vector<double> rows(static_cast<std::size_t>(size) * width);
+  const auto fill = [&] {
+    for (int i = 0; i < size; ++i) {
+      for (int j = 0; j < width; ++j) {
+        rows[static_cast<std::size_t>(i * width + j)] = sides(i, j);
+      }
+    }
+  };
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j < size; ++j) lu.row(i)[j] = matrix(i, j);
+  }
+  lu.factor();
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Eigen::Map<const RowMajor> solution(rows.data(), size, width);
+  fill();
+  lu.solve(rows, width);
+  EXPECT_LT((matrix * solution - sides).norm(), 1e-12);
+  fill();
+  lu.solve_transposed(rows, width);
+  EXPECT_LT((matrix.transpose() * solution - sides).norm(), 1e-12);
+}
+
+TEST(Differentiation, IsExactForWhatItInterpolates) {
+  constexpr int count = 12;
+  const double pi = std::numbers::pi;
+  VectorXd wave(count);
+  VectorXd slope(count);
+  VectorXd cosine(count);
+  VectorXd cosine_slope(count);
+  for (int i = 0; i < count; ++i) {
+    const double s = static_cast<double>(i) / count;
+    wave[i] = std::sin(2 * pi * 3 * s);
+    slope[i] = 6 * pi * std::cos(2 * pi * 3 * s);
+    const double middle = (i + 0.5) / count;
+    cosine[i] = std::cos(pi * 4 * middle);
+    cosine_slope[i] = -4 * pi * std::sin(pi * 4 * middle);
+  }
+  EXPECT_LT((closed_differentiation(count) * wave - slope).norm(), 1e-11);
+  EXPECT_LT((open_differentiation(count) * cosine - cosine_slope).norm(), 1e-11);
+}
+
+/// The map is what it says, and the count meets every probe's demand.
+TEST(Gathering, DrawsPointsToWhereTheyAreDemanded) {
+  std::array<double, gathering_probes> demand{};
+  demand.fill(9);
+  EXPECT_EQ(gathering_for(demand, 9).count, 9);
+  demand[5] = 100;
+  demand[4] = demand[6] = 40;
+  const Gathering close = gathering_for(demand, 9);
+  EXPECT_LT(close.strength, 1);
+  EXPECT_LT(close.count, 60);
+  for (int i = 0; i < 100; ++i) {
+    const double s = 2 * std::numbers::pi * i / 100;
+    const Gathered at = gathered(s, close);
+    const double h = 1e-6;
+    const double difference =
+        std::remainder(gathered(s + h, close).t - gathered(s - h, close).t, 2 * std::numbers::pi);
+    EXPECT_NEAR(difference / (2 * h), at.slope, 1e-6);
+  }
+  EXPECT_NEAR(gathered(close.towards, close).slope, close.strength, 1e-12);
 }
 
 TEST(EllipseModel, KnowsWhatItIsNotFor) {
