@@ -20,11 +20,6 @@ namespace {
 using namespace testing;
 using nlohmann::json;
 
-Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
-  RandomStream random(seed, 0, 0, Purpose::scene);
-  return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return random.normal(); });
-}
-
 TEST(MmseMatrix, IsThePosteriorMeanOfALinearModelWithAGaussianPrior) {
   // In the form that inverts the covariance of the image: (H^T H / s^2 + C^-1)^-1 H^T / s^2.
   const Eigen::MatrixXd model = random_matrix(7, 12, 1);

@@ -12,6 +12,7 @@
 #include "core/arrays.h"
 #include "core/hdf5_file.h"
 #include "core/json_reader.h"
+#include "core/random.h"
 #include "core/temporary_folder.h"
 #include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
@@ -21,6 +22,12 @@
 #include "solvers/registry/registry.h"
 
 namespace ertbench::testing {
+
+/// Standard normal numbers.
+inline Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
+  RandomStream random(seed, 0, 0, Purpose::scene);
+  return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return random.normal(); });
+}
 
 inline std::unique_ptr<Solver> make_solver(const nlohmann::json& spec) {
   SolverRegistry registry;

@@ -17,11 +17,6 @@ namespace {
 using namespace testing;
 using nlohmann::json;
 
-Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, std::uint64_t seed) {
-  RandomStream random(seed, 0, 0, Purpose::scene);
-  return Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return random.normal(); });
-}
-
 /// A matrix with these singular values.
 Eigen::MatrixXd with_values(const Eigen::VectorXd& values, Eigen::Index rows, Eigen::Index cols) {
   const auto orthonormal = [&](Eigen::Index size, std::uint64_t seed) -> Eigen::MatrixXd {
