@@ -23,7 +23,7 @@ class ContactFit {
   struct Options {
     bool ellipses = true;  ///< false: discs
     int most_contacts = 4;
-    int most_iterations = 15;  ///< of one number of contacts
+    int most_iterations = 40;  ///< of one number of contacts
     /// Of contacts that are no ellipses, root mean square over that of the frame: counts as noise.
     double model_error = 0.02;
     double prior_weight = 1;  ///< multiplies the inverse variances of the prior

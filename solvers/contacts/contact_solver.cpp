@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/quantile.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/solver_file.h"
 
@@ -21,9 +20,9 @@ constexpr std::uint64_t limit_frames = 400;
 /// Chi^2 of a frame of the model itself exceeds its mean by this many standard deviations once in
 /// some hundred thousand frames.
 constexpr double unlikely = 5;
-/// Over the largest part of what contacts of the validation set leave unexplained.
+/// Over the largest misfit in the validation set, whose tail is long: that of shapes that are no
+/// ellipses.
 constexpr double limit_margin = 1.5;
-constexpr double limit_quantile = 0.99;
 /// A set without noise is taken to have this part of the reference voltages, 80 dB.
 constexpr double least_noise = 1e-4;
 
@@ -158,14 +157,13 @@ void ContactSolver::set_misfit_limit(const FitInput& input) {
   const Eigen::RowVectorXd reference = input.validation->reference_voltages().transpose();
   ContactFit::Workspace workspace;
   ContactFit::Found found;
-  std::vector<double> misfits;
+  double largest = 0;
   for (Index f = 0; f < voltages.rows(); ++f) {
     const Eigen::RowVectorXd change = voltages.row(f) - reference;
     fit_frame(change.data(), 0, workspace, found);
-    misfits.push_back(found.best.misfit);
+    largest = std::max(largest, found.best.misfit);
   }
-  misfit_limit_ =
-      std::max(misfit_limit_, limit_margin * interpolated_quantile(misfits, limit_quantile));
+  misfit_limit_ = std::max(misfit_limit_, limit_margin * largest);
 }
 
 void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead,
