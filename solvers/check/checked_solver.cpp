@@ -122,7 +122,7 @@ void CheckedSolver::reconstruct_block(FramesView changes, ImagesView images,
     FrameReport& report = reports[static_cast<std::size_t>(f)];
     const FrameCheck::Verdict before = {static_cast<std::uint8_t>(report.reasons & ~unexplained),
                                         report.dead};
-    report.reasons &= unexplained;
+    report.reasons &= check_frames_ ? unexplained : 0;
     if (report.reasons != 0 && report.status == FrameStatus::ok) {
       report.status = FrameStatus::suspect;
     }

@@ -22,7 +22,7 @@ constexpr std::uint64_t limit_frames = 400;
 constexpr double unlikely = 5;
 /// Over the largest misfit in the validation set, whose tail is long: that of shapes that are no
 /// ellipses.
-constexpr double limit_margin = 1.5;
+constexpr double limit_margin = 3;
 /// A set without noise is taken to have this part of the reference voltages, 80 dB.
 constexpr double least_noise = 1e-4;
 

@@ -227,7 +227,10 @@ class FramesNotToBeTrusted : public SolverContract {
 TEST_P(FramesNotToBeTrusted, AreFewAmongGoodOnes) {
   if (too_slow()) GTEST_SKIP() << "hundreds of iterated frames under the sanitizers";
   const Reconstruction out = reconstruct(*validated(), fresh_changes(count()));
-  EXPECT_LE(share(out, FrameStatus::suspect, 0), 0.01);
+  // The check of frames and a solver that judges itself may each be wrong once in a hundred.
+  EXPECT_LE(share(out, FrameStatus::suspect, 0) - share(out, FrameStatus::suspect, unexplained),
+            0.01);
+  EXPECT_LE(share(out, FrameStatus::suspect, unexplained), 0.01);
 }
 
 TEST_P(FramesNotToBeTrusted, HaveDeadElectrodes) {
