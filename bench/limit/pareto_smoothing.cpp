@@ -23,7 +23,7 @@ struct Pareto {
 Pareto fitted_pareto(const std::vector<double>& excess) {
   const auto n = static_cast<double>(excess.size());
   const int grid = 30 + static_cast<int>(std::sqrt(n));
-  const double quarter = excess[static_cast<std::size_t>(n / 4 + 0.5) - 1];
+  const double quarter = excess[(excess.size() + 2) / 4 - 1];
   std::vector<double> thetas;
   std::vector<double> log_profile;
   const auto shape_at = [&](double theta) {

@@ -125,11 +125,12 @@ Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
   for (const PosteriorSample& sample : pilot.samples) sum += sample.weight;
   // As many by their weights, at equal steps.
   std::vector<Scene> scenes;
-  double next = sum * random.uniform() / corrected_scenes;
+  const double offset = random.uniform();
   double passed = 0;
   for (const PosteriorSample& sample : pilot.samples) {
     passed += sample.weight;
-    for (; next < passed; next += sum / corrected_scenes) {
+    const double steps_passed = passed / sum * corrected_scenes;
+    while (offset + static_cast<double>(scenes.size()) < steps_passed) {
       scenes.push_back(scene_of(sample.scene));
     }
   }
