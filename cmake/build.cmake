@@ -25,7 +25,7 @@ endif()
 
 # Parts of core/ that no number depends on: they keep files, run processes and write text.
 set(no_numbers atomic_file build build_stamp checksum csv_field file_lock hdf5_checksum hdf5_guard
-  hdf5_handle html json_checksum process process_tree progress regular_file replace_file supervisor
+  hdf5_handle html json_checksum nearest_word process process_tree progress regular_file replace_file supervisor
   temporary_folder text text_stream)
 # Those that only what is said of scores depends on.
 set(of_scores bootstrap interval median_interval paired_bootstrap student_t wilson_interval)
@@ -40,6 +40,7 @@ function(hash_sources variable)
     else()
       set(files ${what})
     endif()
+    list(FILTER files EXCLUDE REGEX "/benchmarks/")
     foreach(name ${no_numbers} ${left_out})
       list(REMOVE_ITEM files core/${name}.h core/${name}.cpp)
     endforeach()
@@ -54,13 +55,26 @@ function(hash_sources variable)
   set(${variable} ${hash} PARENT_SCOPE)
 endfunction()
 
-set(data core forward)
-set(fit ${data} solvers models bench/experiment/fit_recipe.cpp bench/run/fitted_solver.cpp)
-set(record ${fit} bench/contacts bench/experiment bench/record bench/run
-    bench/score)
+set(data core forward/sheet forward/fem forward/border forward/touch forward/data)
+set(record core forward solvers models bench/contacts bench/experiment bench/record bench/run bench/score)
 set(left_out ${of_scores})
 hash_sources(ERTBENCH_DATA_CODE ${data})
-hash_sources(ERTBENCH_FIT_CODE ${fit})
+
+file(GLOB of_all_solvers RELATIVE ${ERTBENCH_FOLDER}
+  ${ERTBENCH_FOLDER}/solvers/*.h ${ERTBENCH_FOLDER}/solvers/*.cpp)
+list(APPEND of_all_solvers solvers/check bench/experiment/fit_recipe.cpp
+  bench/run/fitted_solver.cpp)
+# One line of C++ for each room of solvers: {"solvers/linear", "solvers/linear <hash>"},
+set(ERTBENCH_FIT_CODES "")
+file(STRINGS ${ERTBENCH_FOLDER}/cmake/fit_rooms.txt lines REGEX "^[^#].*:")
+foreach(line ${lines})
+  string(REGEX MATCHALL "[a-z_/]+" rooms "${line}")
+  list(GET rooms 0 room)
+  list(REMOVE_ITEM rooms solvers)  # its own files are among those of all
+  hash_sources(code ${data} ${of_all_solvers} ${rooms})
+  string(APPEND ERTBENCH_FIT_CODES "{\"${room}\", \"${room} ${code}\"}, ")
+endforeach()
+
 set(left_out)
 hash_sources(ERTBENCH_RECORD_CODE ${record})
 configure_file(${ERTBENCH_FOLDER}/core/build.cpp.in ${OUTPUT} @ONLY)

@@ -16,14 +16,21 @@ foreach(folder core forward solvers)
     FILES_MATCHING PATTERN "*.h")
 endforeach()
 
+# Libraries are looked for beside each other in the built tree and in the installed one alike. Where
+# CMake changes the path at the installation it pads it with an empty entry, which stands for the
+# working folder, where nothing must be looked for.
+set_target_properties(ertbench ertbench_core ertbench_forward ertbench_solvers PROPERTIES
+  BUILD_WITH_INSTALL_RPATH ON)
 # The program looks for the learned solvers beside itself and in lib/ertbench (solvers/registry).
 file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-set_target_properties(ertbench PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin}")
+set_target_properties(ertbench PROPERTIES INSTALL_RPATH
+  "$ORIGIN/${from_bin};$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
 set_target_properties(ertbench_core ertbench_forward ertbench_solvers PROPERTIES
-  INSTALL_RPATH "$ORIGIN")
+  INSTALL_RPATH "$ORIGIN;$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
 install(TARGETS ertbench)
 if(TARGET ertbench_models)
-  set_target_properties(ertbench_models PROPERTIES INSTALL_RPATH "$ORIGIN/..")
+  set_target_properties(ertbench_models PROPERTIES BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH
+    "$ORIGIN/..;$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
   install(TARGETS ertbench_models LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/ertbench)
 endif()
 

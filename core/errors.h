@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace ertbench {
 
@@ -11,6 +12,19 @@ namespace ertbench {
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// What ends a trial without a defect of ours and without bad input: a program that a solver runs
+/// in has crashed, say. The row gets the status and the message.
+class FailedTrial : public InputError {
+ public:
+  FailedTrial(std::string status, const std::string& message)
+      : InputError(message), status_(std::move(status)) {}
+  /// A word or two: "crashed", "timed out", "out of memory", "failed".
+  const std::string& status() const { return status_; }
+
+ private:
+  std::string status_;
 };
 
 }  // namespace ertbench

@@ -23,7 +23,12 @@ FileLock::FileLock(const std::filesystem::path& file, MissingFolder folder) : fi
       throw InputError(file.string() + ": cannot be created: " + std::strerror(errno) +
                        "; check that the folder exists and is writable");
     }
-    while (::flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
+    while (::flock(descriptor_, LOCK_EX) != 0) {
+      if (errno == EINTR) continue;
+      const int error = errno;
+      ::close(descriptor_);
+      throw InputError(file.string() + ": cannot be locked: " + std::strerror(error) +
+                       "; put the folder on a file system with locks (flock)");
     }
     // Whoever held the lock may have renamed or removed what we opened.
     struct stat opened {};

@@ -10,7 +10,7 @@ enum class MissingFolder { refuse, make };
 /// same file is waited for. The file is made where there is none and left where it is.
 class FileLock {
  public:
-  /// Throws InputError where the file cannot be made.
+  /// Throws InputError where the file cannot be made, or the file system has no locks.
   explicit FileLock(const std::filesystem::path& file,
                     MissingFolder folder = MissingFolder::refuse);
   FileLock(const FileLock&) = delete;

@@ -5,10 +5,10 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "core/errors.h"
 #include "core/json_text.h"
+#include "core/nearest_word.h"
 #include "core/regular_file.h"
 #include "core/text.h"
 
@@ -19,29 +19,6 @@ using nlohmann::json;
 
 /// Of a title, a question, a label: messages, tables and pages repeat it.
 constexpr std::size_t most_text = 4000;
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({substituted, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-/// Whether the unknown key is likely to be a slip for the known one.
-bool is_slip(const std::string& key, const std::string& known) {
-  const auto end = std::mismatch(key.begin(), key.end(), known.begin(), known.end()).first;
-  const auto common = static_cast<std::size_t>(end - key.begin());
-  return edit_distance(key, known) <= std::max<std::size_t>(2, key.size() / 3) ||
-         (common >= 4 && 2 * common >= key.size());
-}
 
 /// JSON path segment: "~" and "/" are escaped as in RFC 6901.
 std::string escaped(std::string_view key) {
@@ -85,6 +62,13 @@ std::string Range::text() const {
   if (above) return "must be <= " + number_text(high) + of;
   return "must be a number";
 }
+
+std::filesystem::path folder_of_source(const std::string& source) {
+  const std::filesystem::path file = source.substr(0, source.find(extends_mark));
+  return std::filesystem::absolute(file).parent_path().lexically_normal();
+}
+
+std::filesystem::path JsonObject::folder() const { return folder_of_source(source_); }
 
 JsonObject::JsonObject(const json& value, std::string source, std::string path)
     : value_(&value), source_(std::move(source)), path_(std::move(path)) {
@@ -288,17 +272,12 @@ std::vector<std::string> JsonObject::keys() const {
 void JsonObject::finish() const {
   for (const auto& key : keys()) {
     if (known_.count(key)) continue;
-    std::string best;
+    const std::vector<std::string> known(known_.begin(), known_.end());
+    const std::string near = nearest_word(key, known);
     std::string all;
-    for (const auto& candidate : known_) {
-      all += (all.empty() ? "" : ", ") + candidate;
-      if (best.empty() || edit_distance(key, candidate) < edit_distance(key, best)) {
-        best = candidate;
-      }
-    }
-    const bool near = !best.empty() && is_slip(key, best);
-    fail(key,
-         near ? "unknown key; did you mean \"" + best + "\"?" : "unknown key; known here: " + all);
+    for (const std::string& candidate : known) all += (all.empty() ? "" : ", ") + candidate;
+    fail(key, near.empty() ? "unknown key; known here: " + all
+                           : "unknown key; did you mean \"" + near + "\"?");
   }
 }
 

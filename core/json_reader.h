@@ -20,6 +20,13 @@ namespace ertbench {
 nlohmann::json read_json_file(const std::filesystem::path& file,
                               std::uint64_t most_bytes = most_json_bytes);
 
+/// Stands in the name of a source between a file and those that it extends: "noisy.json (extends
+/// quick.json)".
+inline constexpr const char* extends_mark = " (extends ";
+
+/// The absolute folder of the file that a source begins with.
+std::filesystem::path folder_of_source(const std::string& source);
+
 /// A closed or half-open interval that a number must lie in.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
@@ -78,6 +85,8 @@ class JsonObject {
 
   const nlohmann::json& value() const { return *value_; }
   const std::string& source() const { return source_; }
+  /// What relative paths in it count from, see folder_of_source.
+  std::filesystem::path folder() const;
   std::string path_of(std::string_view key) const;
 
   /// Throws InputError at `key` of this object ("" for the object itself).

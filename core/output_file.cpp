@@ -17,6 +17,10 @@ void require_output(const fs::path& output, const std::vector<fs::path>& inputs,
                        "; name another output");
     }
   }
+  if (!output.parent_path().empty() && !fs::is_directory(output.parent_path(), error)) {
+    throw InputError(output.string() + ": there is no folder " + output.parent_path().string() +
+                     "; make it first");
+  }
   const fs::file_status status = fs::status(output, error);
   if (!fs::exists(status)) return;
   if (fs::is_directory(status)) {

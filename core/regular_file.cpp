@@ -1,6 +1,7 @@
 #include "core/regular_file.h"
 
-#include <string>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "core/errors.h"
@@ -40,6 +41,11 @@ void require_regular_file(const fs::path& file) {
                      "; check the name and the permissions");
   }
   throw InputError(file.string() + ": is " + kind_of(status.type()) + "; name a regular file");
+}
+
+std::string contents_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace ertbench

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace ertbench {
 
@@ -8,5 +9,8 @@ namespace ertbench {
 /// read from its beginning to an end, and whose opening does not wait for anybody, as that of a
 /// FIFO does.
 void require_regular_file(const std::filesystem::path& file);
+
+/// The bytes of a file; none where it is not there or cannot be read, as a log that nobody wrote.
+std::string contents_of(const std::filesystem::path& file);
 
 }  // namespace ertbench

@@ -124,6 +124,7 @@ class Supervision {
     ::prctl(PR_SET_CHILD_SUBREAPER, 1);
     prepare_signals();
     if (::getppid() != parent) told_to_stop = 1;
+    for (const int descriptor : task_.ours) ::close(descriptor);
     int pipe[2] = {-1, -1};
     if (task_.log >= 0 && ::pipe2(pipe, O_CLOEXEC) != 0) say_not_made();
     const pid_t supervisor = ::getpid();
@@ -135,6 +136,9 @@ class Supervision {
     if (child_ < 0) say_not_made();
     ::setpgid(child_, child_);  // also here: whoever comes first
     if (pipe[1] >= 0) ::close(pipe[1]);
+    if (!task_.ours.empty()) {
+      for (const int descriptor : {task_.input, task_.output}) ::close(descriptor);
+    }
     if (pipe[0] >= 0) ::fcntl(pipe[0], F_SETFL, O_NONBLOCK);
     BoundedLog log(pipe[0], task_.log);
     watch(log);

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <functional>
+#include <vector>
 
 #include "core/process.h"
 
@@ -16,6 +17,9 @@ struct Supervised {
   bool output_to_log = false;
   int output = -1;  ///< its standard output where that does not go to the log; -1: ours
   int input = -1;   ///< its standard input; -1: ours
+  /// Our ends of its pipes, which the supervisor and the process close: the other side is to see
+  /// where they end.
+  std::vector<int> ours = {};
 };
 
 /// A supervisor, as we see it.

@@ -11,15 +11,15 @@ namespace ertbench {
 int size_of(ElectrodeSet electrodes) { return std::popcount(electrodes); }
 
 std::vector<ElectrodeSet> electrodes_of_pairs(const Sensor& sensor) {
-  const std::vector<Channel> channels = channels_of(sensor);
-  const auto adjacent = [&](int first) {
-    const int second = (first + 1) % sensor.electrode_count;
-    return ElectrodeSet{1} << first | ElectrodeSet{1} << second;
+  const SensorPairs pairs(sensor);
+  const auto both = [&](int pair) {
+    const ElectrodePair& electrodes = pairs.pairs[static_cast<std::size_t>(pair)];
+    return ElectrodeSet{1} << electrodes.first | ElectrodeSet{1} << electrodes.second;
   };
   std::vector<ElectrodeSet> out;
   for (const auto& pair : reciprocal_pairs(sensor)) {
-    const Channel& channel = channels[static_cast<std::size_t>(pair[0])];
-    out.push_back(adjacent(channel.drive) | adjacent(channel.measurement));
+    const auto& [measurement, drive] = pairs.channels[static_cast<std::size_t>(pair[0])];
+    out.push_back(both(drive) | both(measurement));
   }
   return out;
 }

@@ -46,6 +46,9 @@ struct FrameReport {
   /// The dead electrodes of the frame. Known before the solver is called where it asks for them
   /// (MaskedChannels::detect).
   ElectrodeSet dead = 0;
+  /// Relative change of the whole sheet's conductivity, as from water around it, that the solver
+  /// found beside what its image shows; 0 where it looks for none.
+  double level = 0;
 };
 
 /// Which channels a solver leaves out of account: those that use one of these electrodes.
@@ -76,6 +79,20 @@ class ContactFinder {
   /// `contacts` [frames], empty when it is called. Const and thread-safe.
   virtual void find_contacts(FramesView changes,
                              std::span<std::vector<FoundContact>> contacts) const = 0;
+};
+
+/// Frames of one sequence in their order, of which a solver may use the last ones for the next: a
+/// contact is seldom far from where it was. Serves one thread.
+class FrameStream {
+ public:
+  virtual ~FrameStream() = default;
+
+  /// The next frames, one or many; as Solver::reconstruct but for what the frames before say.
+  virtual void reconstruct(FramesView changes, ImagesView images,
+                           std::span<FrameReport> reports) = 0;
+  /// The contacts of the last frame, the strongest first, where the solver knows contacts itself:
+  /// the very ones that its image was made from. Null where it does not.
+  virtual const std::vector<FoundContact>* contacts() const { return nullptr; }
 };
 
 /// What a solver may learn from. Classical solvers use the sensor and, for parameters given as
@@ -119,7 +136,7 @@ struct FitReport {
 ///           : gain_(parameters.number_or("gain", 1.0, Range::positive())) { parameters.finish(); }
 ///       nlohmann::json parameters() const override { return {{"gain", gain_}}; }
 ///       void fit(const FitInput& input) override {
-///         jacobian_ = ForwardModel(input.sensor, input.sensor.image_grid).jacobian();
+///         jacobian_ = uniform_jacobian(input.sensor);
 ///       }
 ///       void reconstruct(FramesView changes, ImagesView images,
 ///                        std::span<FrameReport>) const override {
@@ -161,9 +178,19 @@ class Solver {
   /// after `fit` and `load`.
   virtual MaskedChannels masked_channels() const { return {}; }
 
+  /// Where frames leave this process: a solver that moves the same bytes to a process of its own
+  /// and back and does nothing else, which the harness times beside this one. Null where they stay.
+  /// Asked after `fit` and `load`; may outlive this solver.
+  virtual std::unique_ptr<Solver> transport() const { return nullptr; }
+
   /// Where the solver knows contacts itself: whoever wants contacts takes these in place of those
   /// that are read out of its images. Null where it does not; lives as long as the solver.
   virtual const ContactFinder* contact_finder() const { return nullptr; }
+
+  /// A new sequence, for solvers that use the frames before. Null where every frame stands alone;
+  /// the registry's wrapper then gives a stream that reconstructs frame by frame, so that whoever
+  /// got the solver from the registry always has one. Lives no longer than the solver.
+  virtual std::unique_ptr<FrameStream> open_stream() const { return nullptr; }
 
   /// Writes what `fit` computed to one file, in any format; parameters that say how the solver is
   /// applied (ParameterRole::inference) have no part in it. The caller renames it into place.

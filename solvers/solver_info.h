@@ -17,6 +17,8 @@ enum class ParameterRole {
   inference,  ///< how a fitted solver is applied: no part of `fit` or of the fitted file, which
               ///< solvers that differ by such parameters alone share; its name begins "inference_"
   seed,       ///< of the random numbers of a training, an integer >= 0, its name is "seed"
+  file,       ///< names a file relative to the experiment, or is a list of words of which some do;
+              ///< what is in the files is part of the fit
 };
 
 /// One parameter of a solver, for `ertbench list` and for messages.

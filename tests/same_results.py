@@ -6,7 +6,7 @@ import json
 import re
 
 # In JSON, wherever they stand; a checksum is also that of the times.
-TIMES = {"fit_s", "date", "earlier_s", "peak_rss_mb", "latency_us", "frames_per_s",
+TIMES = {"fit_s", "date", "measured", "rendered", "busy_cores", "earlier_s", "peak_rss_mb", "latency_us", "frames_per_s",
          "calibration_us", "seconds", "checksum", "file_checksum"}
 TIMES_IN_TEXT = re.compile("\"(?:" + "|".join(sorted(TIMES)) + ")\":[-+.0-9e]+")
 # What is left behind by design, and says how a process fared.

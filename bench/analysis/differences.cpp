@@ -43,11 +43,56 @@ Eigen::MatrixXd values_of(const FramesOfSeeds& trials, const std::vector<std::si
   return out;
 }
 
+/// How far a mean is from the metric's ideal; the less the better.
+double badness(const MetricEntry& entry, double mean) {
+  switch (entry.better) {
+    case Better::smaller:
+      return mean;
+    case Better::larger:
+      return -mean;
+    case Better::nearer:
+      return std::abs(mean - entry.ideal.value);
+  }
+  return mean;
+}
+
+/// Of all frames and seeds that have the metric; one at least has.
+double mean_of(const FramesOfSeeds& trials, Metric metric) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& frames : trials) {
+    for (const FrameMetrics& frame : frames) {
+      if (!frame[metric]) continue;
+      sum += *frame[metric];
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+/// Of the labels with the metric those that are compared, in their order: the best ones, where
+/// there are very many, as the pairs of all would be their square.
+std::vector<std::size_t> compared(const ScoredLabels& scored, Metric metric) {
+  std::vector<std::size_t> labels;
+  for (std::size_t i = 0; i < scored.labels.size(); ++i) {
+    if (has_any(scored.frames[i], metric)) labels.push_back(i);
+  }
+  if (labels.size() <= most_compared_labels) return labels;
+  std::vector<double> badnesses(scored.labels.size());
+  for (const std::size_t i : labels) {
+    badnesses[i] = badness(entry_of(metric), mean_of(scored.frames[i], metric));
+  }
+  std::stable_sort(labels.begin(), labels.end(),
+                   [&](std::size_t a, std::size_t b) { return badnesses[a] < badnesses[b]; });
+  labels.resize(most_compared_labels);
+  std::sort(labels.begin(), labels.end());
+  return labels;
+}
+
 void add_differences(const ScoredLabels& scored, Metric metric, std::vector<MeanDifference>& out) {
   std::vector<const FramesOfSeeds*> trials;
   std::vector<std::string> labels;
-  for (std::size_t i = 0; i < scored.labels.size(); ++i) {
-    if (!has_any(scored.frames[i], metric)) continue;
+  for (const std::size_t i : compared(scored, metric)) {
     trials.push_back(&scored.frames[i]);
     labels.push_back(scored.labels[i]);
   }
@@ -63,19 +108,6 @@ void add_differences(const ScoredLabels& scored, Metric metric, std::vector<Mean
                      bootstrap.mean(b), bootstrap.interval(a, b), static_cast<int>(frames.size())});
     }
   }
-}
-
-/// How far a mean is from the metric's ideal; the less the better.
-double badness(const MetricEntry& entry, double mean) {
-  switch (entry.better) {
-    case Better::smaller:
-      return mean;
-    case Better::larger:
-      return -mean;
-    case Better::nearer:
-      return std::abs(mean - entry.ideal.value);
-  }
-  return mean;
 }
 
 /// One label among the differences of one metric.

@@ -25,9 +25,12 @@ struct MeanDifference {
   bool resolved() const { return ci95.low > 0 || ci95.high < 0; }
 };
 
-/// All pairs of labels, of every metric with a column in the terminal's table; where its ideal is
-/// that of the truth, of the distance from it (MetricEntry::distance). A label without the
-/// metric on any frame is left out of it.
+/// Labels whose pairs are all compared; of more only the best ones by each metric.
+inline constexpr std::size_t most_compared_labels = 60;
+
+/// All pairs of labels (most_compared_labels), of every metric with a column in the terminal's
+/// table; where its ideal is that of the truth, of the distance from it (MetricEntry::distance). A
+/// label without the metric on any frame is left out of it.
 std::vector<MeanDifference> mean_differences(const ScoredLabels& scored);
 
 /// For each metric the labels from the best to the worst: mean, difference from the next, and

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/analysis/row_remarks.h"
 #include "bench/record/limit_file.h"
 #include "core/text.h"
 
@@ -67,6 +68,13 @@ SpeedPoint point_of(const ResultRow* row, const std::string& label, Metric metri
   point.peak_rss_mb = row->peak_rss_mb;
   judge(*row, point);
   return point;
+}
+
+/// Times of another processor have no place beside the others'.
+void forget_times(const ResultRow& row, SpeedPoint& point) {
+  point.latency.reset();
+  point.frames_per_s.reset();
+  if (point.remark.empty()) point.remark = "timed on another processor, " + row.timed_on->cpu;
 }
 
 /// Marks the points that no cheaper one beats; `cost` has no value for those that cannot join.
@@ -193,9 +201,11 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
   chart.metric = question.metric;
   chart.dataset = question.dataset;
   chart.right_sizing = question.right_sizing;
+  const std::string usual = usual_processor(rows);
   for (const std::string& label : question.labels) {
     const ResultRow* row = find_row(rows, label, question.dataset);
     chart.points.push_back(point_of(row, label, chart.metric, question.right_sizing));
+    if (row && timed_elsewhere(*row, usual)) forget_times(*row, chart.points.back());
     if (row) chart.batch = std::max(chart.batch, row->throughput_batch);
   }
   if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {

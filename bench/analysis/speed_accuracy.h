@@ -84,8 +84,9 @@ struct SpeedAccuracy {
   std::string dataset;
   std::vector<SpeedPoint> points;  ///< in the order of the experiment file
   std::optional<double> nothing;   ///< the median error of the image without contact
-  /// The median of the limit under the test set's own prior, which no method can be below, and its
-  /// interval; where `ertbench limit` computed it.
+  /// The median error of the estimate that is best in the mean under the test set's own prior, and
+  /// its interval, where `ertbench limit` computed it: no method's mean is below its mean, and
+  /// medians are what the chart shows.
   std::optional<double> limit;
   std::optional<Interval> limit_ci95;
   int limit_frames = 0;

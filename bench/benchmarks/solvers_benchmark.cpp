@@ -23,12 +23,12 @@
 #include "core/random.h"
 #include "core/temporary_folder.h"
 #include "forward/border/border_model.h"
-#include "forward/border/ellipse_model.h"
 #include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
+#include "forward/ellipses/ellipse_model.h"
 #include "solvers/contacts/contact_fit.h"
 #include "solvers/contacts/nuisances.h"
 #include "solvers/registry/registry.h"
@@ -239,14 +239,14 @@ const Eigen::MatrixXd& sequence() {
     Eigen::MatrixXd out(count, model.pairs());
     EllipseModel::Workspace workspace;
     Eigen::VectorXd change(model.pairs());
-    Eigen::MatrixXd none(model.pairs(), 0);
     for (int f = 0; f < count; ++f) {
       EllipticContact disc;
       const double angle = 2 * std::numbers::pi * f / count;
       disc.centre = {0.5 * std::cos(angle), 0.5 * std::sin(angle)};
       disc.log_size = std::log(0.2);
       disc.log_ratio = std::log(0.6);
-      model.evaluate(std::span(&disc, 1), workspace, change, none);
+      model.place(std::span(&disc, 1), workspace);
+      model.evaluate(workspace, change);
       RandomStream random(1, key_of("sequence"), static_cast<std::uint64_t>(f), Purpose::noise);
       for (Eigen::Index p = 0; p < out.cols(); ++p) out(f, p) = change[p] + noise * random.normal();
     }
@@ -270,8 +270,7 @@ void contact_fit(benchmark::State& state, bool followed, bool ellipses) {
   for (auto _ : state) {
     const Eigen::VectorXd means = sequence().row(frame);
     if (followed) {
-      const std::vector<EllipticContact> last = found.best.contacts;
-      fit.follow(means, last, workspace, found);
+      fit.follow(means, found.best, workspace, found);
     } else {
       fit.fit(means, workspace, found);
     }

@@ -61,9 +61,27 @@ struct Layout {
   }
 };
 
-/// Zero, the line of the ideal value and all whiskers, with room for the values above them.
+/// Whether bars from zero would hide what the panel is about: all values, their whiskers and the
+/// ideal lie in a small part of the way up from zero. They are drawn as points then, on an axis
+/// that begins where they do.
+bool far_from_zero(const BarPanel& panel) {
+  constexpr double small_part = 0.4;
+  Span span;
+  for (const BarValue& value : panel.values) {
+    if (!value.mean || !std::isfinite(*value.mean)) continue;
+    span.extend(value.ci95 ? value.ci95->low : *value.mean);
+    span.extend(value.ci95 ? value.ci95->high : *value.mean);
+  }
+  if (span.empty()) return false;
+  if (panel.ideal) span.extend(*panel.ideal);
+  return span.low > 0 && span.high - span.low < small_part * span.high && span.high > span.low;
+}
+
+/// Zero, unless all values are far from it, the line of the ideal value and all whiskers, with room
+/// for the values above them.
 Axis axis_for(const BarPanel& panel, bool narrow) {
-  Span span{0, 0};
+  const bool cut = far_from_zero(panel);
+  Span span = cut ? Span{} : Span{0, 0};
   const auto extend = [&](double value) {
     if (std::isfinite(value)) span.extend(value);
   };
@@ -76,7 +94,7 @@ Axis axis_for(const BarPanel& panel, bool narrow) {
   if (span.high - span.low <= 0) return Axis::even({0, 1});
   const double room = (narrow ? 0.28 : 0.13) * (span.high - span.low);
   if (span.high > 0) span.high += room;
-  if (span.low < 0) span.low -= room;
+  if (span.low < 0 || cut) span.low -= room;
   return Axis::even(span);
 }
 
@@ -95,8 +113,10 @@ class Drawing {
 
   void draw(const std::filesystem::path& stem) {
     canvas_.title(bars_.title);
-    canvas_.text("bars: mean; whiskers: its 95 % interval over the frames", Layout::left,
-                 canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
+    const bool cut = std::any_of(bars_.panels.begin(), bars_.panels.end(), far_from_zero);
+    canvas_.text(std::string("bars: mean; whiskers: its 95 % interval over the frames") +
+                     (cut ? "; dots: means on an axis that does not begin at zero" : ""),
+                 Layout::left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
     for (int p = 0; p < layout_.panels; ++p) {
       if (p % layout_.columns() == 0) {
         canvas_.letter(p / layout_.columns(), layout_.box(p).top - 12);
@@ -127,11 +147,15 @@ class Drawing {
       bars.push_back({middle_of(v), *value.mean, colour_of(v, panel.values.size())});
       if (value.ci95) whiskers.push_back({middle_of(v), value.ci95->low, value.ci95->high});
     }
-    axes.bars(bars, 0.66);
+    const bool cut = far_from_zero(panel);
+    if (!cut) axes.bars(bars, 0.66);
     if (axis.low < 0) axes.level(0, {ink::black, 0.5});
     if (dashed) axes.level(*panel.ideal, {ink::dark, 1, 2});
     axes.whiskers(whiskers, {ink::white, 3});  // seen on dark bars and on the paper
     axes.whiskers(whiskers, {ink::black, 1.2});
+    for (const Bar& bar : bars) {
+      if (cut) axes.marks({{bar.x, bar.height}}, {filled(0), bar.colour, 1.1});
+    }
     axes.draw();
     names_.draw(canvas_, box.left, box.bottom);
   }
@@ -142,7 +166,8 @@ class Drawing {
     const BarValue& value = panel.values[v];
     if (!value.mean || !std::isfinite(*value.mean)) {
       const std::string& status = bars_.statuses[v];
-      canvas_.text(status.empty() ? "undefined" : status, x, axes.y(0) - 6,
+      const double ground = far_from_zero(panel) ? axes.box().bottom : axes.y(0);
+      canvas_.text(status.empty() ? "undefined" : status, x, ground - 6,
                    {.size = 9, .align = TextAlign::left, .upright = true, .colour = ink::alarm});
       return;
     }

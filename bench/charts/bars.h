@@ -23,7 +23,9 @@ struct BarPanel {
   std::vector<BarValue> values;  ///< [variants]
 };
 
-/// Variants of a method side by side, each quantity on a scale of its own that begins at zero.
+/// Variants of a method side by side, each quantity on a scale of its own that begins at zero;
+/// where all values are far from it and near to each other, as points on a scale that begins below
+/// them.
 struct Bars {
   std::string title;
   std::vector<std::string> labels;    ///< [variants]

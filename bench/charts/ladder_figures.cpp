@@ -190,6 +190,8 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
     }
     top += row_height;
   }
+  // To the right of the first row's title, where nothing else stands.
+  panels.scale_bar(Box::sized(bar_left - side - 40, top_edge - 8 - side, side, side));
   const bool several = rows.size() > 1;
   panels.colour_bar(Box::sized(bar_left - 4, top_edge + 12, ImagePanels::bar_width,
                                several ? 2 * row_height - 46 : side),

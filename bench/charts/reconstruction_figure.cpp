@@ -142,8 +142,10 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   print_titles(canvas, layout, figure.row_labels);
   for (int scene = 0; scene < layout.scenes; ++scene) {
     const std::string& scene_name = figure.row_labels[static_cast<std::size_t>(scene)];
-    plot_panel(canvas, panels, layout, {scene, 0, "", "", "truth, " + scene_name},
-               truth.row(scene));
+    const std::string unknown = figure.truth_is_known ? "" : "unknown";
+    const Eigen::RowVectorXd true_image =
+        figure.truth_is_known ? Eigen::RowVectorXd(truth.row(scene)) : Eigen::RowVectorXd();
+    plot_panel(canvas, panels, layout, {scene, 0, unknown, "", "truth, " + scene_name}, true_image);
     for (int c = 1; c < layout.columns; ++c) {
       const FigureColumn& column = figure.columns[static_cast<std::size_t>(c - 1)];
       Panel panel{scene, c, column.failure, "", column.label + ", " + scene_name};
@@ -156,6 +158,7 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
       plot_panel(canvas, panels, layout, panel, image);
     }
   }
+  panels.scale_bar(layout.box(0, 0));
   panels.colour_bar(Box::sized(layout.left_of(layout.columns) + 4, layout.top_of(0),
                                ImagePanels::bar_width, layout.bar_height()),
                     layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");

@@ -22,6 +22,7 @@ struct FigureColumn {
 struct ReconstructionFigure {
   Sensor sensor;
   Images conductivity;                  ///< the true images [scenes, pixels] S/m
+  bool truth_is_known = true;           ///< else the truth's column says so
   std::vector<std::string> row_labels;  ///< [scenes]: "scene 12"
   std::vector<FigureColumn> columns;
   std::string error_name = "rel. error";  ///< what `errors` is

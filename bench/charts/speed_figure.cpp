@@ -134,7 +134,7 @@ class Drawing {
   }
 
   std::string limit_text() const {
-    if (chart_.limit_unresolved == 0) return "no method can be below this (broken: 95 % interval)";
+    if (chart_.limit_unresolved == 0) return "the limit: best in the mean (broken: 95 % interval)";
     return "the limit is at most this: " + std::to_string(chart_.limit_unresolved) + " of " +
            std::to_string(chart_.limit_frames) + " frames unresolved";
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double mark_radius = 5;  ///< px
 constexpr double ring_radius = 9;
+constexpr std::size_t most_named = 3;  ///< points of a family that all have their names
 
 /// A logarithmic axis around the values.
 Axis axis_around(const std::vector<double>& values, std::vector<Tick> ticks, std::string title) {
@@ -143,6 +145,7 @@ std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
 std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel) {
   std::vector<PointLabel> labels;
   std::vector<std::string> named;
+  std::map<std::string, std::vector<std::size_t>> candidates;  // by family
   const auto add = [&](std::size_t i, const std::string& text) {
     labels.push_back({text, panel.x_of(*panel.x[i]), panel.y_of(*chart.points[i].error)});
     named.push_back(chart.points[i].family);
@@ -150,7 +153,19 @@ std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& 
   for (std::size_t i = 0; i < chart.points.size(); ++i) {
     const SpeedPoint& point = chart.points[i];
     const bool marked = point.*panel.frontier || (!panel.batches && point.right_size);
-    if (panel.shows(chart, i) && marked) add(i, point.label);
+    if (panel.shows(chart, i) && marked) candidates[point.family].push_back(i);
+  }
+  // Of a family that has many on the frontier its ends and its right size: names of all of them
+  // would stand in a pile, and the pointer shows them.
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    const auto found = candidates.find(chart.points[i].family);
+    if (found == candidates.end()) continue;
+    const std::vector<std::size_t>& own = found->second;
+    if (std::find(own.begin(), own.end(), i) == own.end()) continue;
+    const bool end = i == own.front() || i == own.back();
+    if (own.size() <= most_named || end || chart.points[i].right_size) {
+      add(i, chart.points[i].label);
+    }
   }
   for (const std::size_t i : by_error(chart)) {
     const std::string& family = chart.points[i].family;

@@ -11,7 +11,10 @@ std::span<const Command> commands() {
                                     {"generate", add_generate}, {"reconstruct", add_reconstruct},
                                     {"publish", add_publish},   {"list", add_list},
                                     {"timing", add_timing},     {"fidelity", add_fidelity},
-                                    {"limit", add_limit},       {"trial", add_trial}};
+                                    {"limit", add_limit},       {"calibrate", add_calibrate},
+                                    {"score", add_score},       {"cache", add_cache},
+                                    {"live", add_live},         {"trial", add_trial},
+                                    {"element", add_element}};
   return all;
 }
 

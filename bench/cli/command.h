@@ -38,7 +38,12 @@ Action add_list(CLI::App& command);
 Action add_timing(CLI::App& command);
 Action add_fidelity(CLI::App& command);
 Action add_limit(CLI::App& command);
+Action add_calibrate(CLI::App& command);
+Action add_score(CLI::App& command);
+Action add_live(CLI::App& command);
 Action add_trial(CLI::App& command);
+Action add_element(CLI::App& command);
+Action add_cache(CLI::App& command);
 
 // What several commands share.
 

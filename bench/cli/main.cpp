@@ -23,6 +23,7 @@
 #include "bench/cli/command.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/nearest_word.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -38,7 +39,29 @@ void require_command(const CLI::App& app, const std::string& word) {
     if (command->get_name() == word) return;
     if (!command->get_group().empty()) names.push_back(command->get_name());
   }
-  throw InputError("no command is called \"" + printable(word) + "\"; there are " + list_of(names));
+  const std::string near = nearest_word(word, names);
+  throw InputError("no command is called \"" + printable(word) + "\"" +
+                   (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " +
+                   list_of(names));
+}
+
+/// For a command line with an option that nobody knows: the one that it may be a slip for; else
+/// empty.
+std::string suggestion(const CLI::App& app, int argc, char** argv) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  if (chosen.empty()) return "";
+  std::vector<std::string> known;
+  for (const CLI::Option* option : chosen.front()->get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    if (!word.starts_with("--") || word == "--") continue;
+    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
+    const std::string near = nearest_word(word, known);
+    if (!near.empty()) return "Did you mean " + near + "?\n";
+  }
+  return "";
 }
 
 /// Lines of the log as a terminal may have them, whatever the texts in them are.
@@ -81,9 +104,12 @@ std::string shown(std::string text, int argc, char** argv) {
 ExitCode parse_and_run(int argc, char** argv) {
   CLI::App app{"Compares reconstruction methods for tomographic tactile skins.", "ertbench"};
   app.require_subcommand(1);
-  app.set_version_flag("--version", commit_text(this_build().commit, this_build().dirty));
+  app.set_version_flag("--version", std::string("ertbench " ERTBENCH_VERSION " (commit ") +
+                                        commit_text(this_build().commit, this_build().dirty) + ")");
   app.footer(
       "`ertbench COMMAND --help` shows an example of each command.\n"
+      "Environment: ERTBENCH_CACHE, the folder of datasets and fitted solvers (else cache/ of the\n"
+      "project); ERTBENCH_YES=1, the launcher installs missing packages without asking; TMPDIR.\n"
       "Exit codes: 0 done; 1 a trial or a figure failed, or a check found something worse;\n"
       "2 input that cannot be used; 3 a defect of ertbench.");
   std::vector<std::pair<CLI::App*, Action>> actions;
@@ -100,6 +126,7 @@ ExitCode parse_and_run(int argc, char** argv) {
     const ExitCode code = app.exit(e, help, mistake) == 0 ? done : bad_input;
     std::fputs(help.str().c_str(), stdout);
     std::fputs(shown(mistake.str(), argc, argv).c_str(), stderr);
+    if (code != done) std::fputs(suggestion(app, argc, argv).c_str(), stderr);
     return code;
   }
   const auto chosen = std::find_if(actions.begin(), actions.end(),

@@ -5,6 +5,8 @@
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
 #include "bench/publish/publish.h"
+#include "bench/publish/publish_plan.h"
+#include "bench/table/writers.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/text.h"
@@ -17,12 +19,27 @@ struct PublishArguments {
   std::vector<std::string> experiments;
   int jobs = cores();
   bool pages = false;
+  bool plan = false;
 };
+
+/// Prints what fitting would take, and makes nothing.
+void print_plan(const PublishArguments& arguments) {
+  PublishPlan plan(project_folder(), Cache::standard().with(Reuse::clean));
+  for (const std::string& file : arguments.experiments) {
+    SolverRegistry registry;
+    plan.add(read_experiment(file, registry, chart_types()));
+  }
+  std::fputs(terminal_of(plan.table()).c_str(), stdout);
+}
 
 ExitCode publish(const PublishArguments& arguments) {
   const std::filesystem::path project = project_folder();
   if (arguments.experiments.empty() && !arguments.pages) {
     throw InputError("name the experiments to publish, or --pages to render the pages alone");
+  }
+  if (arguments.plan) {
+    print_plan(arguments);
+    return done;
   }
   if (!arguments.experiments.empty()) require_committed(project);
   int failures = 0;
@@ -47,6 +64,8 @@ Action add_publish(CLI::App& command) {
       ->check(CLI::ExistingFile);
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
   command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are");
+  command.add_flag("--plan", arguments->plan,
+                   "Print what fitting will take, as earlier fits took; make nothing");
   command.footer(
       "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
       "Refuses a tree with changes that are not committed, and a program that was built of other\n"

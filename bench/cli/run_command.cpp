@@ -1,11 +1,14 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
+#include "bench/cluster/slurm_engine.h"
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
 #include "bench/run/runner.h"
 #include "core/errors.h"
+#include "core/nearest_word.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -16,35 +19,117 @@ struct RunArguments {
   std::string experiment;
   std::string out;
   std::vector<std::string> only;
+  std::vector<std::string> set;
   int jobs = cores();
+  bool jobs_given = false;
   bool fresh = false;
   bool rebuild_stale = false;
+  std::string engine = "local";
+  SlurmOptions slurm;
 };
+
+/// A word of a command line as a shell takes it.
+std::string shell_word(const std::string& text) {
+  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) ||
+           std::string_view("_-+=.,:/%@").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// All that the results depend on; not what only says which of them are made anew, or where.
+std::string command_again(const RunArguments& arguments) {
+  std::string out = "./ertbench run " + shell_word(printable_path(arguments.experiment));
+  for (const std::string& one : arguments.set) out += " --set " + shell_word(printable(one, 1000));
+  for (const std::string& one : arguments.only) {
+    out += " --only " + shell_word(printable(one));
+  }
+  if (arguments.jobs_given) out += " --jobs " + std::to_string(arguments.jobs);
+  if (arguments.engine == "slurm") {
+    out += " --engine slurm";
+    const auto option = [&](const char* name, const std::string& value) {
+      if (!value.empty()) out += std::string(" --") + name + " " + shell_word(printable(value));
+    };
+    option("partition", arguments.slurm.partition);
+    option("time", arguments.slurm.time);
+    option("account", arguments.slurm.account);
+    if (arguments.slurm.threads != 1) option("threads", std::to_string(arguments.slurm.threads));
+  }
+  if (!arguments.out.empty()) out += " --out " + shell_word(printable_path(arguments.out));
+  return out;
+}
+
+/// Throws InputError for a label of --only that no row and no sweep has.
+void require_labels(const RunArguments& arguments, const Experiment& experiment) {
+  std::vector<std::string> labels;
+  for (const auto& trials : experiment.rows()) labels.push_back(trials.front().label);
+  for (const std::string& label : arguments.only) {
+    const bool known =
+        std::any_of(experiment.solvers.begin(), experiment.solvers.end(),
+                    [&](const SolverEntry& e) { return e.label == label || e.family == label; });
+    if (known) continue;
+    const std::string near = nearest_word(label, labels);
+    throw InputError("--only: no solver is labelled \"" + printable(label) + "\" in " +
+                     arguments.experiment +
+                     (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " +
+                     list_of(labels));
+  }
+}
+
+ExitCode run_by_slurm(const RunArguments& arguments, const Experiment& experiment,
+                      const Cache& cache) {
+  if (arguments.fresh) {
+    throw InputError("--fresh: not with --engine slurm; remove the result folder, or name another");
+  }
+  SlurmOptions options = arguments.slurm;
+  options.out = result_folder(arguments.out, experiment.name);
+  options.only = arguments.only;
+  options.command = command_again(arguments);
+  const SlurmOutcome outcome = run_on_slurm(experiment, cache, options);
+  return outcome.reported && outcome.failures == 0 ? done : trial_failed;
+}
 
 ExitCode run(const RunArguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
+  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types(),
+                                                SolverCheck::all, arguments.set);
+  require_labels(arguments, experiment);
+  const Cache cache =
+      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
+  if (arguments.engine == "slurm") return run_by_slurm(arguments, experiment, cache);
   RunOptions options;
   options.out = result_folder(arguments.out, experiment.name);
   options.only = arguments.only;
   options.jobs = arguments.jobs;
   options.fresh = arguments.fresh;
-  std::vector<std::string> labels;
-  for (const auto& trials : experiment.rows()) labels.push_back(trials.front().label);
-  for (const std::string& label : options.only) {
-    const bool known =
-        std::any_of(experiment.solvers.begin(), experiment.solvers.end(),
-                    [&](const SolverEntry& e) { return e.label == label || e.family == label; });
-    if (!known) {
-      throw InputError("--only: no solver is labelled \"" + printable(label) + "\" in " +
-                       arguments.experiment + "; there are " + list_of(labels));
-    }
-  }
-  const Cache cache =
-      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
+  options.command = command_again(arguments);
   const ExperimentResults results = run_experiment(experiment, cache, options);
   const std::size_t undrawn = report_experiment(experiment, cache, results, options.out);
   return results.failures > 0 || undrawn > 0 ? trial_failed : done;
+}
+
+void add_slurm_options(CLI::App& command, RunArguments& arguments) {
+  CLI::Option* engine =
+      command
+          .add_option("--engine", arguments.engine,
+                      "local: processes of this machine (default); slurm: jobs of a cluster\n"
+                      "whose nodes share the result folder and the cache")
+          ->check(CLI::IsMember({"local", "slurm"}));
+  SlurmOptions& slurm = arguments.slurm;
+  command.add_option("--partition", slurm.partition, "Of sbatch")->needs(engine);
+  command.add_option("--time", slurm.time, "Of sbatch, for each element")->needs(engine);
+  command.add_option("--account", slurm.account, "Of sbatch")->needs(engine);
+  command.add_option("--array-limit", slurm.array_limit, "Elements of an array that run at a time")
+      ->check(CLI::Range(1, 1000000))
+      ->needs(engine);
+  command.add_option("--threads", slurm.threads, "Of an element, and cores that it asks for")
+      ->check(CLI::Range(1, 1024))
+      ->needs(engine);
+  command.add_flag("--dry-run", slurm.dry_run, "Print the scripts and commands, submit nothing")
+      ->needs(engine);
 }
 
 }  // namespace
@@ -58,22 +143,35 @@ Action add_run(CLI::App& command) {
       .add_option("--only", arguments->only,
                   "Run only the solvers of these labels (all their seeds; the\n"
                   "label of a sweep stands for all of it)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
-      .add_option("--jobs", arguments->jobs,
-                  "Trials fitted and scored at a time, the cores shared out among them\n"
-                  "(default: one for each core; timings always run alone)")
-      ->check(CLI::Range(1, 256));
+      .add_option("--set", arguments->set,
+                  "A value in place of the file's: PATH=VALUE, the path with dots,\n"
+                  "lists by number from 0; the value JSON, else text. May stand again")
+      ->allow_extra_args(false);
+  CLI::Option* jobs =
+      command
+          .add_option("--jobs", arguments->jobs,
+                      "Trials fitted and scored at a time, the cores shared out among them\n"
+                      "(default: one for each core; timings always run alone)")
+          ->check(CLI::Range(1, 256));
   command.add_flag("--fresh", arguments->fresh, "Fit and measure again what is finished already");
   command.add_flag("--rebuild-stale", arguments->rebuild_stale,
                    "Make again what another build of the program made, even where nothing\n"
                    "that it depends on has changed since; what depends on it always is");
+  add_slurm_options(command, *arguments);
   command.footer(
-      "Example:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
+      "Examples:\n  ertbench run experiments/table_c1.json --only tsvd,pdipm --jobs 2\n"
+      "  ertbench run experiments/quick.json --set datasets.test.count=400 --out results/400\n"
+      "  ertbench run experiments/grid_alpha_beta.json --engine slurm --time 2:00:00\n"
       "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"
       "RESULTS/training/. The file's \"charts\" are drawn beside the table. With \"ladders\" each\n"
       "solver is taken to where it breaks down: RESULTS/breakdown.md, breakdown.csv and charts.");
-  return [arguments] { return run(*arguments); };
+  return [arguments, jobs] {
+    arguments->jobs_given = jobs->count() > 0;
+    return run(*arguments);
+  };
 }
 
 }  // namespace ertbench

@@ -12,6 +12,7 @@ namespace {
 
 struct TrialArguments {
   std::string experiment;
+  std::vector<std::string> set;
   std::string stage;
   std::string job;
   int scenes = fidelity_usual_scenes;
@@ -24,7 +25,8 @@ struct TrialArguments {
 ExitCode trial(const TrialArguments& arguments) {
   SolverRegistry registry;
   // The run has checked all solvers; here the plugins of the others would be in the way.
-  Experiment experiment = read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
+  Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none, arguments.set);
   const Cache cache = (arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache))
                           .with(reuse_from_name(arguments.reuse));
   run_trial(*stage_named(arguments.stage, arguments.scenes), arguments.job, experiment, cache,
@@ -39,6 +41,7 @@ Action add_trial(CLI::App& command) {
   command.description("One job of one stage; used by run and fidelity");
   command.group("");  // hidden
   add_experiment(command, arguments->experiment);
+  command.add_option("--set", arguments->set)->allow_extra_args(false);
   command.add_option("--stage", arguments->stage)->required();
   command.add_option("--job", arguments->job)->required();
   command.add_option("--scenes", arguments->scenes);

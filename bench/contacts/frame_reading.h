@@ -28,6 +28,9 @@ struct FrameReading {
   std::optional<Eigen::Vector2d> centroid_mm;    ///< of the whole image (C4), where it has one
   std::optional<Eigen::Vector2d> centroid25_mm;  ///< after the threshold of 25 % (D.1)
 
+  /// Share of the norm of the voltages' change that the image explains, 0 ... 1 (ExplainedChange).
+  std::optional<double> explained;
+
   bool operator==(const FrameReading&) const = default;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bench/experiment/calibrated_experiment.h"
 #include "bench/experiment/experiment_charts.h"
 #include "bench/experiment/experiment_json.h"
 #include "bench/experiment/experiment_solvers.h"
@@ -24,7 +25,8 @@ void read_datasets(JsonObject object, Experiment& experiment) {
     if (!is_name(name)) {
       object.fail(name, "a dataset's name must be made of letters, digits, \"_\" and \"-\"");
     }
-    DatasetSpec spec = dataset_spec_from_json(object.object(name), experiment.sensor, name);
+    DatasetSpec spec = dataset_spec_from_json(object.object(name), experiment.sensor, name,
+                                              experiment.file.parent_path());
     if (name == "train") {
       experiment.training = std::move(spec);
     } else if (name == "validation") {
@@ -120,6 +122,8 @@ void read_right_sizing(JsonObject& root, Experiment& experiment) {
   }
 }
 
+constexpr int most_figure_scenes = 12;
+
 void read_figure(JsonObject& root, Experiment& experiment) {
   const int count =
       static_cast<int>(std::min<std::uint64_t>(experiment.tests[0].count, 1000000000));
@@ -129,8 +133,18 @@ void read_figure(JsonObject& root, Experiment& experiment) {
   }
   JsonObject object = root.object("figure");
   const nlohmann::json& scenes = object.raw("scenes");
-  if (!scenes.is_array() || scenes.size() > 12) {
-    object.fail("scenes", "must be a list of at most 12 scene numbers");
+  if (scenes.is_number_integer() && scenes > 0 && scenes <= most_figure_scenes) {
+    // So many, evenly through the set from its first to its last.
+    const int wanted = std::min(scenes.get<int>(), count);
+    for (int s = 0; s < wanted; ++s) {
+      const std::int64_t at = wanted == 1 ? 0 : std::int64_t{s} * (count - 1) / (wanted - 1);
+      experiment.figure_scenes.push_back(static_cast<int>(at));
+    }
+    return object.finish();
+  }
+  if (!scenes.is_array() || scenes.size() > most_figure_scenes) {
+    object.fail("scenes", "must be a list of at most " + std::to_string(most_figure_scenes) +
+                              " scene numbers, or how many, from 1 to as many");
   }
   for (std::size_t s = 0; s < scenes.size(); ++s) {
     if (!scenes[s].is_number_integer() || scenes[s] < 0 || scenes[s] >= count) {
@@ -206,26 +220,34 @@ std::vector<std::span<const SolverEntry>> Experiment::rows() const {
 }
 
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
-                           const ChartTypes& charts, SolverCheck check) {
-  const ExperimentJson json = read_experiment_json(file);
+                           const ChartTypes& charts, SolverCheck check,
+                           const std::vector<std::string>& overrides) {
+  const ExperimentJson json = read_experiment_json(file, overrides);
   JsonObject root(*json.content, json.source, "");
   Experiment experiment;
   experiment.file = file;
   experiment.source = json.source;
   experiment.files = json.files;
+  experiment.overrides = overrides;
   experiment.name = printable(file.stem().string());
   root.has("$schema");  // for editors
   experiment.title = root.text_or("title", experiment.name);
   experiment.question = root.text_or("question", experiment.title);
   if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
+  const auto calibration = read_calibration_of(root, experiment);
   read_datasets(root.object("datasets"), experiment);
+  if (calibration) complete_with(*calibration, experiment);
   read_limits(root, experiment);
   read_plugins(root, experiment, registry, check);
   experiment.solvers = read_solvers(root, experiment, registry, check);
+  experiment.folds = read_folds(root, experiment);
   read_timing(root, experiment);
   read_contacts(root, experiment);
   experiment.studies = read_studies(root, experiment);
   experiment.keep_contacts = !experiment.studies.empty();
+  experiment.keep_explained =
+      std::any_of(experiment.studies.begin(), experiment.studies.end(),
+                  [](const StudySpec& study) { return study.type == "consistency"; });
   read_check(root, experiment);
   read_right_sizing(root, experiment);
   read_figure(root, experiment);

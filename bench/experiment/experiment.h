@@ -9,6 +9,7 @@
 
 #include "bench/contacts/contact_settings.h"
 #include "bench/experiment/chart_type.h"
+#include "bench/experiment/folds.h"
 #include "bench/experiment/ladder_spec.h"
 #include "bench/experiment/published_table.h"
 #include "bench/experiment/right_sizing.h"
@@ -43,6 +44,7 @@ struct Experiment {
   std::filesystem::path file;
   std::string source;                        ///< the file in messages, with those that it extends
   std::vector<std::filesystem::path> files;  ///< the file and those that it extends
+  std::vector<std::string> overrides;        ///< of its values, as given: apply_overrides
   std::string title;
   std::string question;  ///< what the experiment is for, in a sentence or two
   Sensor sensor;
@@ -55,6 +57,8 @@ struct Experiment {
   ContactSettings contacts;
   /// Whether the records of accuracy hold what was read out of each image (FrameReading).
   bool keep_contacts = false;
+  /// Whether what each image explains of its voltages is kept, too: for the study consistency.
+  bool keep_explained = false;
   CheckSettings check;
   double time_limit_s = 3600;  ///< for one trial
   /// For one trial's processes together; nothing: 9/10 of the machine's, shared out among the
@@ -66,6 +70,7 @@ struct Experiment {
   std::vector<StudySpec> studies;
   std::optional<RightSizing> right_sizing;
   std::optional<Ladders> ladders;
+  std::optional<Folds> folds;
 
   const DatasetSpec* find_dataset(const std::string& dataset) const;
   std::vector<const DatasetSpec*> datasets() const;  ///< all of them
@@ -81,8 +86,9 @@ enum class SolverCheck { all, none };
 /// that is absent are left to their trials, and those that took their process down are marked
 /// (SolverEntry::failure), so that the other rows come out. `charts` are the types of charts that
 /// there are (chart_types()); where the list is empty the charts are left unread, for processes
-/// that draw none.
+/// that draw none. `overrides`: values from the command line (apply_overrides).
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
-                           const ChartTypes& charts, SolverCheck check = SolverCheck::all);
+                           const ChartTypes& charts, SolverCheck check = SolverCheck::all,
+                           const std::vector<std::string>& overrides = {});
 
 }  // namespace ertbench

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bench/experiment/overrides.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
 #include "core/text.h"
+#include "forward/sheet/sensor_file.h"
 
 namespace ertbench {
 namespace {
@@ -15,10 +17,29 @@ using nlohmann::json;
 
 constexpr std::size_t most_extended = 4;  ///< files behind the experiment's own
 
+/// Puts the content of a sensor's file in the place of its name, where `content`, of `file`, names
+/// one: files that extend this one may change parts of it. Whether it did.
+bool read_named_sensor(json& content, const fs::path& file) {
+  if (!content.is_object() || !content.contains("sensor") || !content["sensor"].is_string()) {
+    return false;
+  }
+  JsonObject object(content, file.string(), "");
+  const fs::path sensor = [&] {
+    try {
+      return find_sensor_file(object.text("sensor"), file);
+    } catch (const InputError& e) {
+      object.fail("sensor", e.what());
+    }
+  }();
+  content["sensor"] = read_sensor_json(sensor);
+  return true;
+}
+
 /// The content of the last of `files`, whose extended files are put behind it.
 json merged_content(std::vector<fs::path>& files) {
   const fs::path file = files.back();
   json own = read_json_file(file);
+  const bool other_sensor = read_named_sensor(own, file);
   if (!own.is_object() || !own.contains("extends")) return own;
   JsonObject object(own, file.string(), "");
   const fs::path extended = file.parent_path() / object.text("extends");
@@ -45,6 +66,8 @@ json merged_content(std::vector<fs::path>& files) {
     object.fail("extends", printable_path(extended.string()) + " is not an experiment");
   }
   own.erase("extends");
+  // A sensor that has a file is a whole one: nothing of the extended file's is left in it.
+  if (other_sensor) merged.erase("sensor");
   merged.merge_patch(own);
   return merged;
 }
@@ -55,17 +78,23 @@ std::string source_of(const std::vector<fs::path>& files) {
   for (std::size_t i = 1; i < files.size(); ++i) {
     const fs::path shown =
         files[i].lexically_normal().lexically_proximate(files[0].parent_path().lexically_normal());
-    extended += (extended.empty() ? " (extends " : ", ") + printable(shown.string());
+    extended += (extended.empty() ? extends_mark : ", ") + printable(shown.string());
   }
   return files[0].string() + extended + (extended.empty() ? "" : ")");
 }
 
 }  // namespace
 
-ExperimentJson read_experiment_json(const fs::path& file) {
+ExperimentJson read_experiment_json(const fs::path& file,
+                                    const std::vector<std::string>& overrides) {
   ExperimentJson out;
   out.files = {file};
-  out.content = merged_content(out.files);
+  json content = merged_content(out.files);
+  for (const std::string& one : overrides) {
+    apply_overrides(content, {one});
+    read_named_sensor(content, file);
+  }
+  out.content = std::move(content);
   out.source = source_of(out.files);
   return out;
 }

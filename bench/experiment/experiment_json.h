@@ -18,8 +18,9 @@ struct ExperimentJson {
 /// The only way to an experiment file's JSON. A file with `"extends": "localisation.json"`
 /// (relative to itself) is that file's content with its own keys merged into it (JSON merge patch,
 /// RFC 7386: objects key by key, arrays and all else whole, null removes); that file may extend
-/// another. Throws InputError for what read_json_file refuses, for circles and for chains that are
-/// too long.
-ExperimentJson read_experiment_json(const std::filesystem::path& file);
+/// another. `overrides` (apply_overrides) come last. Throws InputError for what read_json_file
+/// refuses, for circles and for chains that are too long.
+ExperimentJson read_experiment_json(const std::filesystem::path& file,
+                                    const std::vector<std::string>& overrides = {});
 
 }  // namespace ertbench

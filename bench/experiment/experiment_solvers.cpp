@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -60,16 +61,26 @@ std::optional<Failure> failure_of_type(const SolverRegistry& registry) {
   return Failure{"failed", message};
 }
 
+/// Empty where it is none; the entry's reader says so.
+std::string type_in(const JsonObject& entry) {
+  const json& value = entry.value();
+  return value.contains("type") && value.at("type").is_string()
+             ? value.at("type").get<std::string>()
+             : "";
+}
+
 /// One entry of the file, and all that it stands for.
 class EntryReader {
  public:
-  EntryReader(JsonObject object, SolverRegistry& registry, SolverCheck check)
-      : object_(std::move(object)), registry_(registry), check_(check) {}
+  /// `number`: of this entry among those of its type that have no label, from 1.
+  EntryReader(JsonObject object, int number, SolverRegistry& registry, SolverCheck check)
+      : object_(std::move(object)), number_(number), registry_(registry), check_(check) {}
 
   /// An entry for each seed at each point of the sweep, and what of its values stands elsewhere.
   std::vector<std::pair<SolverEntry, std::vector<Moved>>> read() {
     type_ = object_.text("type");
-    const std::string label = object_.text_or("label", type_);
+    const std::string label =
+        object_.text_or("label", number_ == 1 ? type_ : type_ + "-" + std::to_string(number_));
     const std::string family = object_.text_or("family", label);
     if (object_.has("family") && !is_label(family)) {
       object_.fail("family", "must be made of the same characters as a label, got \"" +
@@ -122,6 +133,7 @@ class EntryReader {
   }
 
   JsonObject object_;
+  int number_;
   SolverRegistry& registry_;
   SolverCheck check_;
   std::string type_;
@@ -131,10 +143,12 @@ class EntryReader {
 
 void describe(SolverEntry& entry, const SolverInfo& info) {
   entry.inference_parameters.clear();
+  entry.file_parameters.clear();
   for (const ParameterInfo& parameter : info.parameters) {
     if (parameter.role == ParameterRole::inference) {
       entry.inference_parameters.push_back(parameter.name);
     }
+    if (parameter.role == ParameterRole::file) entry.file_parameters.push_back(parameter.name);
   }
   entry.break_even_reference = info.break_even_reference;
 }
@@ -145,9 +159,11 @@ std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experi
   std::vector<std::vector<Moved>> moved;  // of each
   // Labels, and names of files.
   std::set<std::string> taken = {"truth", "no-contact", "limit-oracle", "limit-fair"};
+  std::map<std::string, int> unlabelled;  // by type
   for (const JsonObject& object : root.objects("solvers")) {
     const SolverEntry* previous = nullptr;
-    auto entries = EntryReader(object, registry, check).read();
+    const int number = object.value().contains("label") ? 1 : ++unlabelled[type_in(object)];
+    auto entries = EntryReader(object, number, registry, check).read();
     for (auto& [entry, unused] : entries) {
       if (!is_label(entry.label)) {
         object.fail("label",

@@ -119,6 +119,9 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
     for (const std::string& pointer : axis.vary) {
       if (is_of_training(pointer)) {
         if (!experiment.training) object.fail("vary", "there is no /datasets/train");
+        if (experiment.training->measured()) {
+          object.fail("vary", "/datasets/train was measured, and cannot be generated otherwise");
+        }
         continue;
       }
       const std::string key =
@@ -175,8 +178,15 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
   ladders.dataset = object.choice_or("dataset", tests.front(), tests);
   const json& datasets = root.value().at("datasets");
+  if (experiment.find_dataset(ladders.dataset)->measured()) {
+    object.fail("dataset", "\"" + ladders.dataset +
+                               "\" was measured, and its levels are to be generated; name a "
+                               "generated test set");
+  }
   ladders.base = datasets.at(ladders.dataset);
-  if (experiment.training) ladders.training = datasets.at("train");
+  if (experiment.training && !experiment.training->measured()) {
+    ladders.training = datasets.at("train");
+  }
   ladders.failure = read_failure(object);
   std::set<std::string> names;
   for (const JsonObject& one : object.objects("axes")) {

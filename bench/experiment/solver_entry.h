@@ -28,6 +28,7 @@ struct SolverEntry {
   std::optional<Failure> failure;
   /// What the registration of its type says (`describe`); nothing while that is not known.
   std::vector<std::string> inference_parameters;  ///< that have no part in the fit
+  std::vector<std::string> file_parameters;       ///< that name files (ParameterRole::file)
   bool break_even_reference = false;              ///< what longer fits are held against by default
 
   /// Unique in the experiment, for file names: "dd-ert", "dd-ert.seed2".

@@ -45,6 +45,8 @@ const SetKind collided = {R"(sequences of the kind "collide" with "touched_fract
                             return plan && plan->touched_fraction == 1;
                           }};
 
+const SetKind any_frames = {"frames", [](const DatasetSpec&) { return true; }};
+
 struct Role {
   const char* key;
   SetKind kind;
@@ -66,6 +68,7 @@ struct StudyType {
 const std::vector<StudyType>& study_types() {
   static const std::vector<StudyType> types = {
       {"localisation", at_places, {}, {}},
+      {"consistency", any_frames, {{"empty", any_frames}}, {{"outlier", 0.05, {0, 1, false}}}},
       {"sensitivity", pressed, {{"calibration", pressed}}, {}},
       {"targets", touched, {}, {}},
       {"tracking", written, {}, {}},

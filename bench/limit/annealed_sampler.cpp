@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <optional>
+#include <tuple>
 
 #include "bench/limit/elementwise.h"
 
@@ -10,7 +12,9 @@ namespace ertbench {
 namespace {
 
 constexpr double wanted_acceptance = 0.3;
+constexpr double joint_share = 0.5;  ///< of all moves, where there are joint ones
 constexpr double least_heat_step = 1e-9;
+constexpr double never_accurate_enough = -1e300;  ///< a threshold under which nothing falls
 
 struct Particle {
   SceneDraw scene;
@@ -68,10 +72,11 @@ std::vector<std::size_t> resampled(const Eigen::ArrayXd& weights, std::size_t co
 class Island {
  public:
   Island(const ScenePrior& prior, const SceneLikelihood& likelihood, const PlaceMetric& metric,
-         const AnnealingOptions& options, RandomStream& random)
+         JointStep* joint, const AnnealingOptions& options, RandomStream& random)
       : prior_(prior),
         likelihood_(likelihood),
         moves_(prior, metric),
+        joint_(joint),
         options_(options),
         random_(random) {
     scales_.fill(1);
@@ -142,48 +147,91 @@ class Island {
     return logs;
   }
 
+  /// What is tried for one particle.
+  struct Trial {
+    std::size_t particle;
+    Move kind;
+    SceneDraw scene;
+    double log_prior;
+    double log_chance;     ///< of a uniform number: what the ratio of acceptance must exceed
+    double log_ratio;      ///< of Proposal; of a joint step without the way back
+    Eigen::VectorXd step;  ///< of a joint step
+  };
+
+  std::optional<Trial> tried(std::size_t i) {
+    const Particle& p = particles_[i];
+    Trial trial{i, Move::joint, {}, 0, 0, 0, {}};
+    const bool joint = joint_ && random_.uniform() < joint_share;
+    if (joint) {
+      const auto local = joint_->around(p.scene, p.fit, heat_, scale_of(Move::joint));
+      if (!local) return std::nullopt;
+      trial.step = local->draw(random_);
+      double log_sizes = 0;
+      std::tie(trial.scene, log_sizes) = joint_->after(p.scene, trial.step);
+      trial.log_ratio = log_sizes - local->log_density(trial.step);
+    } else {
+      trial.kind = moves_.choose(random_);
+      std::optional<Proposal> proposal =
+          moves_.propose(trial.kind, p.scene, scale_of(trial.kind), heat_, random_);
+      if (!proposal) return std::nullopt;
+      trial.scene = std::move(proposal->scene);
+      trial.log_ratio = proposal->log_ratio;
+    }
+    trial.log_prior = prior_.log_density(trial.scene);
+    trial.log_chance = std::log(1 - random_.uniform());
+    return trial;
+  }
+
+  double& scale_of(Move kind) { return scales_[static_cast<std::size_t>(kind)]; }
+
+  /// The log likelihood that a trial's scene must exceed.
+  double threshold_of(const Trial& trial) const {
+    const Particle& p = particles_[trial.particle];
+    return p.fit.log_likelihood +
+           (trial.log_chance - trial.log_ratio - trial.log_prior + p.log_prior) / heat_;
+  }
+
+  /// Adds the way back to a joint step's ratio; false where there is none.
+  bool complete(Trial& trial, const SceneFit& fit) {
+    if (trial.kind != Move::joint) return true;
+    const auto back = joint_->around(trial.scene, fit, heat_, scale_of(Move::joint));
+    if (!back) return false;
+    trial.log_ratio += back->log_density(-trial.step);
+    return true;
+  }
+
   /// One move of every scene.
   void move(bool adapt) {
-    std::vector<std::size_t> movers;
-    std::vector<Move> kinds;
-    std::vector<Proposal> proposals;
-    std::vector<double> log_priors;
+    std::vector<Trial> trials;
     std::vector<double> thresholds;
     std::vector<Scene> scenes;
-    std::array<int, move_count> tried{};
+    std::array<int, move_count> made{};
     std::array<int, move_count> taken{};
     for (std::size_t i = 0; i < particles_.size(); ++i) {
-      const Move kind = moves_.choose(random_);
-      const auto k = static_cast<std::size_t>(kind);
-      std::optional<Proposal> proposal =
-          moves_.propose(kind, particles_[i].scene, scales_[k], heat_, random_);
-      if (!proposal) continue;
-      ++tried[k];
-      const double log_prior = prior_.log_density(proposal->scene);
-      if (!std::isfinite(log_prior)) continue;
-      movers.push_back(i);
-      kinds.push_back(kind);
-      scenes.push_back(scene_of(proposal->scene));
-      const double chance = std::log(1 - random_.uniform());
-      thresholds.push_back(particles_[i].fit.log_likelihood +
-                           (chance - proposal->log_ratio - log_prior + particles_[i].log_prior) /
-                               heat_);
-      proposals.push_back(std::move(*proposal));
-      log_priors.push_back(log_prior);
+      std::optional<Trial> trial = tried(i);
+      if (!trial) continue;
+      ++made[static_cast<std::size_t>(trial->kind)];
+      if (!std::isfinite(trial->log_prior)) continue;
+      scenes.push_back(scene_of(trial->scene));
+      // The way back of a joint step begins at the voltages, which must be right wherever they are.
+      thresholds.push_back(trial->kind == Move::joint ? never_accurate_enough
+                                                      : threshold_of(*trial));
+      trials.push_back(std::move(*trial));
     }
-    if (movers.empty()) return;
+    if (trials.empty()) return;
     const std::vector<SceneFit> fits = likelihood_.of(scenes, thresholds);
-    solves_ += movers.size();
-    for (std::size_t m = 0; m < movers.size(); ++m) {
-      Particle& p = particles_[movers[m]];
-      if (!(fits[m].log_likelihood > thresholds[m])) continue;
-      p = {std::move(proposals[m].scene), fits[m], log_priors[m]};
-      ++taken[static_cast<std::size_t>(kinds[m])];
+    solves_ += trials.size();
+    for (std::size_t t = 0; t < trials.size(); ++t) {
+      Trial& trial = trials[t];
+      if (!complete(trial, fits[t])) continue;
+      if (!(fits[t].log_likelihood > threshold_of(trial))) continue;
+      particles_[trial.particle] = {std::move(trial.scene), fits[t], trial.log_prior};
+      ++taken[static_cast<std::size_t>(trial.kind)];
     }
     for (std::size_t k = 0; adapt && k < scales_.size(); ++k) {
-      if (tried[k] == 0) continue;
-      const double more = taken[k] - wanted_acceptance * tried[k];
-      const double step = std::min(1.0, tried[k] / 8.0) * more / tried[k];
+      if (made[k] == 0) continue;
+      const double more = taken[k] - wanted_acceptance * made[k];
+      const double step = std::min(1.0, made[k] / 8.0) * more / made[k];
       scales_[k] = std::clamp(scales_[k] * std::exp(step), 1e-4, 2.0);
     }
   }
@@ -191,6 +239,7 @@ class Island {
   const ScenePrior& prior_;
   const SceneLikelihood& likelihood_;
   SceneMoves moves_;
+  JointStep* joint_;
   const AnnealingOptions& options_;
   RandomStream& random_;
   MoveScales scales_{};
@@ -203,14 +252,18 @@ class Island {
 }  // namespace
 
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,
-                                     const PlaceMetric& metric, std::span<const SceneDraw> bank,
+                                     const PlaceMetric& metric, const EllipseModel* ellipses,
+                                     std::span<const SceneDraw> bank,
                                      std::span<const SceneFit> bank_fits,
                                      const AnnealingOptions& options, RandomStream& random) {
   PosteriorSamples out;
   const std::size_t share = bank.size() / static_cast<std::size_t>(options.islands);
+  std::optional<JointStep> joint;
+  if (ellipses) joint.emplace(prior, *ellipses);
   std::vector<Island> islands;
   for (int i = 0; i < options.islands; ++i) {
-    Island& island = islands.emplace_back(prior, likelihood, metric, options, random);
+    Island& island =
+        islands.emplace_back(prior, likelihood, metric, joint ? &*joint : nullptr, options, random);
     const std::size_t first = static_cast<std::size_t>(i) * share;
     island.start(bank.subspan(first, share), bank_fits.subspan(first, share));
     island.anneal();

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "bench/limit/joint_step.h"
 #include "bench/limit/scene_likelihood.h"
 #include "bench/limit/scene_moves.h"
 #include "bench/limit/scene_prior.h"
@@ -33,7 +34,7 @@ struct SceneBank {
 struct AnnealingOptions {
   int islands = 4;           ///< independent samplers, which the error is told from
   int particles = 40;        ///< scenes of each
-  int rounds = 12;           ///< moves of each scene at a temperature
+  int rounds = 16;           ///< moves of each scene at a temperature
   int final_rounds = 96;     ///< at the last
   int snapshots = 6;         ///< in which the scenes enter the result
   double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves
@@ -41,14 +42,16 @@ struct AnnealingOptions {
 
 /// Sequential Monte Carlo over scenes of any number of contacts (Del Moral, Doucet, Jasra 2006):
 /// from the prior to the posterior through powers of the likelihood, chosen so that each leaves a
-/// share of the scenes in force, with reversible-jump moves (SceneMoves) at each power. Starts from
+/// share of the scenes in force, with reversible-jump moves (SceneMoves) and, given `ellipses`,
+/// joint ones (JointStep) at each power. Starts from
 /// the prior alone, never from a truth. Before the last moves islands are drawn anew by their
 /// evidence, so that one that never found the posterior does not count. Deterministic: `random` is
 /// its only source.
 ///
 /// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,
-                                     const PlaceMetric& metric, std::span<const SceneDraw> bank,
+                                     const PlaceMetric& metric, const EllipseModel* ellipses,
+                                     std::span<const SceneDraw> bank,
                                      std::span<const SceneFit> bank_fits,
                                      const AnnealingOptions& options, RandomStream& random);
 

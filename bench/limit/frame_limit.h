@@ -28,7 +28,8 @@ struct FrameLimit {
   std::uint64_t frame = 0;
   std::string sampler;  ///< "enumeration", "importance", "annealing"
   int samples = 0;
-  double effective = 0;  ///< independent samples that the posterior mean is worth
+  double effective = 0;   ///< independent samples that the posterior mean is worth
+  double quantities = 0;  ///< free ones of a scene of the posterior, in the mean
   bool resolved = false;
   std::string remark;  ///< why it is not
   double pareto_k = 0;
@@ -68,8 +69,8 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
                           const PosteriorSamples& posterior, double uniform);
 
 /// Whether a frame is resolved, and the remark: enough effective samples, importance weights
-/// without a heavy tail, and scenes that explain the frame (a chi square at most four standard
-/// deviations above `channels`).
+/// without a heavy tail, and scenes that explain the frame: a chi square at most three standard
+/// deviations above the number of channels, those of as many quantities as the scenes have.
 void judge(int channels, FrameLimit& limit);
 
 nlohmann::json to_json(const FrameLimit& limit);

@@ -3,12 +3,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <future>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "bench/limit/estimators.h"
 #include "bench/record/limit_file.h"
@@ -26,8 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Raised whenever the same set and prior would give other numbers or another record.
-constexpr int limit_version = 1;
-constexpr int second_effort = 2;  ///< for frames that the first did not resolve
+constexpr int limit_version = 3;
+constexpr std::array efforts = {1, 2, 4};  ///< the next for frames that one did not resolve
 
 /// Everything that determines a frame's record.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior,
@@ -194,11 +196,14 @@ class SetRun {
 
   FrameLimit sampled(std::size_t frame, std::size_t task, SampledPosterior& posterior) const {
     FrameLimit limit;
-    for (const int effort : {1, second_effort}) {
+    for (const int effort : efforts) {
       RandomStream random(key_of("limit " + tasks_[task].name), key_of(spec_.name),
                           frame * 16 + static_cast<std::uint64_t>(effort), Purpose::scene);
       const auto row = static_cast<Eigen::Index>(frame);
-      posterior = samplers_[task]->sample(block_.voltages.row(row).transpose(), effort, random);
+      const SampledPosterior before = std::exchange(posterior, {});
+      posterior =
+          samplers_[task]->sample(block_.voltages.row(row).transpose(), effort,
+                                  before.samples.samples.empty() ? nullptr : &before, random);
       limit = judged(frame, task, posterior);
       if (limit.resolved) break;
     }
@@ -244,7 +249,12 @@ std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOp
   for (const std::string& name : options.datasets) {
     if (std::none_of(experiment.tests.begin(), experiment.tests.end(),
                      [&](const DatasetSpec& test) { return test.name == name; })) {
-      throw InputError(experiment.source + ": no test set is called \"" + printable(name) + "\"");
+      std::string names;
+      for (const DatasetSpec& test : experiment.tests) {
+        names.append(names.empty() ? "\"" : ", \"").append(test.name).append("\"");
+      }
+      throw InputError(experiment.source + ": no test set is called \"" + printable(name) +
+                       "\"; there are " + names);
     }
   }
   std::vector<SetLimit> out;

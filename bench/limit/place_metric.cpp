@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "forward/border/border_model.h"
+#include "forward/ellipses/nearest_ellipse.h"
 
 namespace ertbench {
 namespace {
@@ -12,29 +12,9 @@ namespace {
 constexpr int metric_side = 24;  ///< places along one side
 constexpr double probe_radius = 0.02;
 
-double twice_the_area(const std::vector<Eigen::Vector2d>& vertices) {
-  double twice = 0;
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const Eigen::Vector2d& a = vertices[v];
-    const Eigen::Vector2d& b = vertices[(v + 1) % vertices.size()];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return std::abs(twice);
-}
-
 }  // namespace
 
-double area_of(const ContactDraw& contact) {
-  const Contact shape = contact_of(contact);
-  switch (shape.shape) {
-    case Shape::rectangle:
-      return 4 * shape.half_size.prod();
-    case Shape::polygon:
-      return twice_the_area(shape.vertices) / 2;
-    default:
-      return std::numbers::pi * shape.half_size.prod();
-  }
-}
+double area_of(const ContactDraw& contact) { return nearest_ellipse(contact_of(contact)).area(); }
 
 double strength_of(const ContactDraw& contact) {
   const double f = contact.conductivity_ratio;

@@ -79,6 +79,7 @@ PosteriorSampler::PosteriorSampler(const DatasetSpec& spec, const ScenePrior& pr
   bank_ =
       draw_bank(prior_, voltages_, annealing ? annealing_bank : importance_bank, random, threads);
   if (!annealing) return;
+  if (voltages_.is_smooth()) ellipses_ = std::make_unique<EllipseModel>(spec.sensor);
   const double channels = static_cast<double>(spec.sensor.channels());
   std::vector<double> noise;
   for (Eigen::Index i = 0; i < std::min<Eigen::Index>(bank_.voltages.rows(), 201); ++i) {
@@ -110,24 +111,25 @@ PosteriorSamples PosteriorSampler::sampled(const Eigen::VectorXd& frame, int eff
     return out;
   }
   AnnealingOptions options;
+  options.particles *= effort;
   options.rounds *= effort;
   options.final_rounds *= effort;
   if (pilot)
     options = {.islands = 1, .particles = 24, .rounds = 6, .final_rounds = 6, .snapshots = 1};
-  return sample_by_annealing(prior_, likelihood, *metric_, bank_.scenes, fits, options, random);
+  return sample_by_annealing(prior_, likelihood, *metric_, ellipses_.get(), bank_.scenes, fits,
+                             options, random);
 }
 
 Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
+                                            const PosteriorSamples& found,
                                             RandomStream& random) const {
-  double pareto_k = 0;
-  const PosteriorSamples pilot = sampled(frame, 1, true, &pareto_k, random);
   double sum = 0;
-  for (const PosteriorSample& sample : pilot.samples) sum += sample.weight;
+  for (const PosteriorSample& sample : found.samples) sum += sample.weight;
   // As many by their weights, at equal steps.
   std::vector<Scene> scenes;
   const double offset = random.uniform();
   double passed = 0;
-  for (const PosteriorSample& sample : pilot.samples) {
+  for (const PosteriorSample& sample : found.samples) {
     passed += sample.weight;
     const double steps_passed = passed / sum * corrected_scenes;
     while (offset + static_cast<double>(scenes.size()) < steps_passed) {
@@ -143,10 +145,16 @@ Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
 }
 
 SampledPosterior PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
+                                          const SampledPosterior* before,
                                           RandomStream& random) const {
   SampledPosterior out;
-  out.samples =
-      sampled(own_ ? corrected(frame, random) : frame, effort, false, &out.pareto_k, random);
+  Eigen::VectorXd explained = frame;
+  if (own_) {
+    double pareto_k = 0;
+    explained = corrected(
+        frame, before ? before->samples : sampled(frame, 1, true, &pareto_k, random), random);
+  }
+  out.samples = sampled(explained, effort, false, &out.pareto_k, random);
   return out;
 }
 

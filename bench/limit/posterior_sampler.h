@@ -37,15 +37,19 @@ class PosteriorSampler {
   std::string name() const;
   SamplerKind kind() const { return kind_; }
 
-  /// `frame` [channels] V. `effort`: 1, or more for as many times the work.
-  SampledPosterior sample(const Eigen::VectorXd& frame, int effort, RandomStream& random) const;
+  /// `frame` [channels] V. `effort`: 1, or more for as many times the work. `before`: what an
+  /// earlier call found for the frame, or null: where the set's own model is another than the
+  /// likelihood's, their difference is taken at its scenes in place of those of a short first run.
+  SampledPosterior sample(const Eigen::VectorXd& frame, int effort, const SampledPosterior* before,
+                          RandomStream& random) const;
 
  private:
   PosteriorSamples sampled(const Eigen::VectorXd& frame, int effort, bool pilot, double* pareto_k,
                            RandomStream& random) const;
   /// The frame less what the set's own model and the likelihood's differ by, [channels] V: their
-  /// mean difference over the scenes that a short first run finds.
-  Eigen::VectorXd corrected(const Eigen::VectorXd& frame, RandomStream& random) const;
+  /// mean difference over some of the scenes of `found`.
+  Eigen::VectorXd corrected(const Eigen::VectorXd& frame, const PosteriorSamples& found,
+                            RandomStream& random) const;
 
   DatasetSpec spec_;
   ScenePrior prior_;
@@ -53,6 +57,7 @@ class PosteriorSampler {
   SamplerKind kind_;
   SceneBank bank_;
   std::unique_ptr<PlaceMetric> metric_;
+  std::unique_ptr<EllipseModel> ellipses_;  ///< of joint steps, where voltages are smooth
   std::unique_ptr<EnumeratedDiscs> enumerated_;
   std::unique_ptr<SceneModel> own_;  ///< of the set, where the likelihood's model is another
 };

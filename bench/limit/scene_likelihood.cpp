@@ -24,10 +24,11 @@ std::vector<SceneFit> FrameLikelihood::of_voltages(const Eigen::Ref<const Frames
     const Eigen::VectorXd clean = voltages.row(i);
     const double noise = channel_noise(clean);
     SceneFit& fit = fits[static_cast<std::size_t>(i)];
+    fit.noise = noise;
     fit.chi_square = (frame_ - clean).squaredNorm() / (noise * noise);
     fit.log_likelihood = -static_cast<double>(frame_.size()) * std::log(noise) - fit.chi_square / 2;
     // A scene that the model cannot solve explains nothing.
-    if (!std::isfinite(fit.log_likelihood)) fit = {-1e300, 1e300};
+    if (!std::isfinite(fit.log_likelihood)) fit = {-1e300, 1e300, noise, {}};
   }
   return fits;
 }
@@ -49,7 +50,14 @@ Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes,
 
 std::vector<SceneFit> FrameLikelihood::of(std::span<const Scene> scenes,
                                           std::span<const double> thresholds) const {
-  return of_voltages(voltages_of(scenes, thresholds));
+  const Frames voltages = voltages_of(scenes, thresholds);
+  std::vector<SceneFit> fits = of_voltages(voltages);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (fits[i].chi_square >= 1e300) continue;
+    fits[i].rest =
+        (frame_ - voltages.row(static_cast<Eigen::Index>(i)).transpose()) / fits[i].noise;
+  }
+  return fits;
 }
 
 Eigen::VectorXd sphere_weights(std::span<const double> chi_squares, int channels, double width) {

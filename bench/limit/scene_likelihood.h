@@ -15,6 +15,8 @@ struct SceneFit {
   /// |frame - voltages|^2 over the variance of the noise of one channel: about as many as there are
   /// channels for a scene that explains the frame.
   double chi_square = 0;
+  double noise = 0;      ///< of a channel, V
+  Eigen::VectorXd rest;  ///< [channels] frame - voltages, in units of the noise, or empty: not kept
 };
 
 /// The density of one frame, given a scene: what samplers are asked to explain. Tests put known
@@ -44,7 +46,7 @@ class FrameLikelihood : public SceneLikelihood {
 
   std::vector<SceneFit> of(std::span<const Scene> scenes,
                            std::span<const double> thresholds = {}) const override;
-  /// The same of voltages [scenes, channels] V that are known already.
+  /// The same without their rests, of voltages [scenes, channels] V that are known already.
   std::vector<SceneFit> of_voltages(const Eigen::Ref<const Frames>& voltages) const;
 
   /// Clean voltages [scenes, channels] V, as accurate as the frame demands.

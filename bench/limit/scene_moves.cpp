@@ -14,7 +14,7 @@ constexpr double widest_step = 0.5;     ///< of a walk: of places in domain unit
 constexpr double split_distance = 0.3;  ///< standard deviation between the parts, domain units
 
 /// How often each move is tried, adding up to 1.
-constexpr std::array<double, move_count> shares = {0.45, 0.17, 0.14, 0.08, 0.08, 0.08};
+constexpr std::array<double, move_count> shares = {0.45, 0.17, 0.14, 0.08, 0.08, 0.08, 0};
 
 std::size_t any_of(std::size_t count, RandomStream& random) {
   return static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1));

@@ -17,8 +17,9 @@ enum class Move {
   reshape,   ///< another shape with angle, aspect and corners of its own, the area kept
   birth,     ///< of a contact drawn from the prior, or the death of one
   split,     ///< of a contact into two of the same strength together, or the merging of two
+  joint,     ///< of all contacts (JointStep)
 };
-inline constexpr int move_count = 6;
+inline constexpr int move_count = 7;
 
 /// A scene that a move leads to.
 struct Proposal {
@@ -35,7 +36,8 @@ class SceneMoves {
   /// Both must outlive this.
   SceneMoves(const ScenePrior& prior, const PlaceMetric& metric) : prior_(prior), metric_(metric) {}
 
-  /// One of the moves, each as often as it is worth.
+  /// One of the moves, each as often as it is worth: any but the joint step, which is the
+  /// sampler's.
   Move choose(RandomStream& random) const;
 
   /// Nothing where the move cannot be made. `heat`: the power of the likelihood in the target,

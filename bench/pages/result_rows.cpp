@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -30,8 +29,7 @@ json cell_value(const std::string& text) {
 
 json csv_rows(const fs::path& file) {
   require_regular_file(file);
-  std::ifstream in(file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = contents_of(file);
   const std::vector<std::vector<std::string>> lines = csv_lines(text);
   json rows = json::array();
   for (std::size_t i = 1; i < lines.size(); ++i) {

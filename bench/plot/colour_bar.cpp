@@ -6,7 +6,7 @@
 
 namespace ertbench {
 
-void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis) {
+void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis, Palette palette) {
   constexpr int size = 10;
   constexpr int steps = 256;
   double widest = 0;
@@ -25,8 +25,9 @@ void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis) {
     strip << value << ' ' << value << '\n';
   }
   canvas.area(box);
-  canvas.plots() << palette_command() << "unset key\nunset tics\nunset colorbox\nset cbrange ["
-                 << axis.low << ":" << axis.high << "]\nset xrange [0:1]\nset yrange [0:" << steps
+  canvas.plots() << palette_command(palette)
+                 << "unset key\nunset tics\nunset colorbox\nset cbrange [" << axis.low << ":"
+                 << axis.high << "]\nset xrange [0:1]\nset yrange [0:" << steps
                  << "]\nset border 15 linecolor '#404040'\nplot " << canvas.data(strip.str())
                  << " matrix using (0.25 + 0.5 * $1):($2 + 0.5):3 with image\nunset border\n";
 }

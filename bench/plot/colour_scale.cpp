@@ -40,9 +40,10 @@ ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimat
   if (shown.high - shown.low < 1e-9) shown = {-0.1, 0.1};
 
   ColourScale scale;
-  scale.step = round_step(shown.high - shown.low, ticks);
-  scale.low = scale.step * std::floor(shown.low / scale.step + slack);
-  scale.high = scale.step * std::ceil(shown.high / scale.step - slack);
+  const double most = std::max(-shown.low, shown.high);
+  scale.step = round_step(2 * most, ticks);
+  scale.high = scale.step * std::ceil(most / scale.step - slack);
+  scale.low = -scale.high;
   scale.below = all.low < scale.low - slack * scale.step;
   scale.above = all.high > scale.high + slack * scale.step;
   return scale;

@@ -15,7 +15,8 @@ struct ColourScale {
   bool above = false;
 };
 
-/// One scale for the true changes and all estimates, zero within it. It spans all values as far as
+/// One scale for the true changes and all estimates, zero in its middle, so that a rise and a fall
+/// of the conductivity are told apart everywhere by the same colours. It spans all values as far as
 /// they leave the range of the truth by no more than half of its width on the side of the contacts
 /// and a quarter on the other, so that one image with large artefacts does not pale all others.
 /// At most about `ticks` steps. Values that are not finite do not count.

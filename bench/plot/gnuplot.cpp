@@ -7,6 +7,7 @@
 #include "core/atomic_file.h"
 #include "core/errors.h"
 #include "core/process.h"
+#include "core/regular_file.h"
 #include "core/temporary_folder.h"
 #include "core/text.h"
 
@@ -23,11 +24,6 @@ void write_file(const fs::path& path, const std::string& bytes) {
   std::ofstream out(path, std::ios::binary);
   out << bytes;
   if (!out.flush()) throw InputError(path.string() + ": cannot be written; is the disk full?");
-}
-
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 std::string manner_of(const ProcessEnd& end) {
@@ -92,13 +88,13 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
     throw InputError("gnuplot: not found, no charts can be drawn; apt-get install gnuplot-nox");
   }
   if (!end.ok()) {
-    throw std::runtime_error("gnuplot failed, " + manner_of(end) + ": " + read_file(log));
+    throw std::runtime_error("gnuplot failed, " + manner_of(end) + ": " + contents_of(log));
   }
   FileContents made;
   for (const std::string& name : outputs) {
-    made[name] = read_file(folder / name);
+    made[name] = contents_of(folder / name);
     if (made[name].empty()) {
-      throw std::runtime_error("gnuplot did not make " + name + ": " + read_file(log));
+      throw std::runtime_error("gnuplot did not make " + name + ": " + contents_of(log));
     }
   }
   return made;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 namespace ertbench {
 namespace {
@@ -11,6 +12,11 @@ namespace {
 constexpr std::array kViridis = {rgb(0x440154), rgb(0x482878), rgb(0x3e4a89), rgb(0x31688e),
                                  rgb(0x26828e), rgb(0x1f9e89), rgb(0x35b779), rgb(0x6ece58),
                                  rgb(0xb5de2b), rgb(0xfde725)};
+
+// RdBu of ColorBrewer (Brewer et al. 2003), reversed: told apart with any kind of colour vision.
+constexpr std::array kBlueToRed = {rgb(0x053061), rgb(0x2166ac), rgb(0x4393c3), rgb(0x92c5de),
+                                   rgb(0xd1e5f0), rgb(0xf7f7f7), rgb(0xfddbc7), rgb(0xf4a582),
+                                   rgb(0xd6604d), rgb(0xb2182b), rgb(0x67001f)};
 
 constexpr std::array kHues = {rgb(0x0072b2), rgb(0xd55e00), rgb(0x009e73), rgb(0xcc79a7),
                               rgb(0xe69f00), rgb(0x56b4e9), rgb(0x000000)};
@@ -53,14 +59,19 @@ Colour viridis(double fraction) {
   return mixed(kViridis[below], kViridis[below + 1], place - static_cast<double>(below));
 }
 
-std::string palette_command() {
+std::string palette_command(Palette palette) {
+  const std::span<const Colour> colours =
+      palette == Palette::sequential ? std::span<const Colour>(kViridis) : kBlueToRed;
   std::string out = "set palette defined (";
-  for (std::size_t i = 0; i < kViridis.size(); ++i) {
-    out += (i > 0 ? ", " : "") + std::to_string(i) + " '" + kViridis[i].hex() + "'";
+  for (std::size_t i = 0; i < colours.size(); ++i) {
+    out += (i > 0 ? ", " : "") + std::to_string(i) + " '" + colours[i].hex() + "'";
   }
   return out + ")\n";
 }
 
-Colour hue(std::size_t index) { return kHues[index % kHues.size()]; }
+Colour hue(std::size_t index) {
+  static_assert(kHues.size() == hues);
+  return kHues[index % hues];
+}
 
 }  // namespace ertbench

@@ -34,10 +34,17 @@ inline constexpr Colour alarm = rgb(0xa00000);  ///< what failed
 /// Viridis: perceptually uniform, rising in lightness, so that it reads in grey too.
 Colour viridis(double fraction);
 
-/// Viridis as a command of gnuplot's.
-std::string palette_command();
+/// How colours stand for values.
+enum class Palette {
+  sequential,  ///< viridis: from little to much
+  diverging,   ///< blue below, red above and near white at the middle, which stands for zero
+};
+
+/// The palette as a command of gnuplot's.
+std::string palette_command(Palette palette);
 
 /// `index` of a few hues that are told apart with any kind of colour vision (Okabe and Ito).
 Colour hue(std::size_t index);
+inline constexpr std::size_t hues = 7;  ///< after so many they begin again
 
 }  // namespace ertbench

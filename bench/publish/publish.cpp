@@ -1,7 +1,6 @@
 #include "bench/publish/publish.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include "bench/pages/page.h"
 #include "bench/publish/latency_pairs.h"
@@ -12,6 +11,7 @@
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/process.h"
+#include "core/regular_file.h"
 #include "core/temporary_folder.h"
 #include "core/text.h"
 
@@ -19,11 +19,6 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string contents_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The lines that git prints. Throws InputError where it fails.
 std::vector<std::string> git(const fs::path& project, const std::vector<std::string>& arguments) {

@@ -63,6 +63,7 @@ std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> t
   if (content.validation) key["validation"] = true;
   if (content.contacts != ContactSettings{}) key["contacts"] = to_json(content.contacts);
   if (content.keep_contacts) key["keep_contacts"] = true;
+  if (content.keep_explained) key["keep_explained"] = true;
   return hash_of(key.dump());
 }
 

@@ -45,6 +45,7 @@ struct AccuracyContent {
   std::vector<int> figure_scenes;  ///< whose images are kept
   ContactSettings contacts;        ///< by which contacts are read and scored
   bool keep_contacts = false;      ///< what was read out of each image is kept
+  bool keep_explained = false;     ///< and what each image explains of its voltages
 };
 
 /// What determines the record: the solver, the test sets and the content.

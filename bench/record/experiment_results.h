@@ -7,6 +7,7 @@
 
 #include "bench/contacts/frame_reading.h"
 #include "bench/record/builds_text.h"
+#include "bench/record/date_range.h"
 #include "bench/record/fidelity_row.h"
 #include "bench/record/ladder_record.h"
 #include "bench/record/result_row.h"
@@ -65,6 +66,8 @@ struct ExperimentResults {
   std::vector<FidelityOutcome> fidelity;
   std::vector<StudyOutcome> studies;
   Builds builds;
+  std::string command;  ///< makes them again; empty: that of all of the file
+  DateRange measured;   ///< when the records were made
   int jobs = 1;
   int failures = 0;  ///< jobs that failed, all rounds of one counted as one
 };

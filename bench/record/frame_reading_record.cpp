@@ -34,6 +34,7 @@ FrameReading reading_from(const json& frame) {
   out.sum = value_from(frame.at("sum"));
   out.centroid_mm = place_from(frame.at("centroid_mm"));
   out.centroid25_mm = place_from(frame.at("centroid25_mm"));
+  out.explained = value_from(frame.at("explained"));
   return out;
 }
 
@@ -49,7 +50,8 @@ json to_json(const FrameReading& reading) {
           {"peak", value_or_null(reading.peak)},
           {"sum", value_or_null(reading.sum)},
           {"centroid_mm", place_or_null(reading.centroid_mm)},
-          {"centroid25_mm", place_or_null(reading.centroid25_mm)}};
+          {"centroid25_mm", place_or_null(reading.centroid25_mm)},
+          {"explained", value_or_null(reading.explained)}};
 }
 
 std::vector<FrameReading> frame_readings_from_json(const json& list) {

@@ -8,7 +8,8 @@
 namespace ertbench {
 
 /// `{"contacts": [[x_mm, y_mm, strength, peak, area_mm2], ...], "peak", "sum", "centroid_mm": [x,
-/// y], "centroid25_mm": [x, y]}` in the units of FrameReading; null where there is no value.
+/// y], "centroid25_mm": [x, y], "explained"}` in the units of FrameReading; null where there is no
+/// value.
 nlohmann::json to_json(const FrameReading& reading);
 
 /// The inverse, of a list of them. Throws an exception of any kind where the JSON is none.

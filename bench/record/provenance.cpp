@@ -21,6 +21,8 @@ std::string joined(int a, int b, int c) {
   return std::to_string(a) + "." + std::to_string(b) + "." + std::to_string(c);
 }
 
+}  // namespace
+
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -30,7 +32,11 @@ std::string utc_now() {
   return text;
 }
 
-}  // namespace
+std::string host_name() {
+  utsname system{};
+  ::uname(&system);
+  return system.nodename;
+}
 
 std::string cpu_name() {
   std::ifstream in("/proc/cpuinfo");
@@ -62,7 +68,7 @@ nlohmann::json machine_provenance() {
           {"date", utc_now()}};
 }
 
-nlohmann::json provenance(const Experiment& experiment, int jobs) {
+nlohmann::json provenance(const Experiment& experiment, int jobs, const DateRange& measured) {
   nlohmann::json seeds = nlohmann::json::object();
   nlohmann::json datasets = nlohmann::json::object();
   for (const DatasetSpec* spec : experiment.datasets()) {
@@ -70,6 +76,12 @@ nlohmann::json provenance(const Experiment& experiment, int jobs) {
     datasets[spec->name] = to_json(*spec);
   }
   nlohmann::json out = machine_provenance();
+  out["rendered"] = out.at("date");
+  if (!measured.last.empty()) {
+    out["date"] = measured.last;
+    out["measured"] = {{"first", measured.first}, {"last", measured.last}};
+  }
+  if (!experiment.overrides.empty()) out["set"] = experiment.overrides;
   out["threads"] = 1;
   out["jobs"] = jobs;
   out["seeds"] = seeds;

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bench/record/provenance.h"
 #include "core/atomic_file.h"
 #include "core/build.h"
 #include "core/json_checksum.h"
@@ -24,6 +25,7 @@ void write_record(const fs::path& file, json record, const std::string& key,
                   const BuildStamp& build) {
   record["key"] = key;
   record["build"] = to_json(build);
+  record["date"] = utc_now();
   add_checksum(record);
   write_file_atomically(file, json_text(record));
 }
@@ -39,9 +41,10 @@ FoundRecord find_record(const fs::path& file, const std::string& key, const Buil
     if (record.at("key") != key) return {JsonValue(), "it is of other settings"};
     std::string why = why_stale(build_stamp_from_json(record.value("build", json())), now, reuse);
     if (why.empty() && record.contains("fit_build")) {
+      const std::optional<BuildStamp> fitted = build_stamp_from_json(record.at("fit_build"));
       BuildStamp fits = now;
-      fits.code = this_build().fit_code;
-      why = why_stale(build_stamp_from_json(record.at("fit_build")), fits, reuse);
+      fits.code = fitted ? fit_code_now(fitted->code) : "";
+      why = why_stale(fitted, fits, reuse);
       if (!why.empty()) why = "of its fitted solver: " + why;
     }
     if (!why.empty()) return {JsonValue(), why};

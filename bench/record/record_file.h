@@ -22,11 +22,15 @@ std::filesystem::path record_file(const std::filesystem::path& folder, const std
 /// ended well, as what a process wrote that crashed afterwards is not to be trusted.
 inline constexpr const char* written_ending = ".written.json";
 
+/// Of the file in which a job's process says how it failed, where it knows: `{"status",
+/// "message"}`.
+inline constexpr const char* failure_ending = ".failure.json";
+
 /// The build of the records that this program writes.
 BuildStamp stamp_of_records(std::span<const std::filesystem::path> plugins);
 
-/// Puts the key, a hash of all that determines the record, and the build into the record and writes
-/// it: aside first, then renamed into place.
+/// Puts the key, a hash of all that determines the record, the build and the date into the record
+/// and writes it: aside first, then renamed into place.
 void write_record(const std::filesystem::path& file, nlohmann::json record, const std::string& key,
                   const BuildStamp& build);
 

@@ -29,18 +29,26 @@ json to_json(const MetricSummary& summary) {
           {"undefined", summary.undefined}};
 }
 
-json to_json(const PerMetric<MetricSummary>& metrics) {
+/// `frames`: that were scored, with or without a value. A metric for which none of them counts is
+/// one that the set's truth does not tell, and is left out.
+json to_json(const PerMetric<MetricSummary>& metrics, int frames) {
   json out = json::object();
-  for (const Metric metric : kMetrics) out[name_of(metric)] = to_json(metrics[metric]);
+  for (const Metric metric : kMetrics) {
+    const MetricSummary& summary = metrics[metric];
+    if (frames > 0 && summary.count + summary.undefined == 0) continue;
+    out[name_of(metric)] = to_json(summary);
+  }
   return out;
 }
 
 json to_json(const LatencySummary& latency) {
-  return {{"p50", latency.p50},
-          {"p99", latency.p99},
-          {"max", latency.max},
-          {"p50_of_rounds", latency.p50_of_rounds},
-          {"relative_of_rounds", latency.relative_of_rounds}};
+  json out = {{"p50", latency.p50},
+              {"p99", latency.p99},
+              {"max", latency.max},
+              {"p50_of_rounds", latency.p50_of_rounds},
+              {"relative_of_rounds", latency.relative_of_rounds}};
+  if (latency.pipe) out["pipe"] = or_null(latency.pipe);
+  return out;
 }
 
 json to_json(const std::vector<BuildStamp>& stamps) {
@@ -187,8 +195,16 @@ LatencySummary latency_from_json(JsonObject object) {
   LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"),
                          rounds_from_json(object, "p50_of_rounds"),
                          rounds_from_json(object, "relative_of_rounds")};
+  if (object.has("pipe")) latency.pipe = number_or_null(object, "pipe");
   object.finish();
   return latency;
+}
+
+TimingPlace place_from_json(JsonObject object) {
+  TimingPlace place{any_text(object, "cpu"), any_text(object, "node"),
+                    object.number("busy_cores", {0, 1e6})};
+  object.finish();
+  return place;
 }
 
 }  // namespace
@@ -205,7 +221,7 @@ json to_json(const ResultRow& row) {
               {"undefined_frames", row.undefined_frames},
               {"frames_not_converged", row.frames_not_converged},
               {"suspect_frames", row.suspect_frames},
-              {"metrics", to_json(row.metrics)},
+              {"metrics", to_json(row.metrics, row.frames)},
               {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
               {"calibration_us", or_null(row.calibration_us)},
               {"frames_per_s", or_null(row.frames_per_s)},
@@ -213,7 +229,12 @@ json to_json(const ResultRow& row) {
               {"fit_s", or_null(row.fit_s)},
               {"peak_rss_mb", or_null(row.peak_rss_mb)}};
   if (!row.build.scored.empty()) out["build"] = to_json(row.build);
-  if (row.validation) out["validation"] = to_json(*row.validation);
+  if (row.timed_on) {
+    out["timed_on"] = {{"cpu", row.timed_on->cpu},
+                       {"node", row.timed_on->node},
+                       {"busy_cores", row.timed_on->busy_cores}};
+  }
+  if (row.validation) out["validation"] = to_json(*row.validation, 0);
   if (row.seeds) out["seeds"] = to_json(*row.seeds);
   if (row.sweep) out["sweep"] = *row.sweep;
   return out;
@@ -238,6 +259,7 @@ ResultRow result_row_from_json(JsonObject object) {
     row.latency_us = latency_from_json(object.object("latency_us"));
   }
   if (object.has("calibration_us")) row.calibration_us = number_or_null(object, "calibration_us");
+  if (object.has("timed_on")) row.timed_on = place_from_json(object.object("timed_on"));
   row.frames_per_s = number_or_null(object, "frames_per_s");
   row.throughput_batch = count(object, "throughput_batch");
   row.fit_s = number_or_null(object, "fit_s");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/record/timing_place.h"
 #include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "core/build_stamp.h"
@@ -23,6 +24,9 @@ struct LatencySummary {
   std::vector<double> p50_of_rounds = {};
   /// Of each round relative_latency(): in units of a fixed piece of work of the same process.
   std::vector<double> relative_of_rounds = {};
+  /// The part of p50 that the way to the solver's own process and back takes: the median of the
+  /// same bytes through a program that only answers. Of a solver in a process of its own alone.
+  std::optional<double> pipe = {};
 
   bool operator==(const LatencySummary&) const = default;
 };
@@ -65,8 +69,9 @@ struct ResultRow {
   /// What calibration_us() took in the same process, a unit that latencies on different machines
   /// can be compared in; µs.
   std::optional<double> calibration_us;
-  std::optional<double> frames_per_s;  ///< throughput, with a batch
-  int throughput_batch = 0;            ///< frames in that batch; 0 where it was not measured
+  std::optional<TimingPlace> timed_on;  ///< none where an earlier version did not say
+  std::optional<double> frames_per_s;   ///< throughput, with a batch
+  int throughput_batch = 0;             ///< frames in that batch; 0 where it was not measured
   std::optional<double> fit_s;
   std::optional<double> peak_rss_mb;
   std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
@@ -80,10 +85,11 @@ struct ResultRow {
 /// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
 /// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
 /// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
-/// "max", "p50_of_rounds", "relative_of_rounds"}, "calibration_us", "frames_per_s",
+/// "max", "p50_of_rounds", "relative_of_rounds", "pipe"}, "calibration_us", "frames_per_s",
 /// "throughput_batch", "fit_s", "peak_rss_mb", "build": {"commit", "dirty", "program", "code",
 /// "scored": [...], "fitted": [...], "timed": [...]}}`, the first of the builds being that of the
-/// scores, with `"validation": {"AR": {...}, ...}`, `"seeds": {"values", "means": {"AR":
+/// scores, with `"validation": {"AR": {...}, ...}`, `"timed_on": {"cpu", "node", "busy_cores"},
+/// "seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
 /// {"alpha", ...}` where there are any.
 nlohmann::json to_json(const ResultRow& row);

@@ -1,5 +1,8 @@
 #include "bench/record/reuse.h"
 
+#include <map>
+
+#include "core/build.h"
 #include "core/errors.h"
 #include "core/text.h"
 
@@ -39,6 +42,12 @@ std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& n
     return "it was made by a build whose sources were not committed" + by;
   }
   return "";
+}
+
+std::string fit_code_now(const std::string& code) {
+  const std::map<std::string, std::string>& codes = this_build().fit_codes;
+  const auto found = codes.find(code.substr(0, code.find(' ')));
+  return found == codes.end() ? "" : found->second;
 }
 
 }  // namespace ertbench

@@ -25,4 +25,8 @@ Reuse reuse_from_name(const std::string& name);
 /// with the hash of the code that such things depend on.
 std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse);
 
+/// The code (Build::fit_codes) that a fitted solver has now, of whose room `code` was when it was
+/// fitted; empty where there is no such room any more.
+std::string fit_code_now(const std::string& code);
+
 }  // namespace ertbench

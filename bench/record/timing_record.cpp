@@ -5,7 +5,6 @@
 
 #include "bench/record/accuracy_record.h"
 #include "bench/record/cache.h"
-#include "bench/record/provenance.h"
 #include "bench/record/record_file.h"
 #include "core/quantile.h"
 
@@ -20,6 +19,7 @@ LatencySummary summarise_latency(const SortedValues& microseconds) {
           nearest_rank_quantile(microseconds, 0.99),
           microseconds.largest(),
           {},
+          {},
           {}};
 }
 
@@ -29,6 +29,7 @@ struct Rounds {
   std::vector<double> p50;
   std::vector<double> relative;
   std::vector<double> frames_per_s;
+  std::vector<double> pipe;  ///< microseconds
   int batch = 0;
 
   void add(const json& times, double calibration_us) {
@@ -39,6 +40,10 @@ struct Rounds {
     microseconds.insert(microseconds.end(), some.begin(), some.end());
     frames_per_s.push_back(times.at("frames_per_s").get<double>());
     batch = times.at("batch").get<int>();
+    if (times.contains("pipe_us")) {
+      const auto alone = times.at("pipe_us").get<std::vector<double>>();
+      pipe.insert(pipe.end(), alone.begin(), alone.end());
+    }
   }
 };
 
@@ -56,10 +61,19 @@ std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tes
               {"label", recipe.entry.label},
               {"entry", recipe.entry.spec.text()},
               {"solver", Cache::fitted_solver_key(recipe).dump()},
-              {"timing", {timing.frames, timing.warm_up, timing.batch, timing.rounds}},
-              {"cpu", cpu_name()}};
+              {"timing", {timing.frames, timing.warm_up, timing.batch, timing.rounds}}};
   for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
   return hash_of(key.dump());
+}
+
+TimingPlace timing_place_of(const json& round) {
+  const json& place = round.at("place");
+  return {place.at("cpu").get<std::string>(), place.at("node").get<std::string>(),
+          place.at("busy_cores").get<double>()};
+}
+
+json to_json(const TimingPlace& place) {
+  return {{"cpu", place.cpu}, {"node", place.node}, {"busy_cores", place.busy_cores}};
 }
 
 TimingRecord timing_record_from_json(const std::vector<json>& rounds) {
@@ -77,9 +91,14 @@ TimingRecord timing_record_from_json(const std::vector<json>& rounds) {
     MeasuredTimes times{summarise_latency(set.microseconds), median(set.frames_per_s), set.batch};
     times.latency_us.p50_of_rounds = set.p50;
     times.latency_us.relative_of_rounds = set.relative;
+    if (!set.pipe.empty()) times.latency_us.pipe = median(set.pipe);
     record.sets[dataset] = std::move(times);
   }
   record.calibration_us = median(calibration);
+  record.place = timing_place_of(rounds.front());
+  for (const json& round : rounds) {
+    record.place.busy_cores = std::max(record.place.busy_cores, timing_place_of(round).busy_cores);
+  }
   return record;
 }
 

@@ -126,7 +126,7 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   Table table = table_of(rows, experiment);
   table.sections.front().notes = failures;
   if (!builds.empty()) table.legend.push_back(text_of(builds));
-  nlohmann::json origin = provenance(experiment, 1);
+  nlohmann::json origin = provenance(experiment, 1, {});
   origin["builds"] = to_json(builds);
   write_file_atomically(folder / "fidelity.csv", csv_of(data_of(rows)));
   write_file_atomically(folder / "fidelity.md", markdown_of(table));

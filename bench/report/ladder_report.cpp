@@ -1,6 +1,7 @@
 #include "bench/report/ladder_report.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "bench/analysis/detection.h"
 #include "bench/charts/ladder_chart.h"
@@ -23,6 +24,10 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   if (!builds.empty()) breakdown.legend.push_back(text_of(builds));
   write_file_atomically(folder / "breakdown.csv", csv_of(breakdown_data(breakdowns)));
   write_file_atomically(folder / "breakdown.md", markdown_of(breakdown));
+  Table printed;
+  printed.title = "Where it breaks:";
+  printed.sections = breakdown.sections;
+  std::printf("%s\n", terminal_of(printed).c_str());
   write_file_atomically(folder / "levels.csv", csv_of(levels_data(outcomes)));
   const std::vector<AxisDetection> detections = detections_of(outcomes);
   const Table detected =

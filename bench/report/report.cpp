@@ -59,6 +59,9 @@ class Page {
     if (!section.figures.empty()) hint();
     for (const ReportFigure& one : section.figures) figure(one);
     for (const TableSection& one : section.tables) {
+      if (one.columns.size() > 3) {
+        out_ << "<p class=\"sideways\">The table scrolls sideways; its first column stays.</p>\n";
+      }
       open_box(one.caption);
       out_ << html_of(one) << "</div>\n";
     }

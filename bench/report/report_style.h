@@ -20,6 +20,7 @@ a { color: #1a4f8b; }
 .hint, .notes, figcaption, caption { color: #555; font-size: 0.875rem; }
 .notes { max-width: 60rem; padding-left: 1.2rem; }
 .scroll { overflow-x: auto; margin: 0.75rem 0; }
+.sideways { display: none; margin: 0.25rem 0 0; color: #555; font-size: 0.875rem; }
 .scroll:focus-visible, summary:focus-visible { outline: 2px solid #1a4f8b; outline-offset: 2px; }
 table { border-collapse: separate; border-spacing: 0; font-size: 0.75rem; line-height: 1rem;
   font-variant-numeric: tabular-nums; }
@@ -27,6 +28,7 @@ caption { position: sticky; left: 0; max-width: calc(100vw - 2rem); padding-bott
   text-align: left; }
 th, td { padding: 0.3125rem 0.4rem; text-align: left; vertical-align: top; }
 thead th { border-bottom: 2px solid #777; vertical-align: bottom; font-weight: 600; }
+thead th:first-child { position: sticky; left: 0; z-index: 1; background: #fff; }
 tbody th, tbody td { border-bottom: 1px solid #e2e2e2; }
 tbody th { position: sticky; left: 0; min-width: 8.5rem; max-width: 15rem; background: #fff;
   font-weight: 600; overflow-wrap: break-word; }
@@ -43,7 +45,8 @@ pre { margin: 0.75rem 0; padding: 0.75rem; background: #f4f4f4; font-size: 0.812
   white-space: pre-wrap; overflow-wrap: anywhere; }
 summary { cursor: pointer; }
 summary h2 { display: inline; }
-@media (max-width: 40rem) { tbody th { min-width: 7rem; max-width: 8.5rem; } }
+@media (max-width: 40rem) { tbody th { min-width: 6rem; max-width: 7.5rem; } }
+@media screen and (max-width: 60rem) { .sideways { display: block; } }
 @media (hover: none) { .hint { display: none; } }
 @page { size: A4 landscape; margin: 12mm; }
 @media print {
@@ -57,6 +60,7 @@ summary h2 { display: inline; }
   tbody tr:first-child { break-before: avoid; }
   .scroll { overflow: visible; }
   th, td { padding: 0.8mm 1mm; }
+  thead th:first-child { position: static; }
   tbody th { position: static; min-width: 24mm; max-width: 40mm; background: none; }
   .scroll svg { max-width: 100%; max-height: 165mm; height: auto; }
   details::details-content { content-visibility: visible; block-size: auto; }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bench/analysis/row_remarks.h"
 #include "bench/record/convergence.h"
 #include "bench/record/limit_file.h"
 #include "bench/report/published_value.h"
@@ -14,6 +15,7 @@ namespace ertbench {
 namespace {
 
 constexpr const char* kDash = "—";
+constexpr const char* kWorseThanNothing = "worse than no contact";
 constexpr std::size_t kLabelLength = 60;
 constexpr std::size_t kMessageLength = 60;
 constexpr std::size_t kNoteLength = 1000;
@@ -66,8 +68,9 @@ Cell metric_cell(const ResultRow& row, Metric metric, const PublishedTable& publ
   return cell;
 }
 
-Cell label_cell(const ResultRow& row) {
+Cell label_cell(const ResultRow& row, std::span<const ResultRow> rows) {
   Cell label = one_line(row.label, kLabelLength);
+  if (worse_than_no_contact(row, rows)) label.lines.emplace_back(kWorseThanNothing);
   if (row.ok()) return label;
   const std::string message = one_line(row.message, kMessageLength);
   label.lines.push_back(message.empty() ? row.status : row.status + ": " + message);
@@ -91,16 +94,22 @@ bool has_limits(std::span<const ResultRow> rows) {
   return std::any_of(rows.begin(), rows.end(), is_limit);
 }
 
-std::vector<Column> result_columns(bool limits) {
+/// Whether some solver runs in a process of its own.
+bool has_pipes(std::span<const ResultRow> rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const ResultRow& row) { return row.latency_us && row.latency_us->pipe; });
+}
+
+std::vector<Column> result_columns(bool limits, bool pipes) {
   std::vector<Column> out = {{"Solver", Align::left}};
   for (const Metric metric : metrics_in_order()) {
     const MetricEntry& entry = entry_of(metric);
     out.emplace_back(entry.heading, Align::right, part_of(entry));
   }
   if (limits) out.emplace_back("error / limit", Align::right, 1);
-  for (const char* title : {"p50 (µs)", "p99 (µs)", "frames/s", "fit (s)", "memory (MB)",
-                            "undef. / not conv. / suspect"}) {
-    out.emplace_back(title, Align::right, 1);
+  for (const std::string title : {"p50 (µs)", "p99 (µs)", "pipe (µs)", "frames/s", "fit (s)",
+                                  "memory (MB)", "undef. / not conv. / suspect"}) {
+    if (pipes || title != "pipe (µs)") out.emplace_back(title, Align::right, 1);
   }
   return out;
 }
@@ -109,18 +118,24 @@ std::optional<double> latency_of(const ResultRow& row, double LatencySummary::*p
   return row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt;
 }
 
+/// `usual`: the processor of most rows.
 std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows,
-                           const PublishedTable& published) {
-  std::vector<Cell> cells = {label_cell(row)};
+                           const std::string& usual, const PublishedTable& published) {
+  std::vector<Cell> cells = {label_cell(row, rows)};
   for (const Metric metric : metrics_in_order()) {
     cells.push_back(metric_cell(row, metric, published));
   }
   if (has_limits(rows)) {
     cells.push_back(number_cell(over_limit(row, rows, Metric::relative_error), 2));
   }
-  cells.push_back(short_cell(latency_of(row, &LatencySummary::p50)));
-  cells.push_back(short_cell(latency_of(row, &LatencySummary::p99)));
-  cells.push_back(short_cell(row.frames_per_s));
+  std::vector<std::optional<double>> times = {latency_of(row, &LatencySummary::p50),
+                                              latency_of(row, &LatencySummary::p99)};
+  if (has_pipes(rows)) times.push_back(row.latency_us ? row.latency_us->pipe : std::nullopt);
+  times.push_back(row.frames_per_s);
+  for (const std::optional<double>& time : times) {
+    cells.push_back(short_cell(time));
+    if (time && timed_elsewhere(row, usual)) cells.back().text += " †";
+  }
   cells.push_back(short_cell(row.fit_s));
   cells.push_back(number_cell(row.peak_rss_mb, 0));
   const bool reconstructed = row.frames > 0;
@@ -215,12 +230,18 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "limit-oracle, limit-fair: the best estimates there are, of the posterior over scenes of "
         "each frame, under the distribution of the test scenes and of the training scenes; each "
         "metric by an estimate of its own, on the set's first frames. error / limit: the mean "
-        "relative error of δσ over that of limit-oracle, which no method can be below.");
+        "relative error of δσ over that of limit-oracle, which no method's mean can be below.");
   }
   out.emplace_back(
       "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "
       "throughput with a batch. fit: preparation before the first frame, once. memory: the most "
       "that the process of the solver held.");
+  if (has_pipes(rows)) {
+    out.emplace_back(
+        "pipe: of a solver that is a program of its own, the part of p50 that the way there and "
+        "back "
+        "takes: the median of the same bytes through a program that only answers.");
+  }
   out.emplace_back(
       "undef. / not conv. / suspect: frames without a usable image / frames whose iteration did "
       "not converge / frames with an image that the solver itself would not trust (a dead "
@@ -254,6 +275,13 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "where there is none), and there were fewer: only electrodes that read zero make a frame "
         "suspect.");
   }
+  for (std::string& remark : timing_remarks(rows)) out.push_back(std::move(remark));
+  if (std::any_of(rows.begin(), rows.end(),
+                  [&](const ResultRow& row) { return worse_than_no_contact(row, rows); })) {
+    out.push_back(std::string(kWorseThanNothing) +
+                  ": the mean relative error of δσ is larger than that of the image without a "
+                  "contact.");
+  }
   if (!text.builds.empty()) out.push_back(text_of(text.builds));
   if (!text.published.rows.empty()) {
     out.push_back("paper: " + text.published.source +
@@ -263,8 +291,10 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
 }
 
 /// What the terminal says of a row's frames behind its numbers.
-Cell status_cell(const ResultRow& row) {
+Cell status_cell(const ResultRow& row, std::span<const ResultRow> rows, const std::string& usual) {
   Cell cell = row.status;
+  if (worse_than_no_contact(row, rows)) cell.text += std::string(", ") + kWorseThanNothing;
+  if (timed_elsewhere(row, usual)) cell.text += ", timed on another processor";
   const auto count = [&](int frames, const char* what) {
     if (frames > 0) cell.text += ", " + std::to_string(frames) + " " + what;
   };
@@ -282,9 +312,11 @@ Cell status_cell(const ResultRow& row) {
 Table result_table(std::span<const ResultRow> rows, const TableText& text) {
   Table table;
   table.title = text.title;
+  const std::string usual = usual_processor(rows);
   for (const ResultRow& row : rows) {
-    TableSection& section = section_of(table, row.dataset, result_columns(has_limits(rows)));
-    section.rows.push_back(cells_of(row, rows, text.published));
+    TableSection& section =
+        section_of(table, row.dataset, result_columns(has_limits(rows), has_pipes(rows)));
+    section.rows.push_back(cells_of(row, rows, usual, text.published));
     if (row.message.size() > kMessageLength) section.notes.push_back(note_of(row));
   }
   for (TableSection& section : table.sections) {
@@ -301,6 +333,7 @@ Table result_summary(std::span<const ResultRow> rows) {
   for (const char* title : {"p50 (µs)", "p99 (µs)", "frames/s"}) columns.emplace_back(title);
   columns.emplace_back("status", Align::left);
   Table table;
+  const std::string usual = usual_processor(rows);
   for (const ResultRow& row : rows) {
     TableSection& section = section_of(table, row.dataset, columns);
     std::vector<Cell>& cells = section.rows.emplace_back();
@@ -314,7 +347,7 @@ Table result_summary(std::span<const ResultRow> rows) {
     cells.push_back(number_cell(latency_of(row, &LatencySummary::p50), 1));
     cells.push_back(number_cell(latency_of(row, &LatencySummary::p99), 1));
     cells.push_back(number_cell(row.frames_per_s, 0));
-    cells.push_back(status_cell(row));
+    cells.push_back(status_cell(row, rows, usual));
     if (!row.message.empty()) section.notes.push_back(note_of(row));
   }
   return table;

@@ -35,8 +35,30 @@ std::string interval_text(const std::pair<double, double>& interval) {
   return text;
 }
 
+std::string added_noise_text(const Noise& noise) {
+  char snr[64];
+  std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *noise.snr_db, name_of(noise.basis));
+  return snr;
+}
+
+std::string measured_description(const DatasetSpec& spec) {
+  const MeasuredFrames& frames = *spec.measured();
+  std::string text = std::to_string(spec.count) + " frames of " + frames.name + " (checksum " +
+                     frames.checksum + "), rows " + std::to_string(frames.first) + " to " +
+                     std::to_string(frames.last - 1);
+  if (const auto& fold = frames.fold) {
+    text += ", of fold " + std::to_string(fold->number + 1) + " of " + std::to_string(fold->count) +
+            (fold->held_out ? " the part held out" : " the rest");
+  }
+  if (!frames.truth.places) text += "; where contacts are is not known";
+  if (!frames.truth.images) text += "; true images are not known";
+  if (spec.noise.snr_db) text += "; noise that trainings add, " + added_noise_text(spec.noise);
+  return text;
+}
+
 /// A dataset in a sentence, for the tables' legends.
 std::string description(const DatasetSpec& spec) {
+  if (spec.measured()) return measured_description(spec);
   std::string text = std::to_string(spec.count) + " scenes, ";
   if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
     std::string shapes;
@@ -61,10 +83,7 @@ std::string description(const DatasetSpec& spec) {
     text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
   }
   if (spec.noise.snr_db) {
-    char snr[64];
-    std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *spec.noise.snr_db,
-                  name_of(spec.noise.basis));
-    text += snr;
+    text += added_noise_text(spec.noise);
   } else {
     text += "no noise";
   }
@@ -87,6 +106,7 @@ bool draw_figure(const Experiment& experiment, const Cache& cache, const Experim
   const auto count = static_cast<Eigen::Index>(experiment.figure_scenes.size());
   ReconstructionFigure figure;
   figure.sensor = experiment.sensor;
+  figure.truth_is_known = set.truth().images || set.truth().places;
   figure.conductivity.resize(count, experiment.sensor.pixels());
   std::vector<Scene> scenes;
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -102,7 +122,7 @@ bool draw_figure(const Experiment& experiment, const Cache& cache, const Experim
     const auto images = results.images.find(column.label);
     if (images != results.images.end()) {
       column.changes = images->second;
-      for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::Index i = 0; set.truth().images && i < count; ++i) {
         column.errors.push_back(frame_metric(Metric::relative_error, experiment.sensor,
                                              figure.conductivity.row(i), column.changes.row(i),
                                              scenes[static_cast<std::size_t>(i)]));
@@ -150,7 +170,9 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   text.title = experiment.title;
   text.published = experiment.published;
   text.builds = results.builds;
-  text.command = "./ertbench run " + printable_path(experiment.file.string());
+  text.command = results.command.empty()
+                     ? "./ertbench run " + printable_path(experiment.file.string())
+                     : results.command;
   nlohmann::json missed_promises = nlohmann::json::object();
   for (const DatasetSpec& test : experiment.tests) {
     text.dataset_descriptions[test.name] = description(test);
@@ -168,9 +190,10 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
                             {"title", experiment.title},
                             {"question", experiment.question},
                             {"command", text.command},
-                            {"provenance", provenance(experiment, results.jobs)},
+                            {"provenance", provenance(experiment, results.jobs, results.measured)},
                             {"builds", to_json(results.builds)},
                             {"rows", nlohmann::json::array()}};
+  if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
   if (!missed_promises.empty()) summary["missed_promises"] = missed_promises;
   for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
   const Table table = result_table(results.rows, text);

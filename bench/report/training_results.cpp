@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -30,8 +29,7 @@ std::optional<double> best_epoch(const nlohmann::json& parameters) {
 /// The log of a training, which a plugin may have written.
 std::string harmless_csv(const fs::path& file) {
   require_regular_file(file);
-  std::ifstream in(file, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(in), {});
+  const std::string text = contents_of(file);
   std::string out;
   for (const std::vector<std::string>& line : csv_lines(text)) {
     for (std::size_t c = 0; c < line.size(); ++c) {

@@ -101,7 +101,7 @@ std::vector<Job> AccuracyStage::due(const Experiment& experiment, const Experime
 std::string AccuracyStage::key(const Experiment& experiment, const Job& job) const {
   return accuracy_key(fit_recipe(experiment, *job.entry), experiment.tests,
                       {experiment.right_sizing.has_value(), experiment.figure_scenes,
-                       experiment.contacts, experiment.keep_contacts});
+                       experiment.contacts, experiment.keep_contacts, experiment.keep_explained});
 }
 
 json AccuracyStage::run(const Job& job, const JobContext& context) const {
@@ -117,7 +117,8 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
   json parameters = fitted.solver->parameters();
   if (!report.frame_check.empty()) parameters["frame_check"] = report.frame_check;
   ScoreRequest request{experiment.figure_scenes, experiment.contacts.rule(),
-                       experiment.contacts.distances(experiment.sensor), experiment.keep_contacts};
+                       experiment.contacts.distances(experiment.sensor), experiment.keep_contacts,
+                       experiment.keep_explained};
   if (!fitted.solver->contact_finder()) {
     const ContactRuleChoice choice = chosen_rule(experiment, context.cache, *fitted.solver);
     request.rule = choice.rule;

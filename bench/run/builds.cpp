@@ -23,6 +23,7 @@ void add_builds(const Stage& stage, const Experiment& experiment, const JobRecor
   for (const Job& job : stage.due(experiment, results)) {
     const auto record = records.read(job);
     if (!record) continue;
+    results.measured.add(record->value("date", ""));
     const auto made = stamp_in(*record, "build");
     const auto fitted = stamp_in(*record, "fit_build");
     if (made) add_once(*made, results.builds[stage.name()]);

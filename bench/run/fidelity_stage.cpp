@@ -35,7 +35,9 @@ std::vector<std::string> FidelityStage::options() const {
 
 std::vector<Job> FidelityStage::jobs(const Experiment& experiment) const {
   std::vector<Job> jobs;
-  for (const DatasetSpec* dataset : experiment.datasets()) jobs.push_back(job_of(*this, *dataset));
+  for (const DatasetSpec* dataset : experiment.datasets()) {
+    if (!dataset->measured()) jobs.push_back(job_of(*this, *dataset));
+  }
   return jobs;
 }
 
@@ -61,6 +63,7 @@ void FidelityStage::check(const Experiment&, const nlohmann::json& record) const
 void FidelityStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,
                             ExperimentResults& results) const {
   for (const DatasetSpec* dataset : experiment.datasets()) {
+    if (dataset->measured()) continue;  // there is nothing to compare models on
     const Job job = job_of(*this, *dataset);
     FidelityOutcome& outcome = results.fidelity.emplace_back();
     outcome.dataset = dataset->name;

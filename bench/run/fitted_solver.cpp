@@ -9,6 +9,7 @@
 #include "bench/record/progress_file.h"
 #include "core/atomic_file.h"
 #include "core/build.h"
+#include "core/errors.h"
 #include "core/file_lock.h"
 #include "core/json_checksum.h"
 #include "core/json_reader.h"
@@ -49,19 +50,22 @@ class WorkFolder {
 /// The note that stands beside a fitted solver.
 fs::path note_of(fs::path file) { return file += ".json"; }
 
-BuildStamp stamp_of_fit(const FitRecipe& recipe) {
-  return stamp_of_this_build(this_build().fit_code, recipe.plugins);
+BuildStamp stamp_of_fit(const FitRecipe& recipe, const SolverRegistry& registry) {
+  return stamp_of_this_build(this_build().fit_codes.at(registry.room_of(recipe.entry.type)),
+                             recipe.plugins);
 }
 
 /// Whether the cache had the solver and it may be reused; what is damaged there is forgotten.
-bool load(const FitRecipe& recipe, const fs::path& file, Reuse reuse, FittedSolver& out) {
+/// `now`: the stamp that it would be given if it were made now.
+bool load(const FitRecipe& recipe, const BuildStamp& now, const fs::path& file, Reuse reuse,
+          FittedSolver& out) {
   if (!fs::exists(file) || !fs::exists(note_of(file))) return false;
   std::string why;
   try {
     json note = read_json_file(note_of(file));
     why = take_checksum(note);
     out.build = build_stamp_from_json(note.value("build", json()));
-    if (why.empty()) why = why_stale(out.build, stamp_of_fit(recipe), reuse);
+    if (why.empty()) why = why_stale(out.build, now, reuse);
     if (why.empty() && note.at("key") != Cache::fitted_solver_key(recipe)) {
       why = "it is another solver than its name says";
     }
@@ -73,6 +77,8 @@ bool load(const FitRecipe& recipe, const fs::path& file, Reuse reuse, FittedSolv
       out.solver->load(file, recipe.sensor);
       return true;
     }
+  } catch (const FailedTrial&) {  // the solver's own program; the file is as it was
+    throw;
   } catch (const std::exception& error) {
     why = std::string("it cannot be read: ") + error.what();
   }
@@ -98,7 +104,6 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
     progress.update(done, total, text);
   };
   out.solver->fit(input);
-  out.build = stamp_of_fit(recipe);
   out.fit_s = seconds_since(start) + out.solver->fit_report().earlier_s;
 }
 
@@ -127,9 +132,11 @@ FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRe
   out.solver = registry.make(spec);
   const fs::path file = cache.fitted_solver(recipe);
   const WorkFolder work_folder(cache.work_folder(recipe));
-  if (load(recipe, file, cache.reuse(), out)) return out;
+  const BuildStamp now = stamp_of_fit(recipe, registry);
+  if (load(recipe, now, file, cache.reuse(), out)) return out;
   out.solver = registry.make(spec);  // a damaged file may have left it half loaded
   fit(recipe, cache, work_folder.path(), threads, progress_file, out);
+  out.build = now;
   save(recipe, file, out, threads);
   return out;
 }

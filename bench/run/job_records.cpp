@@ -25,6 +25,9 @@ FoundRecord JobRecords::find(const Job& job) const {
   } catch (const std::exception& error) {
     return {JsonValue(), std::string("it cannot be read: ") + error.what()};
   }
+  if (const std::string why = stage_.why_not_here(*found.record); !why.empty()) {
+    return {JsonValue(), why};
+  }
   return found;
 }
 

@@ -10,7 +10,9 @@
 #include <thread>
 
 #include "bench/record/progress_file.h"
+#include "core/json_reader.h"
 #include "core/progress.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -18,6 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::size_t cores() { return std::max(1u, std::thread::hardware_concurrency()); }
+
+constexpr std::size_t most_failure_text = 2000;  ///< characters
 
 std::string last_line(const fs::path& log) {
   std::ifstream in(log);
@@ -40,6 +44,22 @@ Failure failure_of(const ProcessEnd& end, const fs::path& log, const ProcessLimi
   if (end.ok()) return {"failed", "ended its process before it had a result"};
   const std::string line = last_line(log);
   return {"failed", line.empty() ? end.text() : line};
+}
+
+/// What a trial said of its own failure, if anything; removes the file.
+std::optional<Failure> take_failure(const fs::path& file) {
+  std::optional<Failure> failure;
+  try {
+    if (fs::exists(file)) {
+      const nlohmann::json said = read_json_file(file);
+      failure = Failure{printable(said.at("status").get<std::string>()),
+                        printable(said.at("message").get<std::string>(), most_failure_text)};
+    }
+  } catch (const std::exception&) {  // whoever wrote it was not at his best
+  }
+  std::error_code ignored;
+  fs::remove(file, ignored);
+  return failure;
 }
 
 }  // namespace
@@ -122,17 +142,20 @@ void JobRunner::start_some(std::deque<Job>& waiting, std::size_t at_a_time) {
 
 ProcessLimits JobRunner::limits(std::size_t at_a_time) const {
   constexpr double share = 0.9;  // of the machine's memory
-  const double bytes =
-      experiment_.memory_limit_mb
-          ? *experiment_.memory_limit_mb * (1 << 20)
-          : share * static_cast<double>(machine_memory_bytes()) / static_cast<double>(at_a_time);
+  const double part = threads_ ? std::min(1.0, *threads_ / static_cast<double>(cores()))
+                               : 1 / static_cast<double>(at_a_time);
+  const double bytes = experiment_.memory_limit_mb
+                           ? *experiment_.memory_limit_mb * (1 << 20)
+                           : share * static_cast<double>(machine_memory_bytes()) * part;
   return {stage_.time_limit_s(experiment_), static_cast<std::uint64_t>(bytes)};
 }
 
 JobRunner::Running JobRunner::start(const Job& job, std::size_t at_a_time) const {
   remove_progress(records_.file(job, ".progress"));
   records_.discard(job);
-  const std::size_t threads = std::max<std::size_t>(1, cores() / at_a_time);
+  take_failure(records_.file(job, failure_ending));
+  const std::size_t threads = threads_ ? static_cast<std::size_t>(*threads_)
+                                       : std::max<std::size_t>(1, cores() / at_a_time);
   const ProcessLimits allowed = limits(at_a_time);
   std::vector<std::string> arguments = {program_.string(),
                                         "trial",
@@ -143,6 +166,7 @@ JobRunner::Running JobRunner::start(const Job& job, std::size_t at_a_time) const
                                         "--cache=" + cache_.folder().string(),
                                         std::string("--reuse=") + name_of(cache_.reuse()),
                                         "--threads=" + std::to_string(threads)};
+  for (const std::string& one : experiment_.overrides) arguments.push_back("--set=" + one);
   const std::vector<std::string> options = stage_.options();
   arguments.insert(arguments.end(), options.begin(), options.end());
   return {job, allowed, ChildProcess(arguments, {records_.file(job, ".log")}, allowed)};
@@ -170,7 +194,10 @@ void JobRunner::finish(const Running& one, const ProcessEnd& end) {
   if (end.signal != 0 && !end.timed_out && !end.out_of_memory) {
     stage_.forget(experiment_, cache_, job);
   }
-  const Failure failure = failure_of(end, records_.file(job, ".log"), one.limits);
+  const std::optional<Failure> said = take_failure(records_.file(job, failure_ending));
+  const Failure failure = said && end.exit_code > 0 && !end.timed_out && !end.out_of_memory
+                              ? *said
+                              : failure_of(end, records_.file(job, ".log"), one.limits);
   spdlog::warn("{} ({}): {}: {}", job.title, stage_.name(), failure.status, failure.message);
   records_.add_failure(job, failure);
 }

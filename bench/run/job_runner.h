@@ -4,6 +4,7 @@
 #include <deque>
 #include <filesystem>
 #include <list>
+#include <optional>
 #include <vector>
 
 #include "bench/run/job_records.h"
@@ -19,6 +20,10 @@ class JobRunner {
  public:
   JobRunner(const Stage& stage, const Experiment& experiment, const Cache& cache,
             std::filesystem::path folder, JobRecords& records);
+
+  /// What one job may take of a machine that others use too: so many threads, and as large a part
+  /// of the memory as they are of the cores. Without it the machine is shared out among the jobs.
+  void take_only(int threads) { threads_ = threads; }
 
   /// Those that have no record yet, at most `at_a_time` together.
   void run(const std::vector<Job>& jobs, int at_a_time);
@@ -47,6 +52,7 @@ class JobRunner {
   std::filesystem::path program_;
   std::list<Running> running_;
   std::size_t done_ = 0;
+  std::optional<int> threads_;
 };
 
 }  // namespace ertbench

@@ -1,10 +1,14 @@
 #include "bench/run/reconstruct.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 
+#include "bench/frames/calibrated_set.h"
 #include "bench/run/reconstruct_output.h"
 #include "core/errors.h"
 #include "core/hdf5_file.h"
@@ -13,8 +17,8 @@
 #include "core/process.h"
 #include "core/progress.h"
 #include "core/replace_file.h"
+#include "core/temporary_folder.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/dataset_layout.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -22,53 +26,14 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-namespace layout = dataset_layout;
 
 constexpr std::uint64_t streamed_frames = 1024;
+constexpr Eigen::Index most_written = 8;  ///< contacts of a frame, the strongest
+constexpr Eigen::Index contact_columns = 6;
 
-/// A file of frames, checked.
-struct FramesFile {
-  explicit FramesFile(const fs::path& path) : file(Hdf5File::open(path)), sensor(sensor_of(file)) {
-    const auto channels = static_cast<std::uint64_t>(sensor.channels());
-    frames = file.require_shape(layout::voltages, {0, channels})[0];
-    file.require_shape(layout::reference_voltages, {channels});
-    reference = file.read_vector(layout::reference_voltages).transpose();
-    if (file.has(layout::scenes_written) &&
-        file.read_rows(layout::scenes_written, 0, 1)(0, 0) != static_cast<double>(frames)) {
-      throw InputError(path.string() + ": is not finished; generate it again to go on");
-    }
-  }
-
-  Frames changes(std::uint64_t first, std::uint64_t count) const {
-    return file.read_rows(layout::voltages, first, count).rowwise() - reference;
-  }
-
-  Hdf5File file;
-  Sensor sensor;
-  std::uint64_t frames = 0;
-  Eigen::RowVectorXd reference;
-};
-
-/// Reads the whole file in a child: the library does not survive every damaged file. What the child
-/// finds wrong in an orderly way, the reading that counts finds again.
-void survive_reading(const fs::path& path) {
-  constexpr double time_limit_s = 600;  // for a library that never comes back
-  const IsolatedOutcome outcome = run_isolated(
-      [&](const auto&) {
-        try {
-          read_frames(path);
-        } catch (const std::exception&) {
-        }
-      },
-      {time_limit_s, machine_memory_bytes() / 2});
-  if (!outcome.finished) {
-    throw InputError(path.string() +
-                     ": is damaged: the HDF5 library cannot get through it; write it again");
-  }
-}
-
-std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const Sensor& sensor,
+std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const OwnFrames& frames,
                                     SolverRegistry& registry) {
+  const Sensor& sensor = frames.sensor();
   json spec = read_json_file(spec_file);
   std::optional<fs::path> checkpoint;
   if (spec.is_object() && spec.contains("checkpoint")) {
@@ -82,6 +47,12 @@ std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const Sensor& sen
   } else {
     FitInput fit;
     fit.sensor = sensor;
+    const TemporaryFolder folder("reconstruct");
+    std::optional<DatasetFile> set;
+    if (frames.calibration()) {
+      write_calibrated_set(*frames.calibration(), sensor, folder / "calibrated.h5", fit.threads);
+      fit.validation = &set.emplace(folder / "calibrated.h5");
+    }
     try {
       solver->fit(fit);
     } catch (const InputError& e) {
@@ -101,40 +72,119 @@ void count_report(const FrameReport& report, ReconstructSummary& summary) {
   summary.unexplained += (report.reasons & unexplained) != 0;
 }
 
+/// Reads the frames as they are to be read, or throws where they are not what the sensor expects.
+std::string check_frames(const ReconstructOptions& options, OwnFrames& frames) {
+  using State = ReferenceVerdict::State;
+  const ReferenceVerdict verdict = frames.check();
+  std::string text = verdict.text();
+  if (verdict.state == State::sound) return text;
+  if (verdict.state == State::mendable && options.fix) {
+    frames.mend(verdict);
+    return text + "\n  the frames were read so (--fix)";
+  }
+  if (options.force) return text + "\n  the frames were imaged as they are (--force)";
+  throw InputError(options.frames.input.string() + ": " + text + "\n  nothing was imaged; " +
+                   (verdict.state == State::mendable ? "--fix reads the frames so, " : "") +
+                   "--force images them as they are");
+}
+
+void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
+  const PixelGrid pixels = frames.sensor().image();
+  const auto rows = static_cast<std::uint64_t>(pixels.rows());
+  const auto columns = static_cast<std::uint64_t>(pixels.columns());
+  const double unit_mm = frames.sensor().sheet->unit_mm();
+  out.create_dataset("/conductivity_change", {frames.frames(), rows, columns});
+  out.write_text("/conductivity_change", "units", "S/m");
+  out.write_text("/conductivity_change", "description",
+                 "change from the background [frame, row, column]: row 0 at the least y, column 0 "
+                 "at the least x (/y_mm, /x_mm)");
+  out.create_dataset("/status", {frames.frames()}, Hdf5File::Number::uint8);
+  out.write_text("/status", "description",
+                 "0 ok, 1 not converged, 2 undefined (image is NaN), 3 suspect (an image, but the "
+                 "frame is not one to trust: /reason says why)");
+  out.create_dataset("/reason", {frames.frames()}, Hdf5File::Number::uint8);
+  out.write_text("/reason", "description",
+                 "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
+                 "voltages out of the range that it was fitted for, 8 explained by no contacts "
+                 "of the solver's model; 0 none");
+  if (solver.contact_finder()) {
+    out.create_dataset("/contacts", {frames.frames(), most_written, contact_columns});
+    out.write_text("/contacts", "description",
+                   "[frame, contact, column], the strongest first, NaN where there is none: x and "
+                   "y of the centre, mm from the middle of the sheet; radius of the disc of its "
+                   "area, mm; largest change of the conductivity, S/m; standard deviations of x "
+                   "and y, mm, 0 where the solver knows none");
+  }
+  out.write_vector("/x_mm", unit_mm * pixels.centres_x().transpose());
+  out.write_vector("/y_mm", unit_mm * pixels.centres_y().transpose());
+  for (const char* axis : {"/x_mm", "/y_mm"}) {
+    out.write_text(axis, "description", "centres of the pixels, mm from the sheet's own origin");
+  }
+  out.write_vector("/reference_voltages", frames.reference().transpose());
+  out.write_text("/reference_voltages", "units", "V");
+  out.write_text("/", "sensor", json_text(to_json(frames.sensor())));
+  out.write_text("/", "solver", json_text(printable_json(solver.parameters())));
+  out.write_text("/", "source", json_text(printable_json(frames.description(), 4096)));
+  out.write_matrix("/channel_map", frames.map().table());
+  out.write_text("/channel_map", "description",
+                 "how channels were read [channel]: column of the input, the column that was taken "
+                 "from it or -1, factor to V");
+}
+
+/// As /contacts has them, [frames, most_written * contact_columns].
+RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
+                           const Frames& changes) {
+  std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
+  finder.find_contacts(changes, found);
+  const double unit_mm = sensor.sheet->unit_mm();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  RowMajorMatrix out =
+      RowMajorMatrix::Constant(changes.rows(), most_written * contact_columns, std::nan(""));
+  for (Eigen::Index f = 0; f < out.rows(); ++f) {
+    const std::vector<FoundContact>& contacts = found[static_cast<std::size_t>(f)];
+    const auto count = std::min(static_cast<Eigen::Index>(contacts.size()), most_written);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const FoundContact& contact = contacts[static_cast<std::size_t>(c)];
+      const Eigen::Vector2d place = unit_mm * (contact.place - middle);
+      const Eigen::Vector2d deviation = unit_mm * contact.place_deviation;
+      out.row(f).segment<contact_columns>(c * contact_columns) << place.x(), place.y(),
+          unit_mm * std::sqrt(contact.area / std::numbers::pi), contact.peak, deviation.x(),
+          deviation.y();
+    }
+  }
+  return out;
+}
+
+/// Where the solver looks for it: the change of the whole sheet beside what the images show.
+void write_level(Hdf5File& out, const RowMajorMatrix& level) {
+  if ((level.array() == 0).all()) return;
+  out.create_dataset("/level", {static_cast<std::uint64_t>(level.rows())});
+  out.write_rows("/level", 0, level);
+  out.write_text("/level", "description",
+                 "relative change of the whole sheet's conductivity that was found beside what the "
+                 "image shows [frame]");
+}
+
 /// In a process of its own.
-ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& input,
-                                    const fs::path& output, const fs::path& aside,
+ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs::path& aside,
                                     SolverRegistry& registry) {
-  const FramesFile frames(input);
-  const std::unique_ptr<Solver> solver = solver_from(spec_file, frames.sensor, registry);
+  OwnFrames frames(options.frames);
+  require_image_output(options.output, frames.inputs());
+  const std::unique_ptr<Solver> solver = solver_from(options.solver, frames, registry);
 
   ReconstructSummary summary;
-  summary.frames = frames.frames;
+  summary.reference = check_frames(options, frames);
+  summary.frames = frames.frames();
   summary.checked = solver->fit_report().frame_check.empty();
   const auto write = [&](const fs::path& place) {
     Hdf5File out = Hdf5File::create(place);
-    const auto grid = static_cast<std::uint64_t>(frames.sensor.image_grid);
-    out.create_dataset("/conductivity_change", {frames.frames, grid, grid});
-    out.write_text("/conductivity_change", "units", "S/m");
-    out.write_text("/conductivity_change", "description",
-                   "change from the background [frame, row, column]: row 0 at y = -1, column 0 at "
-                   "x = -1");
-    out.create_dataset("/status", {frames.frames}, Hdf5File::Number::uint8);
-    out.write_text(
-        "/status", "description",
-        "0 ok, 1 not converged, 2 undefined (image is NaN), 3 suspect (an image, but the "
-        "frame is not one to trust: /reason says why)");
-    out.create_dataset("/reason", {frames.frames}, Hdf5File::Number::uint8);
-    out.write_text("/reason", "description",
-                   "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
-                   "voltages out of the range that it was fitted for, 8 explained by no contacts "
-                   "of the solver's model; 0 none");
-    out.write_text("/", "solver", json_text(printable_json(solver->parameters())));
+    describe(out, frames, *solver);
+    RowMajorMatrix level(static_cast<Eigen::Index>(frames.frames()), 1);
     Progress progress("reconstructing");
-    for (std::uint64_t first = 0; first < frames.frames; first += streamed_frames) {
-      const std::uint64_t count = std::min(streamed_frames, frames.frames - first);
+    for (std::uint64_t first = 0; first < frames.frames(); first += streamed_frames) {
+      const std::uint64_t count = std::min(streamed_frames, frames.frames() - first);
       const Frames changes = frames.changes(first, count);
-      Images images(changes.rows(), frames.sensor.pixels());
+      Images images(changes.rows(), frames.sensor().pixels());
       std::vector<FrameReport> reports(count);
       solver->reconstruct(changes, images, reports);
       RowMajorMatrix status(changes.rows(), 1);
@@ -146,48 +196,75 @@ ReconstructSummary reconstruct_here(const fs::path& spec_file, const fs::path& i
         count_report(report, summary);
         status(i, 0) = static_cast<double>(report.status);
         reason(i, 0) = report.reasons;
+        level(static_cast<Eigen::Index>(first) + i, 0) = report.level;
       }
       out.write_rows("/conductivity_change", first, images);
       out.write_rows("/status", first, status);
       out.write_rows("/reason", first, reason);
-      progress.update(first + count, frames.frames);
+      if (const ContactFinder* finder = solver->contact_finder()) {
+        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), changes));
+      }
+      progress.update(first + count, frames.frames());
     }
+    write_level(out, level);
     out.close();
   };
-  replace_file(output, write, aside);
+  replace_file(options.output, write, aside);
   return summary;
 }
 
 json to_json(const ReconstructSummary& s) {
   return {s.frames, s.not_converged, s.undefined,   s.suspect, s.dead_electrode,
-          s.noise,  s.out_of_range,  s.unexplained, s.checked};
+          s.noise,  s.out_of_range,  s.unexplained, s.checked, s.reference};
 }
 
 ReconstructSummary summary_from_json(const json& value) {
   return {value.at(0), value.at(1), value.at(2), value.at(3), value.at(4),
-          value.at(5), value.at(6), value.at(7), value.at(8)};
+          value.at(5), value.at(6), value.at(7), value.at(8), value.at(9)};
 }
 
 }  // namespace
 
-void read_frames(const fs::path& input) {
-  const FramesFile file(input);
-  for (std::uint64_t first = 0; first < file.frames; first += streamed_frames) {
-    file.changes(first, std::min(streamed_frames, file.frames - first));
+void survive_reading(const fs::path& path, const std::function<void()>& read) {
+  constexpr double time_limit_s = 600;  // for a library that never comes back
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto&) {
+        try {
+          read();
+        } catch (const std::exception&) {
+        }
+      },
+      {time_limit_s, machine_memory_bytes() / 2});
+  if (!outcome.finished) {
+    throw InputError(path.string() +
+                     ": is damaged: the HDF5 library cannot get through it; write it again");
   }
 }
 
-ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& input,
-                                    const fs::path& output, SolverRegistry& registry) {
-  require_image_output(output, reconstruction_inputs(spec_file, input));
-  survive_reading(input);
+void read_frames(const OwnFramesOptions& options) {
+  const OwnFrames frames(options);
+  for (std::uint64_t first = 0; first < frames.frames(); first += streamed_frames) {
+    frames.changes(first, std::min(streamed_frames, frames.frames() - first));
+  }
+}
+
+void read_frames(const fs::path& input) {
+  OwnFramesOptions options;
+  options.input = input;
+  read_frames(options);
+}
+
+ReconstructSummary reconstruct_file(const ReconstructOptions& options, SolverRegistry& registry) {
+  const fs::path& output = options.output;
+  require_image_output(output, reconstruction_inputs(options.solver, options.frames.input));
+  survive_reading(options.frames.input, [&] { read_frames(options.frames); });
   const fs::path aside = aside_of(output);
   const IsolatedOutcome outcome = run_isolated(
       [&](const auto& send) {
         registry.allow_plugins();
         json said;
         try {
-          said["summary"] = to_json(reconstruct_here(spec_file, input, output, aside, registry));
+          said["summary"] = to_json(reconstruct_here(options, aside, registry));
         } catch (const InputError& wrong) {
           said["refused"] = wrong.what();
         } catch (const std::bad_alloc&) {
@@ -202,8 +279,8 @@ ReconstructSummary reconstruct_file(const fs::path& spec_file, const fs::path& i
   if (!outcome.finished || outcome.messages.empty()) {
     std::error_code ignored;
     fs::remove(aside, ignored);
-    throw InputError(spec_file.string() + ": the solver ended its process (" + outcome.end.text() +
-                     "); " + output.string() + " was not written");
+    throw InputError(options.solver.string() + ": the solver ended its process (" +
+                     outcome.end.text() + "); " + output.string() + " was not written");
   }
   const json said = parse_json(outcome.messages.back(), "what the solver's process said");
   if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());

@@ -12,11 +12,13 @@ namespace {
 struct References {
   std::vector<FrameMetrics> truth;
   std::vector<FrameMetrics> untouched;
+  Truth known;
 };
 
 References score_references(const Sensor& sensor, const DatasetFile& set,
                             const ContactSettings& settings) {
   References out;
+  out.known = set.truth();
   const ContactDistances distances = settings.distances(sensor);
   const ContactRule rule = settings.rule();
   ContactReader reader(sensor);
@@ -39,12 +41,12 @@ References score_references(const Sensor& sensor, const DatasetFile& set,
 }
 
 ResultRow row_of(const std::string& label, const DatasetSpec& test,
-                 const std::vector<FrameMetrics>& frames) {
+                 const std::vector<FrameMetrics>& frames, const Truth& known) {
   ResultRow row;
   row.label = row.type = label;
   row.dataset = test.name;
   row.frames = static_cast<int>(frames.size());
-  row.metrics = summarise(frames);
+  row.metrics = summarise(frames, known);
   return row;
 }
 
@@ -55,8 +57,8 @@ std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const Data
   std::vector<ResultRow> rows;
   for (const DatasetSpec& test : tests) {
     const References references = score_references(sensor, cache.open_dataset(test), contacts);
-    rows.push_back(row_of("truth", test, references.truth));
-    rows.push_back(row_of("no-contact", test, references.untouched));
+    rows.push_back(row_of("truth", test, references.truth, references.known));
+    rows.push_back(row_of("no-contact", test, references.untouched, references.known));
   }
   return rows;
 }

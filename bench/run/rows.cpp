@@ -115,6 +115,7 @@ void add_times(std::span<const TimedTrial> trials, ResultRow& row) {
       row.latency_us = times.latency_us;
       row.frames_per_s = times.frames_per_s;
       row.throughput_batch = times.batch;
+      row.timed_on = trial.timing->place;
       row.calibration_us = trial.timing->calibration_us;
       row.peak_rss_mb = trial.timing->peak_rss_mb;
       return;

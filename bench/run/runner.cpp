@@ -8,6 +8,7 @@
 #include "bench/run/datasets.h"
 #include "bench/run/job_records.h"
 #include "bench/run/job_runner.h"
+#include "bench/run/one_go.h"
 
 namespace ertbench {
 namespace {
@@ -38,6 +39,24 @@ void forget(const Stages& stages, const Experiment& experiment, const Cache& cac
   }
 }
 
+/// Stage by stage: `work` sees to the records, then they are collected.
+template <typename Work>
+ExperimentResults gather(const Stages& stages, const Experiment& experiment, const Cache& cache,
+                         const RunOptions& options, const Work& work) {
+  ExperimentResults results;
+  results.jobs = options.jobs;
+  results.command = options.command;
+  for (const std::unique_ptr<Stage>& stage : stages) {
+    JobRecords records(*stage, experiment, options.out, cache.reuse());
+    work(*stage, results, records);
+    stage->collect(experiment, cache, records, results);
+    add_builds(*stage, experiment, records, results);
+    results.failures += records.failures();
+  }
+  if (!results.rows.empty()) add_limit_rows(options.out, experiment.tests, results.rows);
+  return results;
+}
+
 }  // namespace
 
 ExperimentResults run_stages(const Stages& stages, const Experiment& experiment, const Cache& cache,
@@ -48,19 +67,31 @@ ExperimentResults run_stages(const Stages& stages, const Experiment& experiment,
                   [](const auto& stage) { return stage->reads_datasets(); })) {
     ensure_datasets(experiment, cache);
   }
-  ExperimentResults results;
-  results.jobs = options.jobs;
-  for (const std::unique_ptr<Stage>& stage : stages) {
-    JobRecords records(*stage, experiment, options.out, cache.reuse());
-    JobRunner(*stage, experiment, cache, options.out, records)
-        .run(wanted(stage->due(experiment, results), options.only),
-             stage->wants_machine_alone() ? 1 : options.jobs);
-    stage->collect(experiment, cache, records, results);
-    add_builds(*stage, experiment, records, results);
-    results.failures += records.failures();
-  }
-  if (!results.rows.empty()) add_limit_rows(options.out, experiment.tests, results.rows);
-  return results;
+  return gather(stages, experiment, cache, options,
+                [&](const Stage& stage, const ExperimentResults& results, JobRecords& records) {
+                  const std::vector<Job> due = stage.due(experiment, results);
+                  const OneGo go(stage, experiment, options.out, records, due,
+                                 wanted(due, options.only));
+                  JobRunner(stage, experiment, cache, options.out, records)
+                      .run(go.jobs(), stage.wants_machine_alone() ? 1 : options.jobs);
+                  if (records.failures() == 0) go.finish();
+                });
+}
+
+ExperimentResults collect_stages(
+    const Stages& stages, const Experiment& experiment, const Cache& cache,
+    const RunOptions& options,
+    const std::function<std::optional<Failure>(const Job& job)>& why_missing) {
+  return gather(stages, experiment, cache, options,
+                [&](const Stage& stage, const ExperimentResults& results, JobRecords& records) {
+                  for (const Job& job : wanted(stage.due(experiment, results), options.only)) {
+                    if (records.find(job).record) {
+                      records.expect(job);
+                    } else if (auto failure = why_missing(job)) {
+                      records.add_failure(job, std::move(*failure));
+                    }
+                  }
+                });
 }
 
 ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@ struct RunOptions {
   std::filesystem::path out;      ///< result folder
   std::vector<std::string> only;  ///< labels to run, or those of whole sweeps; empty: all
   int jobs = 1;                   ///< processes at a time; stages that read the clock run one alone
+  std::string command;            ///< that makes the results again; empty: that of all of the file
   bool fresh = false;             ///< forget the records and the fitted solvers of this experiment
 };
 
@@ -24,7 +27,14 @@ struct RunOptions {
 ExperimentResults run_stages(const Stages& stages, const Experiment& experiment, const Cache& cache,
                              const RunOptions& options);
 
-/// The same with the stages of `ertbench run`.
+/// The results of the records that are there; nothing is run. `why_missing` says what became of a
+/// job without one, nothing where nobody asked for it.
+ExperimentResults collect_stages(
+    const Stages& stages, const Experiment& experiment, const Cache& cache,
+    const RunOptions& options,
+    const std::function<std::optional<Failure>(const Job& job)>& why_missing);
+
+/// The same as run_stages with the stages of `ertbench run`.
 ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,
                                  const RunOptions& options);
 

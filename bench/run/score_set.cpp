@@ -10,6 +10,7 @@
 #include "bench/contacts/frame_reading.h"
 #include "bench/contacts/image_contacts.h"
 #include "bench/record/frame_reading_record.h"
+#include "bench/score/explained_change.h"
 #include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "forward/data/dataset_file.h"
@@ -71,18 +72,22 @@ class Contacts {
 /// Takes the frames in turn and keeps what is to be known of each.
 class Scoring {
  public:
-  Scoring(const Sensor& sensor, const ScoreRequest& request) : sensor_(sensor), request_(request) {}
+  Scoring(const Sensor& sensor, const ScoreRequest& request, const Truth& truth)
+      : sensor_(sensor), request_(request), truth_(truth) {}
 
   /// `found` is of no use where the frame has no usable image.
   void add(const Eigen::RowVectorXd& truth, const Eigen::RowVectorXd& image, const Scene& scene,
-           const FrameReport& report, std::span<const FoundContact> found) {
+           const FrameReport& report, std::span<const FoundContact> found,
+           const std::optional<double>& explained) {
     const bool usable = is_usable(report, image);
     const int index = static_cast<int>(metrics_.size());
     metrics_.push_back(
         usable ? frame_metrics(sensor_, truth, image, scene, {found, request_.distances})
                : FrameMetrics{});
     if (request_.keep_contacts) {
-      readings_.push_back(to_json(usable ? frame_reading(sensor_, image, found) : FrameReading{}));
+      FrameReading reading = usable ? frame_reading(sensor_, image, found) : FrameReading{};
+      reading.explained = explained;
+      readings_.push_back(to_json(reading));
     }
     row_.undefined_frames += !usable;
     row_.frames_not_converged += report.status == FrameStatus::not_converged;
@@ -99,13 +104,13 @@ class Scoring {
 
   ScoredFrames result() {
     row_.frames = static_cast<int>(metrics_.size());
-    row_.metrics = summarise(metrics_);
+    row_.metrics = summarise(metrics_, truth_);
     json frames = {{"status", std::move(statuses_)},
                    {"reasons", std::move(reasons_)},
                    {"iterations", std::move(iterations_)},
                    {"gap", std::move(gaps_)}};
     for (const Metric metric : kMetrics) {
-      frames[name_of(metric)] = numbers_or_null(metrics_, metric);
+      if (is_known(metric, truth_)) frames[name_of(metric)] = numbers_or_null(metrics_, metric);
     }
     if (request_.keep_contacts) frames["readings"] = std::move(readings_);
     json images = json::array();
@@ -116,6 +121,7 @@ class Scoring {
  private:
   const Sensor& sensor_;
   const ScoreRequest& request_;
+  Truth truth_;
   ResultRow row_;
   std::vector<FrameMetrics> metrics_;
   json statuses_ = json::array();
@@ -130,7 +136,9 @@ class Scoring {
 
 ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
                        const ScoreRequest& request) {
-  Scoring scoring(sensor, request);
+  Scoring scoring(sensor, request, set.truth());
+  std::optional<ExplainedChange> explained;
+  if (request.keep_explained) explained.emplace(sensor, set.reference_voltages());
   Contacts contacts(sensor, solver, request.rule);
   for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
     const std::uint64_t count = std::min(scored_frames, set.size() - first);
@@ -144,7 +152,9 @@ ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Senso
     const std::vector<std::vector<FoundContact>> found = contacts.of(changes, images, reports);
     for (std::size_t i = 0; i < count; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      scoring.add(truths.row(row), images.row(row), scenes[i], reports[i], found[i]);
+      const bool explains = explained && is_usable(reports[i], images.row(row));
+      scoring.add(truths.row(row), images.row(row), scenes[i], reports[i], found[i],
+                  explains ? explained->of(changes.row(row), images.row(row)) : std::nullopt);
     }
   }
   return scoring.result();

@@ -24,7 +24,8 @@ struct ScoreRequest {
   std::vector<int> figure_scenes;  ///< whose images are kept
   ContactRule rule;                ///< for a solver that has no ContactFinder
   ContactDistances distances;
-  bool keep_contacts = false;  ///< what was read out of each image is kept (FrameReading)
+  bool keep_contacts = false;   ///< what was read out of each image is kept (FrameReading)
+  bool keep_explained = false;  ///< and what it explains of the change (ExplainedChange)
 };
 
 /// Reconstructs the set and scores every frame.

@@ -99,6 +99,8 @@ ResultRow combine_seeds(std::span<const SeedResult> results) {
       spread.means[metric].push_back(result.set->row.metrics[metric].mean);
     }
     spread.deviation[metric] = deviation_of(spread.means[metric]);
+    const MetricSummary& first = results.front().set->row.metrics[metric];
+    if (row.frames > 0 && first.count + first.undefined == 0) continue;  // the truth tells it not
     row.metrics[metric] = summarise(frame_means(results, metric), name_of(metric));
     row.metrics[metric].mean = mean_of(spread.means[metric]);
   }

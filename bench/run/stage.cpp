@@ -1,11 +1,15 @@
 #include "bench/run/stage.h"
 
+#include <nlohmann/json.hpp>
+
 namespace ertbench {
 
 std::vector<ReportSection> Stage::report(const Experiment&, const ExperimentResults&,
                                          const std::filesystem::path&) const {
   return {};
 }
+
+std::string Stage::why_not_here(const nlohmann::json&) const { return ""; }
 
 void Stage::forget(const Experiment&, const Cache&, const Job&) const {}
 

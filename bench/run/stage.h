@@ -63,6 +63,12 @@ class Stage {
   /// Throws an exception of any kind where `record` is not one that this stage can read.
   virtual void check(const Experiment& experiment, const nlohmann::json& record) const = 0;
 
+  /// Why a record that `check` takes is not to be reused on this machine; empty where it is.
+  virtual std::string why_not_here(const nlohmann::json& record) const;
+  /// Whether the records of all its jobs are to be made in one go: where one is missing, all are
+  /// made again, unless they were begun in the same go (Session).
+  virtual bool in_one_go() const { return false; }
+
   /// Adds what the jobs' records say to the results, and what became of jobs that left none.
   virtual void collect(const Experiment& experiment, const Cache& cache, const JobRecords& records,
                        ExperimentResults& results) const = 0;

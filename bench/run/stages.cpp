@@ -4,6 +4,7 @@
 
 #include "bench/run/accuracy_stage.h"
 #include "bench/run/fidelity_stage.h"
+#include "bench/run/folds_stage.h"
 #include "bench/run/ladder_stage.h"
 #include "bench/run/study_stage.h"
 #include "bench/run/timing_stage.h"
@@ -12,11 +13,12 @@
 
 namespace ertbench {
 
-Stages stages_of_run() {
+Stages stages_of_run(Machines machines) {
   Stages stages;
   stages.push_back(std::make_unique<AccuracyStage>());
-  stages.push_back(std::make_unique<TimingStage>());
+  stages.push_back(std::make_unique<TimingStage>(machines));
   stages.push_back(std::make_unique<LadderStage>());
+  stages.push_back(std::make_unique<FoldsStage>());
   stages.push_back(std::make_unique<StudyStage>());
   return stages;
 }

@@ -5,13 +5,15 @@
 #include <vector>
 
 #include "bench/run/stage.h"
+#include "bench/run/timing_stage.h"
 
 namespace ertbench {
 
 using Stages = std::vector<std::unique_ptr<Stage>>;
 
-/// The stages of `ertbench run`, each after those whose results it needs.
-Stages stages_of_run();
+/// The stages of `ertbench run`, each after those whose results it needs. `machines`: whose times
+/// are taken as they are.
+Stages stages_of_run(Machines machines = Machines::this_one);
 /// Scenes of each dataset that the models of the sheet are compared on, where nobody says.
 inline constexpr int fidelity_usual_scenes = 500;
 /// That of `ertbench fidelity`, on so many scenes of each dataset.

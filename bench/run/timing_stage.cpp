@@ -1,19 +1,24 @@
 #include "bench/run/timing_stage.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "bench/record/provenance.h"
 #include "bench/record/record_file.h"
 #include "bench/record/timing_record.h"
 #include "bench/run/calibration.h"
 #include "bench/run/fitted_solver.h"
 #include "bench/run/job_records.h"
+#include "bench/run/machine_load.h"
 #include "bench/run/rows.h"
+#include "core/process_tree.h"
 #include "core/quantile.h"
 #include "core/seconds.h"
+#include "core/text.h"
 #include "forward/data/dataset_file.h"
 
 namespace ertbench {
@@ -94,6 +99,16 @@ double peak_rss_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+/// What the programs that solvers run in hold at this moment, beside our own memory. Each has a
+/// supervisor, a copy of ours that does not count.
+double programs_rss_mb() {
+  double bytes = 0;
+  for (const pid_t supervisor : children_of(::getpid())) {
+    bytes += static_cast<double>(resident_bytes_below(supervisor));
+  }
+  return bytes / (1 << 20);
+}
+
 }  // namespace
 
 std::string TimingStage::name() const { return "timing"; }
@@ -130,20 +145,33 @@ json TimingStage::run(const Job& job, const JobContext& context) const {
                                             context.registry, 1, context.progress_file);
   const int first = job.round * timing.frames / timing.rounds;
   const int last = (job.round + 1) * timing.frames / timing.rounds;
+  const MachineLoad load;
   json record = {{"schema", record_schema}, {"calibration_us", calibration_us()}};
   for (const DatasetSpec& test : experiment.tests) {
     const DatasetFile file = context.cache.open_dataset(test);
     const TimedSet set(*fitted.solver, file, experiment.sensor, timing);
     const std::vector<double> latencies = set.latencies(first, last);
-    record["timing"][test.name] = {
+    json& times = record["timing"][test.name];
+    times = {
         {"latency_us", latencies}, {"frames_per_s", set.frames_per_s()}, {"batch", timing.batch}};
+    if (const std::unique_ptr<Solver> transport = fitted.solver->transport()) {
+      const TimedSet alone(*transport, file, experiment.sensor, timing);
+      times["pipe_us"] = alone.latencies(first, last);
+    }
   }
-  record["peak_rss_mb"] = peak_rss_mb();
+  record["place"] = to_json(TimingPlace{cpu_name(), host_name(), load.others_cores()});
+  record["peak_rss_mb"] = peak_rss_mb() + programs_rss_mb();
   return record;
 }
 
 void TimingStage::check(const Experiment&, const json& record) const {
   timing_record_from_json({record});
+}
+
+std::string TimingStage::why_not_here(const json& record) const {
+  const std::string cpu = timing_place_of(record).cpu;
+  if (machines_ == Machines::any || cpu == cpu_name()) return "";
+  return "it was timed on another processor (" + printable(cpu) + ")";
 }
 
 void TimingStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,

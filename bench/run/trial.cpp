@@ -5,7 +5,9 @@
 
 #include "bench/experiment/experiment_solvers.h"
 #include "bench/record/record_file.h"
+#include "core/atomic_file.h"
 #include "core/errors.h"
+#include "core/json_text.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -39,8 +41,15 @@ void run_trial(const Stage& stage, const std::string& name, Experiment& experime
   }
   const JobContext context{experiment, cache, registry, threads,
                            record_file(folder, name, ".progress")};
-  write_record(record_file(folder, name, written_ending), stage.run(*job, context),
-               stage.key(experiment, *job), stamp_of_records(experiment.plugins));
+  try {
+    write_record(record_file(folder, name, written_ending), stage.run(*job, context),
+                 stage.key(experiment, *job), stamp_of_records(experiment.plugins));
+  } catch (const FailedTrial& failed) {
+    write_file_atomically(
+        record_file(folder, name, failure_ending),
+        json_text({{"status", failed.status()}, {"message", std::string(failed.what())}}));
+    throw;
+  }
 }
 
 }  // namespace ertbench

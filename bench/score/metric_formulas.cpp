@@ -51,6 +51,20 @@ std::optional<double> position_error_of(const ScoredImage& image, const RowVecto
                   true_centre(image.sensor, image.scene, image.true_change));
 }
 
+/// What of an image is on the sheet: pixels times the part of their area that is, to the power of
+/// `power`: 1 for sums, 1/2 for norms. As it is where the sheet fills its image.
+RowVectorXd on_sheet(const Sensor& sensor, const RowVectorXd& values, double power) {
+  if (sensor.sheet->fills_bounds()) return values;
+  const PixelGrid pixels = sensor.image();
+  RowVectorXd out = values;
+  for (int p = 0; p < pixels.count(); ++p) out[p] *= std::pow(pixels.part_on_sheet(p), power);
+  return out;
+}
+
+double norm_on_sheet(const Sensor& sensor, const RowVectorXd& values) {
+  return on_sheet(sensor, values, 0.5).norm();
+}
+
 }  // namespace
 
 std::optional<Vector2d> true_centre(const Sensor& sensor, const Scene& scene,
@@ -80,7 +94,8 @@ std::optional<double> resolution_of(const Sensor& sensor, const RowVectorXd& cha
 
 std::optional<double> amplitude_response(const ScoredImage& image) {
   if (image.truth_is_empty() || cancels(image.true_change)) return std::nullopt;
-  return image.change.sum() / image.true_change.sum();
+  return on_sheet(image.sensor, image.change, 1).sum() /
+         on_sheet(image.sensor, image.true_change, 1).sum();
 }
 
 std::optional<double> image_resolution(const ScoredImage& image) {
@@ -103,17 +118,24 @@ std::optional<double> position_error_of_the_peak(const ScoredImage& image) {
 }
 
 std::optional<double> relative_image_error(const ScoredImage& image) {
-  return (image.change - image.true_change).norm() / image.conductivity.norm();
+  return norm_on_sheet(image.sensor, image.change - image.true_change) /
+         norm_on_sheet(image.sensor, image.conductivity);
 }
 
 std::optional<double> relative_error_of_change(const ScoredImage& image) {
   if (image.truth_is_empty()) return std::nullopt;
-  return (image.change - image.true_change).norm() / image.true_change.norm();
+  return norm_on_sheet(image.sensor, image.change - image.true_change) /
+         norm_on_sheet(image.sensor, image.true_change);
 }
 
 std::optional<double> correlation_coefficient(const ScoredImage& image) {
-  const RowVectorXd seen = image.change.array() - image.change.mean();
-  const RowVectorXd ideal = image.true_change.array() - image.true_change.mean();
+  const auto centred = [&](const RowVectorXd& values) -> RowVectorXd {
+    const int count = image.sensor.sheet->fills_bounds() ? static_cast<int>(values.size())
+                                                         : image.sensor.image().count_on_sheet();
+    return on_sheet(image.sensor, values.array() - values.sum() / count, 0.5);
+  };
+  const RowVectorXd seen = centred(image.change);
+  const RowVectorXd ideal = centred(image.true_change);
   if (is_empty(image.sensor, seen) || is_empty(image.sensor, ideal)) return std::nullopt;
   return seen.dot(ideal) / (seen.norm() * ideal.norm());
 }

@@ -30,10 +30,11 @@ MetricSummary summarise(std::span<const std::optional<double>> values, std::stri
   return summary;
 }
 
-PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames) {
+PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames, const Truth& truth) {
   PerMetric<MetricSummary> summaries;
   std::vector<std::optional<double>> values(frames.size());
   for (const Metric metric : kMetrics) {
+    if (!is_known(metric, truth)) continue;
     std::transform(frames.begin(), frames.end(), values.begin(),
                    [metric](const FrameMetrics& frame) { return frame[metric]; });
     summaries[metric] = summarise(values, name_of(metric));

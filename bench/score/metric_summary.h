@@ -26,7 +26,8 @@ struct MetricSummary {
 /// A value that is not finite counts as undefined. With one value the interval is that value.
 MetricSummary summarise(std::span<const std::optional<double>> values, std::string_view name);
 
-/// All metrics of all frames.
-PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames);
+/// All metrics of all frames; those that `truth` does not tell are left empty, without a frame that
+/// has a value and without one that has none.
+PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames, const Truth& truth = {});
 
 }  // namespace ertbench

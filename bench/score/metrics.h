@@ -8,6 +8,7 @@
 
 #include "bench/contacts/contact_settings.h"
 #include "bench/score/metric_table.h"
+#include "forward/data/measured_frames.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/solver.h"
@@ -32,6 +33,12 @@ struct FrameContacts {
   std::span<const FoundContact> found;
   ContactDistances distances;
 };
+
+/// Whether a metric can be told from what is known of a set: one of contacts needs their places,
+/// any other the true images.
+inline bool is_known(Metric metric, const Truth& truth) {
+  return entry_of(metric).of_contacts ? truth.places : truth.images;
+}
 
 /// Compares one image, and the contacts that were found in it, with the truth.
 /// `conductivity` [pixels] S/m: the true image; `change` [pixels] S/m: the estimated dσ^.

@@ -31,18 +31,22 @@ MatrixXd window_weights(int n) {
 
 std::optional<double> structural_similarity(const ScoredImage& image) {
   if (image.truth_is_empty()) return std::nullopt;
-  const int n = image.sensor.image_grid;
+  const PixelGrid pixels = image.sensor.image();
   const double range =
       std::max(image.true_change.maxCoeff(), 0.0) - std::min(image.true_change.minCoeff(), 0.0);
   const double c1 = 0.01 * 0.01;
   const double c2 = 0.03 * 0.03;
   // Both in units of the dynamic range, which is 1 from here on.
-  const ArrayXXd x = Eigen::Map<const ArrayXXd>(image.change.data(), n, n) / range;
-  const ArrayXXd y = Eigen::Map<const ArrayXXd>(image.true_change.data(), n, n) / range;
+  const ArrayXXd x =
+      Eigen::Map<const ArrayXXd>(image.change.data(), pixels.columns(), pixels.rows()) / range;
+  const ArrayXXd y =
+      Eigen::Map<const ArrayXXd>(image.true_change.data(), pixels.columns(), pixels.rows()) / range;
 
-  const MatrixXd weights = window_weights(n);
+  // Column-major: a pixel's column is the first index.
+  const MatrixXd across = window_weights(pixels.columns());
+  const MatrixXd along = window_weights(pixels.rows());
   const auto averaged = [&](const ArrayXXd& values) -> ArrayXXd {
-    return (weights * values.matrix() * weights.transpose()).array();
+    return (across * values.matrix() * along.transpose()).array();
   };
   const ArrayXXd mean_x = averaged(x);
   const ArrayXXd mean_y = averaged(y);
@@ -50,7 +54,12 @@ std::optional<double> structural_similarity(const ScoredImage& image) {
   const ArrayXXd covariance = averaged(x * y) - mean_x * mean_y;
   const ArrayXXd similarity = (2 * mean_x * mean_y + c1) * (2 * covariance + c2) /
                               ((mean_x.square() + mean_y.square() + c1) * (variances + c2));
-  return similarity.mean();
+  if (pixels.all_on_sheet()) return similarity.mean();
+  double sum = 0;
+  for (int p = 0; p < pixels.count(); ++p) {
+    if (pixels.on_sheet(p)) sum += similarity.data()[p];
+  }
+  return sum / pixels.count_on_sheet();
 }
 
 }  // namespace ertbench

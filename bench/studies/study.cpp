@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "bench/studies/collision.h"
+#include "bench/studies/consistency.h"
 #include "bench/studies/localisation.h"
 #include "bench/studies/sensitivity.h"
 #include "bench/studies/targets.h"
@@ -54,6 +55,7 @@ std::shared_ptr<const StudyResult> make_study(const StudyInput& input) {
   if (type == "targets") return std::make_shared<const Targets>(input);
   if (type == "tracking") return std::make_shared<const Tracking>(input);
   if (type == "collision") return std::make_shared<const Collision>(input);
+  if (type == "consistency") return std::make_shared<const Consistency>(input);
   throw std::logic_error("no study is called " + type);
 }
 

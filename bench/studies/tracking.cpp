@@ -24,7 +24,7 @@ std::vector<StreamFrame> stream_of(const DatasetSpec& spec, std::uint64_t sequen
   for (std::uint64_t n = 0; n < set.frames_of(sequence); ++n) {
     const auto number = static_cast<double>(n);
     StreamFrame frame{
-        set.timing().middle_s(number, spec.sensor.electrode_count), set.timing().end_s(number), {}};
+        set.timing().middle_s(number, spec.sensor.drives()), set.timing().end_s(number), {}};
     for (const ContactReading& contact : readings[set.first_frame(sequence) + n].contacts) {
       frame.contacts_mm.push_back(contact.place_mm - centre_mm);
     }

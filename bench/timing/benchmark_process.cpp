@@ -11,6 +11,7 @@
 #include "bench/timing/benchmark_output.h"
 #include "core/process.h"
 #include "core/progress.h"
+#include "core/regular_file.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -22,17 +23,12 @@ constexpr double time_limit_s = 3600;
 constexpr const char* least_time = "--benchmark_min_time=0.2";  ///< of one benchmark, s
 constexpr std::size_t longest_message = 300;
 
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 void require_success(const ProcessEnd& end, const fs::path& log) {
   if (end.ok()) return;
   std::string how = "ended with exit code " + std::to_string(end.exit_code);
   if (end.signal) how = "was ended by a signal: " + std::string(::strsignal(end.signal));
   if (end.timed_out) how = "ran longer than " + duration_text(time_limit_s);
-  const std::string said = read_text(log);
+  const std::string said = contents_of(log);
   const std::size_t length = std::min(said.size(), longest_message);
   const std::string last = one_line(said.substr(said.size() - length), longest_message);
   throw std::runtime_error(last.empty() ? how : how + ": " + last);
@@ -40,7 +36,7 @@ void require_success(const ProcessEnd& end, const fs::path& log) {
 
 /// Google Benchmark adds each benchmark to its file when that has run.
 std::uint64_t benchmarks_in(const fs::path& file) {
-  const std::string text = read_text(file);
+  const std::string text = contents_of(file);
   std::uint64_t count = 0;
   for (auto at = text.find("\"run_name\""); at != std::string::npos;
        at = text.find("\"run_name\"", at + 1)) {
@@ -81,7 +77,7 @@ nlohmann::json BenchmarkProcess::run(const std::string& filter,
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
   require_success(process.wait(), folder_ / "log");
-  return parse_benchmark_output(read_text(out));
+  return parse_benchmark_output(contents_of(out));
 }
 
 }  // namespace ertbench

@@ -1,7 +1,6 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "core/errors.h"
 #include "forward/border/border_layout.h"
@@ -17,12 +16,6 @@ using Complex = std::complex<double>;
 using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
-using std::numbers::pi;
-
-/// Within this part of an open arc from its ends nothing is counted: next to a corner the slope of
-/// the potential is the difference of two numbers good to a thousandth over a millionth of the arc,
-/// while what the energy there has a part in goes with the part's third power and more.
-constexpr double left_out = 0.12;
 
 /// What moves a border: the shift of its normal, times the length of border that a point stands
 /// for, by unit changes of all of ContactMotion but the ratio.
@@ -41,8 +34,7 @@ Eigen::Array<double, ContactMotion::log_ratio, 1> motion(const Complex& from_cen
 
 }  // namespace
 
-BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double resolution,
-                                                  int most_points) const {
+BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double resolution) const {
   Linearisation out;
   out.change = Eigen::VectorXd::Zero(sensor_.channels());
   out.derivatives = RowMajorMatrix::Zero(
@@ -50,27 +42,42 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
   const Eigen::VectorXd ratios = electrode_ratios(scene);
   for (Index e = 0; e < ratios.size(); ++e) {
     if (ratios[e] != 1) {
-      throw InputError("electrode " + std::to_string(e) +
+      throw InputError("electrode " +
+                       std::to_string(nodes_.electrodes[static_cast<std::size_t>(e)]) +
                        ": derivatives are for scenes in which no contact covers an electrode");
     }
   }
   // A smooth border that is cut where it comes close to something would lose its slope there.
-  const BorderLayout layout = border_layout(*sensor_.sheet, electrodes_, scene, BorderCuts::none);
+  const BorderLayout layout = border_layout(*sensor_.sheet, nodes_.places, scene, BorderCuts::none);
+  for (const ContactArc& arc : layout.arcs) {
+    if (!arc.closed) {
+      throw InputError("contact " + std::to_string(arc.contact) +
+                       ": derivatives are for discs and ellipses that lie whole inside the sheet "
+                       "and cross no other contact");
+    }
+  }
   if (layout.arcs.empty()) return out;
-  const double all = resolution * std::accumulate(layout.counts.begin(), layout.counts.end(), 0.0);
   const BorderSystem system =
-      border_system(*sensor_.sheet, layout, electrodes_, ArrayXd::Ones(electrodes_.cols()),
-                    resolution * std::min(1.0, most_points / all));
+      border_system(*sensor_.sheet, layout, nodes_, ArrayXd::Ones(nodes_.nodes()), resolution);
   const BorderPoints& points = system.points;
   out.points = static_cast<int>(points.size());
   const auto factor = system.matrix.partialPivLu();
-  const MatrixXd density = factor.solve(system.slopes.transpose());  // [points, drives]
-  Solution solution{voltages(pair_differences(system.potentials * density))};
-  average_reciprocal(system.magnitude, solution);
-  out.change = solution.change;
+  MatrixXd density = factor.solve(system.slopes.transpose());  // [points, pairs]
+  const MatrixXd nothing = MatrixXd::Zero(nodes_.nodes(), nodes_.nodes());
+  const MatrixXd impedance = impedance_change(system, nothing, density);
+  out.change = reciprocal_mean(impedance, system.magnitude).change;
   // The transposed equation is that of the potential: u = y / (r - l), y times weight its solution.
-  const MatrixXd transposed =
-      factor.transpose().solve(pair_differences(system.potentials).transpose());
+  MatrixXd potentials;  // [pairs, points]
+  if (nodes_.is_complete()) {
+    // The scene's own currents of the nodes.
+    const MatrixXd shared =
+        nodes_.differences(nodes_.currents_where(system.potentials * density).transpose());
+    density = (density * shared.transpose()).eval();
+    potentials = shared * system.potentials;
+  } else {
+    potentials = nodes_.pair_rows(system.potentials);
+  }
+  const MatrixXd transposed = factor.transpose().solve(potentials.transpose());
   const ArrayXd jump = system.right - system.left;
   const MatrixXd potential = (points.weight * jump).inverse().matrix().asDiagonal() * transposed;
   // Current density through the border: r d_n u on one side, l d_n u on the other.
@@ -87,20 +94,12 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
     const auto u = potential.middleRows(first, count);
     const auto q = current.middleRows(first, count);
     const int steps = static_cast<int>(count);
-    MatrixXd along =  // d_t u on the sheet
-        (arc.closed ? closed_differentiation(steps) : open_differentiation(steps)) * u;
-    MatrixXd across = q;  // the current there
+    MatrixXd along = closed_differentiation(steps) * u;  // d_t u on the sheet
+    MatrixXd across = q;                                 // the current there
     Eigen::Array<double, ContactMotion::log_ratio, Eigen::Dynamic> moved(
         static_cast<int>(ContactMotion::log_ratio), count);
     const Eigen::Vector2d centre = scene.contacts[static_cast<std::size_t>(arc.contact)].centroid();
     for (Index i = 0; i < count; ++i) {
-      const double place = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-      if (!arc.closed && std::min(place, 1 - place) < left_out) {
-        along.row(i).setZero();
-        across.row(i).setZero();
-        moved.col(i).setZero();
-        continue;
-      }
       const Graded graded = graded_parameter(arc, static_cast<int>(i), static_cast<int>(count));
       const BorderPoint border = arc.piece.at(graded.parameter);
       const Complex step = border.first * graded.speed;  // dz/ds

@@ -31,40 +31,28 @@ BorderModel::BorderModel(const Sensor& sensor)
     : BorderModel(sensor, VectorXd::Zero(sensor.electrode_count)) {}
 
 BorderModel::BorderModel(const Sensor& sensor, const VectorXd& displacement)
-    : sensor_(sensor),
-      positions_(electrode_positions(sensor, displacement)),
-      electrodes_(2, sensor.electrode_count),
-      neumann_(MatrixXd::Zero(sensor.electrode_count, sensor.electrode_count)),
-      channels_(channels_of(sensor)),
-      pairs_(reciprocal_pairs(sensor)) {
-  for (Index e = 0; e < positions_.cols(); ++e) {
-    const std::complex<double> w = sensor.sheet->to_disc({positions_(0, e), positions_(1, e)}).w;
-    electrodes_.col(e) << w.real() / std::abs(w), w.imag() / std::abs(w);
-    for (Index f = 0; f < e; ++f) {
-      const double distance = (electrodes_.col(e) - electrodes_.col(f)).matrix().norm();
-      neumann_(e, f) = neumann_(f, e) = -std::log(distance) / std::numbers::pi;
-    }
-  }
-  reference_ = voltages(pair_differences(pair_differences(neumann_).transpose()));
+    : sensor_(sensor), nodes_(sensor, displacement), pairs_(reciprocal_pairs(sensor)) {
+  reference_ = voltages(nodes_.differences(nodes_.differences(nodes_.potentials).transpose()));
 }
 
 VectorXd BorderModel::voltages(const MatrixXd& impedance) const {
-  VectorXd out(sensor_.channels());
-  for (std::size_t c = 0; c < channels_.size(); ++c) {
-    out[static_cast<Index>(c)] = -sensor_.drive_current / sensor_.background *
-                                 impedance(channels_[c].measurement, channels_[c].drive);
+  VectorXd out(static_cast<Index>(nodes_.channels.size()));
+  for (std::size_t c = 0; c < nodes_.channels.size(); ++c) {
+    const auto& [measurement, drive] = nodes_.channels[c];
+    out[static_cast<Index>(c)] =
+        -sensor_.drive_current / sensor_.background * impedance(measurement, drive);
   }
   return out;
 }
 
 VectorXd BorderModel::electrode_ratios(const Scene& scene) const {
-  VectorXd ratios(positions_.cols());
-  for (Index e = 0; e < positions_.cols(); ++e) {
+  VectorXd ratios(nodes_.nodes());
+  for (Index e = 0; e < nodes_.nodes(); ++e) {
     // Just inside the sheet; where a border ends at the electrode, each side has its share.
     const Eigen::Vector2d middle = sensor_.sheet->bounds().center();
     const std::complex<double> centre(middle.x(), middle.y());
     const std::complex<double> at =
-        std::complex<double>(positions_(0, e), positions_(1, e)) - centre;
+        std::complex<double>(nodes_.positions(0, e), nodes_.positions(1, e)) - centre;
     const std::complex<double> inside = centre + (1 - 1e-9) * at;
     const std::complex<double> along = std::complex<double>(0, 1e-9) * at;
     ratios[e] = (ratio_at(scene, inside + along) + ratio_at(scene, inside - along)) / 2;
@@ -75,9 +63,9 @@ VectorXd BorderModel::electrode_ratios(const Scene& scene) const {
 MatrixXd BorderModel::source_potentials(const ArrayXd& source,
                                         const std::vector<ScreenedRegion>& screened,
                                         const MatrixXd& potentials) const {
-  MatrixXd out = neumann_ * (source - 1).matrix().asDiagonal();
+  MatrixXd out = nodes_.neumann * (source - 1).matrix().asDiagonal();
   for (const ScreenedRegion& region : screened) {
-    MatrixXd inside = neumann_(Eigen::all, region.electrodes) - potentials * region.charges;
+    MatrixXd inside = nodes_.neumann(Eigen::all, region.electrodes) - potentials * region.charges;
     VectorXd is_outside = VectorXd::Ones(source.size());
     is_outside(region.electrodes).setZero();
     const double outside = std::max(1.0, is_outside.sum());
@@ -88,42 +76,66 @@ MatrixXd BorderModel::source_potentials(const ArrayXd& source,
   return out;
 }
 
+MatrixXd BorderModel::impedance_change(const BorderSystem& system, const MatrixXd& own,
+                                       const MatrixXd& density) const {
+  if (!nodes_.is_complete()) {
+    MatrixXd impedance = nodes_.pair_matrix(own);
+    impedance += nodes_.pair_rows(system.potentials * density);
+    return impedance;
+  }
+  const MatrixXd by_nodes = own + system.potentials * density;
+  const MatrixXd currents = nodes_.currents_where(by_nodes);
+  return nodes_.pair_rows(nodes_.differences((by_nodes * currents).transpose()).transpose());
+}
+
 BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, const ArrayXd& source,
                                                 double resolution) const {
   if (layout.arcs.empty()) {
     const MatrixXd own = source_potentials(source, {}, {});
-    return {voltages(pair_differences(pair_differences(own.transpose()).transpose()))};
+    if (!nodes_.is_complete()) return {voltages(nodes_.pair_matrix(own))};
+    BorderSystem nothing;
+    nothing.potentials.resize(nodes_.nodes(), 0);
+    return {voltages(impedance_change(nothing, own, MatrixXd(0, nodes_.nodes())))};
   }
-  const BorderSystem system =
-      border_system(*sensor_.sheet, layout, electrodes_, source, resolution);
+  const BorderSystem system = border_system(*sensor_.sheet, layout, nodes_, source, resolution);
   const MatrixXd own = source_potentials(source, system.screened, system.potentials);
-  MatrixXd impedance = pair_differences(pair_differences(own.transpose()).transpose());
-  impedance += pair_differences(system.potentials *
-                                system.matrix.partialPivLu().solve(system.slopes.transpose()));
-  Solution solution{voltages(impedance), static_cast<int>(system.points.size())};
-  average_reciprocal(system.magnitude, solution);
+  const MatrixXd density = system.matrix.partialPivLu().solve(system.slopes.transpose());
+  Solution solution = reciprocal_mean(impedance_change(system, own, density), system.magnitude);
+  solution.points = static_cast<int>(system.points.size());
   return solution;
 }
 
-void BorderModel::average_reciprocal(const ArrayXd& magnitude, Solution& solution) const {
-  const Index electrodes = magnitude.size();
-  const auto of_drive = [&](int channel) {
-    const Index k = channels_[static_cast<std::size_t>(channel)].drive;
-    return std::max(magnitude[k], magnitude[(k + 1) % electrodes]);
+BorderModel::Solution BorderModel::reciprocal_mean(const MatrixXd& impedance,
+                                                   const ArrayXd& magnitude) const {
+  Solution solution{voltages(impedance)};
+  ArrayXd of_electrode = ArrayXd::Zero(sensor_.electrode_count);
+  for (Index n = 0; n < nodes_.nodes(); ++n) {
+    double& most = of_electrode[nodes_.electrodes[static_cast<std::size_t>(n)]];
+    most = std::max(most, magnitude[n]);
+  }
+  const auto of_pair = [&](int pair) {
+    const ElectrodePair& two = nodes_.pairs[static_cast<std::size_t>(pair)];
+    return std::max(of_electrode[two.first], of_electrode[two.second]);
   };
   double asymmetry = 0;
   for (const auto& [a, b] : pairs_) {
-    const double share = 1 / (1 + std::pow(of_drive(a) / of_drive(b), 2));  // of a in the mean
-    const double difference = solution.change[a] - solution.change[b];
-    const double mean = solution.change[b] + share * difference;
-    asymmetry += 4 * share * (1 - share) * difference * difference;
+    const auto& [measurement, drive] = nodes_.channels[static_cast<std::size_t>(a)];
+    const double share = 1 / (1 + std::pow(of_pair(drive) / of_pair(measurement), 2));
+    // Where it is no channel, what would be measured with drive and measurement exchanged.
+    const double exchanged =
+        a != b ? solution.change[b]
+               : -sensor_.drive_current / sensor_.background * impedance(drive, measurement);
+    const double difference = solution.change[a] - exchanged;
+    const double mean = exchanged + share * difference;
+    asymmetry += (a != b ? 4 : 2) * share * (1 - share) * difference * difference;
     solution.change[a] = solution.change[b] = mean;
   }
   solution.error = reciprocity_margin * std::sqrt(asymmetry);
+  return solution;
 }
 
 BorderModel::Solution BorderModel::solve_at(const Scene& scene, double resolution) const {
-  return solve_layout(border_layout(*sensor_.sheet, electrodes_, scene),
+  return solve_layout(border_layout(*sensor_.sheet, nodes_.places, scene),
                       electrode_ratios(scene).array().inverse(), resolution);
 }
 
@@ -135,7 +147,7 @@ BorderModel::Solution BorderModel::solve(const Scene& scene, double tolerance,
 
 BorderModel::Solution BorderModel::solve(const Scene& scene, const Tolerance& tolerance,
                                          int most_points) const {
-  const BorderLayout layout = border_layout(*sensor_.sheet, electrodes_, scene);
+  const BorderLayout layout = border_layout(*sensor_.sheet, nodes_.places, scene);
   const ArrayXd source = electrode_ratios(scene).array().inverse();
   double resolution = 1 / refinement;
   Solution solution = solve_layout(layout, source, resolution);

@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "core/arrays.h"
+#include "forward/border/disc_electrodes.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench {
 
 struct BorderLayout;
+struct BorderSystem;
 struct ScreenedRegion;
 
 /// The voltages of the continuous sheet, without a mesh: unknowns on the borders of the contacts
@@ -24,10 +26,11 @@ struct ScreenedRegion;
 ///
 ///     phi(x) / (2 mu) - sum int d_n(x) N(x, y) phi(y) ds = d_n u0(x),   mu = (r - l) / (r + l).
 ///
-/// The change of the voltages comes out directly, without a difference of large numbers. All is
-/// computed on the unit disc (see Sheet::to_disc), where N takes two logarithms. Every scene will
-/// do: contacts with corners, contacts that overlap, that the sheet's border cuts, that cover
-/// electrodes.
+/// The electrodes may be points or have a width, with or without contact impedances
+/// (DiscElectrodes). The change of the voltages comes out directly, without a difference of large
+/// numbers. All is computed on the unit disc (see Sheet::to_disc), where N takes two logarithms.
+/// Every scene will do: contacts with corners, contacts that overlap, that the sheet's border cuts,
+/// that cover electrodes.
 ///
 /// All functions are const and thread-safe.
 class BorderModel {
@@ -66,34 +69,33 @@ class BorderModel {
     RowMajorMatrix derivatives;  ///< [channels, ContactMotion::count * contacts]
     int points = 0;              ///< unknowns
   };
-  /// The change and its derivatives by every contact's motions and ratio (ContactMotion), from the
-  /// potentials and currents on the borders and no further system. Exact where all borders are
-  /// smooth and closed; corners and junctions leave a few per cent. Any scene will do as long as no
-  /// contact covers an electrode, which throws InputError. Where the layout takes more
-  /// than `most_points` it is thinned to so many, and coarser.
-  Linearisation linearise(const Scene& scene, double resolution, int most_points = 1200) const;
+  /// The change and its exact derivatives by every contact's motions and ratio (ContactMotion),
+  /// from the potentials and currents on the borders and no further system. Throws InputError for
+  /// contacts with corners, cut by the sheet's border or by one another, or on an electrode.
+  Linearisation linearise(const Scene& scene, double resolution) const;
 
  private:
   Eigen::VectorXd electrode_ratios(const Scene& scene) const;
   Solution solve_layout(const BorderLayout& layout, const Eigen::ArrayXd& source,
                         double resolution) const;
-  /// Potentials [L, L] at the electrodes (rows) by the unit currents' own charges, beyond those on
-  /// the uniform sheet; `potentials` as in BorderSystem.
+  /// Potentials [nodes, nodes] at the electrodes' nodes (rows) by the unit currents' own charges,
+  /// beyond those on the uniform sheet; `potentials` as in BorderSystem.
   Eigen::MatrixXd source_potentials(const Eigen::ArrayXd& source,
                                     const std::vector<ScreenedRegion>& screened,
                                     const Eigen::MatrixXd& potentials) const;
-  /// Puts weighted means in the place of channels that reciprocity makes equal, and the estimate of
-  /// the error that their differences give. `magnitude` as in BorderSystem: of two channels the one
-  /// whose drive's charges are smaller is the better by as much.
-  void average_reciprocal(const Eigen::ArrayXd& magnitude, Solution& solution) const;
-  /// `impedance` [L, L] by measuring and drive pair, conductivity 1, to [channels] V.
+  /// The change of the potentials between pairs, [pairs, pairs], of what the borders' charges
+  /// make of unit currents, `density` [points, pairs or nodes], and `own` as source_potentials.
+  Eigen::MatrixXd impedance_change(const BorderSystem& system, const Eigen::MatrixXd& own,
+                                   const Eigen::MatrixXd& density) const;
+  /// The change of the voltages: weighted means of what reciprocity makes equal, and the estimate
+  /// of the error that their differences give. `magnitude` as in BorderSystem: of two the one whose
+  /// drive's charges are smaller is the better by as much.
+  Solution reciprocal_mean(const Eigen::MatrixXd& impedance, const Eigen::ArrayXd& magnitude) const;
+  /// `impedance` [pairs, pairs] by measuring and drive pair, conductivity 1, to [channels] V.
   Eigen::VectorXd voltages(const Eigen::MatrixXd& impedance) const;
 
   Sensor sensor_;
-  Eigen::Matrix2Xd positions_;  ///< of the electrodes on the sheet
-  Eigen::Array2Xd electrodes_;  ///< on the unit circle
-  Eigen::MatrixXd neumann_;     ///< N between the electrodes; 0 on the diagonal, never measured
-  std::vector<Channel> channels_;
+  DiscElectrodes nodes_;
   std::vector<std::array<int, 2>> pairs_;  ///< of channels that reciprocity makes equal
   Eigen::VectorXd reference_;
 };

@@ -144,17 +144,9 @@ MatrixXd screening_charges(const ScreenedRegion& region, const BorderSystem& sys
 
 }  // namespace
 
-MatrixXd pair_differences(const MatrixXd& rows) {
-  MatrixXd out(rows.rows(), rows.cols());
-  for (Index k = 0; k < rows.rows(); ++k) {
-    out.row(k) = rows.row((k + 1) % rows.rows()) - rows.row(k);
-  }
-  return out;
-}
-
 BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
-                           const Eigen::Array2Xd& electrodes, const ArrayXd& source,
-                           double resolution) {
+                           const DiscElectrodes& nodes, const ArrayXd& source, double resolution) {
+  const Eigen::Array2Xd& electrodes = nodes.places;
   std::vector<int> counts;
   for (const int count : layout.counts) {
     counts.push_back(std::max(3, static_cast<int>(std::ceil(resolution * count - 1e-9))));
@@ -196,7 +188,7 @@ BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
     drives(region.electrodes, Eigen::all) +=
         region.charges.transpose() * share.matrix().asDiagonal();
   }
-  system.slopes = pair_differences(drives);
+  system.slopes = nodes.is_complete() ? drives : nodes.pair_rows(drives);
   return system;
 }
 

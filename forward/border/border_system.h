@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "forward/border/border_layout.h"
+#include "forward/border/disc_electrodes.h"
 #include "forward/border/screened_regions.h"
 
 namespace ertbench {
@@ -14,21 +15,20 @@ struct BorderSystem {
   BorderPoints points;
   Eigen::ArrayXd left, right;  ///< [points] conductivity / background on either side
   Eigen::MatrixXd matrix;      ///< [points, points]
-  Eigen::MatrixXd slopes;      ///< [L, points] of the drives' fields across the borders
-  Eigen::MatrixXd potentials;  ///< [L, points] at the electrodes, of the points' charges
+  /// Fields across the borders: [pairs, points] of currents by pairs, in the complete model [nodes,
+  /// points] of unit currents of the nodes, which a scene shares out by itself.
+  Eigen::MatrixXd slopes;
+  Eigen::MatrixXd potentials;  ///< [nodes, points] at the electrodes' nodes, of the points' charges
   std::vector<ScreenedRegion> screened;
-  /// [L] how many times larger than the potentials the charges are that make them, which is what
-  /// the discretisation's error grows with.
+  /// [nodes] how many times larger than the potentials the charges are that make them, which is
+  /// what the discretisation's error grows with.
   Eigen::ArrayXd magnitude;
 };
 
-/// `resolution` multiplies the layout's counts; `electrodes` [2, L] on the unit circle, `source`
-/// [L] the background over the conductivity that each touches.
+/// `resolution` multiplies the layout's counts; `source` [nodes] is the background over the
+/// conductivity that each node of the electrodes touches.
 BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
-                           const Eigen::Array2Xd& electrodes, const Eigen::ArrayXd& source,
+                           const DiscElectrodes& nodes, const Eigen::ArrayXd& source,
                            double resolution);
-
-/// Row k: row k + 1 less row k, the first less the last at the end: drives and measuring pairs.
-Eigen::MatrixXd pair_differences(const Eigen::MatrixXd& rows);
 
 }  // namespace ertbench

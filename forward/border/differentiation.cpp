@@ -22,17 +22,4 @@ MatrixXd closed_differentiation(int count) {
   return out;
 }
 
-MatrixXd open_differentiation(int count) {
-  MatrixXd slopes(count, count);  // of the cosines k at the points i
-  MatrixXd values(count, count);  // of the same at the points j, by their weights
-  for (int k = 0; k < count; ++k) {
-    for (int i = 0; i < count; ++i) {
-      const double angle = pi * k * (i + 0.5) / count;
-      slopes(i, k) = -pi * k * std::sin(angle);
-      values(i, k) = 2.0 / count * std::cos(angle);
-    }
-  }
-  return slopes * values.transpose();
-}
-
 }  // namespace ertbench

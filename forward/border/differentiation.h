@@ -8,8 +8,4 @@ namespace ertbench {
 /// polynomial through their values: [count, count].
 Eigen::MatrixXd closed_differentiation(int count);
 
-/// The same at the midpoints of `count` equal stretches of an open one, of the cosine polynomial
-/// through them: for what has no slope in s at the ends.
-Eigen::MatrixXd open_differentiation(int count);
-
 }  // namespace ertbench

@@ -14,27 +14,33 @@ constexpr double least_far_off = 0.5;
 
 }  // namespace
 
-Gathered gathered(double s, const Gathering& gathering) {
-  if (gathering.strength >= 1) return {s, 1};
-  const double half = std::remainder(s - gathering.towards, 2 * std::numbers::pi) / 2;
-  const double c = std::cos(half);
-  const double d = gathering.strength * std::sin(half);
-  return {gathering.towards + 2 * std::atan2(d, c), gathering.strength / (c * c + d * d)};
+Gathered gathered(std::complex<double> half, const Gathering& gathering) {
+  // tan((t - towards) / 2) = strength tan((s - towards) / 2).
+  const double c = half.real();
+  const double d = gathering.strength * half.imag();
+  const double square = c * c + d * d;
+  return {{(c * c - d * d) / square, 2 * c * d / square}, gathering.strength / square};
 }
 
 Gathering gathering_for(const std::array<double, gathering_probes>& demand, double least) {
+  static const std::array<std::complex<double>, gathering_probes> halves = [] {
+    std::array<std::complex<double>, gathering_probes> out;
+    for (std::size_t i = 0; i < gathering_probes; ++i) {
+      out[i] = std::polar(1.0, std::numbers::pi * static_cast<double>(i) / gathering_probes);
+    }
+    return out;
+  }();
   const auto worst = std::max_element(demand.begin(), demand.end());
-  Gathering best{
-      1, 2 * std::numbers::pi * static_cast<double>(worst - demand.begin()) / gathering_probes,
-      std::max(*worst, least)};
+  const auto from_probe = static_cast<std::size_t>(worst - demand.begin());
+  Gathering best{1, 2 * std::numbers::pi * static_cast<double>(from_probe) / gathering_probes,
+                 std::max(*worst, least)};
   for (const double strength : gathering_strengths) {
     if (best.count <= least) break;
     double count = least;
     for (std::size_t i = 0; i < gathering_probes; ++i) {
-      const double half =
-          std::numbers::pi * static_cast<double>(i) / gathering_probes - best.towards / 2;
-      const double c = strength * std::cos(half);
-      const double d = std::sin(half);
+      const std::size_t from = (i + gathering_probes - from_probe) % gathering_probes;
+      const double c = strength * halves[from].real();
+      const double d = halves[from].imag();
       // dt/ds at this t.
       count =
           std::max(count, std::max(demand[i], least_far_off * least) * (c * c + d * d) / strength);

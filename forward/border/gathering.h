@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstddef>
 
 namespace ertbench {
@@ -17,11 +18,14 @@ struct Gathering {
   double count = 0;  ///< points that it takes
 };
 
-/// Where the parameter t stands that belongs to the equal parameter s, and dt/ds.
+/// Where the point stands that belongs to an equal parameter s, and dt/ds. All without an angle:
+/// points are taken by the hundred thousand.
 struct Gathered {
-  double t, slope;
+  std::complex<double> turn;  ///< exp(i (t - towards))
+  double slope;
 };
-Gathered gathered(double s, const Gathering& gathering);
+/// `half` is exp(i (s - towards) / 2).
+Gathered gathered(std::complex<double> half, const Gathering& gathering);
 
 /// What takes the fewest points, `demand` being how many equal ones would do if all the border were
 /// as at each probe, and `least` how many it takes anyway.

@@ -19,6 +19,13 @@ nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
                     file.path().string() + ": attribute \"" + name + "\" of /");
 }
 
+/// What the root's attribute "truth" lists; of generated sets, which have none, all is known.
+Truth written_truth(const Hdf5File& file) {
+  if (!file.has_attribute("/", layout::truth)) return {};
+  const std::string text = file.read_text("/", layout::truth);
+  return {text.find("images") != std::string::npos, text.find("places") != std::string::npos};
+}
+
 }  // namespace
 
 std::string written_recipe(const Hdf5File& file) {
@@ -36,9 +43,11 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
       file_(std::make_unique<Hdf5File>(Hdf5File::open(file))),
       sensor_(sensor_of(*file_)),
       recipe_(written_recipe(*file_)),
-      build_(written_build(*file_)) {
+      build_(written_build(*file_)),
+      truth_(written_truth(*file_)) {
   const auto channels = static_cast<std::uint64_t>(sensor_.channels());
-  const auto grid = static_cast<std::uint64_t>(sensor_.image_grid);
+  const auto rows = static_cast<std::uint64_t>(sensor_.image_rows());
+  const auto columns = static_cast<std::uint64_t>(sensor_.image_columns());
   size_ = file_->require_shape(layout::voltages, {0, channels})[0];
   if (file_->has(layout::scenes_written) &&
       file_->read_rows(layout::scenes_written, 0, 1)(0, 0) != static_cast<double>(size_)) {
@@ -46,7 +55,7 @@ DatasetFile::DatasetFile(const std::filesystem::path& file)
                      ": is not finished; generate it again under the same name to go on");
   }
   file_->require_shape(layout::clean_voltages, {size_, channels});
-  file_->require_shape(layout::conductivity, {size_, grid, grid});
+  file_->require_shape(layout::conductivity, {size_, rows, columns});
   file_->require_shape(layout::contacts, {size_, 0, layout::contact_columns});
   file_->require_shape(layout::reference_voltages, {channels});
   if (file_->has(layout::model_effort)) {

@@ -36,6 +36,9 @@ class DatasetFile {
   std::string why_changed() const;
   /// The build that wrote the file; nothing where it does not say.
   const std::optional<BuildStamp>& build() const { return build_; }
+  /// What is known of the frames beside their voltages; of a set without contacts in its truth
+  /// `scenes` are empty, of one without images `conductivity` shows declared contacts.
+  Truth truth() const { return truth_; }
   /// The spec that the recipe describes. Throws InputError where the file has none.
   DatasetSpec spec() const;
 
@@ -58,6 +61,7 @@ class DatasetFile {
   std::uint64_t size_ = 0;
   std::string recipe_;
   std::optional<BuildStamp> build_;
+  Truth truth_;
   Eigen::VectorXd reference_;
 };
 

@@ -28,6 +28,8 @@ inline const std::string forces = "/forces";
 /// alone.
 inline const std::string time = "/time";
 inline const std::string sequence = "/sequence";
+/// Attribute of the root of measured sets: which of "images" and "places" are known.
+inline const std::string truth = "truth";
 /// One string: the canonical JSON of the DatasetSpec.
 inline const std::string recipe = "/recipe";
 /// [1]: rows that are whole, from the first.

@@ -32,6 +32,9 @@ Scene DatasetSpec::scene(std::uint64_t index) const {
                  },
                  [](const SequenceSet&) -> Scene {
                    throw std::logic_error("frames of a sequence follow from each other");
+                 },
+                 [](const MeasuredFrames&) -> Scene {
+                   throw std::logic_error("measured frames are read, not drawn");
                  }},
       scenes);
 }
@@ -63,7 +66,8 @@ std::size_t DatasetSpec::most_contacts() const {
           },
           [](const SceneDistribution& d) { return static_cast<std::size_t>(d.contacts.second); },
           [](const TouchDistribution& d) { return static_cast<std::size_t>(d.touches.second); },
-          [](const SequenceSet& set) { return set.most_touches(); }},
+          [](const SequenceSet& set) { return set.most_touches(); },
+          [](const MeasuredFrames& frames) { return static_cast<std::size_t>(frames.contacts); }},
       scenes);
 }
 
@@ -89,7 +93,8 @@ std::size_t DatasetSpec::most_vertices() const {
                         [&](const SequenceSet& set) {
                           std::visit([&](const auto& plan) { most = of_indenter(plan.indenter); },
                                      set.plan());
-                        }},
+                        },
+                        [](const MeasuredFrames&) {}},
              scenes);
   return most;
 }
@@ -107,6 +112,8 @@ SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
   if (object.has("model_error")) {
     object.fail("model_error", R"(needs "grid": "auto"; a grid's error is what it is)");
   }
+  // Where the grid cannot serve, the continuous sheet does.
+  if (!object.has("grid") && !fits_grid(sensor, sensor.image_grid)) return ContinuousSheet{};
   const int side = object.integer_or("grid", sensor.image_grid, 1, 1536);
   int refined = sensor.image_grid;
   while (refined < side) refined *= 2;
@@ -116,6 +123,11 @@ SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
                             std::to_string(2 * sensor.image_grid) + ", " +
                             std::to_string(4 * sensor.image_grid) + ", ...) or \"auto\", got " +
                             std::to_string(side));
+  }
+  if (!fits_grid(sensor, side)) {
+    object.fail("grid", "does not serve this sensor (a " + sensor.sheet->name() +
+                            "): it is for squares and rectangles in square pixels with point "
+                            R"(electrodes on its nodes; leave it out or use "auto")");
   }
   return GridSheet{side};
 }
@@ -157,15 +169,47 @@ void read_drawn_scenes(JsonObject& object, DatasetSpec& spec) {
   spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
 }
 
+/// Reads "snr_db" and "snr_basis".
+void read_noise(JsonObject& object, Noise& noise) {
+  const nlohmann::json& snr = object.raw("snr_db");
+  if (!snr.is_null()) {
+    if (!snr.is_number()) object.fail("snr_db", "must be a number of dB, or null for no noise");
+    noise.snr_db = object.number("snr_db", {-200, 400, false, "dB"});
+    noise.basis = object.choice("snr_basis", {"absolute", "difference"}) == "absolute"
+                      ? SnrBasis::absolute
+                      : SnrBasis::difference;
+  } else if (object.has("snr_basis")) {
+    object.choice("snr_basis", {"absolute", "difference"});
+  }
+}
+
+/// Reads what is left of the keys where frames are read from a file.
+void read_measured(JsonObject& object, const std::optional<std::filesystem::path>& folder,
+                   DatasetSpec& spec) {
+  if (object.has("scenes")) {
+    object.fail("scenes", "must be left out where the frames come from a \"file\"");
+  }
+  MeasuredFrames frames = measured_frames_from_json(object, spec.sensor, folder);
+  spec.count = frames.rows().size();
+  require_count(object, spec.count, "rows");
+  spec.scenes = std::move(frames);
+  if (object.has("snr_db")) read_noise(object, spec.noise);
+}
+
 }  // namespace
 
-DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
-                                   const std::string& name) {
+DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor, const std::string& name,
+                                   const std::optional<std::filesystem::path>& folder) {
   DatasetSpec spec;
   spec.sensor = sensor;
   spec.name = name;
   if (object.has("draws_of")) spec.draws = object.text("draws_of");
   spec.seed = static_cast<std::uint64_t>(object.integer_or("seed", 1, 0, 2147483647));
+  if (object.has("file")) {
+    read_measured(object, folder, spec);
+    object.finish();
+    return spec;
+  }
   const nlohmann::json& scenes = object.raw("scenes");
   if (scenes.is_array()) {
     if (scenes.empty()) object.fail("scenes", "must hold at least one scene");
@@ -189,16 +233,7 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
   spec.rasterisation = object.choice_or("rasterisation", "area", {"area", "centre"}) == "area"
                            ? Rasterisation::area
                            : Rasterisation::centre;
-  const nlohmann::json& snr = object.raw("snr_db");
-  if (!snr.is_null()) {
-    if (!snr.is_number()) object.fail("snr_db", "must be a number of dB, or null for no noise");
-    spec.noise.snr_db = object.number("snr_db", {-200, 400, false, "dB"});
-    spec.noise.basis = object.choice("snr_basis", {"absolute", "difference"}) == "absolute"
-                           ? SnrBasis::absolute
-                           : SnrBasis::difference;
-  } else if (object.has("snr_basis")) {
-    object.choice("snr_basis", {"absolute", "difference"});
-  }
+  read_noise(object, spec.noise);
   if (object.has("faults")) {
     spec.faults = faults_from_json(object.object("faults"), sensor, spec.model);
   }
@@ -207,6 +242,20 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
 }
 
 nlohmann::json to_json(const DatasetSpec& spec) {
+  if (const MeasuredFrames* measured = spec.measured()) {
+    nlohmann::json json = {{"format_version", DatasetSpec::format_version},
+                           {"sensor", to_json(spec.sensor)},
+                           {"name", spec.name},
+                           {"seed", spec.seed},
+                           {"count", spec.count}};
+    if (spec.noise.snr_db) {
+      json["snr_db"] = *spec.noise.snr_db;
+      json["snr_basis"] = name_of(spec.noise.basis);
+    }
+    if (!spec.draws.empty()) json["draws_of"] = spec.draws;
+    add_to(json, *measured);
+    return json;
+  }
   nlohmann::json json = {{"format_version", DatasetSpec::format_version},
                          {"sensor", to_json(spec.sensor)},
                          {"name", spec.name},
@@ -229,6 +278,7 @@ nlohmann::json to_json(const DatasetSpec& spec) {
                                            for (const Scene& s : list) scenes.push_back(to_json(s));
                                            return scenes;
                                          },
+                                         [](const MeasuredFrames&) { return nlohmann::json(); },
                                          [](const auto& drawn) { return to_json(drawn); }},
                               spec.scenes);
   return json;

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "forward/data/faults.h"
+#include "forward/data/measured_frames.h"
 #include "forward/data/noise.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/data/sheet_model.h"
@@ -34,11 +37,14 @@ struct DatasetSpec {
   Noise noise;
   Faults faults;
   /// What presses: contacts drawn at random or listed, touches of a skin at rest, or sequences of
-  /// touches over time.
-  std::variant<SceneDistribution, std::vector<Scene>, TouchDistribution, SequenceSet> scenes;
+  /// touches over time; or where the frames are that were measured.
+  std::variant<SceneDistribution, std::vector<Scene>, TouchDistribution, SequenceSet,
+               MeasuredFrames>
+      scenes;
 
   /// Scene `index` < count, the noise on its frame and the draw of its faults depend on (seed,
-  /// draws, index) alone. Not of sequences, whose frames follow from each other (SequenceFrames).
+  /// draws, index) alone. Not of sequences, whose frames follow from each other (SequenceFrames),
+  /// and of measured frames, which are read (MeasuredBlocks).
   Scene scene(std::uint64_t index) const;
   RandomStream noise_stream(std::uint64_t index) const;
   RandomStream stream(std::uint64_t index, Purpose purpose) const;
@@ -50,6 +56,8 @@ struct DatasetSpec {
 
   /// The sequences; null where the scenes do not move.
   const SequenceSet* sequences() const { return std::get_if<SequenceSet>(&scenes); }
+  /// Where the frames were measured; null where they are generated.
+  const MeasuredFrames* measured() const { return std::get_if<MeasuredFrames>(&scenes); }
   bool has_touches() const {
     return sequences() || std::holds_alternative<TouchDistribution>(scenes);
   }
@@ -62,8 +70,12 @@ struct DatasetSpec {
 /// "snr_basis", "faults", "scenes"}`. "scenes" is a list of scenes, or an object: with "touches" a
 /// TouchDistribution, with "sequence" a SequenceSet, else a SceneDistribution. Of a list, of
 /// touches at places and of sequences "count" follows from them and may be left out.
-DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor,
-                                   const std::string& name);
+///
+/// With "file" in place of "scenes" the frames are read (measured_frames_from_json), and of the
+/// other keys only "seed", "snr_db" and "snr_basis" are left: noise that trainings add.
+/// `folder` is what a relative "file" begins at; without one the object is to_json's.
+DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor, const std::string& name,
+                                   const std::optional<std::filesystem::path>& folder = {});
 
 /// The canonical JSON with every default filled in, the sensor and the format version: what a
 /// dataset's cache key is made of and what its file carries.

@@ -21,14 +21,14 @@ double root_mean_square(const Eigen::Ref<const VectorXd>& voltages) {
 /// The electronics of one frame, drawn whole, so that no fault shifts another's numbers.
 struct Draw {
   std::vector<int> electrodes;  ///< in the order in which they die
-  VectorXd gain;                ///< [pairs] in [-1, 1]
-  VectorXd offset;              ///< [pairs] in [-1, 1]
+  VectorXd gain;                ///< [measuring pairs] in [-1, 1]
+  VectorXd offset;              ///< [measuring pairs] in [-1, 1]
   VectorXd floating;            ///< [channels] standard normal
 
   Draw(const Sensor& sensor, RandomStream& random)
       : electrodes(static_cast<std::size_t>(sensor.electrode_count)),
-        gain(sensor.electrode_count),
-        offset(sensor.electrode_count),
+        gain(sensor.measurements()),
+        offset(sensor.measurements()),
         floating(sensor.channels()) {
     std::iota(electrodes.begin(), electrodes.end(), 0);
     const int last = sensor.electrode_count - 1;
@@ -65,16 +65,21 @@ void apply_faults(const Faults& faults, const Sensor& sensor,
   for (int n = 0; n < faults.dead_electrodes; ++n) {
     dead[static_cast<std::size_t>(draw.electrodes[static_cast<std::size_t>(n)])] = true;
   }
-  const auto is_dead = [&](int pair) {
-    return dead[static_cast<std::size_t>(pair)] ||
-           dead[static_cast<std::size_t>((pair + 1) % sensor.electrode_count)];
+  const auto is_dead = [&](const ElectrodePair& pair) {
+    return dead[static_cast<std::size_t>(pair.first)] ||
+           dead[static_cast<std::size_t>(pair.second)];
   };
+  const std::vector<ElectrodePair> drives = drive_pairs(sensor);
+  const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
   const std::vector<Channel> channels = channels_of(sensor);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto i = static_cast<Eigen::Index>(c);
     const int pair = channels[c].measurement;
     frame[i] = frame[i] * (1 + faults.gain_error * draw.gain[pair]) + offset * draw.offset[pair];
-    if (!is_dead(channels[c].drive) && !is_dead(pair)) continue;
+    if (!is_dead(drives[static_cast<std::size_t>(channels[c].drive)]) &&
+        !is_dead(measurements[static_cast<std::size_t>(pair)])) {
+      continue;
+    }
     frame[i] = faults.dead_reading == DeadReading::zero ? 0 : floating * draw.floating[i];
   }
   convert(faults.adc_bits, reference, frame);

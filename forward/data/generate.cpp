@@ -20,6 +20,7 @@
 #include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_layout.h"
+#include "forward/data/measured_file.h"
 #include "forward/data/scene_model.h"
 
 namespace ertbench {
@@ -58,8 +59,34 @@ std::uint64_t bytes_of(const DatasetSpec& spec) {
           layout::effort_columns_of(spec) + 2);
 }
 
+/// Where the frames of a set come from: the model of its sheet, or a file.
+class FrameSource {
+ public:
+  explicit FrameSource(const DatasetSpec& spec) : spec_(spec) {
+    if (spec.measured()) {
+      measured_.emplace(spec);
+    } else {
+      model_.emplace(spec.sensor, spec.model);
+    }
+  }
+
+  Eigen::VectorXd reference() const {
+    return measured_ ? measured_->reference_voltages()
+                     : recorded_reference(spec_.faults, model_->reference_voltages());
+  }
+  DatasetBlock block(std::uint64_t first, std::uint64_t count, int threads) const {
+    return measured_ ? measured_->block(first, count)
+                     : generate_block(spec_, *model_, first, count, threads);
+  }
+
+ private:
+  const DatasetSpec& spec_;
+  std::optional<SceneModel> model_;
+  std::optional<MeasuredBlocks> measured_;
+};
+
 /// Creates the unfinished file with all its storage reserved.
-void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::path& part) {
+void create_part(const DatasetSpec& spec, const FrameSource& source, const fs::path& part) {
   std::error_code error;
   const fs::path folder = part.has_parent_path() ? part.parent_path() : fs::path(".");
   const fs::space_info space = fs::space(folder, error);
@@ -71,19 +98,24 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
   }
   Hdf5File file = Hdf5File::create(part);
   const auto channels = static_cast<std::uint64_t>(spec.sensor.channels());
-  const auto grid = static_cast<std::uint64_t>(spec.sensor.image_grid);
+  const auto rows = static_cast<std::uint64_t>(spec.sensor.image_rows());
+  const auto columns = static_cast<std::uint64_t>(spec.sensor.image_columns());
   const auto describe = [&](const std::string& dataset, const std::string& unit,
                             const char* meaning) {
     file.write_text(dataset, "units", unit);
     file.write_text(dataset, "description", meaning);
   };
   file.create_dataset(layout::voltages, {spec.count, channels});
-  describe(layout::voltages, "V", "measured frames, with noise");
+  describe(layout::voltages, "V",
+           "measured frames, with noise; where each had a reference of its own, moved to "
+           "/reference_voltages, the mean of these");
   file.create_dataset(layout::clean_voltages, {spec.count, channels});
   describe(layout::clean_voltages, "V", "the same frames without noise");
-  file.create_dataset(layout::conductivity, {spec.count, grid, grid});
+  file.create_dataset(layout::conductivity, {spec.count, rows, columns});
   describe(layout::conductivity, "S/m",
-           "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1");
+           spec.sensor.sheet->name() == "square"
+               ? "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1"
+               : "true images [scene, row, column]: row 0 at the least y, column 0 at the least x");
   file.create_dataset(layout::contacts,
                       {spec.count, layout::contact_width(spec), layout::contact_columns});
   describe(layout::contacts, "domain units (sheet " + spec.sensor.sheet->extent() + "), rad, 1",
@@ -115,9 +147,17 @@ void create_part(const DatasetSpec& spec, const SceneModel& model, const fs::pat
              "points of the scene's border integral equation; estimated 2-norm of the error of its "
              "clean voltages");
   }
-  file.write_vector(layout::reference_voltages,
-                    recorded_reference(spec.faults, model.reference_voltages()));
-  describe(layout::reference_voltages, "V", "the untouched sheet by the same model, without noise");
+  file.write_vector(layout::reference_voltages, source.reference());
+  describe(layout::reference_voltages, "V",
+           spec.measured() ? "the untouched sheet, as measured"
+                           : "the untouched sheet by the same model, without noise");
+  if (const MeasuredFrames* measured = spec.measured()) {
+    const Truth& truth = measured->truth;
+    std::string known = truth.images || truth.places ? "" : "nothing";
+    if (truth.images) known += "images ";
+    if (truth.places) known += "places";
+    file.write_text("/", layout::truth, known);
+  }
   file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
   file.write_number("/", "schema_version", layout::schema_version);
   file.write_text_dataset(layout::recipe, to_json(spec).dump());
@@ -169,15 +209,14 @@ void remove_part(const fs::path& part) {
 
 /// Computes and writes the scenes from `whole` on; `whole` counts those that are in the file for
 /// good.
-void write_scenes(const DatasetSpec& spec, const SceneModel& model, const fs::path& part,
+void write_scenes(const DatasetSpec& spec, const FrameSource& source, const fs::path& part,
                   const GenerateOptions& options, std::uint64_t& whole) {
   const int threads = std::max(1, options.threads);
   Hdf5File out = Hdf5File::open_writable(part);
   const auto block_at = [&](std::uint64_t first) {
     const std::uint64_t count = std::min(rows_per_block, spec.count - first);
-    return std::async(std::launch::async, [&, first, count] {
-      return generate_block(spec, model, first, count, threads);
-    });
+    return std::async(std::launch::async,
+                      [&, first, count] { return source.block(first, count, threads); });
   };
   std::future<DatasetBlock> next;
   if (whole < spec.count) next = block_at(whole);
@@ -229,7 +268,7 @@ void require_dataset_output(const fs::path& file, const std::vector<fs::path>& i
 
 void generate_dataset(const DatasetSpec& spec, const fs::path& file,
                       const GenerateOptions& options) {
-  const SceneModel model(spec.sensor, spec.model);
+  const FrameSource source(spec);
   const fs::path part = part_of(file);
   const FileLock lock(part);
   if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
@@ -241,9 +280,9 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
     if (const auto found = resumable(spec, part)) {
       whole = *found;
     } else {
-      create_part(spec, model, part);
+      create_part(spec, source, part);
     }
-    write_scenes(spec, model, part, options, whole);
+    write_scenes(spec, source, part, options, whole);
     lock.sync();
     std::error_code error;
     fs::rename(part, file, error);

@@ -58,7 +58,7 @@ void SequenceFrames::move_to(double time_s) {
 }
 
 SequenceFrames::Frame SequenceFrames::next() {
-  const int drives = spec_.sensor.electrode_count;
+  const int drives = spec_.sensor.drives();
   Frame out;
   std::vector<Eigen::VectorXd> pressures;
   const auto look = [&] { return skin_scene(spec_.sensor, touches_, foam_.pressure_kPa()); };
@@ -93,7 +93,7 @@ void solve_drives(const DatasetSpec& spec, const SceneModel& model,
                   const std::vector<std::uint64_t>& numbers, double tolerance,
                   Eigen::Ref<Frames> voltages) {
   const std::vector<Channel> channels = channels_of(spec.sensor);
-  const int drives = spec.sensor.electrode_count;
+  const int drives = spec.sensor.drives();
   const int middle = drives / 2;
 
   /// Solves the wanted drives of each frame; its rows follow each other.

@@ -114,7 +114,8 @@ void invert(Packet* matrix, int size) {
 }  // namespace
 
 struct Condensation::Plan {
-  int grid = 0;
+  int columns = 0;
+  int rows = 0;
   std::vector<char> is_electrode;
   std::vector<int> electrodes;
   std::vector<Front> fronts;  ///< children before parents, the whole sheet last
@@ -128,11 +129,11 @@ struct Condensation::Plan {
 /// Whether a node of the block is still needed outside of it.
 bool Condensation::Plan::stays(int node, const Block& block) const {
   if (is_electrode[static_cast<std::size_t>(node)]) return true;
-  const int row = node / (grid + 1);
-  const int column = node % (grid + 1);
-  return (row == block.row && row > 0) || (row == block.row + block.rows && row < grid) ||
+  const int row = node / (columns + 1);
+  const int column = node % (columns + 1);
+  return (row == block.row && row > 0) || (row == block.row + block.rows && row < rows) ||
          (column == block.column && column > 0) ||
-         (column == block.column + block.columns && column < grid);
+         (column == block.column + block.columns && column < columns);
 }
 
 int Condensation::Plan::build(const Block& block, std::size_t stack_offset) {
@@ -142,7 +143,7 @@ int Condensation::Plan::build(const Block& block, std::size_t stack_offset) {
   if (leaf) {
     for (int row = block.row; row <= block.row + block.rows; ++row) {
       for (int column = block.column; column <= block.column + block.columns; ++column) {
-        nodes.push_back(column + (grid + 1) * row);
+        nodes.push_back(column + (columns + 1) * row);
       }
     }
   } else {
@@ -172,7 +173,7 @@ int Condensation::Plan::build(const Block& block, std::size_t stack_offset) {
   const auto kept = std::stable_partition(nodes.begin(), nodes.end(),
                                           [&](int node) { return !stays(node, block); });
   front.eliminated = static_cast<int>(kept - nodes.begin());
-  const bool whole = block.rows == grid && block.columns == grid;
+  const bool whole = block.rows == rows && block.columns == columns;
   if (whole) std::copy(electrodes.begin(), electrodes.end(), kept);
   front.nodes = nodes;
   const auto position = [&](int node) {
@@ -181,10 +182,10 @@ int Condensation::Plan::build(const Block& block, std::size_t stack_offset) {
   if (leaf) {
     for (int row = block.row; row < block.row + block.rows; ++row) {
       for (int column = block.column; column < block.column + block.columns; ++column) {
-        const int corner = column + (grid + 1) * row;
-        front.pixels.push_back({column + grid * row,
+        const int corner = column + (columns + 1) * row;
+        front.pixels.push_back({column + columns * row,
                                 {position(corner), position(corner + 1),
-                                 position(corner + grid + 2), position(corner + grid + 1)}});
+                                 position(corner + columns + 2), position(corner + columns + 1)}});
       }
     }
   } else {
@@ -208,13 +209,14 @@ struct Condensation::Workspace::Buffers {
   std::vector<Packet> stack;
 };
 
-Condensation::Condensation(int grid, const std::vector<int>& electrodes)
+Condensation::Condensation(int columns, int rows, const std::vector<int>& electrodes)
     : plan_(std::make_unique<Plan>()) {
-  plan_->grid = grid;
+  plan_->columns = columns;
+  plan_->rows = rows;
   plan_->electrodes = electrodes;
-  plan_->is_electrode.assign(square(grid + 1), 0);
+  plan_->is_electrode.assign(static_cast<std::size_t>((columns + 1) * (rows + 1)), 0);
   for (const int node : electrodes) plan_->is_electrode[static_cast<std::size_t>(node)] = 1;
-  plan_->build({0, 0, grid, grid}, 0);
+  plan_->build({0, 0, rows, columns}, 0);
 }
 Condensation::~Condensation() = default;
 Condensation::Condensation(Condensation&&) noexcept = default;
@@ -222,7 +224,7 @@ Condensation::Condensation(Condensation&&) noexcept = default;
 Condensation::Workspace::Workspace(const Condensation& condensation)
     : buffers_(std::make_unique<Buffers>()) {
   const Plan& plan = *condensation.plan_;
-  buffers_->ratio.resize(square(plan.grid));
+  buffers_->ratio.resize(static_cast<std::size_t>(plan.columns * plan.rows));
   buffers_->front.resize(square(plan.largest_front));
   buffers_->stack.resize(plan.stack_size);
 }

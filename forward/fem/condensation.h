@@ -18,8 +18,8 @@ class Condensation {
  public:
   static constexpr int lanes = 8;
 
-  /// `electrodes`: grid nodes `column + (grid + 1) * row`, all different.
-  Condensation(int grid, const std::vector<int>& electrodes);
+  /// `electrodes`: grid nodes `column + (columns + 1) * row`, all different.
+  Condensation(int columns, int rows, const std::vector<int>& electrodes);
   ~Condensation();
   Condensation(Condensation&&) noexcept;
 
@@ -35,7 +35,7 @@ class Condensation {
     std::unique_ptr<Buffers> buffers_;
   };
 
-  /// `ratio[lane]`: conductivity / background [grid^2] of up to `lanes` sheets; null repeats the
+  /// `ratio[lane]`: conductivity / background [pixels] of up to `lanes` sheets; null repeats the
   /// first. `impedance[lane]` [L, L]: potential at electrode i of the sheet of conductivity 1 for a
   /// unit current into electrode j and out of the last, relative to the last.
   void solve(const std::array<const double*, lanes>& ratio,

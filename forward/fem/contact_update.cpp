@@ -9,45 +9,51 @@ namespace {
 
 /// Conductivity ratios of the pixels around a node, 0 outside the sheet: lower left, lower right,
 /// upper left, upper right.
-std::array<double, 4> pixels_around(const double* ratio, int grid, int row, int column) {
+std::array<double, 4> pixels_around(const double* ratio, int columns, int rows, int row,
+                                    int column) {
   const auto at = [&](int r, int c) {
-    return r < 0 || c < 0 || r >= grid || c >= grid ? 0.0 : ratio[c + grid * r];
+    return r < 0 || c < 0 || r >= rows || c >= columns ? 0.0 : ratio[c + columns * r];
   };
   return {at(row - 1, column - 1), at(row - 1, column), at(row, column - 1), at(row, column)};
 }
 
 }  // namespace
 
-ContactUpdate::ContactUpdate(int grid, std::vector<int> electrodes)
-    : grid_(grid),
+ContactUpdate::ContactUpdate(int columns, int rows, std::vector<int> electrodes,
+                             std::vector<ElectrodePair> pairs)
+    : columns_(columns),
+      rows_(rows),
       electrodes_(std::move(electrodes)),
-      is_electrode_(static_cast<std::size_t>((grid + 1) * (grid + 1)), 0),
-      green_(grid) {
-  const int side = grid + 1;
+      pairs_(std::move(pairs)),
+      is_electrode_(static_cast<std::size_t>((columns + 1) * (rows + 1)), 0),
+      green_(columns, rows) {
+  const int side = columns + 1;
+  const int nodes = side * (rows + 1);
   const auto count = static_cast<Eigen::Index>(electrodes_.size());
-  RowMajorMatrix potentials(side * side, count);  // of a unit current into each electrode
+  RowMajorMatrix potentials(nodes, count);  // of a unit current into each electrode
   for (Eigen::Index e = 0; e < count; ++e) {
     const int source = electrodes_[static_cast<std::size_t>(e)];
     is_electrode_[static_cast<std::size_t>(source)] = 1;
-    for (int node = 0; node < side * side; ++node) {
+    for (int node = 0; node < nodes; ++node) {
       potentials(node, e) = green_(node / side, node % side, source / side, source % side);
     }
   }
-  fields_.resize(side * side, count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    fields_.col(k) = potentials.col((k + 1) % count) - potentials.col(k);
+  fields_.resize(nodes, static_cast<Eigen::Index>(pairs_.size()));
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    fields_.col(static_cast<Eigen::Index>(k)) =
+        potentials.col(pairs_[k].second) - potentials.col(pairs_[k].first);
   }
 }
 
 std::vector<int> ContactUpdate::active_nodes(const double* ratio) const {
   std::vector<int> active;
-  const int side = grid_ + 1;
-  for (int row = 0; row < side; ++row) {
-    const double* below = ratio + grid_ * std::max(row - 1, 0);
-    const double* above = ratio + grid_ * std::min(row, grid_ - 1);
+  const int side = columns_ + 1;
+  for (int row = 0; row <= rows_; ++row) {
+    const double* below = ratio + columns_ * std::max(row - 1, 0);
+    const double* above = ratio + columns_ * std::min(row, rows_ - 1);
     for (int column = 0; column < side; ++column) {
       const int left = std::max(column - 1, 0);
-      const int right = std::min(column, grid_ - 1);
+      const int right = std::min(column, columns_ - 1);
       const double first = below[left];
       const bool uniform = below[right] == first && above[left] == first && above[right] == first;
       const int node = column + side * row;
@@ -60,23 +66,23 @@ std::vector<int> ContactUpdate::active_nodes(const double* ratio) const {
 }
 
 Eigen::Array4d ContactUpdate::edges(const double* ratio, int node) const {
-  const int side = grid_ + 1;
+  const int side = columns_ + 1;
   const auto [lower_left, lower_right, upper_left, upper_right] =
-      pixels_around(ratio, grid_, node / side, node % side);
+      pixels_around(ratio, columns_, rows_, node / side, node % side);
   return 0.5 * Eigen::Array4d(lower_left + upper_left, lower_right + upper_right,
                               lower_left + lower_right, upper_left + upper_right);
 }
 
 Eigen::MatrixXd ContactUpdate::impedance_change(const double* ratio,
                                                 const std::vector<int>& active) const {
-  const int side = grid_ + 1;
+  const int side = columns_ + 1;
   const auto count = static_cast<Eigen::Index>(active.size());
-  const auto drives = static_cast<Eigen::Index>(electrodes_.size());
+  const auto drives = static_cast<Eigen::Index>(pairs_.size());
 
   // The Green's function from every active node to the active nodes and their neighbours, one row
   // a receiving node.
   const std::array<int, 4> step = {-1, 1, -side, side};
-  std::vector<int> row_of(static_cast<std::size_t>(side * side), -1);
+  std::vector<int> row_of(is_electrode_.size(), -1);
   std::vector<int> receivers;
   const auto receive = [&](int node) {
     if (row_of[static_cast<std::size_t>(node)] >= 0) return;
@@ -118,12 +124,14 @@ Eigen::MatrixXd ContactUpdate::impedance_change(const double* ratio,
       currents.row(i) += conductance[e] * fields_.row(neighbour);
     }
   }
-  for (Eigen::Index e = 0; e < drives; ++e) {
-    const int node = electrodes_[static_cast<std::size_t>(e)];
+  const auto add_current = [&](int electrode, Eigen::Index pair, double current) {
+    const int node = electrodes_[static_cast<std::size_t>(electrode)];
     const auto found = std::lower_bound(active.begin(), active.end(), node);
-    if (found == active.end() || *found != node) continue;
-    currents(found - active.begin(), e) -= 1;
-    currents(found - active.begin(), (e + drives - 1) % drives) += 1;
+    if (found != active.end() && *found == node) currents(found - active.begin(), pair) += current;
+  };
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    add_current(pairs_[k].first, static_cast<Eigen::Index>(k), -1);
+    add_current(pairs_[k].second, static_cast<Eigen::Index>(k), 1);
   }
   return fields.transpose() * system.partialPivLu().solve(currents);
 }

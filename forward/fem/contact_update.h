@@ -5,6 +5,7 @@
 
 #include "core/arrays.h"
 #include "forward/fem/lattice_green.h"
+#include "forward/sheet/electrode_pairs.h"
 
 namespace ertbench {
 
@@ -22,17 +23,19 @@ namespace ertbench {
 /// The cost is that of one dense LU of |B| unknowns, whatever the grid.
 class ContactUpdate {
  public:
-  /// `electrodes`: grid nodes `column + (grid + 1) * row` under the electrodes.
-  ContactUpdate(int grid, std::vector<int> electrodes);
+  /// `electrodes`: grid nodes `column + (columns + 1) * row` under the electrodes; `pairs` those by
+  /// which they are driven and measured.
+  ContactUpdate(int columns, int rows, std::vector<int> electrodes,
+                std::vector<ElectrodePair> pairs);
 
-  /// Potentials [nodes, L] of the uniform sheet of conductivity 1 under unit drive currents; drive
-  /// k takes the current out at electrode k and puts it in at k + 1.
+  /// Potentials [nodes, pairs] of the uniform sheet of conductivity 1 under unit currents, out at
+  /// a pair's first electrode and in at its second.
   const RowMajorMatrix& background_fields() const { return fields_; }
 
-  /// The active nodes of a sheet of `ratio` [grid^2], conductivity / background.
+  /// The active nodes of a sheet of `ratio` [pixels], conductivity / background.
   std::vector<int> active_nodes(const double* ratio) const;
 
-  /// P^T (K^+ - K0^+) P, [L, L], for conductivity `ratio` with its active nodes.
+  /// P^T (K^+ - K0^+) P, [pairs, pairs], for conductivity `ratio` with its active nodes.
   /// Every node being active makes the system singular; callers keep |active| below the node count.
   Eigen::MatrixXd impedance_change(const double* ratio, const std::vector<int>& active) const;
 
@@ -40,8 +43,10 @@ class ContactUpdate {
   /// The conductances of the four edges at a node, 0 where there is none: left, right, down, up.
   Eigen::Array4d edges(const double* ratio, int node) const;
 
-  int grid_;
+  int columns_;
+  int rows_;
   std::vector<int> electrodes_;
+  std::vector<ElectrodePair> pairs_;
   std::vector<char> is_electrode_;  ///< by node
   LatticeGreen green_;
   RowMajorMatrix fields_;

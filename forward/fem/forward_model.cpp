@@ -22,56 +22,70 @@ std::size_t most_active_nodes(int grid) {
 struct ForwardModel::Parts {
   Sensor sensor;
   int grid;
-  std::vector<Channel> channels;
+  int columns;
+  int rows;
+  SensorPairs pairs;
   std::vector<int> electrodes;
   ContactUpdate update;
   Condensation condensation;
   Eigen::VectorXd reference;
 
-  /// The Green's function of the uniform sheet is that of a square lattice.
-  static const Sensor& require_square(const Sensor& s) {
-    const Eigen::Vector2d sides = s.sheet->bounds().sizes();
-    if (s.sheet->fills_bounds() && sides.x() == sides.y()) return s;
-    throw InputError("sensor: the grid model is of square sheets, not of a " + s.sheet->name() +
-                     R"(; use "grid": "auto")");
+  /// The Green's function of the uniform sheet is that of a square lattice, and its electrodes are
+  /// nodes.
+  static const Sensor& require_grid(const Sensor& s, int grid) {
+    const Eigen::Vector2d pixel = s.sheet->pixels(grid).pixel();
+    if (!s.sheet->fills_bounds() || std::abs(pixel.x() - pixel.y()) > 1e-12 * pixel.x()) {
+      throw InputError(
+          "sensor: the grid model is of squares and of rectangles in square pixels, "
+          "not of a " +
+          s.sheet->name() + (s.sheet->fills_bounds() ? " in other pixels" : "") +
+          R"(; use "grid": "auto")");
+    }
+    if (s.electrode_model != ElectrodeModel::point) {
+      throw InputError(
+          R"(sensor: the grid model is of point electrodes; use "grid": "auto" for wide ones)");
+    }
+    return s;
   }
 
   Parts(const Sensor& s, int n)
-      : sensor(require_square(s)),
+      : sensor(require_grid(s, n)),
         grid(n),
-        channels(channels_of(s)),
+        columns(s.sheet->image_columns(n)),
+        rows(s.sheet->image_rows(n)),
+        pairs(s),
         electrodes(electrode_nodes(s, n)),
-        update(n, electrodes),
-        condensation(n, electrodes) {
+        update(columns, rows, electrodes, pairs.pairs),
+        condensation(columns, rows, electrodes) {
     reference = voltages(drive_impedance_of_background());
   }
 
   /// Ohm's law at conductivity 1 to volts: V(d, m) = -I/c0 P_m^T K^+ P_d.
-  Eigen::VectorXd voltages(const Eigen::MatrixXd& drive_impedance) const {
-    Eigen::VectorXd out(sensor.channels());
-    for (std::size_t c = 0; c < channels.size(); ++c) {
+  Eigen::VectorXd voltages(const Eigen::MatrixXd& impedance) const {
+    Eigen::VectorXd out(static_cast<Eigen::Index>(pairs.channels.size()));
+    for (std::size_t c = 0; c < pairs.channels.size(); ++c) {
+      const auto& [measurement, drive] = pairs.channels[c];
       out[static_cast<Eigen::Index>(c)] =
-          -sensor.drive_current / sensor.background *
-          drive_impedance(channels[c].measurement, channels[c].drive);
+          -sensor.drive_current / sensor.background * impedance(measurement, drive);
     }
     return out;
   }
 
   Eigen::MatrixXd drive_impedance_of_background() const {
     const RowMajorMatrix& fields = update.background_fields();
-    Eigen::MatrixXd at_electrodes(electrodes.size(), electrodes.size());
+    Eigen::MatrixXd at_electrodes(static_cast<Eigen::Index>(electrodes.size()), fields.cols());
     for (std::size_t e = 0; e < electrodes.size(); ++e) {
       at_electrodes.row(static_cast<Eigen::Index>(e)) = fields.row(electrodes[e]);
     }
     return pair_differences(at_electrodes);
   }
 
-  /// Row k: electrode k + 1 less electrode k.
-  static Eigen::MatrixXd pair_differences(const Eigen::MatrixXd& at_electrodes) {
-    Eigen::MatrixXd out(at_electrodes.rows(), at_electrodes.cols());
-    const Eigen::Index count = at_electrodes.rows();
-    for (Eigen::Index k = 0; k < count; ++k) {
-      out.row(k) = at_electrodes.row((k + 1) % count) - at_electrodes.row(k);
+  /// Rows by electrodes to rows by pairs: the second's less the first's.
+  Eigen::MatrixXd pair_differences(const Eigen::MatrixXd& at_electrodes) const {
+    Eigen::MatrixXd out(static_cast<Eigen::Index>(pairs.pairs.size()), at_electrodes.cols());
+    for (std::size_t k = 0; k < pairs.pairs.size(); ++k) {
+      out.row(static_cast<Eigen::Index>(k)) =
+          at_electrodes.row(pairs.pairs[k].second) - at_electrodes.row(pairs.pairs[k].first);
     }
     return out;
   }
@@ -97,7 +111,7 @@ Frames ForwardModel::solve(const Eigen::Ref<const Images>& conductivity,
   Frames voltages(conductivity.rows(), parts.sensor.channels());
 
   std::vector<Eigen::Index> to_condense;
-  const std::size_t nodes = static_cast<std::size_t>((parts.grid + 1) * (parts.grid + 1));
+  const auto nodes = static_cast<std::size_t>((parts.columns + 1) * (parts.rows + 1));
   for (Eigen::Index s = 0; s < ratio.rows(); ++s) {
     bool condense = method == ForwardMethod::condensation;
     if (!condense) {
@@ -125,20 +139,21 @@ Frames ForwardModel::solve(const Eigen::Ref<const Images>& conductivity,
     parts.condensation.solve(sheets, impedance, workspace);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const Eigen::MatrixXd drives =
-          Parts::pair_differences(Parts::pair_differences(impedance[lane]).transpose());
+          parts.pair_differences(parts.pair_differences(impedance[lane]).transpose());
       voltages.row(to_condense[first + lane]) = parts.voltages(drives);
     }
   }
   return voltages;
 }
 
-/// Potentials [nodes, L] of the sheet of conductivity `ratio` under unit drive currents.
+/// Potentials [nodes, pairs] of the sheet of conductivity `ratio` under unit currents of pairs.
 RowMajorMatrix ForwardModel::Parts::fields_of(const Eigen::VectorXd& ratio) const {
-  const int side = grid + 1;
+  const int side = columns + 1;
+  const int nodes = side * (rows + 1);
   std::vector<Eigen::Triplet<double>> entries;
-  for (int row = 0; row < grid; ++row) {
-    for (int column = 0; column < grid; ++column) {
-      const double half = 0.5 * ratio[column + grid * row];
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const double half = 0.5 * ratio[column + columns * row];
       const int corner = column + side * row;
       const std::array<int, 4> corners = {corner, corner + 1, corner + side + 1, corner + side};
       for (std::size_t c = 0; c < 4; ++c) {
@@ -151,15 +166,16 @@ RowMajorMatrix ForwardModel::Parts::fields_of(const Eigen::VectorXd& ratio) cons
   }
   const int grounded = electrodes.back();
   entries.emplace_back(grounded, grounded, 1.0);  // fixes the constant; no current flows there
-  Eigen::SparseMatrix<double> stiffness(side * side, side * side);
+  Eigen::SparseMatrix<double> stiffness(nodes, nodes);
   stiffness.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(stiffness);
 
-  const auto count = static_cast<Eigen::Index>(electrodes.size());
-  Eigen::MatrixXd currents = Eigen::MatrixXd::Zero(side * side, count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    currents(electrodes[static_cast<std::size_t>(k)], k) -= 1;
-    currents(electrodes[static_cast<std::size_t>((k + 1) % count)], k) += 1;
+  Eigen::MatrixXd currents =
+      Eigen::MatrixXd::Zero(nodes, static_cast<Eigen::Index>(pairs.pairs.size()));
+  for (std::size_t k = 0; k < pairs.pairs.size(); ++k) {
+    const auto pair = static_cast<Eigen::Index>(k);
+    currents(electrodes[static_cast<std::size_t>(pairs.pairs[k].first)], pair) -= 1;
+    currents(electrodes[static_cast<std::size_t>(pairs.pairs[k].second)], pair) += 1;
   }
   return factor.solve(currents);
 }
@@ -167,23 +183,23 @@ RowMajorMatrix ForwardModel::Parts::fields_of(const Eigen::VectorXd& ratio) cons
 /// dV(d, m)/dsigma_p = +I int_p grad u_d . grad u_m: half the sum over the pixel's four edges of
 /// the products of the differences along them.
 RowMajorMatrix ForwardModel::Parts::jacobian_from(const RowMajorMatrix& fields) const {
-  const int side = grid + 1;
+  const int side = columns + 1;
   const double scale = 0.5 * sensor.drive_current / (sensor.background * sensor.background);
-  RowMajorMatrix jacobian(sensor.channels(), grid * grid);
-  const auto count = static_cast<Eigen::Index>(electrodes.size());
+  RowMajorMatrix jacobian(static_cast<Eigen::Index>(pairs.channels.size()), columns * rows);
+  const auto count = static_cast<Eigen::Index>(pairs.pairs.size());
   RowMajorMatrix differences(4, count);
   RowMajorMatrix products(count, count);
-  for (int row = 0; row < grid; ++row) {
-    for (int column = 0; column < grid; ++column) {
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
       const int corner = column + side * row;
       differences.row(0) = fields.row(corner + 1) - fields.row(corner);
       differences.row(1) = fields.row(corner + side + 1) - fields.row(corner + side);
       differences.row(2) = fields.row(corner + side) - fields.row(corner);
       differences.row(3) = fields.row(corner + side + 1) - fields.row(corner + 1);
       products.noalias() = scale * differences.transpose() * differences;
-      for (std::size_t c = 0; c < channels.size(); ++c) {
-        jacobian(static_cast<Eigen::Index>(c), column + grid * row) =
-            products(channels[c].measurement, channels[c].drive);
+      for (std::size_t c = 0; c < pairs.channels.size(); ++c) {
+        jacobian(static_cast<Eigen::Index>(c), column + columns * row) =
+            products(pairs.channels[c][0], pairs.channels[c][1]);
       }
     }
   }

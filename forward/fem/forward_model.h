@@ -20,8 +20,9 @@ enum class ForwardMethod { automatic, condensation, contact_update };
 /// are const and thread-safe.
 class ForwardModel {
  public:
-  /// `grid`: pixels along one side, sensor.image_grid times a power of two.
-  /// Throws InputError where an electrode falls between nodes or the sheet is not a square.
+  /// `grid`: pixels along the longer side, sensor.image_grid times a power of two.
+  /// Throws InputError where the model does not serve (see fits_grid): where an electrode falls
+  /// between nodes or has a width, or the sheet is not a square or rectangle in square pixels.
   ForwardModel(const Sensor& sensor, int grid);
   ~ForwardModel();
   ForwardModel(ForwardModel&&) noexcept;
@@ -32,12 +33,12 @@ class ForwardModel {
   /// Voltages of the uniform sheet, [channels] V.
   const Eigen::VectorXd& reference_voltages() const;
 
-  /// `conductivity` [scenes, grid^2] S/m, all > 0, to voltages [scenes, channels] V.
+  /// `conductivity` [scenes, pixels] S/m, all > 0, to voltages [scenes, channels] V.
   /// Each scene's result is the same whatever else is in the batch.
   Frames solve(const Eigen::Ref<const Images>& conductivity,
                ForwardMethod method = ForwardMethod::automatic) const;
 
-  /// dV/dsigma [channels, grid^2] in V per S/m, at the uniform background or at an image [grid^2].
+  /// dV/dsigma [channels, pixels] in V per S/m, at the uniform background or at an image [pixels].
   RowMajorMatrix jacobian() const;
   RowMajorMatrix jacobian(const Eigen::VectorXd& conductivity) const;
 

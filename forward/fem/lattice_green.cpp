@@ -5,17 +5,18 @@
 
 namespace ertbench {
 
-LatticeGreen::LatticeGreen(int grid) {
-  const int period = 2 * grid;
-  // g(a, b) = 1/period * sum_p cos(2 pi p a / period) h_p(b), with h_p the periodic solution of
-  // (lambda_p - second difference) h = delta; lambda_p = 2 - 2 cos(2 pi p / period) = 2 cosh t - 2.
-  Eigen::MatrixXd cosines(period + 1, period);
-  Eigen::MatrixXd profiles(period, period + 1);
-  for (int p = 0; p < period; ++p) {
-    const double half_angle = std::numbers::pi * p / period;
-    for (int a = 0; a <= period; ++a) {
+LatticeGreen::LatticeGreen(int columns, int rows) {
+  const int turns = 2 * rows;      // the period of the direction that is summed over
+  const int period = 2 * columns;  // that of the other
+  // g(a, b) = 1/turns * sum_p cos(2 pi p a / turns) h_p(b), with h_p the periodic solution of
+  // (lambda_p - second difference) h = delta; lambda_p = 2 - 2 cos(2 pi p / turns) = 2 cosh t - 2.
+  Eigen::MatrixXd cosines(turns + 1, turns);
+  Eigen::MatrixXd profiles(turns, period + 1);
+  for (int p = 0; p < turns; ++p) {
+    const double half_angle = std::numbers::pi * p / turns;
+    for (int a = 0; a <= turns; ++a) {
       // The product p * a is reduced first so that the cosine's argument stays small.
-      cosines(a, p) = std::cos(2 * std::numbers::pi * ((p * a) % period) / period) / period;
+      cosines(a, p) = std::cos(2 * std::numbers::pi * ((p * a) % turns) / turns) / turns;
     }
     const double t = 2 * std::asinh(std::sin(half_angle));
     for (int b = 0; b <= period; ++b) {

@@ -29,6 +29,7 @@ class PixelGrid {
   }
   Eigen::Vector2d corner(int index) const { return corner(index % columns_, index / columns_); }
   Eigen::Vector2d centre(int index) const { return corner(index) + pixel_ / 2; }
+  Eigen::AlignedBox2d box(int index) const { return {corner(index), corner(index) + pixel_}; }
   /// x of the columns' centres [columns] and y of the rows' [rows].
   Eigen::RowVectorXd centres_x() const { return centres(0, columns_); }
   Eigen::RowVectorXd centres_y() const { return centres(1, rows_); }
@@ -37,9 +38,14 @@ class PixelGrid {
     return (point - low_).cwiseQuotient(pixel_);
   }
 
-  /// Whether a pixel's centre is on the sheet. Elsewhere an image has no change.
+  /// Whether a pixel is on the sheet, if in part. Elsewhere an image has no change.
   bool on_sheet(int index) const {
     return off_.empty() || off_[static_cast<std::size_t>(index)] == 0;
+  }
+  /// The part of a pixel's area that is on the sheet: 0 of a pixel that is off it, 1 of most.
+  double part_on_sheet(int index) const {
+    if (!on_sheet(index)) return 0;
+    return parts_.empty() ? 1 : parts_[static_cast<std::size_t>(index)];
   }
   bool all_on_sheet() const { return off_.empty(); }
   int count_on_sheet() const { return count() - off_count_; }
@@ -47,6 +53,11 @@ class PixelGrid {
     if (off_.empty()) off_.assign(static_cast<std::size_t>(count()), 0);
     off_count_ += off_[static_cast<std::size_t>(index)] == 0;
     off_[static_cast<std::size_t>(index)] = 1;
+  }
+  /// Of a pixel that is on the sheet.
+  void set_part_on_sheet(int index, double part) {
+    if (parts_.empty()) parts_.assign(static_cast<std::size_t>(count()), 1);
+    parts_[static_cast<std::size_t>(index)] = part;
   }
 
  private:
@@ -62,6 +73,7 @@ class PixelGrid {
   Eigen::Vector2d pixel_;
   std::vector<char> off_;  ///< [count], 1 off the sheet; empty where all are on it
   int off_count_ = 0;
+  std::vector<double> parts_;  ///< [count] of the area; empty where all are whole
 };
 
 }  // namespace ertbench

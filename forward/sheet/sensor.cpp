@@ -1,35 +1,87 @@
 #include "forward/sheet/sensor.h"
 
+#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "forward/sheet/square_sheet.h"
 
 namespace ertbench {
 namespace {
 
-bool shares_electrode(int drive, int measurement, int count) {
-  const int gap = (measurement - drive + count) % count;
-  return gap <= 1 || gap == count - 1;
+bool share_electrode(const ElectrodePair& a, const ElectrodePair& b) {
+  return a.first == b.first || a.first == b.second || a.second == b.first || a.second == b.second;
 }
 
 }  // namespace
 
+int Sensor::channels() const {
+  if (is_adjacent() && !measures_driven) return electrode_count * (electrode_count - 3);
+  return static_cast<int>(channels_of(*this).size());
+}
+
+int Sensor::drives() const {
+  return drive.kind == PairPattern::Kind::listed ? static_cast<int>(drive.listed.size())
+                                                 : electrode_count;
+}
+
+int Sensor::measurements() const {
+  return measurement.kind == PairPattern::Kind::listed ? static_cast<int>(measurement.listed.size())
+                                                       : electrode_count;
+}
+
+double Sensor::electrode_spacing() const {
+  const double length = sheet->border_length();
+  if (electrode_places.empty()) return length / electrode_count;
+  std::vector<double> sorted = electrode_places;
+  for (double& place : sorted) place -= length * std::floor(place / length);
+  std::sort(sorted.begin(), sorted.end());
+  double least = sorted.front() + length - sorted.back();
+  for (std::size_t e = 1; e < sorted.size(); ++e)
+    least = std::min(least, sorted[e] - sorted[e - 1]);
+  return least;
+}
+
 bool Sensor::operator==(const Sensor& other) const {
   return image_grid == other.image_grid && electrode_count == other.electrode_count &&
          electrode_offset == other.electrode_offset && drive_current == other.drive_current &&
-         background == other.background && sheet->name() == other.sheet->name() &&
-         sheet->unit_mm() == other.sheet->unit_mm() && skin == other.skin;
+         background == other.background && electrode_places == other.electrode_places &&
+         electrode_model == other.electrode_model && electrode_width == other.electrode_width &&
+         contact_impedance == other.contact_impedance && drive == other.drive &&
+         measurement == other.measurement && measures_driven == other.measures_driven &&
+         sheet->name() == other.sheet->name() && sheet->unit_mm() == other.sheet->unit_mm() &&
+         sheet->size_mm() == other.sheet->size_mm() && skin == other.skin;
+}
+
+std::vector<ElectrodePair> drive_pairs(const Sensor& sensor) {
+  return pairs_of(sensor.drive, sensor.electrode_count);
+}
+
+std::vector<ElectrodePair> measurement_pairs(const Sensor& sensor) {
+  return pairs_of(sensor.measurement, sensor.electrode_count);
+}
+
+SensorPairs::SensorPairs(const Sensor& sensor) : pairs(drive_pairs(sensor)) {
+  const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
+  int first_measurement = 0;
+  if (measurements != pairs) {
+    first_measurement = static_cast<int>(pairs.size());
+    pairs.insert(pairs.end(), measurements.begin(), measurements.end());
+  }
+  for (const Channel& channel : channels_of(sensor)) {
+    channels.push_back({first_measurement + channel.measurement, channel.drive});
+  }
 }
 
 std::vector<Channel> channels_of(const Sensor& sensor) {
   std::vector<Channel> channels;
-  const int count = sensor.electrode_count;
-  for (int drive = 0; drive < count; ++drive) {
-    for (int measurement = 0; measurement < count; ++measurement) {
-      if (!shares_electrode(drive, measurement, count)) channels.push_back({drive, measurement});
+  const std::vector<ElectrodePair> drives = drive_pairs(sensor);
+  const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
+  for (std::size_t drive = 0; drive < drives.size(); ++drive) {
+    for (std::size_t measurement = 0; measurement < measurements.size(); ++measurement) {
+      if (!sensor.measures_driven && share_electrode(drives[drive], measurements[measurement])) {
+        continue;
+      }
+      channels.push_back({static_cast<int>(drive), static_cast<int>(measurement)});
     }
   }
   return channels;
@@ -37,13 +89,17 @@ std::vector<Channel> channels_of(const Sensor& sensor) {
 
 std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
   const std::vector<Channel> channels = channels_of(sensor);
-  const int count = sensor.electrode_count;
+  const int count = sensor.measurements();
+  std::vector<std::array<int, 2>> pairs;
+  if (!is_reciprocal(sensor)) {
+    for (int c = 0; c < static_cast<int>(channels.size()); ++c) pairs.push_back({c, c});
+    return pairs;
+  }
   std::vector<int> index(static_cast<std::size_t>(count * count), -1);
   for (int c = 0; c < static_cast<int>(channels.size()); ++c) {
     const Channel& channel = channels[static_cast<std::size_t>(c)];
     index[static_cast<std::size_t>(channel.drive * count + channel.measurement)] = c;
   }
-  std::vector<std::array<int, 2>> pairs;
   for (int c = 0; c < static_cast<int>(channels.size()); ++c) {
     const Channel& channel = channels[static_cast<std::size_t>(c)];
     if (channel.drive < channel.measurement) {
@@ -54,16 +110,48 @@ std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
   return pairs;
 }
 
+bool is_reciprocal(const Sensor& sensor) {
+  if (sensor.is_adjacent()) return !sensor.measures_driven;
+  return !sensor.measures_driven && drive_pairs(sensor) == measurement_pairs(sensor);
+}
+
+std::vector<int> channels_in_full_frame(const Sensor& sensor) {
+  std::vector<int> out;
+  for (const Channel& channel : channels_of(sensor)) {
+    out.push_back(channel.drive * sensor.measurements() + channel.measurement);
+  }
+  return out;
+}
+
+Frames reduced_frames(const Sensor& sensor, const Frames& frames, const std::string& source) {
+  if (frames.cols() == sensor.channels()) return frames;
+  const int all = sensor.drives() * sensor.measurements();
+  if (frames.cols() == all) return frames(Eigen::all, channels_in_full_frame(sensor));
+  throw InputError(source + ": must have " + std::to_string(sensor.channels()) +
+                   " channels a frame, or " + std::to_string(all) +
+                   " with those of driven electrodes, has " + std::to_string(frames.cols()));
+}
+
+Eigen::VectorXd electrode_distances(const Sensor& sensor) {
+  Eigen::VectorXd out(sensor.electrode_count);
+  for (int e = 0; e < sensor.electrode_count; ++e) {
+    out[e] =
+        sensor.electrode_places.empty()
+            ? sensor.electrode_offset + sensor.sheet->border_length() * e / sensor.electrode_count
+            : sensor.electrode_places[static_cast<std::size_t>(e)];
+  }
+  return out;
+}
+
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor) {
   return electrode_positions(sensor, Eigen::VectorXd::Zero(sensor.electrode_count));
 }
 
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement) {
+  const Eigen::VectorXd along = electrode_distances(sensor);
   Eigen::Matrix2Xd positions(2, sensor.electrode_count);
   for (int e = 0; e < sensor.electrode_count; ++e) {
-    positions.col(e) = sensor.sheet->border_point(
-        sensor.electrode_offset + sensor.sheet->border_length() * e / sensor.electrode_count +
-        displacement[e]);
+    positions.col(e) = sensor.sheet->border_point(along[e] + displacement[e]);
   }
   return positions;
 }
@@ -79,57 +167,26 @@ std::vector<int> electrode_nodes(const Sensor& sensor, int grid) {
       throw InputError("sensor: electrode " + std::to_string(e) +
                        " falls between the nodes of the " + std::to_string(grid) +
                        "-grid; choose electrode_count and electrode_offset so that every electrode "
-                       "is a multiple of 2/grid from a corner");
+                       "is a multiple of 2/grid from a corner, or use \"grid\": \"auto\"");
     }
-    nodes.push_back(static_cast<int>(nearest.x()) + (grid + 1) * static_cast<int>(nearest.y()));
+    nodes.push_back(static_cast<int>(nearest.x()) +
+                    (pixels.columns() + 1) * static_cast<int>(nearest.y()));
   }
   return nodes;
 }
 
-Sensor sensor_from_json(JsonObject object) {
-  Sensor sensor;
-  const double side_mm = sensor.sheet->size_mm().x();
-  if (object.number_or("side_mm", side_mm, {1, 1e5, false, "mm"}) != side_mm) {
-    sensor.sheet = std::make_shared<const SquareSheet>(object.number("side_mm"));
-  }
-  sensor.image_grid = object.integer_or("image_grid", sensor.image_grid, 4, 96);
-  sensor.electrode_count = object.integer_or("electrode_count", sensor.electrode_count, 5, 64);
-  sensor.electrode_offset = object.number_or("electrode_offset", sensor.electrode_spacing() / 2,
-                                             {0, sensor.sheet->border_length()});
-  // From the leakage of an insulator to the best of metals, whose voltages and their squares are
-  // numbers of float32 as well.
-  sensor.drive_current =
-      object.number_or("drive_current", sensor.drive_current, {1e-9, 100, false, "A"});
-  sensor.background = object.number_or("background", sensor.background, {1e-9, 1e8, false, "S/m"});
-  if (object.has("skin")) {
-    sensor.skin = skin_from_json(object.object("skin"), sensor.sheet->size_mm().x());
-  }
-  object.finish();
-  if (sensor.electrode_offset >= sensor.electrode_spacing()) {
-    object.fail("electrode_offset", "must be less than the distance between electrodes, " +
-                                        std::to_string(sensor.electrode_spacing()));
+bool fits_grid(const Sensor& sensor, int grid) {
+  const Eigen::Vector2d pixel = sensor.sheet->pixels(grid).pixel();
+  if (!sensor.sheet->fills_bounds() || std::abs(pixel.x() - pixel.y()) > 1e-12 * pixel.x() ||
+      sensor.electrode_model != ElectrodeModel::point) {
+    return false;
   }
   try {
-    electrode_nodes(sensor, sensor.image_grid);
-  } catch (const InputError& e) {
-    object.fail("", e.what());
+    electrode_nodes(sensor, grid);
+  } catch (const InputError&) {
+    return false;
   }
-  return sensor;
-}
-
-nlohmann::json to_json(const Sensor& sensor) {
-  nlohmann::json json = {{"image_grid", sensor.image_grid},
-                         {"electrode_count", sensor.electrode_count},
-                         {"electrode_offset", sensor.electrode_offset},
-                         {"drive_current", sensor.drive_current},
-                         {"background", sensor.background}};
-  // Left out where they are what they were before there was a choice, so that the names of older
-  // datasets stay what they are.
-  if (sensor.sheet->unit_mm() != square_sheet()->unit_mm()) {
-    json["side_mm"] = sensor.sheet->size_mm().x();
-  }
-  if (sensor.skin) json["skin"] = to_json(*sensor.skin);
-  return json;
+  return true;
 }
 
 }  // namespace ertbench

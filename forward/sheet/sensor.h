@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/arrays.h"
+#include "forward/sheet/electrode_pairs.h"
 #include "forward/sheet/sheet.h"
 #include "forward/sheet/skin.h"
 
@@ -15,59 +17,130 @@ namespace ertbench {
 
 class JsonObject;
 
-/// A resistive sheet with point electrodes on its border, driven and measured by adjacent pairs.
-/// The defaults are EIDORS's stock model `d2s` with 16 electrodes.
+/// What an electrode is to the model. `point`: all its current at one place of the border. `gap`:
+/// the current is spread evenly over the electrode's width, and the potential read is the mean over
+/// it. `complete`: a conductor of one potential behind a contact impedance, which spreads the
+/// current as it likes (Cheng et al. 1989), also of electrodes that are not driven.
+enum class ElectrodeModel { point, gap, complete };
+
+/// A resistive sheet with electrodes on its border, driven and measured by pairs of them. The
+/// defaults are EIDORS's stock model `d2s` with 16 electrodes.
 ///
-/// Electrodes run clockwise at equal distances along the border, from `electrode_offset` past the
-/// sheet's start of the border: the top left corner (-1, 1) of the square. Drive k sends -I into
-/// electrode k and +I into k+1 (mod L); measurement j is V_j - V_(j+1). Pairs that share an
-/// electrode with the drive are skipped.
+/// Electrodes run clockwise along the border: at equal distances from `electrode_offset` past the
+/// sheet's start of the border (Sheet::border_start: the top left corner of a square or rectangle,
+/// the top of a disc), or at the `electrode_places` listed. Drive d sends -I into the first
+/// electrode of its pair and +I into the second; measurement m is V_first - V_second of its pair.
+/// Measurements that share an electrode with the drive are skipped.
+///
+/// Lengths are in the sheet's domain units; `sheet->unit_mm()` says how long one is.
 struct Sensor {
-  int image_grid = 24;             ///< pixels along one side of the image
+  int image_grid = 24;             ///< pixels along the longer side of the image
   int electrode_count = 16;        ///< L
   double electrode_offset = 0.25;  ///< along the border from its start, domain units
   double drive_current = 0.025;    ///< A
   double background = 0.06;        ///< conductivity of the untouched sheet, S/m
 
-  int pixels() const { return image_grid * image_grid; }
-  int channels() const { return electrode_count * (electrode_count - 3); }
+  /// Along the border from its start, clockwise, domain units, [L]; empty: at equal distances.
+  std::vector<double> electrode_places = {};
+  ElectrodeModel electrode_model = ElectrodeModel::point;
+  double electrode_width = 0;    ///< along the border, domain units; 0 of points
+  double contact_impedance = 0;  ///< of the complete model, ohm m^2 (ohm m of a sheet 1 m thick)
+  PairPattern drive = {};
+  PairPattern measurement = {};
+  /// Whether measurements that share an electrode with the drive are channels too; needs
+  /// electrodes with a width.
+  bool measures_driven = false;
+
+  /// The image has `image_grid` pixels along the longer side of the sheet's bounds, and so many
+  /// along the other that pixels are as good as square.
+  int image_columns() const { return sheet->image_columns(image_grid); }
+  int image_rows() const { return sheet->image_rows(image_grid); }
+  int pixels() const { return image_columns() * image_rows(); }
+  int channels() const;
+  int drives() const;        ///< drive pairs
+  int measurements() const;  ///< measuring pairs, those skipped included
+  /// Whether drives and measurements are both the adjacent pairs, as they are by default.
+  bool is_adjacent() const { return drive.is_adjacent() && measurement.is_adjacent(); }
 
   /// Never null. Sensors are compared by its name and size.
   std::shared_ptr<const Sheet> sheet = square_sheet();
   /// What lies on the sheet, where touches are more than regions of another conductivity.
-  std::optional<Skin> skin;
+  std::optional<Skin> skin = {};
 
-  /// The pixels of the sensor's images.
+  /// The pixels of the sensor's images; those off the sheet (the corners around a disc) have no
+  /// change in any image.
   PixelGrid image() const { return sheet->pixels(image_grid); }
-  double electrode_spacing() const { return sheet->border_length() / electrode_count; }
+  /// The least distance between neighbours along the border, domain units.
+  double electrode_spacing() const;
 
   bool operator==(const Sensor& other) const;
 };
 
-/// One measured voltage: the drive pair and the measuring pair, both 0 ... L-1.
+/// One measured voltage: the indices of the drive pair, 0 ... drives()-1, and of the measuring
+/// pair, 0 ... measurements()-1.
 struct Channel {
   int drive;
   int measurement;
 };
 
+std::vector<ElectrodePair> drive_pairs(const Sensor& sensor);
+std::vector<ElectrodePair> measurement_pairs(const Sensor& sensor);
+
+/// Drives and measurements in one list: the same pairs once, others one behind the other.
+struct SensorPairs {
+  explicit SensorPairs(const Sensor& sensor);
+
+  std::vector<ElectrodePair> pairs;
+  /// [channels] indices of the measuring and of the driving pair in that list.
+  std::vector<std::array<int, 2>> channels;
+};
+
 /// The channels in the order of the voltages: drive by drive, measurements ascending.
 std::vector<Channel> channels_of(const Sensor& sensor);
 
-/// Reciprocity makes V(drive d, measure m) = V(drive m, measure d): for each of the channels()/2
-/// such pairs the two channel indices.
+/// Reciprocity makes V(drive d, measure m) = V(drive m, measure d) where both are measured. Where
+/// every channel has such a partner (drives and measurements are the same pairs): for each of the
+/// channels()/2 pairs the two channel indices. Otherwise every channel c alone, as {c, c}.
 std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor);
+/// Whether reciprocal_pairs() are pairs of two channels.
+bool is_reciprocal(const Sensor& sensor);
 
+/// For instruments that measure every pair for every drive, driven electrodes included, [drives *
+/// measurements] drive by drive (256 values for 16 x 16): where in such a frame each of the
+/// sensor's channels stands, [channels].
+std::vector<int> channels_in_full_frame(const Sensor& sensor);
+/// Frames of [channels] as they are, frames of [drives * measurements] reduced to the sensor's
+/// channels. Throws InputError, its place `source`, where the columns are neither.
+Frames reduced_frames(const Sensor& sensor, const Frames& frames, const std::string& source);
+
+/// Where the electrodes' middles are along the border, [L] in domain units from its start.
+Eigen::VectorXd electrode_distances(const Sensor& sensor);
 /// Electrode positions [2, L] in domain units; with `displacement` [L] each moved so far along the
 /// border, clockwise.
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor);
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement);
 
-/// The grid node `column + (grid + 1) * row` under each electrode; `grid` counts pixels along one
-/// side. Throws InputError where an electrode falls between nodes.
+/// The grid node `column + (columns + 1) * row` under each electrode; `grid` counts pixels along
+/// the longer side. Throws InputError where an electrode falls between nodes.
 std::vector<int> electrode_nodes(const Sensor& sensor, int grid);
+/// Whether the grid model serves: a square or a rectangle in square pixels, with point electrodes
+/// on nodes. Otherwise the border model does.
+bool fits_grid(const Sensor& sensor, int grid);
 
-/// Reads `{"side_mm", "image_grid", "electrode_count", "electrode_offset", "drive_current",
-/// "background", "skin"}`, every key optional.
+/// Reads a sensor; every key is optional, and what is absent is EIDORS's `d2s`.
+///
+/// - "shape": "square" with "side_mm", "rectangle" with "sides_mm" [width, height], "disc" with
+///   "diameter_mm". A domain unit is half of the square's side, half of the rectangle's longer
+///   side, or the disc's radius.
+/// - "electrode_count" and "electrode_offset" (or "electrode_offset_mm") for equal distances;
+///   "electrode_places" (or "..._mm"), distances along the border; or "electrode_points_mm", points
+///   from the sheet's middle, next to the border. "counterclockwise": true numbers electrodes the
+///   other way round, from the same first place or in the order listed.
+/// - "electrode_model": "point", "gap", "complete"; "electrode_width" (or "..._mm"),
+///   "contact_impedance".
+/// - "drive", "measurement": see pair_pattern_from_json; "measurement" is "adjacent" unless "drive"
+///   is a skip or a list, which it then repeats. "measures_driven": false.
+/// - "drive_current" A, "background" S/m, "image_grid", "skin"; "about", "$schema": ignored.
 Sensor sensor_from_json(JsonObject object);
 nlohmann::json to_json(const Sensor& sensor);
 

@@ -19,13 +19,14 @@ struct DiscPoint {
 /// The shape of a resistive sheet, and all that follows from it. Everything else asks the sheet
 /// and takes no shape for granted: another sheet is another class of this kind.
 ///
-/// Lengths are in domain units, in which a sheet is about 2 across; `unit_mm` says how long one
-/// is. A sheet is convex and the middle of its bounds lies in it.
+/// Lengths are in domain units: half the square's side, half the rectangle's longer side, the
+/// disc's radius, so that a sheet is 2 across; `unit_mm` says how long one is. A sheet is convex
+/// and the middle of its bounds lies in it.
 class Sheet {
  public:
   virtual ~Sheet() = default;
 
-  /// Sheets of the same name are the same: "square".
+  /// Sheets of the same name and size are the same: "square", "rectangle", "disc".
   virtual std::string name() const = 0;
   /// As it stands in descriptions: "[-1, 1] x [-1, 1]".
   virtual std::string extent() const = 0;
@@ -61,9 +62,15 @@ class Sheet {
   /// first.
   virtual std::vector<Eigen::Matrix2d> symmetries() const = 0;
 
-  /// An image of `side` x `side` pixels. Costs a look at every pixel unless the sheet fills its
-  /// bounds: make it once for many images.
+  /// The part of the area of a box that is on the sheet.
+  virtual double area_within(const Eigen::AlignedBox2d& box) const;
+
+  /// An image of `side` pixels along the longer side of the bounds, and along the other of so many
+  /// that pixels are as good as square: `side` x `side` on a square and a disc. Costs a look at
+  /// every pixel unless the sheet fills its bounds: make it once for many images.
   PixelGrid pixels(int side) const;
+  int image_columns(int side) const;
+  int image_rows(int side) const;
   bool fills_bounds() const;
 
  protected:

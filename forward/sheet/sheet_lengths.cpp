@@ -1,6 +1,7 @@
 #include "forward/sheet/sheet_lengths.h"
 
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "core/text.h"
 
@@ -40,6 +41,19 @@ Eigen::Vector2d SheetLengths::lengths(const char* key, Range range) {
   const Form form = form_of(key);
   const std::vector<double> two = object_.numbers(form.key, 2, form.range(range));
   return Eigen::Vector2d(two[0], two[1]) / form.unit;
+}
+
+std::vector<double> SheetLengths::numbers(const char* key, std::size_t least, std::size_t most,
+                                          Range range) {
+  const Form form = form_of(key);
+  const std::size_t size = object_.raw(form.key).size();
+  if (size < least || size > most) {
+    object_.fail(form.key, "must be a list of " + std::to_string(least) + " to " +
+                               std::to_string(most) + " numbers, holds " + std::to_string(size));
+  }
+  std::vector<double> out = object_.numbers(form.key, size, form.range(range));
+  for (double& number : out) number /= form.unit;
+  return out;
 }
 
 std::pair<double, double> SheetLengths::length_interval(const char* key, Range range) {

@@ -22,6 +22,8 @@ class SheetLengths {
 
   double length(const char* key, Range range);
   Eigen::Vector2d lengths(const char* key, Range range);  ///< along two axes
+  /// A list of `least` to `most` lengths.
+  std::vector<double> numbers(const char* key, std::size_t least, std::size_t most, Range range);
   /// [low, high], or one number for both.
   std::pair<double, double> length_interval(const char* key, Range range);
   /// Of a place the range bounds both distances from the origin of its form.

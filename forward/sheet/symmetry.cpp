@@ -25,26 +25,51 @@ std::optional<std::vector<int>> electrode_map(const Sensor& sensor, const Eigen:
   return to;
 }
 
-/// The pair of neighbours {k, k+1} after the turn, named by its first electrode. A reflection turns
-/// the pair round, which changes the sign of drive and measurement alike.
-int pair_after(const std::vector<int>& to, int pair) {
-  const int count = static_cast<int>(to.size());
-  const int first = to[static_cast<std::size_t>(pair)];
-  const int second = to[static_cast<std::size_t>((pair + 1) % count)];
-  return second == (first + 1) % count ? first : second;
-}
+/// Where each of the pairs goes: to that of the two electrodes the same way round, and where they
+/// stand the other way round; -1 where there is none.
+struct PairMap {
+  std::vector<int> same, turned;
 
-std::vector<int> channel_map(const Sensor& sensor, const std::vector<int>& to) {
+  PairMap(const std::vector<ElectrodePair>& pairs, const std::vector<int>& to) {
+    std::map<std::pair<int, int>, int> index;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      index.try_emplace({pairs[k].first, pairs[k].second}, static_cast<int>(k));
+    }
+    const auto find = [&](int first, int second) {
+      const auto found = index.find({first, second});
+      return found == index.end() ? -1 : found->second;
+    };
+    for (const ElectrodePair& pair : pairs) {
+      const int first = to[static_cast<std::size_t>(pair.first)];
+      const int second = to[static_cast<std::size_t>(pair.second)];
+      same.push_back(find(first, second));
+      turned.push_back(find(second, first));
+    }
+  }
+};
+
+/// Nothing where a channel would go to one that is not measured, or change its sign. A reflection
+/// turns neighbours round, which changes the sign of drive and measurement alike.
+std::optional<std::vector<int>> channel_map(const Sensor& sensor, const std::vector<int>& to) {
   const std::vector<Channel> channels = channels_of(sensor);
+  const PairMap drives(drive_pairs(sensor), to);
+  const PairMap measurements(measurement_pairs(sensor), to);
   std::map<std::pair<int, int>, int> index;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     index[{channels[c].drive, channels[c].measurement}] = static_cast<int>(c);
   }
-  std::vector<int> from(channels.size());
+  std::vector<int> from(channels.size(), -1);
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    const int drive = pair_after(to, channels[c].drive);
-    const int measurement = pair_after(to, channels[c].measurement);
-    from[static_cast<std::size_t>(index.at({drive, measurement}))] = static_cast<int>(c);
+    const auto drive = static_cast<std::size_t>(channels[c].drive);
+    const auto measurement = static_cast<std::size_t>(channels[c].measurement);
+    auto found = index.find({drives.same[drive], measurements.same[measurement]});
+    if (found == index.end()) {
+      found = index.find({drives.turned[drive], measurements.turned[measurement]});
+    }
+    if (found == index.end() || from[static_cast<std::size_t>(found->second)] >= 0) {
+      return std::nullopt;
+    }
+    from[static_cast<std::size_t>(found->second)] = static_cast<int>(c);
   }
   return from;
 }
@@ -69,8 +94,10 @@ std::vector<Symmetry> symmetries(const Sensor& sensor) {
   const PixelGrid pixels = sensor.image();
   const Eigen::Vector2d middle = sensor.sheet->bounds().center();
   for (const Eigen::Matrix2d& turn : sensor.sheet->symmetries()) {
-    if (const auto to = electrode_map(sensor, turn)) {
-      out.push_back({pixel_map(pixels, middle, turn), channel_map(sensor, *to)});
+    const auto to = electrode_map(sensor, turn);
+    if (!to) continue;
+    if (const auto channels = channel_map(sensor, *to)) {
+      out.push_back({pixel_map(pixels, middle, turn), *channels});
     }
   }
   return out;

@@ -243,7 +243,7 @@ SequenceSet sequence_set_from_json(JsonObject object, const Sensor& sensor) {
   }
   FrameTiming timing;
   timing.frame_rate = object.number_or("frame_rate", timing.frame_rate, {1e-3, 1e5, false, "1/s"});
-  const double longest_ms = 1000 / (timing.frame_rate * sensor.electrode_count);
+  const double longest_ms = 1000 / (timing.frame_rate * sensor.drives());
   timing.drive_time_s = object.number_or("drive_time_ms", std::min(0.5, longest_ms),
                                          {1e-6, longest_ms * (1 + 1e-9), false, "ms"}) /
                         1000;

@@ -33,16 +33,28 @@ void append_enlargement(nn::Sequential& layers, int inputs, int width, int facto
 }  // namespace
 
 void Dcnn::check(const Sensor& sensor) {
-  if (sensor.electrode_count % 4 != 0 || 2 * sensor.image_grid != 3 * sensor.electrode_count) {
+  const auto suits = [](int pairs, int pixels) {
+    return pairs % 4 == 0 && 2 * pixels == 3 * pairs;
+  };
+  if (suits(sensor.drives(), sensor.image_rows()) &&
+      suits(sensor.measurements(), sensor.image_columns())) {
+    return;
+  }
+  if (sensor.is_adjacent() && sensor.image_rows() == sensor.image_columns()) {
     throw InputError(
         "dcnn needs a multiple of 4 electrodes and an image grid of 3/2 as many pixels (16 and "
         "24), the sensor has " +
         std::to_string(sensor.electrode_count) + " and " + std::to_string(sensor.image_grid));
   }
+  throw InputError(
+      "dcnn needs multiples of 4 drives and measurements and an image of 3/2 as many "
+      "rows and columns (16 x 16 and 24 x 24), the sensor has " +
+      std::to_string(sensor.drives()) + " x " + std::to_string(sensor.measurements()) + " and " +
+      std::to_string(sensor.image_rows()) + " x " + std::to_string(sensor.image_columns()));
 }
 
 Dcnn::Dcnn(const Sensor& sensor, const std::array<int, 3>& widths)
-    : electrodes_(sensor.electrode_count) {
+    : drives_(sensor.drives()), measurements_(sensor.measurements()) {
   const auto [w0, w1, w2] = widths;
   append_convolution(layers_, 1, w0);
   layers_->push_back(nn::MaxPool2d(2));
@@ -54,11 +66,11 @@ Dcnn::Dcnn(const Sensor& sensor, const std::array<int, 3>& widths)
   layers_->push_back(nn::Conv2d(nn::Conv2dOptions(w0, 1, 3).padding(1)));
   register_module("layers", layers_);
 
-  std::vector<std::int64_t> source(static_cast<std::size_t>(electrodes_ * electrodes_),
+  std::vector<std::int64_t> source(static_cast<std::size_t>(drives_ * measurements_),
                                    sensor.channels());
   std::int64_t index = 0;
   for (const Channel& channel : channels_of(sensor)) {
-    source[static_cast<std::size_t>(channel.drive * electrodes_ + channel.measurement)] = index++;
+    source[static_cast<std::size_t>(channel.drive * measurements_ + channel.measurement)] = index++;
   }
   source_ = torch::tensor(source);
 }
@@ -66,8 +78,7 @@ Dcnn::Dcnn(const Sensor& sensor, const std::array<int, 3>& widths)
 torch::Tensor Dcnn::forward(const torch::Tensor& frames) {
   const torch::Tensor with_none =
       nn::functional::pad(frames, nn::functional::PadFuncOptions({0, 1}));
-  return layers_->forward(
-      with_none.index_select(1, source_).view({-1, 1, electrodes_, electrodes_}));
+  return layers_->forward(with_none.index_select(1, source_).view({-1, 1, drives_, measurements_}));
 }
 
 std::unique_ptr<InferencePlan> Dcnn::plan(bool bfloat16) const {
@@ -81,8 +92,7 @@ std::unique_ptr<InferencePlan> Dcnn::plan(bool bfloat16) const {
     channels = std::max(channels, sources.back());  // one past the last stands for none
   }
   for (int& source : sources) source = source == channels ? PlanBuilder::none : source;
-  const int map =
-      plan.maps(plan.gather(plan.input(channels), sources), 1, electrodes_, electrodes_);
+  const int map = plan.maps(plan.gather(plan.input(channels), sources), 1, drives_, measurements_);
   return plan.finish(add_layers(plan, layers_, {map}, true));
 }
 

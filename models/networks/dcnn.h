@@ -32,7 +32,8 @@ class Dcnn final : public Network {
  private:
   torch::nn::Sequential layers_;
   torch::Tensor source_;  ///< [map], which channel stands there; one past the last: none
-  int electrodes_;
+  int drives_;
+  int measurements_;
 };
 
 }  // namespace ertbench

@@ -42,14 +42,19 @@ nn::ConvTranspose2dOptions doubling(int inputs, int width) {
 }  // namespace
 
 void DdErtGenerator::check(const Sensor& sensor) {
-  if (sensor.image_grid % 4 != 0 || sensor.image_grid < 12) {
+  const auto suits = [](int side) { return side % 4 == 0 && side >= 12; };
+  if (!suits(sensor.image_columns()) || !suits(sensor.image_rows())) {
     throw InputError("dd-ert needs an image grid of 12, 16, 20, 24, ... pixels, the sensor has " +
-                     std::to_string(sensor.image_grid));
+                     std::to_string(sensor.image_columns()) +
+                     (sensor.image_rows() == sensor.image_columns()
+                          ? ""
+                          : " x " + std::to_string(sensor.image_rows())));
   }
 }
 
 DdErtGenerator::DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape)
-    : grid_(sensor.image_grid),
+    : rows_(sensor.image_rows()),
+      columns_(sensor.image_columns()),
       initial_imaging_(sensor.channels(), sensor.pixels()),
       encode_full_(block(same(1, shape.width), shape.convolutions)),
       encode_half_(block(halving(shape.width, 2 * shape.width), shape.convolutions)),
@@ -86,7 +91,7 @@ torch::Tensor DdErtGenerator::attend(SpatialAttention& attention, const torch::T
 }
 
 torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
-  const torch::Tensor initial = initial_imaging_->forward(frames).view({-1, 1, grid_, grid_});
+  const torch::Tensor initial = initial_imaging_->forward(frames).view({-1, 1, rows_, columns_});
   const torch::Tensor full = encode_full_->forward(initial);
   const torch::Tensor half = encode_half_->forward(full);
   const torch::Tensor quarter = attend(attention_quarter_, encode_quarter_->forward(half));
@@ -110,7 +115,7 @@ std::unique_ptr<InferencePlan> DdErtGenerator::plan(bool bfloat16) const {
   };
   const int frame = plan.input(static_cast<int>(initial_imaging_->weight.size(1)));
   const int initial =
-      plan.maps(plan.dense(frame, weights_of(*initial_imaging_, nullptr), {}), 1, grid_, grid_);
+      plan.maps(plan.dense(frame, weights_of(*initial_imaging_, nullptr), {}), 1, rows_, columns_);
   const int full = add_layers(plan, encode_full_, {initial});
   const int half = add_layers(plan, encode_half_, {full});
   const int quarter = attend(attention_quarter_, add_layers(plan, encode_quarter_, {half}));

@@ -49,7 +49,8 @@ class DdErtGenerator final : public Network {
  private:
   torch::Tensor attend(SpatialAttention& attention, const torch::Tensor& features);
 
-  int grid_;
+  int rows_;
+  int columns_;
   torch::nn::Linear initial_imaging_;
   torch::nn::Sequential encode_full_;
   torch::nn::Sequential encode_half_;

@@ -18,7 +18,7 @@ constexpr double first_weight = 1e-3;
 
 EitNn::EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
              const std::array<int, 2>& channels)
-    : inputs_(sensor.channels()), grid_(sensor.image_grid) {
+    : inputs_(sensor.channels()), rows_(sensor.image_rows()), columns_(sensor.image_columns()) {
   append_dense_layers(dense_, sensor.channels(), dense_widths);
   int inputs = 1;
   for (const int width : channels) {
@@ -38,13 +38,13 @@ EitNn::EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
 }
 
 torch::Tensor EitNn::forward(const torch::Tensor& frames) {
-  return convolutions_->forward(dense_->forward(frames).view({-1, 1, grid_, grid_}));
+  return convolutions_->forward(dense_->forward(frames).view({-1, 1, rows_, columns_}));
 }
 
 std::unique_ptr<InferencePlan> EitNn::plan(bool bfloat16) const {
   PlanBuilder plan(bfloat16);
   const int dense = add_layers(plan, dense_, {plan.input(inputs_)});
-  return plan.finish(add_layers(plan, convolutions_, {plan.maps(dense, 1, grid_, grid_)}, true));
+  return plan.finish(add_layers(plan, convolutions_, {plan.maps(dense, 1, rows_, columns_)}, true));
 }
 
 }  // namespace ertbench

@@ -28,7 +28,8 @@ class EitNn final : public Network {
   torch::nn::Sequential dense_;
   torch::nn::Sequential convolutions_;
   int inputs_;
-  int grid_;
+  int rows_;
+  int columns_;
 };
 
 }  // namespace ertbench

@@ -25,7 +25,8 @@ class Fcnn final : public Network {
  private:
   torch::nn::Sequential layers_;
   int inputs_;
-  int grid_;
+  int rows_;
+  int columns_;
 };
 
 /// Appends dense layers with batch normalisation and ReLU; returns the width of the last.

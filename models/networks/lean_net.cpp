@@ -39,16 +39,20 @@ torch::Tensor pairs_of(const Sensor& sensor) {
 }  // namespace
 
 void LeanNet::check(const Sensor& sensor) {
-  if (sensor.image_grid % 4 != 0) {
+  if (sensor.image_columns() % 4 != 0 || sensor.image_rows() % 4 != 0) {
     throw InputError("lean-net needs an image grid of a multiple of 4 pixels, the sensor has " +
-                     std::to_string(sensor.image_grid));
+                     std::to_string(sensor.image_columns()) +
+                     (sensor.image_rows() == sensor.image_columns()
+                          ? ""
+                          : " x " + std::to_string(sensor.image_rows())));
   }
 }
 
 LeanNet::LeanNet(const Sensor& sensor, const LeanShape& shape)
-    : side_(sensor.image_grid / 2),
+    : rows_(sensor.image_rows() / 2),
+      columns_(sensor.image_columns() / 2),
       pairs_(pairs_of(sensor)),
-      start_(sensor.channels() / 2, (sub_pixels + shape.extra_maps) * side_ * side_),
+      start_(pairs_.size(0), (sub_pixels + shape.extra_maps) * rows_ * columns_),
       rise_(nn::ConvTranspose2dOptions(2 * shape.width, shape.width, 2).stride(2)),
       image_(nn::Conv2dOptions(shape.width, sub_pixels, 3).padding(1)),
       bounded_(shape.bounded) {
@@ -94,19 +98,19 @@ torch::Tensor LeanNet::means_of_pairs(const torch::Tensor& frames) const {
 
 void LeanNet::set_first_image(const torch::Tensor& weights, const torch::Tensor& bias) {
   const torch::NoGradGuard no_gradients;
-  const std::int64_t pixels = sub_pixels * side_ * side_;
+  const std::int64_t pixels = sub_pixels * rows_ * columns_;
   // Pixels of the image in the order of the dense layer's outputs: sub-pixel by sub-pixel.
   const torch::Tensor order =
-      torch::arange(pixels).view({side_, 2, side_, 2}).permute({1, 3, 0, 2}).reshape({pixels});
+      torch::arange(pixels).view({rows_, 2, columns_, 2}).permute({1, 3, 0, 2}).reshape({pixels});
   start_->weight.slice(0, 0, pixels).copy_(weights.index_select(0, order));
   start_->bias.slice(0, 0, pixels).copy_(bias.index_select(0, order));
 }
 
 torch::Tensor LeanNet::forward(const torch::Tensor& frames) {
   // Not the number of frames, which would be a constant of a traced graph.
-  const std::int64_t maps = start_->weight.size(0) / (side_ * side_);
+  const std::int64_t maps = start_->weight.size(0) / (rows_ * columns_);
   const torch::Tensor start =
-      start_->forward(means_of_pairs(frames)).view({-1, maps, side_, side_});
+      start_->forward(means_of_pairs(frames)).view({-1, maps, rows_, columns_});
   const torch::Tensor half = blocks(encode_blocks_, encode_->forward(start).relu());
   const torch::Tensor quarter = blocks(bottom_blocks_, fall_->forward(half).relu());
   const torch::Tensor up = blocks(decode_blocks_, (half + rise_->forward(quarter)).relu());
@@ -143,7 +147,7 @@ std::unique_ptr<InferencePlan> LeanNet::plan(bool bfloat16) const {
   const int means = plan.means_of_pairs(frame, std::move(pairs));
   const DenseWeights dense = weights_of(*start_, nullptr);
   const int start =
-      plan.maps(plan.dense(means, dense, {}), dense.outputs / (side_ * side_), side_, side_);
+      plan.maps(plan.dense(means, dense, {}), dense.outputs / (rows_ * columns_), rows_, columns_);
   const int half = blocks(encode_blocks_, plan.convolution({start}, layer(encode_, 0), relu));
   const int quarter = blocks(bottom_blocks_, plan.convolution({half}, layer(fall_, 0), relu));
   const int up = blocks(decode_blocks_, plan.transposed_convolution(

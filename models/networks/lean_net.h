@@ -53,7 +53,8 @@ class LeanNet final : public Network {
  private:
   torch::Tensor blocks(torch::nn::Sequential& convolutions, torch::Tensor maps);
 
-  int side_;             ///< of the maps at half the resolution
+  int rows_;  ///< of the maps at half the resolution
+  int columns_;
   torch::Tensor pairs_;  ///< [pairs, 2] channels
   torch::nn::Linear start_;
   torch::nn::Sequential encode_;

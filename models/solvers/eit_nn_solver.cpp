@@ -5,8 +5,18 @@
 
 namespace ertbench {
 
+namespace {
+
+/// Those of the default end in the pixels of the sensor, whatever it is.
+std::vector<int> widths_for(const Sensor& sensor, std::vector<int> widths) {
+  if (widths == std::vector{2304, 576, 576}) widths.back() = sensor.pixels();
+  return widths;
+}
+
+}  // namespace
+
 void EitNnSolver::check(const Sensor& sensor) const {
-  if (dense_widths_.back() != sensor.pixels()) {
+  if (widths_for(sensor, dense_widths_).back() != sensor.pixels()) {
     throw InputError(
         "eit-nn makes an image of its last dense layer: \"dense_widths\" must end in " +
         std::to_string(sensor.pixels()) + ", the sensor's pixels, not in " +
@@ -38,7 +48,7 @@ nlohmann::json EitNnSolver::settings() const {
 }
 
 std::shared_ptr<Network> EitNnSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<EitNn>(sensor, dense_widths_, channels_);
+  return std::make_shared<EitNn>(sensor, widths_for(sensor, dense_widths_), channels_);
 }
 
 std::unique_ptr<Objective> EitNnSolver::make_objective(const FitInput& input) const {

@@ -4,6 +4,7 @@
 #include "models/networks/lean_net.h"
 #include "models/solvers/solvers.h"
 #include "models/training/linear_estimate.h"
+#include "solvers/reciprocity.h"
 
 namespace ertbench {
 namespace {
@@ -62,7 +63,7 @@ void LeanNetSolver::initialise(Network& network, const FitInput& input,
   auto& net = dynamic_cast<LeanNet&>(network);
   const DatasetFile& training = *input.training;
   const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
-  LinearEstimate estimate(input.sensor.channels() / 2, input.sensor.pixels());
+  LinearEstimate estimate(Reciprocity(input.sensor).pairs(), input.sensor.pixels());
   const std::uint64_t scenes = std::min(training.size(), most_scenes);
   for (std::uint64_t first = 0; first < scenes; first += scenes_at_a_time) {
     const std::uint64_t count = std::min(scenes_at_a_time, scenes - first);

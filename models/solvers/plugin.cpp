@@ -1,6 +1,7 @@
 // The learned solvers as a plugin: libtorch comes into the program with them, and not before.
 
 #include "models/solvers/solvers.h"
+#include "models/solvers/torch_script_solver.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -49,7 +50,7 @@ void add(SolverRegistry& registry, std::string summary, std::vector<ParameterInf
 }  // namespace
 }  // namespace ertbench
 
-extern "C" int ertbench_solver_interface() { return ertbench::solver_interface_version; }
+ERTBENCH_SOLVER_PLUGIN
 
 extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
   using namespace ertbench;
@@ -65,7 +66,9 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
   add<EitNnSolver>(
       registry,
       "EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
-      {{"dense_widths", "the last is the number of pixels; default [2304, 576, 576]"},
+      {{"dense_widths",
+        "the last is the number of pixels; default [2304, 576, 576], its last as many as the "
+        "sensor's images have"},
        {"channels", "of the two convolutions; default [32, 64]"},
        {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
        {"sensitivity_lambda",
@@ -111,4 +114,18 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
         "of the dense layer: \"lmmse\", the linear estimate of least mean squared error from the "
         "training scenes (the default), or \"random\""},
        {"loss", "\"relative\" (mean relative error of a frame's change; the default) or \"mse\""}});
+  registry.add(
+      TorchScriptSolver::type,
+      {"a module traced or scripted in PyTorch, channels -> pixels (docs/your_method.md)",
+       {{"file", "the module (torch.jit.save), relative to the experiment; code, as a plugin is",
+         ParameterRole::file},
+        {"input",
+         "what it is fed: \"change\" (dv, V; the default), \"training\" ((dv - mean) / standard "
+         "deviation of the training set) or {\"mean\": ..., \"std\": ...}, numbers or lists of "
+         "one for each channel, V"},
+        {"output",
+         "what it gives: \"change\" (of the conductivity, S/m; the default) or \"drop\" (1 - "
+         "sigma / background)"},
+        {"precision", "\"float32\" (the default) or \"float64\""}},
+       make_from_json<TorchScriptSolver>});
 }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/json_reader.h"
-#include "forward/fem/forward_model.h"
+#include "forward/data/uniform_sheet.h"
 #include "solvers/linear/one_step_gn.h"
 
 namespace ertbench {
@@ -49,7 +49,7 @@ void set_sensitivity_inverse(torch::nn::Linear& layer, const FitInput& input,
 RowMajorMatrix spatial_blur(const FitInput& input, std::optional<double> lambda) {
   nlohmann::json parameters = {{"prior", "laplace"}};
   if (lambda) parameters["lambda"] = *lambda;
-  const RowMajorMatrix jacobian = ForwardModel(input.sensor, input.sensor.image_grid).jacobian();
+  const RowMajorMatrix jacobian = uniform_jacobian(input.sensor);
   RowMajorMatrix blur = gauss_newton(input, parameters, jacobian.transpose()).transpose();
   for (Eigen::Index column = 0; column < blur.cols(); ++column) {
     const double least = cut_share * blur.col(column).maxCoeff();

@@ -13,6 +13,7 @@
 #include "models/networks/reduced_precision.h"
 #include "models/training/adam_state.h"
 #include "models/training/checkpoint.h"
+#include "models/training/sheet_mask.h"
 #include "models/training/training_log.h"
 #include "models/training/weights.h"
 
@@ -143,7 +144,8 @@ class Training {
       if (step >= frozen_from) freeze_statistics(network_);
       const TrainingBatch batch = scenes_.batch(i * batch_, batch_);
       std::vector<double> terms(objective_.terms().size());
-      const torch::Tensor loss = objective_.loss(images_of(batch.frames), batch.truths, terms);
+      const torch::Tensor loss =
+          objective_.loss(masked(images_of(batch.frames), scenes_.mask()), batch.truths, terms);
       const double value = loss.item<double>();
       if (!std::isfinite(value)) {
         set_status("diverged", "the loss is not finite in epoch " + std::to_string(number + 1) +

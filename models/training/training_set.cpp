@@ -7,6 +7,7 @@
 #include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/noise.h"
+#include "models/training/sheet_mask.h"
 
 namespace ertbench {
 namespace {
@@ -25,14 +26,16 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
       symmetries_(ertbench::symmetries(file.sensor())),
       reference_(file.reference_voltages()),
       clean_(file.size(), file.sensor().channels()),
-      truths_(file.size(), file.sensor().pixels()) {
+      truths_(file.size(), file.sensor().pixels()),
+      mask_(sheet_mask(file.sensor())) {
   if (!settings.symmetries) symmetries_.resize(1);
   if (new_scenes_) {
-    if (std::holds_alternative<std::vector<Scene>>(spec_.scenes) || spec_.sequences()) {
-      throw InputError(
-          file.path().string() +
-          ": its scenes are listed or move, so that \"new_scenes\" cannot draw others; leave "
-          "it out or give the training set a distribution");
+    if (std::holds_alternative<std::vector<Scene>>(spec_.scenes) || spec_.sequences() ||
+        spec_.measured()) {
+      throw InputError(file.path().string() +
+                       ": its scenes are listed, measured or move, so that \"new_scenes\" cannot "
+                       "draw others; leave "
+                       "it out or give the training set a distribution");
     }
     model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.model);
   }
@@ -70,8 +73,9 @@ void TrainingSet::begin_epoch(std::uint64_t epoch) {
 
 TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const {
   const auto rows = static_cast<std::int64_t>(count);
-  const std::int64_t grid = spec_.sensor.image_grid;
-  TrainingBatch out{torch::empty({rows, clean_.cols()}), torch::empty({rows, 1, grid, grid})};
+  TrainingBatch out{
+      torch::empty({rows, clean_.cols()}),
+      torch::empty({rows, 1, spec_.sensor.image_rows(), spec_.sensor.image_columns()})};
   float* frame = out.frames.data_ptr<float>();
   float* truth = out.truths.data_ptr<float>();
   Eigen::VectorXd voltages(clean_.cols());

@@ -18,7 +18,7 @@ class DatasetFile;
 /// Standardised frames and the true images, y = (1 - sigma / background) / Standardisation::image.
 struct TrainingBatch {
   torch::Tensor frames;  ///< [batch, channels]
-  torch::Tensor truths;  ///< [batch, 1, grid, grid]
+  torch::Tensor truths;  ///< [batch, 1, rows, columns]
 };
 
 /// The training scenes, in another order, turned by other symmetries, and with other noise and
@@ -33,6 +33,9 @@ class TrainingSet {
               const TrainingSettings& settings);
 
   std::uint64_t size() const { return static_cast<std::uint64_t>(clean_.rows()); }
+
+  /// See sheet_mask.
+  const torch::Tensor& mask() const { return mask_; }
 
   /// Makes an epoch's scenes and their order; epochs count from 0.
   void begin_epoch(std::uint64_t epoch);
@@ -54,6 +57,7 @@ class TrainingSet {
   Eigen::VectorXd reference_;
   FloatRows clean_;   ///< [scenes, channels] V
   FloatRows truths_;  ///< [scenes, pixels] y
+  torch::Tensor mask_;
   std::uint64_t epoch_ = 0;
   std::uint64_t scenes_of_epoch_ = 0;  ///< whose scenes the arrays hold
   std::vector<std::uint32_t> order_;

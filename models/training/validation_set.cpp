@@ -5,6 +5,7 @@
 
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
+#include "models/training/sheet_mask.h"
 
 namespace ertbench {
 namespace {
@@ -29,8 +30,9 @@ ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& sta
                      "validation set has none; add scenes with contacts");
   }
   frames_ = standardisation.apply(changes(touched, Eigen::all));
-  const std::int64_t grid = file.sensor().image_grid;
-  truths_ = torch::empty({static_cast<std::int64_t>(touched.size()), 1, grid, grid});
+  mask_ = sheet_mask(file.sensor());
+  truths_ = torch::empty({static_cast<std::int64_t>(touched.size()), 1, file.sensor().image_rows(),
+                          file.sensor().image_columns()});
   Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
       truths_.data_ptr<float>(), static_cast<Eigen::Index>(touched.size()), y.cols()) =
       y(touched, Eigen::all).cast<float>();
@@ -45,7 +47,8 @@ ValidationSet::Score ValidationSet::score(Network& network) const {
   torch::Tensor most;
   for (std::int64_t first = 0; first < frames_.size(0); first += batch) {
     const std::int64_t last = std::min(first + batch, frames_.size(0));
-    const torch::Tensor images = network.forward(frames_.slice(0, first, last)).flatten(1);
+    const torch::Tensor images =
+        masked(network.forward(frames_.slice(0, first, last)), mask_).flatten(1);
     const torch::Tensor truths = truths_.slice(0, first, last).flatten(1);
     sum += ((images - truths).norm(2, 1) / truths.norm(2, 1)).sum(torch::kFloat64).item<double>();
     const torch::Tensor low = images.amin(0);

@@ -26,6 +26,7 @@ class ValidationSet {
  private:
   torch::Tensor frames_;
   torch::Tensor truths_;
+  torch::Tensor mask_;  ///< see sheet_mask
 };
 
 }  // namespace ertbench

@@ -84,11 +84,43 @@ void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
   sensor_ = sensor;
   masked_ = inner_->masked_channels();
   check_ = std::move(check);
+  off_sheet_.clear();
+  const PixelGrid pixels = sensor.image();
+  for (int p = 0; p < pixels.count(); ++p) {
+    if (!pixels.on_sheet(p)) off_sheet_.push_back(p);
+  }
   ready_ = true;
 }
 
 void CheckedSolver::reconstruct(FramesView changes, ImagesView images,
                                 std::span<FrameReport> reports) const {
+  reconstruct_with(nullptr, changes, images, reports);
+}
+
+class CheckedSolver::Stream final : public FrameStream {
+ public:
+  explicit Stream(const CheckedSolver& solver)
+      : solver_(solver), inner_(solver.inner_->open_stream()) {}
+
+  void reconstruct(FramesView changes, ImagesView images, std::span<FrameReport> reports) override {
+    solver_.reconstruct_with(inner_.get(), changes, images, reports);
+  }
+  const std::vector<FoundContact>* contacts() const override {
+    return inner_ ? inner_->contacts() : nullptr;
+  }
+
+ private:
+  const CheckedSolver& solver_;
+  std::unique_ptr<FrameStream> inner_;
+};
+
+std::unique_ptr<FrameStream> CheckedSolver::open_stream() const {
+  if (!ready_) throw std::logic_error("open_stream: the solver is neither fitted nor loaded");
+  return std::make_unique<Stream>(*this);
+}
+
+void CheckedSolver::reconstruct_with(FrameStream* stream, FramesView changes, ImagesView images,
+                                     std::span<FrameReport> reports) const {
   if (!ready_) throw std::logic_error("reconstruct: the solver is neither fitted nor loaded");
   const Eigen::Index frames = changes.rows();
   if (changes.cols() != sensor_.channels() || images.cols() != sensor_.pixels() ||
@@ -97,17 +129,17 @@ void CheckedSolver::reconstruct(FramesView changes, ImagesView images,
   }
   const Eigen::Index block = inner_->block_frames() > 0 ? inner_->block_frames() : frames;
   if (frames <= block) {
-    reconstruct_block(changes, images, reports);
+    reconstruct_block(stream, changes, images, reports);
     return;
   }
   for (Eigen::Index first = 0; first < frames; first += block) {
     const Eigen::Index count = std::min(block, frames - first);
-    reconstruct_block(changes.middleRows(first, count), images.middleRows(first, count),
+    reconstruct_block(stream, changes.middleRows(first, count), images.middleRows(first, count),
                       part_of(reports, first, count));
   }
 }
 
-void CheckedSolver::reconstruct_block(FramesView changes, ImagesView images,
+void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, ImagesView images,
                                       std::span<FrameReport> reports) const {
   const auto verdict_of = [&](Eigen::Index f) { return check_.judge(changes.row(f).data()); };
   if (masked_.detect) {
@@ -117,7 +149,12 @@ void CheckedSolver::reconstruct_block(FramesView changes, ImagesView images,
       reports[static_cast<std::size_t>(f)].dead = verdict.dead;
     }
   }
-  inner_->reconstruct(changes, images, reports);
+  if (stream != nullptr) {
+    stream->reconstruct(changes, images, reports);
+  } else {
+    inner_->reconstruct(changes, images, reports);
+  }
+  for (const Eigen::Index pixel : off_sheet_) images.col(pixel).setZero();
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     FrameReport& report = reports[static_cast<std::size_t>(f)];
     const FrameCheck::Verdict before = {static_cast<std::uint8_t>(report.reasons & ~unexplained),

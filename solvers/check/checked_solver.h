@@ -39,14 +39,22 @@ class CheckedSolver final : public Solver {
                    std::span<FrameReport> reports) const override;
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
   MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
+  std::unique_ptr<Solver> transport() const override { return inner_->transport(); }
   const ContactFinder* contact_finder() const override { return inner_->contact_finder(); }
+  /// Never null.
+  std::unique_ptr<FrameStream> open_stream() const override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
   CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames);
 
-  void reconstruct_block(FramesView changes, ImagesView images,
+  class Stream;
+
+  /// By the solver, or by a stream of it where that is not null.
+  void reconstruct_with(FrameStream* stream, FramesView changes, ImagesView images,
+                        std::span<FrameReport> reports) const;
+  void reconstruct_block(FrameStream* stream, FramesView changes, ImagesView images,
                          std::span<FrameReport> reports) const;
   bool is_finite(const FramesView& changes, const ImagesView& images, Eigen::Index frame) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
@@ -57,6 +65,7 @@ class CheckedSolver final : public Solver {
   bool ready_ = false;  ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;
+  std::vector<Eigen::Index> off_sheet_;  ///< pixels, which no image changes
   FrameCheck check_;
 };
 

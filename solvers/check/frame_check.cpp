@@ -8,7 +8,7 @@
 #include "core/errors.h"
 #include "core/quantile.h"
 #include "forward/data/dataset_file.h"
-#include "forward/fem/forward_model.h"
+#include "forward/data/uniform_sheet.h"
 
 namespace ertbench {
 namespace {
@@ -50,20 +50,21 @@ Frames read_changes(const FitInput& input) {
 
 FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked) {
   set_sensor(sensor, masked);
-  set_reference(ForwardModel(sensor, sensor.image_grid).reference_voltages());
+  set_reference(uniform_reference(sensor));
 }
 
 FrameCheck::FrameCheck(const FitInput& input, ElectrodeSet masked) {
   set_sensor(input.sensor, masked);
   const DatasetFile* set = input.validation ? input.validation : input.training;
-  set_reference(set ? set->reference_voltages()
-                    : ForwardModel(input.sensor, input.sensor.image_grid).reference_voltages());
+  set_reference(set ? set->reference_voltages() : uniform_reference(input.sensor));
   const Frames changes = read_changes(input);
   if (changes.rows() >= static_cast<Eigen::Index>(least_frames) && !pairs_.empty()) fit(changes);
 }
 
 void FrameCheck::set_sensor(const Sensor& sensor, ElectrodeSet masked) {
   electrode_count_ = sensor.electrode_count;
+  channels_of_pair_ = is_reciprocal(sensor) ? 2 : 1;
+  drives_neighbours_ = sensor.is_adjacent();
   const auto all_pairs = reciprocal_pairs(sensor);
   const auto electrodes = electrodes_of_pairs(sensor);
   for (const Eigen::Index kept : pairs_without(sensor, masked)) {
@@ -214,7 +215,7 @@ ElectrodeSet FrameCheck::with_bad_pairs(Bad&& bad) const {
 ElectrodeSet FrameCheck::reading_zero(const double* change) const {
   const Eigen::Map<const Eigen::ArrayXd> frame(change, reference_.size());
   const auto zeros = (frame + reference_).abs() <= nearly_zero_;
-  if (zeros.count() < 2 * fewest_bad_) return 0;
+  if (zeros.count() < channels_of_pair_ * fewest_bad_) return 0;
   const auto is_zero = [&](int c) {
     return std::abs(change[c] + reference_[c]) <= nearly_zero_[c];
   };
@@ -253,6 +254,7 @@ bool FrameCheck::noisy_without(const double* change, ElectrodeSet dead, int leas
 
 /// Of every run of dead electrodes those with a dead one on both sides go, every second one.
 ElectrodeSet FrameCheck::fewest(ElectrodeSet dead) const {
+  if (!drives_neighbours_) return dead;
   const int count = electrode_count_;
   const auto is_dead = [&](int e) { return dead >> ((e + count) % count) & 1; };
   int begin = 0;  // of a run, where not all are dead
@@ -268,7 +270,12 @@ void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report
   report.dead = verdict.dead;
   int against = verdict.reasons;
   if (masked && size_of(verdict.dead) <= most_masked) against &= ~dead_electrode;
-  if (against != 0 && report.status == FrameStatus::ok) report.status = FrameStatus::suspect;
+  // That an iteration came to no end on channels without a contact is their doing, not its own.
+  const bool explains =
+      (against & dead_electrode) != 0 && report.status == FrameStatus::not_converged;
+  if ((against != 0 && report.status == FrameStatus::ok) || explains) {
+    report.status = FrameStatus::suspect;
+  }
 }
 
 }  // namespace ertbench

@@ -59,7 +59,8 @@ class FrameCheck {
   /// empty verdict: its status is undefined anyhow.
   Verdict judge(const double* change) const;
   /// Puts a verdict into the report of a frame. `masked`: the channels of the dead electrodes were
-  /// left out of its image. The status that the solver itself reported takes precedence.
+  /// left out of its image. The status that the solver itself reported takes precedence, but for a
+  /// frame that did not converge with a dead electrode: it is suspect.
   static void report(const Verdict& verdict, bool masked, FrameReport& report);
 
  private:
@@ -83,6 +84,8 @@ class FrameCheck {
   ElectrodeSet fewest(ElectrodeSet dead) const;
 
   int electrode_count_ = 0;
+  int channels_of_pair_ = 2;                   ///< 1 where channels have no reciprocal partner
+  bool drives_neighbours_ = true;              ///< by adjacent pairs
   std::vector<std::array<int, 2>> pairs_;      ///< channels of the pairs that are not masked
   std::vector<ElectrodeSet> pair_electrodes_;  ///< of these pairs
   std::vector<int> least_bad_;                 ///< of each electrode's pairs, where it is dead

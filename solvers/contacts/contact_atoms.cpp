@@ -25,7 +25,6 @@ ContactAtoms::ContactAtoms(const EllipseModel& model, const MatrixXd& whitening)
   EllipseModel::Workspace workspace;
   std::vector<VectorXd> rows;
   VectorXd change(model.pairs());
-  MatrixXd none(model.pairs(), 0);
   for (const double radius : {0.08, 0.16, 0.3}) {
     for (int i = 0; i < places; ++i) {
       for (int j = 0; j < places; ++j) {
@@ -37,7 +36,8 @@ ContactAtoms::ContactAtoms(const EllipseModel& model, const MatrixXd& whitening)
         const double margin = (1.02 * radius + 0.01) * shorter;
         atom.centre =
             box.min().array() + margin + part.array() * (box.sizes().array() - 2 * margin);
-        if (!model.evaluate(std::span(&atom, 1), workspace, change, none)) continue;
+        if (!model.place(std::span(&atom, 1), workspace)) continue;
+        model.evaluate(workspace, change);
         contacts_.push_back(atom);
         rows.emplace_back(whitening * change);
       }

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "forward/border/ellipse_model.h"
+#include "forward/ellipses/ellipse_model.h"
 #include "solvers/contacts/contact_prior.h"
 
 namespace ertbench {

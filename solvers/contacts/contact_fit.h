@@ -1,10 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <vector>
 
-#include "forward/border/ellipse_model.h"
+#include "forward/ellipses/ellipse_model.h"
 #include "solvers/contacts/contact_atoms.h"
 #include "solvers/contacts/contact_prior.h"
 
@@ -37,7 +38,8 @@ class ContactFit {
     /// Of all parameters [6 contacts, 6 contacts]: inverse covariance of the posterior (Laplace).
     Eigen::MatrixXd precision;
     bool converged = true;
-    bool discs = false;  ///< no stretch was looked for: that of `precision` means nothing
+    bool settled = false;  ///< no further step would change anything, also what was a trial
+    bool discs = false;    ///< no stretch was looked for: that of `precision` means nothing
   };
   struct Found {
     Result best;
@@ -56,8 +58,10 @@ class ContactFit {
     Eigen::VectorXd kept;
     std::vector<ContactAtoms::Start> starts;
     int iterations = 0;
-    int work = 0;      ///< points of all iterations
-    double scale = 1;  ///< of the whitening, for the model's error
+    int work = 0;            ///< of all iterations: points, and what goes with their square
+    double unexplained = 0;  ///< misfit of no contact, before `scale`
+    bool coarse = false;     ///< a start is tried, with fewer points
+    double scale = 1;        ///< of the whitening, for the model's error
   };
 
   /// `whitening` [pairs, pairs]: see ContactAtoms.
@@ -66,34 +70,59 @@ class ContactFit {
 
   /// `changes` [pairs] V: means of reciprocal pairs. Const and thread-safe.
   void fit(const Eigen::VectorXd& changes, Workspace& workspace, Found& found) const;
-  /// The same begun at `start`, the contacts of the frame before: where these explain the frame, no
-  /// other number of contacts is tried.
-  void follow(const Eigen::VectorXd& changes, std::span<const EllipticContact> start,
-              Workspace& workspace, Found& found) const;
+  /// The same begun at what was found in the frame before, which may be that of `found`: where its
+  /// contacts explain the frame and none of them has gone, no other number of contacts is tried.
+  void follow(const Eigen::VectorXd& changes, const Result& last, Workspace& workspace,
+              Found& found) const;
+
+  /// What these contacts leave of a frame, whitened [pairs]; of none where they have no voltages.
+  Eigen::VectorXd whitened_residual_of(const Eigen::VectorXd& changes,
+                                       std::span<const EllipticContact> contacts,
+                                       Workspace& workspace) const;
 
   const Options& options() const { return options_; }
   const EllipseModel& model() const { return model_; }
 
  private:
-  /// Misfit and gradient at these contacts; false where the model has no answer.
+  /// A frame gets so much and no more, in units of Workspace::work.
+  static constexpr int most_work = 3200;
   struct Point;
-  bool linearise(const Eigen::VectorXd& changes, std::span<const EllipticContact> contacts,
-                 Workspace& workspace, Point& point) const;
+  /// How far `optimise` goes.
+  struct Effort {
+    int iterations = 0;
+    /// A step that gains less than this part of the misfit in excess is the last.
+    double looseness = 0;
+    /// A trial that will not come to this much is given up.
+    double least_evidence = -std::numeric_limits<double>::infinity();
+  };
+  void begin(const Eigen::VectorXd& changes, Workspace& workspace) const;
+  const EllipseModel& model_in_use(const Workspace& workspace) const {
+    return workspace.coarse ? coarse_ : model_;
+  }
+  /// Of the contacts that were placed last.
+  void whitened_residual(const Eigen::VectorXd& changes, Workspace& workspace) const;
+  /// Misfit and prior there, and what these need no derivatives for; linearise adds the rest.
+  void measure(const Eigen::VectorXd& changes, std::span<const EllipticContact> contacts,
+               Workspace& workspace, Point& point) const;
+  void linearise(Workspace& workspace, Point& point) const;
   void set_weights(Workspace& workspace) const;
-  bool derivatives_of(std::span<const EllipticContact> contacts, Workspace& workspace) const;
-  /// The contacts a step away, or as much of it as leaves them apart.
-  std::vector<EllipticContact> stepped(std::span<const EllipticContact> contacts,
-                                       const Eigen::VectorXd& step, Workspace& workspace) const;
+  /// Places the contacts a step away, or as much of it as leaves them apart; false where there is
+  /// no such part.
+  bool step_to(std::span<const EllipticContact> contacts, const Eigen::VectorXd& step,
+               Workspace& workspace, std::vector<EllipticContact>& next) const;
   void optimise(const Eigen::VectorXd& changes, std::vector<EllipticContact> contacts,
-                int iterations, Workspace& workspace, Result& result) const;
+                const Effort& effort, Workspace& workspace, Result& result) const;
   double log_evidence(double objective, const Eigen::MatrixXd& precision,
                       std::size_t contacts) const;
   void keep_inside(EllipticContact& contact) const;
+  /// Whether the frame is explained worse without any one of the contacts.
+  bool are_needed(const Eigen::VectorXd& changes, const Result& result, Workspace& workspace) const;
   bool add_one(const Eigen::VectorXd& changes, const Result& from, Workspace& workspace,
                Result& out) const;
-  bool drop_or_join(const Eigen::VectorXd& changes, Workspace& workspace, Found& found) const;
+  void drop_or_join(const Eigen::VectorXd& changes, Workspace& workspace, Found& found) const;
 
   EllipseModel model_;
+  EllipseModel coarse_;
   ContactPrior prior_;
   Options options_;
   Eigen::MatrixXd whitening_;

@@ -7,7 +7,7 @@
 
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
-#include "forward/sheet/cross.h"
+#include "forward/ellipses/nearest_ellipse.h"
 
 namespace ertbench {
 namespace {
@@ -19,36 +19,6 @@ constexpr std::uint64_t prior_scenes = 4000;
 /// A set whose contacts are all alike knows them no better than this: what is learnt of one set is
 /// to serve on others.
 constexpr double least_deviation = 0.1;
-
-/// Area and second moments about the centroid, per area, of what a contact covers.
-struct Moments {
-  double area = 0;
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-};
-
-Moments moments_of(const Contact& contact) {
-  Moments out;
-  if (contact.shape == Shape::polygon) {
-    const Eigen::Vector2d centre = contact.centroid();
-    for (std::size_t i = 0; i < contact.vertices.size(); ++i) {
-      const Eigen::Vector2d a = contact.vertices[i] - centre;
-      const Eigen::Vector2d b = contact.vertices[(i + 1) % contact.vertices.size()] - centre;
-      const double twice = cross(a, b);
-      out.area += twice / 2;
-      const Eigen::Vector2d sum = a + b;
-      out.second += twice / 24 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
-    }
-    out.second /= out.area;
-    out.area = std::abs(out.area);
-    return out;
-  }
-  const bool box = contact.shape == Shape::rectangle;
-  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(contact.angle).toRotationMatrix();
-  out.area = (box ? 4 : pi) * contact.half_size.prod();
-  const Eigen::Vector2d squares = contact.half_size.cwiseAbs2() / (box ? 3 : 4);
-  out.second = turn * squares.asDiagonal() * turn.transpose();
-  return out;
-}
 
 double deviation(double sum, double squares, double count) {
   return std::max(least_deviation,
@@ -65,13 +35,9 @@ ContactPrior ContactPrior::of(const DatasetFile& training) {
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   for (const Scene& scene : training.scenes(0, std::min(training.size(), prior_scenes))) {
     for (const Contact& contact : scene.contacts) {
-      const Moments moments = moments_of(contact);
-      const double root = std::sqrt(moments.second.determinant());
-      // Of an ellipse the determinant of the second moments is (a b / 4)^2.
-      const double aspect = moments.second.trace() / 2 / root;
-      const double log_aspect = std::acosh(std::max(1.0, aspect));
-      const Eigen::Vector3d values(std::log(moments.area / pi) / 2, log_aspect / 2,
-                                   std::abs(std::log(contact.conductivity_ratio)));
+      const EllipticContact ellipse = nearest_ellipse(contact);
+      const Eigen::Vector3d values(ellipse.log_size, ellipse.stretch.norm(),
+                                   std::abs(ellipse.log_ratio));
       (contact.conductivity_ratio < 1 ? prior.may_fall : prior.may_rise) = true;
       sums += values;
       squares += values.cwiseAbs2();

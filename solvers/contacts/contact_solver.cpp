@@ -5,9 +5,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 
 #include "core/errors.h"
+#include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
+#include "solvers/check/frame_limits.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -20,9 +23,17 @@ constexpr std::uint64_t limit_frames = 400;
 /// Chi^2 of a frame of the model itself exceeds its mean by this many standard deviations once in
 /// some hundred thousand frames.
 constexpr double unlikely = 5;
-/// Over the largest misfit in the validation set, whose tail is long: that of shapes that are no
-/// ellipses.
-constexpr double limit_margin = 3;
+/// Frames like those of the validation set that are called unexplained, where ellipses leave more
+/// of them than noise: shapes of other kinds have a long tail.
+/// What some hundred frames tell of so long a tail may be wrong by the margin.
+constexpr double tail_share = 1.0 / 1200;
+constexpr double limit_margin = 2;
+/// Times that a frame is fitted anew because its voltages have another factor than was thought, and
+/// the part of a frame's noise that a rest of it may amount to.
+constexpr int most_factors = 4;
+constexpr double little = 0.1;
+/// What is known of the logarithm of a conductivity ratio is known no better than this.
+constexpr double least_known = 0.02;
 /// A set without noise is taken to have this part of the reference voltages, 80 dB.
 constexpr double least_noise = 1e-4;
 
@@ -31,13 +42,41 @@ double noise_of(const DatasetFile& set) {
   const Frames voltages = set.voltages(0, std::min(set.size(), limit_frames));
   double sum = 0;
   const auto pairs = reciprocal_pairs(set.sensor());
+  const bool single = !is_reciprocal(set.sensor());
+  // Where no two channels measure the same, the simulated set knows its noise.
+  const Frames clean =
+      single ? set.clean_voltages(0, std::min(set.size(), limit_frames)) : Frames();
   for (Index f = 0; f < voltages.rows(); ++f) {
+    if (single) sum += (voltages.row(f) - clean.row(f)).squaredNorm();
     for (const auto& [a, b] : pairs) sum += std::pow(voltages(f, a) - voltages(f, b), 2) / 2;
   }
   const double count = static_cast<double>(voltages.rows()) * static_cast<double>(pairs.size());
   const double least = least_noise * set.reference_voltages().norm() /
                        std::sqrt(static_cast<double>(set.reference_voltages().size()));
   return std::max(least, std::sqrt(sum / count));
+}
+
+/// Of the first `count` frames those whose contacts have the known ratio, or all where few have it:
+/// what another contact leaves when it is fitted as one of this ratio says nothing of a frame.
+std::vector<Index> frames_like(const DatasetFile& set, std::uint64_t count,
+                               const std::optional<std::pair<double, double>>& ratio) {
+  constexpr std::size_t enough = 20;
+  std::vector<Index> like;
+  if (ratio) {
+    const std::vector<Scene> scenes = set.scenes(0, count);
+    for (std::size_t f = 0; f < scenes.size(); ++f) {
+      const auto& contacts = scenes[f].contacts;
+      const bool all = std::all_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
+        return contact.conductivity_ratio >= ratio->first &&
+               contact.conductivity_ratio <= ratio->second;
+      });
+      if (all) like.push_back(static_cast<Index>(f));
+    }
+  }
+  if (like.size() >= enough) return like;
+  like.resize(count);
+  std::iota(like.begin(), like.end(), Index{0});
+  return like;
 }
 
 FoundContact found_contact(const EllipticContact& contact, double background,
@@ -66,6 +105,15 @@ void ContactSolver::read(JsonObject parameters) {
   options_.most_contacts = parameters.integer_or("most_contacts", 4, 1, 8);
   options_.model_error = parameters.number_or("model_error", 0.02, {0, 0.5});
   learns_prior_ = parameters.choice_or("prior", "broad", {"broad", "training"}) == "training";
+  if (parameters.has("conductivity_ratio")) {
+    const std::vector<double> both = parameters.numbers("conductivity_ratio", 2, Range::positive());
+    if (both[0] > both[1] || (both[0] <= 1 && both[1] >= 1)) {
+      parameters.fail("conductivity_ratio",
+                      "must be [low, high], both less than 1 or both greater, low first");
+    }
+    known_ratio_ = {both[0], both[1]};
+    know_ratio();
+  }
   prior_weight_ = read_weight(parameters, "prior_weight");
   options_.prior_weight = prior_weight_.value.value_or(1);
   noise_ = read_tunable(parameters, "noise", Range::positive());
@@ -73,8 +121,8 @@ void ContactSolver::read(JsonObject parameters) {
   nuisances_ = Nuisances::from_json(parameters);
   choice_ = read_chosen(parameters, prior_weight_.value);
   mask_ = ChannelMask::from_json(parameters);
-  if (mask_.detect && nuisances_.any()) {
-    parameters.fail("nuisances", R"(cannot be had together with "channel_mask": "detect")");
+  if ((mask_.detect || mask_.electrodes != 0) && nuisances_.any()) {
+    parameters.fail("nuisances", R"(cannot be had together with "channel_mask")");
   }
   if (parameters.has("learned")) {
     JsonObject learned = parameters.object("learned");
@@ -95,6 +143,7 @@ nlohmann::json ContactSolver::parameters() const {
                         {"image", most_likely_ ? "most-likely" : "mean"}};
   if (prior_weight_.value) out["prior_weight"] = *prior_weight_.value;
   if (noise_.value) out["noise"] = *noise_.value;
+  if (known_ratio_) out["conductivity_ratio"] = {known_ratio_->first, known_ratio_->second};
   nuisances_.add_to(out);
   mask_.add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
@@ -113,6 +162,7 @@ void ContactSolver::fit(const FitInput& input) {
                        R"(: "prior": "training" needs a training set; give "broad")");
     }
     prior_ = ContactPrior::of(*input.training);
+    know_ratio();
   }
   if (noise_.automatic()) {
     if (input.validation == nullptr) {
@@ -126,12 +176,30 @@ void ContactSolver::fit(const FitInput& input) {
   set_misfit_limit(input);
 }
 
+void ContactSolver::know_ratio() {
+  if (!known_ratio_) return;
+  const double low = std::log(known_ratio_->first);
+  const double high = std::log(known_ratio_->second);
+  prior_.log_ratio_mean = std::abs(low + high) / 2;
+  prior_.log_ratio_deviation = std::max(least_known, (high - low) / std::sqrt(12.0));
+  prior_.may_fall = high < 0;
+  prior_.may_rise = low > 0;
+}
+
 void ContactSolver::prepare(const Sensor& sensor) {
   sensor_ = sensor;
   pairs_ = reciprocal_pairs(sensor);
   electrodes_of_pairs_ = electrodes_of_pairs(sensor);
-  fit_ = std::make_unique<ContactFit>(sensor, prior_,
-                                      whitening_of(sensor, *noise_.value, nuisances_), options_);
+  const Eigen::MatrixXd whitening = whitening_of(sensor, *noise_.value, nuisances_);
+  fit_ = std::make_unique<ContactFit>(sensor, prior_, whitening, options_);
+  if (nuisances_.factor() > 0) {
+    const Eigen::VectorXd reference = BorderModel(sensor).reference_voltages();
+    reference_.resize(static_cast<Index>(pairs_.size()));
+    for (std::size_t p = 0; p < pairs_.size(); ++p) {
+      reference_[static_cast<Index>(p)] = (reference[pairs_[p][0]] + reference[pairs_[p][1]]) / 2;
+    }
+    whitened_reference_ = whitening * reference_;
+  }
   image_ = std::make_unique<ContactImage>(sensor);
 }
 
@@ -154,20 +222,21 @@ void ContactSolver::set_misfit_limit(const FitInput& input) {
   if (input.validation == nullptr) return;
   const std::uint64_t count = std::min(input.validation->size(), limit_frames);
   const Frames voltages = input.validation->voltages(0, count);
+  const std::vector<Index> frames = frames_like(*input.validation, count, known_ratio_);
   const Eigen::RowVectorXd reference = input.validation->reference_voltages().transpose();
-  ContactFit::Workspace workspace;
-  ContactFit::Found found;
-  double largest = 0;
-  for (Index f = 0; f < voltages.rows(); ++f) {
-    const Eigen::RowVectorXd change = voltages.row(f) - reference;
-    fit_frame(change.data(), 0, workspace, found);
-    largest = std::max(largest, found.best.misfit);
+  Fitted fitted;
+  Eigen::VectorXd misfits(static_cast<Index>(frames.size()));
+  for (Index f = 0; f < misfits.size(); ++f) {
+    const Eigen::RowVectorXd change = voltages.row(frames[static_cast<std::size_t>(f)]) - reference;
+    fit_frame(change.data(), 0, false, fitted);
+    misfits[f] = fitted.found.best.misfit;
   }
-  misfit_limit_ = std::max(misfit_limit_, limit_margin * largest);
+  misfit_limit_ = std::max(misfit_limit_, limit_margin * tail_limit(misfits, tail_share));
 }
 
-void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead,
-                              ContactFit::Workspace& workspace, ContactFit::Found& found) const {
+void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead, bool followed,
+                              Fitted& fitted) const {
+  ContactFit::Workspace& workspace = fitted.workspace;
   const auto count = static_cast<Index>(pairs_.size());
   Eigen::VectorXd means(count);
   const ElectrodeSet masked = mask_.electrodes | dead;
@@ -179,45 +248,122 @@ void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead,
     means[p] = kept ? (changes[pairs_[index][0]] + changes[pairs_[index][1]]) / 2 : 0;
     if (masked != 0) workspace.kept[p] = kept ? 1 : 0;
   }
-  fit_->fit(means, workspace, found);
+  // The last frame's factor is as good a guess as its contacts.
+  const double factor = followed ? 1 / (1 + fitted.level) : 1;
+  fitted.level = 0;
+  if (nuisances_.factor() > 0) {
+    fit_factor(means, factor, followed, fitted);
+  } else if (followed) {
+    fit_->follow(means, fitted.found.best, workspace, fitted.found);
+  } else {
+    fit_->fit(means, workspace, fitted.found);
+  }
+}
+
+void ContactSolver::fit_factor(const Eigen::VectorXd& means, double factor, bool followed,
+                               Fitted& fitted) const {
+  ContactFit::Found& found = fitted.found;
+  const double deviation = nuisances_.factor();
+  int iterations = 0;
+  for (int i = 0; i < most_factors; ++i) {
+    const Eigen::VectorXd rest = (reference_ + means) / factor - reference_;
+    if (i == 0 && !followed) {
+      fit_->fit(rest, fitted.workspace, found);
+    } else {
+      fit_->follow(rest, found.best, fitted.workspace, found);
+    }
+    iterations += found.iterations;
+    // Its mean given what the contacts leave: deviation^2 n' C^-1 r.
+    const double more = deviation * deviation *
+                        whitened_reference_.dot(fit_->whitened_residual_of(
+                            rest, found.best.contacts, fitted.workspace));
+    factor *= 1 + more;
+    if (std::abs(more) * rest.norm() * std::numbers::sqrt2 < little * *noise_.value) break;
+  }
+  found.iterations = iterations;
+  // What is expected of gain and level says whose the factor is.
+  const double share = std::pow(nuisances_.level / deviation, 2);
+  fitted.level = std::pow(factor, -share) - 1;
+}
+
+void ContactSolver::draw(const Fitted& fitted, Eigen::Ref<Eigen::RowVectorXd> image,
+                         FrameReport& report) const {
+  const ContactFit::Found& found = fitted.found;
+  if (most_likely_) {
+    image_->most_likely(found.best.contacts, image);
+  } else {
+    image_->posterior_mean(found, image);
+  }
+  report.iterations = found.iterations;
+  report.level = fitted.level;
+  if (found.best.misfit > misfit_limit_ && misfit_limit_ > 0) report.reasons |= unexplained;
 }
 
 void ContactSolver::reconstruct(FramesView changes, ImagesView images,
                                 std::span<FrameReport> reports) const {
-  thread_local ContactFit::Workspace workspace;
-  thread_local ContactFit::Found found;
+  thread_local Fitted fitted;
   for (Index f = 0; f < changes.rows(); ++f) {
     FrameReport& report = reports[static_cast<std::size_t>(f)];
-    fit_frame(changes.row(f).data(), report.dead, workspace, found);
-    if (most_likely_) {
-      image_->most_likely(found.best.contacts, images.row(f));
-    } else {
-      image_->posterior_mean(found, images.row(f));
-    }
-    report.iterations = found.iterations;
-    if (found.best.misfit > misfit_limit_ && misfit_limit_ > 0) report.reasons |= unexplained;
+    fit_frame(changes.row(f).data(), report.dead, false, fitted);
+    draw(fitted, images.row(f), report);
   }
+}
+
+class ContactSolver::Stream final : public FrameStream {
+ public:
+  explicit Stream(const ContactSolver& solver) : solver_(solver) {}
+
+  void reconstruct(FramesView changes, ImagesView images, std::span<FrameReport> reports) override {
+    for (Index f = 0; f < changes.rows(); ++f) {
+      contacts_.clear();
+      if (!changes.row(f).allFinite()) {
+        images.row(f).setZero();
+        continue;
+      }
+      FrameReport& report = reports[static_cast<std::size_t>(f)];
+      solver_.fit_frame(changes.row(f).data(), report.dead, followed_, fitted_);
+      followed_ = true;
+      solver_.draw(fitted_, images.row(f), report);
+      solver_.list_contacts(fitted_.found, contacts_);
+    }
+  }
+  const std::vector<FoundContact>* contacts() const override { return &contacts_; }
+
+ private:
+  const ContactSolver& solver_;
+  Fitted fitted_;
+  bool followed_ = false;  ///< there was a frame before
+  std::vector<FoundContact> contacts_;
+};
+
+std::unique_ptr<FrameStream> ContactSolver::open_stream() const {
+  return std::make_unique<Stream>(*this);
+}
+
+void ContactSolver::list_contacts(const ContactFit::Found& found,
+                                  std::vector<FoundContact>& out) const {
+  out.clear();
+  const Eigen::MatrixXd& precision = found.best.precision;
+  const Eigen::MatrixXd covariance =
+      precision.llt().solve(Eigen::MatrixXd::Identity(precision.rows(), precision.cols()));
+  for (std::size_t k = 0; k < found.best.contacts.size(); ++k) {
+    const Index at = EllipticContact::parameters * static_cast<Index>(k);
+    out.push_back(
+        found_contact(found.best.contacts[k], sensor_.background, covariance.block<6, 6>(at, at)));
+  }
+  std::sort(out.begin(), out.end(),
+            [](const FoundContact& a, const FoundContact& b) { return a.strength > b.strength; });
 }
 
 void ContactSolver::find_contacts(FramesView changes,
                                   std::span<std::vector<FoundContact>> contacts) const {
-  thread_local ContactFit::Workspace workspace;
-  thread_local ContactFit::Found found;
+  thread_local Fitted fitted;
   for (Index f = 0; f < changes.rows(); ++f) {
     std::vector<FoundContact>& out = contacts[static_cast<std::size_t>(f)];
     out.clear();
     if (!changes.row(f).allFinite()) continue;
-    fit_frame(changes.row(f).data(), 0, workspace, found);
-    const Eigen::MatrixXd& precision = found.best.precision;
-    const Eigen::MatrixXd covariance =
-        precision.llt().solve(Eigen::MatrixXd::Identity(precision.rows(), precision.cols()));
-    for (std::size_t k = 0; k < found.best.contacts.size(); ++k) {
-      const Index at = EllipticContact::parameters * static_cast<Index>(k);
-      out.push_back(found_contact(found.best.contacts[k], sensor_.background,
-                                  covariance.block<6, 6>(at, at)));
-    }
-    std::sort(out.begin(), out.end(),
-              [](const FoundContact& a, const FoundContact& b) { return a.strength > b.strength; });
+    fit_frame(changes.row(f).data(), 0, false, fitted);
+    list_contacts(fitted.found, out);
   }
 }
 

@@ -25,7 +25,8 @@ class ContactSolver final : public Solver, private ContactFinder {
 
   /// `{"shape": "ellipse" | "disc", "most_contacts": 1 ... 8, "prior": "broad" | "training",
   /// "prior_weight": > 0 | "auto", "model_error": 0 ... 0.5, "noise": > 0 | "auto",
-  /// "image": "mean" | "most-likely", "nuisances": {...}}` and what ChannelMask reads.
+  /// "conductivity_ratio": [low, high], "image": "mean" | "most-likely", "nuisances": {...}}` and
+  /// what ChannelMask reads.
   explicit ContactSolver(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -36,6 +37,8 @@ class ContactSolver final : public Solver, private ContactFinder {
                    std::span<FrameReport> reports) const override;
   MaskedChannels masked_channels() const override { return mask_; }
   const ContactFinder* contact_finder() const override { return this; }
+  /// Each frame's contacts are looked for from those of the frame before.
+  std::unique_ptr<FrameStream> open_stream() const override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
@@ -44,9 +47,25 @@ class ContactSolver final : public Solver, private ContactFinder {
                      std::span<std::vector<FoundContact>> contacts) const override;
   void read(JsonObject parameters);
   void prepare(const Sensor& sensor);
-  /// Fits one frame, a row of changes; `dead` electrodes are left out of account.
-  void fit_frame(const double* changes, ElectrodeSet dead, ContactFit::Workspace& workspace,
-                 ContactFit::Found& found) const;
+  class Stream;
+
+  /// One frame as it was fitted. All of it may serve the next frame.
+  struct Fitted {
+    ContactFit::Workspace workspace;
+    ContactFit::Found found;
+    double level = 0;  ///< see FrameReport::level
+  };
+  /// Fits one frame, a row of changes; `dead` electrodes are left out of account. `followed`: begun
+  /// at what `fitted` holds of the frame before.
+  void fit_frame(const double* changes, ElectrodeSet dead, bool followed, Fitted& fitted) const;
+  /// Takes the factor that all voltages have in common, first guessed to be `factor`, out of the
+  /// frame and fits it again, until it has none.
+  void fit_factor(const Eigen::VectorXd& means, double factor, bool followed, Fitted& fitted) const;
+  void draw(const Fitted& fitted, Eigen::Ref<Eigen::RowVectorXd> image, FrameReport& report) const;
+  /// The strongest first.
+  void list_contacts(const ContactFit::Found& found, std::vector<FoundContact>& out) const;
+  /// Puts the ratio that is known into the prior.
+  void know_ratio();
   void choose_prior_weight(const FitInput& input);
   /// The misfit above which a frame is unexplained, from frames of the validation set.
   void set_misfit_limit(const FitInput& input);
@@ -54,6 +73,7 @@ class ContactSolver final : public Solver, private ContactFinder {
   ContactFit::Options options_;
   bool learns_prior_ = false;
   bool most_likely_ = false;
+  std::optional<std::pair<double, double>> known_ratio_;  ///< both below 1 or both above
   Tunable prior_weight_;
   Tunable noise_;  ///< of a channel, V
   Nuisances nuisances_;
@@ -65,6 +85,8 @@ class ContactSolver final : public Solver, private ContactFinder {
   Sensor sensor_;
   std::vector<std::array<int, 2>> pairs_;
   std::vector<ElectrodeSet> electrodes_of_pairs_;
+  Eigen::VectorXd reference_;           ///< [pairs] V, of the uniform sheet
+  Eigen::VectorXd whitened_reference_;  ///< [pairs]
   std::unique_ptr<const ContactFit> fit_;
   std::unique_ptr<const ContactImage> image_;
 };

@@ -1,11 +1,12 @@
 #include "solvers/contacts/nuisances.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "forward/border/border_model.h"
-#include "forward/fem/forward_model.h"
+#include "forward/data/uniform_sheet.h"
 #include "solvers/reciprocity.h"
 
 namespace ertbench {
@@ -19,7 +20,8 @@ using Eigen::VectorXd;
 constexpr double displacement = 1e-4;
 
 VectorXd means(const Reciprocity& reciprocity, const VectorXd& channels) {
-  return reciprocity.reduce(channels.transpose()) / std::numbers::sqrt2;
+  return reciprocity.reduce(channels.transpose()) /
+         (reciprocity.single() ? 1 : std::numbers::sqrt2);
 }
 
 }  // namespace
@@ -29,6 +31,7 @@ Nuisances Nuisances::from_json(JsonObject& parameters) {
   if (!parameters.has("nuisances")) return out;
   JsonObject object = parameters.object("nuisances");
   out.gain = object.number_or("gain", 0, {0, 10});
+  out.level = object.number_or("level", 0, {0, 10});
   out.gradient = object.number_or("gradient", 0, {0, 10});
   out.electrodes = object.number_or("electrodes", 0, {0, 1});
   object.finish();
@@ -37,24 +40,25 @@ Nuisances Nuisances::from_json(JsonObject& parameters) {
 
 void Nuisances::add_to(nlohmann::json& parameters) const {
   if (!any()) return;
-  parameters["nuisances"] = {{"gain", gain}, {"gradient", gradient}, {"electrodes", electrodes}};
+  parameters["nuisances"] = {
+      {"gain", gain}, {"level", level}, {"gradient", gradient}, {"electrodes", electrodes}};
 }
 
 MatrixXd whitening_of(const Sensor& sensor, double noise, const Nuisances& nuisances) {
   const Reciprocity reciprocity(sensor);
   const Index pairs = reciprocity.pairs();
-  if (!nuisances.any()) return MatrixXd::Identity(pairs, pairs) * (std::numbers::sqrt2 / noise);
-  MatrixXd covariance = MatrixXd::Identity(pairs, pairs) * (noise * noise / 2);
+  const double averaged = reciprocity.single() ? 1 : 2;  // channels in a mean
+  if (!nuisances.any()) return MatrixXd::Identity(pairs, pairs) * (std::sqrt(averaged) / noise);
+  MatrixXd covariance = MatrixXd::Identity(pairs, pairs) * (noise * noise / averaged);
   const auto add = [&](const VectorXd& channels, double deviation) {
     const VectorXd column = deviation * means(reciprocity, channels);
     covariance += column * column.transpose();
   };
   const BorderModel model(sensor);
-  if (nuisances.gain > 0) add(model.reference_voltages(), nuisances.gain);
+  if (nuisances.factor() > 0) add(model.reference_voltages(), nuisances.factor());
   if (nuisances.gradient > 0) {
-    const ForwardModel grid(sensor, sensor.image_grid);
     const PixelGrid pixels = sensor.image();
-    const RowMajorMatrix jacobian = grid.jacobian();
+    const RowMajorMatrix jacobian = uniform_jacobian(sensor);
     for (int axis = 0; axis < 2; ++axis) {
       VectorXd slope(pixels.count());
       for (int p = 0; p < pixels.count(); ++p) {

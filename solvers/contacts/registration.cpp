@@ -27,7 +27,8 @@ std::vector<SolverType> contact_solvers() {
        "\"mean\" (the default) of the posterior, or \"most-likely\": the contacts of its maximum"},
       {"nuisances",
        "unknowns beside the contacts, by their standard deviations: {\"gain\": relative, "
-       "\"gradient\": relative per domain unit, \"electrodes\": domain units}; default none"},
+       "\"level\": of the whole sheet's conductivity, relative, \"gradient\": relative per domain "
+       "unit, \"electrodes\": domain units}; default none"},
       ChannelMask::parameter()};
   info.make = make_from_json<ContactSolver>;
   // A step that is taken or not is decided by last bits.

@@ -80,7 +80,7 @@ nlohmann::json GaussNewton::parameters() const {
 }
 
 void GaussNewton::set_sensor(const Sensor& sensor) {
-  const ForwardModel model(sensor, sensor.image_grid);  // refuses sheets that are no squares
+  const ForwardModel model(sensor, sensor.image_grid);  // refuses what the grid does not serve
   sensor_ = sensor;
   bounds_ = BoundedConductivity(sensor.background, low_, high_);
   background_jacobian_ = sensor.background * Reciprocity(sensor).reduce_rows(model.jacobian());
@@ -103,7 +103,8 @@ void GaussNewton::set_shaping(const FitInput& input) {
     shaping_ = shaping_of(*input.training, bounds_);
   } else if (prior_ == name_of(Prior::tikhonov) || prior_ == name_of(Prior::noser)) {
     const Eigen::MatrixXd jacobian = background_jacobian_ / sensor_.background;
-    shaping_ = prior_factors(prior_from_name(prior_), jacobian).shaping.diagonal();
+    shaping_ = prior_factors(prior_from_name(prior_), jacobian, sensor_.image_columns())
+                   .shaping.diagonal();
   }
 }
 
@@ -166,10 +167,12 @@ std::unique_ptr<Penalty> GaussNewton::penalty() const {
   const double lambda = *lambda_.value;
   if (shaping_.size() > 0) return std::make_unique<ShapedPenalty>(shaping_, lambda);
   if (prior_ == total_variation) {
-    return std::make_unique<EdgePenalty>(sensor_.image_grid, lambda * sensor_.image().pixel().x(),
+    return std::make_unique<EdgePenalty>(sensor_.image_columns(), sensor_.image_rows(),
+                                         lambda * sensor_.image().pixel().x(),
                                          smoothing * sensor_.background);
   }
-  return std::make_unique<EdgePenalty>(sensor_.image_grid, lambda * lambda, 0);
+  return std::make_unique<EdgePenalty>(sensor_.image_columns(), sensor_.image_rows(),
+                                       lambda * lambda, 0);
 }
 
 void GaussNewton::reconstruct(FramesView changes, ImagesView images,

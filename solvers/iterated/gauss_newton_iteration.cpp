@@ -54,7 +54,7 @@ void GaussNewtonIteration::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
   modelled_.setZero(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto& [a, b] = reciprocity_.pair(kept[static_cast<std::size_t>(i)]);
-    data_[i] = (change[a] + change[b]) / std::sqrt(2.0);
+    data_[i] = reciprocity_.single() ? change[a] : (change[a] + change[b]) / std::sqrt(2.0);
   }
   if (!data_.allFinite()) {
     report.status = FrameStatus::undefined;

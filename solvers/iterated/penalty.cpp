@@ -31,11 +31,11 @@ bool ShapedPenalty::minimise(const RowMajorMatrix& jacobian, const Eigen::Vector
   return true;
 }
 
-EdgePenalty::EdgePenalty(int grid, double weight, double smoothing)
-    : edges_(grid),
+EdgePenalty::EdgePenalty(int columns, int rows, double weight, double smoothing)
+    : edges_(columns, rows),
       weight_(weight),
       smoothing_(smoothing),
-      laplacian_(grid),
+      laplacian_(columns, rows),
       difference_(edges_.count()),
       curvature_(edges_.count()) {}
 

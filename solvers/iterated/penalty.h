@@ -65,7 +65,7 @@ class ShapedPenalty final : public Penalty {
 class EdgePenalty final : public Penalty {
  public:
   /// `smoothing` <= 0: the sum of squares.
-  EdgePenalty(int grid, double weight, double smoothing);
+  EdgePenalty(int columns, int rows, double weight, double smoothing);
 
   Eigen::Index coordinates() const override { return edges_.pixels(); }
   void image(const Eigen::VectorXd& z, Eigen::VectorXd& t) const override { t = z; }

@@ -13,44 +13,48 @@ Eigen::Index rounded_up(Eigen::Index count) {
 }  // namespace
 
 SheetOperator::SheetOperator(const Sensor& sensor)
-    : grid_(sensor.image_grid),
-      edges_(grid_ + 1),
+    : columns_(sensor.image_columns()),
+      rows_(sensor.image_rows()),
+      edges_(columns_ + 1, rows_ + 1),
       scale_(std::numbers::sqrt2 * sensor.drive_current / sensor.background),
-      stiffness_(grid_ + 1),
+      stiffness_(columns_ + 1, rows_ + 1),
       weights_(edges_.count()),
-      row_products_(grid_ + 1, grid_),
-      column_products_(grid_, grid_ + 1) {
-  const std::vector<Channel> channels = channels_of(sensor);
+      row_products_(rows_ + 1, columns_),
+      column_products_(rows_, columns_ + 1) {
+  const SensorPairs pairs(sensor);
   for (const auto& pair : reciprocal_pairs(sensor)) {
-    const Channel& channel = channels[static_cast<std::size_t>(pair[0])];
-    drives_.push_back({channel.drive, channel.measurement});
+    const auto& [measurement, drive] = pairs.channels[static_cast<std::size_t>(pair[0])];
+    drives_.push_back({drive, measurement});
   }
-  const std::vector<int> electrodes = electrode_nodes(sensor, grid_);
-  const auto count = static_cast<Eigen::Index>(electrodes.size());
+  if (!is_reciprocal(sensor)) scale_ /= std::numbers::sqrt2;
+  const std::vector<int> electrodes = electrode_nodes(sensor, sensor.image_grid);
+  const auto count = static_cast<Eigen::Index>(pairs.pairs.size());
   currents_ = RowMajorMatrix::Zero(edges_.pixels(), rounded_up(count));
   for (Eigen::Index k = 0; k < count; ++k) {
-    currents_(electrodes[static_cast<std::size_t>(k)], k) -= 1;
-    currents_(electrodes[static_cast<std::size_t>((k + 1) % count)], k) += 1;
+    const ElectrodePair& pair = pairs.pairs[static_cast<std::size_t>(k)];
+    currents_(electrodes[static_cast<std::size_t>(pair.first)], k) -= 1;
+    currents_(electrodes[static_cast<std::size_t>(pair.second)], k) += 1;
   }
   // The node that the factor holds has the potential zero.
   half_ = RowMajorMatrix::Zero(edges_.pixels(), currents_.cols());
   products_.resize(count, count);
   fields_.resize(count, edges_.pixels());
   along_rows_.resize(count, edges_.across());
-  along_columns_.resize(count, edges_.across());
+  along_columns_.resize(count, edges_.along());
   set_conductivity(Eigen::VectorXd::Ones(pixels()));
   uniform_ = products_;
 }
 
 void SheetOperator::set_conductivity(const Eigen::VectorXd& ratio) {
   // An edge carries half the sum of its neighbouring pixels' conductivities.
-  const Eigen::Index n = grid_;
-  const Eigen::Map<const RowMajorMatrix> half(ratio.data(), n, n);
+  const Eigen::Index m = rows_;
+  const Eigen::Index n = columns_;
+  const Eigen::Map<const RowMajorMatrix> half(ratio.data(), m, n);
   weights_.setZero();
-  Eigen::Map<RowMajorMatrix> in_row(weights_.data(), n + 1, n);
-  Eigen::Map<RowMajorMatrix> in_column(weights_.data() + edges_.across(), n, n + 1);
-  in_row.topRows(n) += 0.5 * half;
-  in_row.bottomRows(n) += 0.5 * half;
+  Eigen::Map<RowMajorMatrix> in_row(weights_.data(), m + 1, n);
+  Eigen::Map<RowMajorMatrix> in_column(weights_.data() + edges_.across(), m, n + 1);
+  in_row.topRows(m) += 0.5 * half;
+  in_row.bottomRows(m) += 0.5 * half;
   in_column.leftCols(n) += 0.5 * half;
   in_column.rightCols(n) += 0.5 * half;
   stiffness_.factor(edges_, weights_);
@@ -70,17 +74,18 @@ void SheetOperator::changes(const std::vector<Eigen::Index>& kept, Eigen::Vector
 void SheetOperator::jacobian(const std::vector<Eigen::Index>& kept, RowMajorMatrix& out) {
   stiffness_.half_solve_transposed(half_, half_.cols());
   fields_ = half_.leftCols(products_.cols()).transpose();
-  const Eigen::Index n = grid_;
+  const Eigen::Index m = rows_;
+  const Eigen::Index n = columns_;
   for (Eigen::Index k = 0; k < fields_.rows(); ++k) {
-    const Eigen::Map<const RowMajorMatrix> u(fields_.row(k).data(), n + 1, n + 1);
-    Eigen::Map<RowMajorMatrix>(along_rows_.row(k).data(), n + 1, n) =
+    const Eigen::Map<const RowMajorMatrix> u(fields_.row(k).data(), m + 1, n + 1);
+    Eigen::Map<RowMajorMatrix>(along_rows_.row(k).data(), m + 1, n) =
         u.rightCols(n) - u.leftCols(n);
-    Eigen::Map<RowMajorMatrix>(along_columns_.row(k).data(), n, n + 1) =
-        u.bottomRows(n) - u.topRows(n);
+    Eigen::Map<RowMajorMatrix>(along_columns_.row(k).data(), m, n + 1) =
+        u.bottomRows(m) - u.topRows(m);
   }
   // Half the sum over the pixel's four edges of the products of the two fields' differences.
-  const auto flat = [this](RowMajorMatrix& products) {
-    return Eigen::Map<Eigen::RowVectorXd>(products.data(), edges_.across());
+  const auto flat = [](RowMajorMatrix& products) {
+    return Eigen::Map<Eigen::RowVectorXd>(products.data(), products.size());
   };
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const auto [drive, measurement] = drives_[static_cast<std::size_t>(kept[i])];
@@ -88,8 +93,8 @@ void SheetOperator::jacobian(const std::vector<Eigen::Index>& kept, RowMajorMatr
         (0.5 * scale_) * along_rows_.row(drive).cwiseProduct(along_rows_.row(measurement));
     flat(column_products_) =
         (0.5 * scale_) * along_columns_.row(drive).cwiseProduct(along_columns_.row(measurement));
-    Eigen::Map<RowMajorMatrix>(out.row(static_cast<Eigen::Index>(i)).data(), n, n) =
-        row_products_.topRows(n) + row_products_.bottomRows(n) + column_products_.leftCols(n) +
+    Eigen::Map<RowMajorMatrix>(out.row(static_cast<Eigen::Index>(i)).data(), m, n) =
+        row_products_.topRows(m) + row_products_.bottomRows(m) + column_products_.leftCols(n) +
         column_products_.rightCols(n);
   }
 }

@@ -17,10 +17,11 @@ namespace ertbench {
 /// memory of one thread, and allocates nothing after its construction.
 class SheetOperator {
  public:
-  /// Throws InputError where an electrode falls between the grid's nodes. The sheet is a square.
+  /// Throws InputError where an electrode falls between the grid's nodes. The sensor is one that
+  /// the grid serves (fits_grid).
   explicit SheetOperator(const Sensor& sensor);
 
-  Eigen::Index pixels() const { return Eigen::Index{grid_} * grid_; }
+  Eigen::Index pixels() const { return Eigen::Index{columns_} * rows_; }
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(drives_.size()); }
 
   /// `ratio` [pixels]: conductivity / background, > 0. All below is for the last one set.
@@ -31,13 +32,14 @@ class SheetOperator {
   void jacobian(const std::vector<Eigen::Index>& kept, RowMajorMatrix& out);
 
  private:
-  int grid_;
-  PixelEdges edges_;                                 ///< of the nodes
-  double scale_;                                     ///< sqrt(2) I / c0, V
+  int columns_;
+  int rows_;
+  PixelEdges edges_;  ///< of the nodes
+  double scale_;      ///< sqrt(2) I / c0, V; without the root for single channels
   std::vector<std::array<Eigen::Index, 2>> drives_;  ///< drive and measurement of each pair
   GridLaplacian stiffness_;
   Eigen::VectorXd weights_;                        ///< [edges of the nodes]
-  RowMajorMatrix currents_;                        ///< P [nodes, drives rounded up]
+  RowMajorMatrix currents_;                        ///< P [nodes, pairs rounded up]
   RowMajorMatrix half_;                            ///< L^-1 P
   Eigen::MatrixXd products_;                       ///< P^T K^-1 P
   Eigen::MatrixXd uniform_;                        ///< the same of the uniform sheet

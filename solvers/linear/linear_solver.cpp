@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "core/hdf5_file.h"
-#include "forward/fem/forward_model.h"
+#include "forward/data/uniform_sheet.h"
 
 namespace ertbench {
 namespace {
@@ -38,10 +38,11 @@ void multiply(const ImageMap<Scalar>& map, const StackVector<Scalar, stack_input
 
 /// Columns of pairs -> columns of both their channels.
 Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciprocity& reciprocity) {
-  Eigen::MatrixXd out(columns.rows(), 2 * columns.cols());
+  Eigen::MatrixXd out(columns.rows(), reciprocity.channels());
   for (Eigen::Index p = 0; p < columns.cols(); ++p) {
     for (const int channel : reciprocity.pair(p)) out.col(channel) = columns.col(p);
   }
+  if (reciprocity.single()) out *= std::numbers::sqrt2;  // see Reciprocity::sum
   return out;
 }
 
@@ -54,7 +55,7 @@ void LinearSolver::set_sensor(const Sensor& sensor) {
 }
 
 Eigen::MatrixXd LinearSolver::whole_jacobian() const {
-  return reciprocity_.reduce_rows(ForwardModel(sensor_, sensor_.image_grid).jacobian());
+  return reciprocity_.reduce_rows(uniform_jacobian(sensor_));
 }
 
 void LinearSolver::set_inverse(const Eigen::MatrixXd& inverse) {
@@ -141,7 +142,7 @@ void LinearSolver::save_matrix(Hdf5File& file) const {
 
 void LinearSolver::load_matrix(const Hdf5File& file, const Sensor& sensor) {
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
-  const auto pairs = static_cast<std::uint64_t>(sensor.channels()) / 2;
+  const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
   std::uint64_t columns = pairs;
   Eigen::MatrixXd right;
   if (file.has("/right_factor")) {

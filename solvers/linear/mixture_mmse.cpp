@@ -131,7 +131,7 @@ void MixtureMmse::load(const std::filesystem::path& file, const Sensor& sensor) 
   const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
   if (ridge_.automatic()) throw InputError(file.string() + ": has no ridge; fit the solver again");
-  const auto pairs = static_cast<std::uint64_t>(sensor.channels()) / 2;
+  const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   const std::uint64_t count = opened.require_shape("/weights", {0}).front();
   const std::uint64_t directions = opened.require_shape("/directions", {pairs, 0})[1];

@@ -87,7 +87,7 @@ void OneStepGaussNewton::fit(const FitInput& input) {
   set_sensor(input.sensor);
   const Eigen::MatrixXd jacobian = whole_jacobian();
   const RegularisedInverse inverse(jacobian(kept_pairs(), Eigen::all),
-                                   prior_factors(prior_, jacobian));
+                                   prior_factors(prior_, jacobian, sensor().image_columns()));
   if (lambda_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, lambda_.place);
     const auto error_of = [&](double lambda) {
@@ -104,8 +104,8 @@ void OneStepGaussNewton::fit(const FitInput& input) {
 
 std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const {
   const Eigen::MatrixXd jacobian = whole_jacobian();
-  return std::make_unique<MaskedGaussNewton>(jacobian, prior_factors(prior_, jacobian),
-                                             *lambda_.value);
+  return std::make_unique<MaskedGaussNewton>(
+      jacobian, prior_factors(prior_, jacobian, sensor().image_columns()), *lambda_.value);
 }
 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {

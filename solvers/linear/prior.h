@@ -12,8 +12,8 @@ enum class Prior { tikhonov, noser, laplace };
 Prior prior_from_name(const std::string& name);  ///< "tikhonov", "noser", "laplace"
 const char* name_of(Prior prior);
 
-/// J [m, pixels] -> R^T R [pixels, pixels].
-Eigen::MatrixXd prior_matrix(Prior prior, const Eigen::MatrixXd& jacobian);
+/// J [m, pixels] -> R^T R [pixels, pixels]; `columns` of the image, 0 of a square one.
+Eigen::MatrixXd prior_matrix(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
 
 /// The same by its factors: the image is E y + c 1 with |R(E y + c 1)| = |y|; c only where R^T R
 /// maps constant images to zero.
@@ -22,6 +22,6 @@ struct PriorFactors {
   bool free_constant;
 };
 
-PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian);
+PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
 
 }  // namespace ertbench

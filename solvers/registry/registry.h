@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/registry/plugin_abi.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
 
@@ -55,6 +56,9 @@ class SolverRegistry {
   const SolverInfo* find(const std::string& type);
   /// The same, without asking a plugin: null also where that has not happened yet.
   const SolverInfo* find_known(const std::string& type) const;
+  /// The room of its code, one of Build::fit_codes: "solvers/linear". Of a solver of the user's it
+  /// is "solvers", with the hash of its library beside it.
+  const std::string& room_of(const std::string& type) const;
   /// Whether its solvers come from a plugin.
   bool is_of_plugin(const std::string& type) const { return plugin_of_.count(type) > 0; }
 
@@ -72,6 +76,7 @@ class SolverRegistry {
   void describe(const std::filesystem::path& library);
 
   std::vector<std::string> order_;
+  std::map<std::string, std::string> rooms_;                ///< of our own types
   std::map<std::string, SolverInfo> solvers_;               ///< of this process
   std::map<std::string, SolverInfo> described_;             ///< of plugins that are not loaded here
   std::map<std::string, std::filesystem::path> plugin_of_;  ///< absolute, or a bare name
@@ -81,10 +86,15 @@ class SolverRegistry {
 };
 
 /// The version that a plugin must have been built against.
-inline constexpr int solver_interface_version = 7;
-
-/// Entry points of a plugin; the first returns solver_interface_version:
-///     extern "C" int ertbench_solver_interface();
-///     extern "C" void ertbench_register_solvers(ertbench::SolverRegistry&);
+inline constexpr int solver_interface_version = ERTBENCH_SOLVER_INTERFACE;
 
 }  // namespace ertbench
+
+/// What stands once in a plugin, outside of any namespace, beside its entry point
+///     extern "C" void ertbench_register_solvers(ertbench::SolverRegistry&)
+/// It says what the plugin was built for and with, which is compared before anything of it is
+/// called.
+#define ERTBENCH_SOLVER_PLUGIN                                                               \
+  extern "C" __attribute__((used, visibility("default"))) const char ertbench_plugin_abi[] = \
+      ERTBENCH_PLUGIN_ABI;                                                                   \
+  extern "C" int ertbench_solver_interface() { return ERTBENCH_SOLVER_INTERFACE; }

@@ -14,29 +14,30 @@ using Lanes = Eigen::Array<double, lanes, 1>;
 
 }  // namespace
 
-GridLaplacian::GridLaplacian(int grid)
-    : grid_(grid),
-      unknowns_(Eigen::Index{grid} * grid - 1),
-      stride_((grid + lanes - 1) / lanes * lanes + lanes),
-      band_((unknowns_ + grid + 1) * stride_),
+GridLaplacian::GridLaplacian(int columns, int rows)
+    : columns_(columns),
+      rows_(rows),
+      unknowns_(Eigen::Index{columns} * rows - 1),
+      stride_((columns + lanes - 1) / lanes * lanes + lanes),
+      band_((unknowns_ + columns + 1) * stride_),
       inverse_diagonal_(unknowns_),
-      ground_(unknowns_ + grid + 1) {}
+      ground_(unknowns_ + columns + 1) {}
 
 void GridLaplacian::factor(const PixelEdges& edges, const Eigen::VectorXd& weights) {
-  const Eigen::Index n = grid_;
+  const Eigen::Index n = columns_;
   band_.setZero();
   ground_.setZero();
   for (Eigen::Index p = 0; p < unknowns_; ++p) {
     const Eigen::Index r = p / n;
     const Eigen::Index c = p % n;
     if (c < n - 1) row(p)[0] = weights[r * (n - 1) + c];
-    if (r < n - 1) row(p)[n - 1] += weights[edges.across() + p];
+    if (r < rows_ - 1) row(p)[n - 1] += weights[edges.across() + p];
   }
   // The two edges of the pixel held.
   ground_[unknowns_ - 1] = std::exchange(row(unknowns_ - 1)[0], 0.0);
   ground_[unknowns_ - n] += std::exchange(row(unknowns_ - n)[n - 1], 0.0);
 
-  switch (grid_) {
+  switch (columns_) {
     case 24:
       return eliminate<24>();
     case 25:  // the nodes of a 24-grid
@@ -51,7 +52,7 @@ void GridLaplacian::factor(const PixelEdges& edges, const Eigen::VectorXd& weigh
 template <int known>
 void GridLaplacian::eliminate() {
   using Row = Eigen::Matrix<double, known, 1>;
-  const Eigen::Index n = known == Eigen::Dynamic ? grid_ : Eigen::Index{known};
+  const Eigen::Index n = known == Eigen::Dynamic ? columns_ : Eigen::Index{known};
   // Scales row j, of which all that others add to it is there.
   const auto finish = [&](Eigen::Index j) {
     Eigen::Map<Row> all(row(j), n);
@@ -143,7 +144,7 @@ void GridLaplacian::half_solve(const RowMajorMatrix& right, Eigen::Index columns
   for_panels(columns, [&](auto registers, Eigen::Index c) {
     for (Eigen::Index j = 0; j < unknowns_; ++j) {
       solve_row<registers()>(
-          &right(j, c), &out(j, c), std::min(grid_, j), inverse_diagonal_[j],
+          &right(j, c), &out(j, c), std::min(columns_, j), inverse_diagonal_[j],
           [&](Eigen::Index i) { return &out(j - i, c); },
           [&](Eigen::Index i) { return row(j - i)[i - 1]; });
     }
@@ -154,7 +155,7 @@ void GridLaplacian::half_solve_transposed(RowMajorMatrix& x, Eigen::Index column
   for_panels(columns, [&](auto registers, Eigen::Index c) {
     for (Eigen::Index j = unknowns_; j-- > 0;) {
       solve_row<registers()>(
-          &x(j, c), &x(j, c), std::min(grid_, unknowns_ - 1 - j), inverse_diagonal_[j],
+          &x(j, c), &x(j, c), std::min(columns_, unknowns_ - 1 - j), inverse_diagonal_[j],
           [&](Eigen::Index i) { return &x(j + i, c); },
           [&](Eigen::Index i) { return row(j)[i - 1]; });
     }
@@ -164,14 +165,14 @@ void GridLaplacian::half_solve_transposed(RowMajorMatrix& x, Eigen::Index column
 void GridLaplacian::half_solve(Eigen::VectorXd& x) const {
   for (Eigen::Index j = 0; j < unknowns_; ++j) {
     x[j] *= inverse_diagonal_[j];
-    const Eigen::Index reach = std::min(grid_, unknowns_ - 1 - j);
+    const Eigen::Index reach = std::min(columns_, unknowns_ - 1 - j);
     x.segment(j + 1, reach) += x[j] * Eigen::Map<const Eigen::VectorXd>(row(j), reach);
   }
 }
 
 void GridLaplacian::half_solve_transposed(Eigen::VectorXd& x) const {
   const auto one_row = [&](Eigen::Index j) {
-    const Eigen::Index reach = std::min(grid_, unknowns_ - 1 - j);
+    const Eigen::Index reach = std::min(columns_, unknowns_ - 1 - j);
     const double sum =
         Eigen::Map<const Eigen::VectorXd>(row(j), reach).dot(x.segment(j + 1, reach));
     x[j] = (x[j] + sum) * inverse_diagonal_[j];

@@ -20,7 +20,8 @@ class GridLaplacian {
   /// Right-hand sides are solved in blocks of this many.
   static constexpr Eigen::Index block = 16;
 
-  explicit GridLaplacian(int grid);
+  explicit GridLaplacian(int grid) : GridLaplacian(grid, grid) {}
+  GridLaplacian(int columns, int rows);
 
   /// `weights` [edges], > 0.
   void factor(const PixelEdges& edges, const Eigen::VectorXd& weights);
@@ -44,10 +45,11 @@ class GridLaplacian {
   double* row(Eigen::Index j) { return band_.data() + j * stride_; }
   const double* row(Eigen::Index j) const { return band_.data() + j * stride_; }
 
-  Eigen::Index grid_;
+  Eigen::Index columns_;  ///< the width of the band
+  Eigen::Index rows_;
   Eigen::Index unknowns_;
-  Eigen::Index stride_;  ///< grid rounded up to whole SIMD registers, and one more of zeros
-  /// Row j: -L(j + i, j) at i - 1, i = 1 ... grid. During the factorisation the weight between j
+  Eigen::Index stride_;  ///< columns rounded up to whole SIMD registers, and one more of zeros
+  /// Row j: -L(j + i, j) at i - 1, i = 1 ... columns. During the factorisation the weight between j
   /// and j + i.
   Eigen::VectorXd band_;
   Eigen::VectorXd inverse_diagonal_;  ///< 1 / L(j, j)

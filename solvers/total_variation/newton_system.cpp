@@ -13,7 +13,9 @@ constexpr double refined = 1e-8;  ///< relative mismatch between J x and w that 
 }  // namespace
 
 NewtonSystem::NewtonSystem(const TotalVariation& problem)
-    : problem_(problem), band_(problem.edges().grid()), work_(problem.edges().pixels() - 1) {}
+    : problem_(problem),
+      band_(problem.edges().columns(), problem.edges().rows()),
+      work_(problem.edges().pixels() - 1) {}
 
 bool NewtonSystem::factor(const Eigen::VectorXd& weights, Eigen::Index channels) {
   band_.factor(problem_.edges(), weights);

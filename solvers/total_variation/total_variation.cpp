@@ -1,17 +1,16 @@
 #include "solvers/total_variation/total_variation.h"
 
-#include "forward/fem/forward_model.h"
+#include "forward/data/uniform_sheet.h"
 #include "solvers/dense_svd.h"
 
 namespace ertbench {
 
 TotalVariation::TotalVariation(const Sensor& sensor)
     : reciprocity_(sensor),
-      edges_(sensor.image_grid),
+      edges_(sensor.image_columns(), sensor.image_rows()),
       edge_length_(sensor.image().pixel().x()),
-      laplacian_(sensor.image_grid) {
-  const DenseSvd svd =
-      dense_svd(reciprocity_.reduce_rows(ForwardModel(sensor, sensor.image_grid).jacobian()));
+      laplacian_(sensor.image_columns(), sensor.image_rows()) {
+  const DenseSvd svd = dense_svd(reciprocity_.reduce_rows(uniform_jacobian(sensor)));
   scale_ = svd.values[0];
   singular_values_ = svd.values / scale_;
   left_ = svd.left;

@@ -40,7 +40,8 @@ TEST(HostileProgram, FileNamesAreShownHarmlessly) {
   expect_clean(run);
   const json summary = summary_of(folder / hostile_name);  // and so is UTF-8
   EXPECT_EQ(summary.at("experiment"), printable(hostile_name));
-  EXPECT_EQ(summary.at("command"), "./ertbench run " + printable(hostile_name) + ".json");
+  EXPECT_EQ(summary.at("command"), "./ertbench run '" + printable(hostile_name) + ".json' --out '" +
+                                       printable(hostile_name) + "'");
   const Outcome generated = run_program(
       folder.path(), "generate " + file + " --dataset test --out " + quoted(hostile_name + ".h5"));
   EXPECT_EQ(generated.exit_code, 0) << printable_lines(generated.output);

@@ -136,8 +136,11 @@ TEST_F(ReportInBrowser, IsReadOnAPhoneAndOnADesktop) {
                     "pdipm alpha=1e-05 tolerance=0.1", "pdipm alpha=1e-05 tolerance=0.01", "lost",
                     "net"}));
     EXPECT_EQ(seen.at("cells"), 10 * (seen.at("columns").get<int>() - 1));
-    ASSERT_EQ(seen.at("failures").size(), 1u);
-    EXPECT_NE(seen.at("failures")[0].get<std::string>().find("on fire"), std::string::npos);
+    json failures = seen.at("failures");  // and remarks on rows that did not fail
+    std::erase_if(failures.get_ref<json::array_t&>(),
+                  [](const json& text) { return text == "worse than no contact"; });
+    ASSERT_EQ(failures.size(), 1u);
+    EXPECT_NE(failures[0].get<std::string>().find("on fire"), std::string::npos);
     EXPECT_EQ(seen.at("boxes"), 6) << "two tables, two charts, reconstructions, training";
     EXPECT_EQ(seen.at("dangling"), 0);
     EXPECT_EQ(seen.at("repeated_ids"), 0);

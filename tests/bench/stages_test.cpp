@@ -140,7 +140,7 @@ TEST_F(StagesTest, NamesThatDoNotExistAreRefused) {
     stage_named("speed", 20);
     FAIL() << "found a stage called speed";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("accuracy, timing, ladders, studies, fidelity"),
+    EXPECT_NE(std::string(error.what()).find("accuracy, timing, ladders, folds, studies, fidelity"),
               std::string::npos)
         << error.what();
   }

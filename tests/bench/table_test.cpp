@@ -107,6 +107,16 @@ std::string field(const std::vector<std::vector<std::string>>& records, std::siz
   return records.at(record).at(static_cast<std::size_t>(at - head.begin()));
 }
 
+TEST(ResultTable, ShowsThePipeWhereASolverHasOne) {
+  std::vector<ResultRow> rows = {row_of("gn", "test"), row_of("python", "test")};
+  EXPECT_EQ(markdown_table(rows, text_of()).find("pipe"), std::string::npos);
+  rows[1].latency_us->pipe = 7.25;
+  const std::string text = markdown_table(rows, text_of());
+  EXPECT_NE(text.find("pipe (µs)"), std::string::npos) << text;
+  EXPECT_NE(text.find("7.25"), std::string::npos) << text;
+  EXPECT_NE(text.find("- pipe: of a solver that is a program of its own"), std::string::npos);
+}
+
 TEST(MarkdownTable, ShowsMeanIntervalPublishedValueAndDifference) {
   const std::vector<ResultRow> rows = {row_of("gn", "test")};
   const std::string out = markdown_table(rows, text_of());

@@ -99,6 +99,10 @@ class FakeBuild {
     fs::create_directories(folder_ / "bench");
     fs::create_directories(folder_ / "benchmarks");
     fs::copy_file(ERTBENCH_PROGRAM, folder_ / "bench/ertbench");
+    for (const char* room : {"core", "forward", "solvers"}) {  // its libraries lie beside it
+      fs::create_directory_symlink(fs::path(ERTBENCH_PROGRAM).parent_path().parent_path() / room,
+                                   folder_ / room);
+    }
     for (const std::string& name : benchmark_programs()) script(name, "");
   }
 

@@ -28,3 +28,17 @@ string(JSON error GET ${summary} rows ${last} metrics relative_error mean)
 if(NOT type STREQUAL "back-projection" OR NOT status STREQUAL "ok" OR NOT error LESS 1)
   message(FATAL_ERROR "the row of the solver is ${type}, ${status}, relative error ${error}")
 endif()
+
+# Built with another alignment of Eigen's it is refused by name, before anything of it runs.
+run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/other_build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
+    -DCMAKE_PREFIX_PATH=${WORK}/prefix -DSOLVER=${SOLVER}
+    -DCMAKE_CXX_FLAGS=-DEIGEN_MAX_ALIGN_BYTES=128)
+run(${CMAKE_COMMAND} --build ${WORK}/other_build)
+file(COPY ${WORK}/other_build/libmy_solver.so ${CONSUMER}/experiment.json DESTINATION ${WORK}/other)
+execute_process(
+  COMMAND ${CMAKE_COMMAND} -E env ERTBENCH_CACHE=${WORK}/cache
+          ${WORK}/prefix/bin/ertbench run ${WORK}/other/experiment.json --out ${WORK}/other/results
+  RESULT_VARIABLE code OUTPUT_VARIABLE said ERROR_VARIABLE said)
+if(NOT code EQUAL 2 OR NOT said MATCHES "alignment 128 bytes")
+  message(FATAL_ERROR "a plugin of another alignment ended with ${code}:\n${said}")
+endif()

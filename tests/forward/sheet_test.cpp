@@ -81,11 +81,11 @@ TEST(Sheet, ThePixelsOnItHaveItsArea) {
 
     const DiscSheet round;
     const PixelGrid pixels = round.pixels(side);
-    // Pixels with their centres in the disc cover one smaller by half a diagonal and lie in one
-    // larger by as much.
-    const double half = pixels.pixel().norm() / 2;
-    EXPECT_NEAR(pixels.count_on_sheet() * pixels.pixel_area(), round.area(),
-                2 * pi * half + pi * half * half);
+    // What is left out are slivers, at most a hundredth of a pixel each on the border's way.
+    double area = 0;
+    for (int p = 0; p < pixels.count(); ++p) area += pixels.part_on_sheet(p) * pixels.pixel_area();
+    EXPECT_NEAR(area, round.area(), 0.02 * 8 * pixels.pixel().x());
+    EXPECT_GE(pixels.count_on_sheet() * pixels.pixel_area(), area);
     EXPECT_FALSE(pixels.on_sheet(0));
     EXPECT_TRUE(pixels.on_sheet(side / 2 + side * (side / 2)));
   }
@@ -118,7 +118,7 @@ TEST(Sheet, AnotherOneMakesAnotherSensor) {
     ForwardModel(disc_sensor(), 24);
     FAIL() << "the grid model took a disc";
   } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("of square sheets, not of a disc"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("not of a disc"), std::string::npos);
   }
 }
 

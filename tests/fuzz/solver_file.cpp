@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static SolverRegistry registry;
   const Sensor sensor = fuzzing::small_sensor();
   const std::filesystem::path file = fuzzing::file_of(bytes, size, "solver.fitted");
-  for (const char* type : {"tsvd", "one-step-gn", "pdipm", "lmmse", "gauss-newton"}) {
+  for (const char* type : {"tsvd", "one-step-gn", "pdipm", "lmmse", "gauss-newton", "contacts"}) {
     const nlohmann::json spec = {{"type", type}};
     const std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, "", ""));
     if (fuzzing::accepted(file.string(), [&] { solver->load(file, sensor); })) {

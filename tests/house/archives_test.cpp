@@ -1,5 +1,6 @@
 // An archive of libtorch's is code that runs when it is loaded. What this program keeps are tensors
-// (models/networks/tensor_file.h), and nothing in models/ reads or writes such an archive.
+// (models/networks/tensor_file.h), and nothing in models/ reads or writes such an archive but the
+// solver whose file is code by its name, as a plugin is (SECURITY.md).
 
 #include <gtest/gtest.h>
 
@@ -16,6 +17,7 @@ TEST(Archives, OfTorchAreNeitherReadNorWritten) {
   for (const auto& entry : fs::recursive_directory_iterator(ERTBENCH_SOURCE_DIR "/models")) {
     const fs::path extension = entry.path().extension();
     if (extension != ".h" && extension != ".cpp") continue;
+    if (entry.path().stem() == "torch_script_solver") continue;
     ++files;
     std::ifstream in(entry.path());
     int number = 0;

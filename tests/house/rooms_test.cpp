@@ -111,6 +111,77 @@ TEST(Rooms, TheTestSeesAnIncludeThatGoesUp) {
   EXPECT_EQ(offences(rooms, "cellar/a.h", nowhere).size(), 1U);
 }
 
+/// The rooms of cmake/fit_rooms.txt and what their solvers depend on besides what all share.
+Rooms fit_rooms() {
+  const std::string table = std::string(ERTBENCH_SOURCE_DIR) + "/cmake/fit_rooms.txt";
+  std::ifstream in(table);
+  return read_rooms(in, table);
+}
+
+TEST(Rooms, TheCodeOfFitsIsAllThatTheSolversInclude) {
+  const fs::path root = ERTBENCH_SOURCE_DIR;
+  const std::string include = "#include \"";
+  const Rooms rooms = fit_rooms();
+  for (const auto& [room, below] : rooms) {
+    if (!room.starts_with("solvers") && room != "models") continue;
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
+      // Of solvers/ only its own files, and those of check/, are shared by all.
+      const std::string folder = fs::relative(entry.path().parent_path(), root).string();
+      if (room == "solvers" && folder != "solvers" && folder != "solvers/check") continue;
+      if (folder.ends_with("benchmarks")) continue;
+      const fs::path extension = entry.path().extension();
+      if (extension == ".h" || extension == ".cpp") files.push_back(entry.path());
+    }
+    EXPECT_FALSE(files.empty()) << room;
+    for (const fs::path& file : files) {
+      std::ifstream in(file);
+      for (std::string line; std::getline(in, line);) {
+        if (!line.starts_with(include)) continue;
+        const std::string included = line.substr(include.size(), line.rfind('"') - include.size());
+        const std::string folder = fs::path(included).parent_path().string();
+        const std::string top = folder.substr(0, folder.find('/'));
+        const bool of_data = top == "forward" && !rooms.contains(folder);
+        const bool shared =
+            top == "core" || of_data || folder == "solvers" || folder == "solvers/check";
+        // The registry says which solvers there are, and no number depends on it.
+        const bool listed =
+            below.contains(folder) || below.contains(top) || folder == "solvers/registry";
+        EXPECT_TRUE(shared || listed) << file << " includes " << included << ": name " << folder
+                                      << " behind \"" << room << ":\" in cmake/fit_rooms.txt";
+      }
+    }
+  }
+}
+
+TEST(Rooms, EachRoomOfSolversHasItsCodeOfFits) {
+  const Rooms rooms = fit_rooms();
+  for (const auto& [room, below] : the_rooms()) {
+    if (!room.starts_with("solvers/") || room == "solvers/check" || room == "solvers/registry") {
+      continue;
+    }
+    EXPECT_TRUE(rooms.contains(room)) << "cmake/fit_rooms.txt has no line for " << room;
+  }
+}
+
+TEST(Rooms, EachRoomOfForwardIsOfDataOrNamedByItsSolvers) {
+  const Rooms named = fit_rooms();
+  std::ifstream in(std::string(ERTBENCH_SOURCE_DIR) + "/cmake/build.cmake");
+  const std::string data = "set(data ";
+  std::set<std::string> of_data;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(data)) continue;
+    std::istringstream words(line.substr(data.size(), line.find(')') - data.size()));
+    for (std::string room; words >> room;) of_data.insert(room);
+  }
+  for (const auto& [room, below] : the_rooms()) {
+    if (!room.starts_with("forward/")) continue;
+    EXPECT_NE(of_data.contains(room), named.contains(room))
+        << room << " belongs into \"" << data << "\" of cmake/build.cmake, where datasets depend "
+        << "on it, or else into cmake/fit_rooms.txt";
+  }
+}
+
 TEST(Rooms, TheTableHasNoCircle) {
   std::istringstream circle("a: b\nb: a\n");
   EXPECT_THROW(read_rooms(circle, "rooms.txt"), std::runtime_error);

@@ -131,6 +131,55 @@ TEST(Contacts, ExplainAFrameToItsNoiseAndNotWhatIsNoContact) {
   EXPECT_LT((out.images - as_good).norm(), 0.1 * as_good.norm());
 }
 
+/// A sheet whose conductivity is another all over has the voltages of the usual one over its level,
+/// whatever is on it.
+TEST(Contacts, TellTheLevelOfTheSheet) {
+  const auto solver = solver_for(60, {{"nuisances", {{"level", 0.3}}}});
+  const Scene scene{{disc(0.3, 0.3, 0.25, 0.5), disc(-0.4, -0.2, 0.2, 2)}};
+  const Frames usual = frame_of(scene, 60, 3);
+  const VectorXd reference = BorderModel{Sensor{}}.reference_voltages();
+  const Images as_usual = reconstruct(*solver, usual).images;
+  for (const double level : {-0.2, 0.0, 0.02, 0.4}) {
+    const Frames frame =
+        (usual + reference.transpose()) / (1 + level) - Frames(reference.transpose());
+    const Reconstruction out = reconstruct(*solver, frame);
+    EXPECT_NEAR(out.reports[0].level, level, 2e-3 * (1 + level));
+    EXPECT_EQ(out.reports[0].reasons & unexplained, 0) << level;
+    EXPECT_LT((out.images - as_usual).norm(), 0.05 * as_usual.norm()) << level;
+    EXPECT_EQ(found_in(*solver, frame).size(), 2U) << level;
+    // The same factor, where only a gain is expected, is no level.
+    const auto gain = solver_for(60, {{"nuisances", {{"gain", 0.3}}}});
+    EXPECT_EQ(reconstruct(*gain, frame).reports[0].level, 0);
+  }
+}
+
+// A small insulator and a larger one that insulates less are nearly the same to the voltages.
+TEST(Contacts, AKnownRatioTellsTheSize) {
+  const double radius = 0.12;
+  const auto knows = solver_for(
+      50, {{"shape", "disc"}, {"most_contacts", 1}, {"conductivity_ratio", {0.04, 0.06}}});
+  const auto guesses = solver_for(50, {{"shape", "disc"}, {"most_contacts", 1}});
+  double known = 0;
+  double guessed = 0;
+  constexpr int frames = 20;
+  for (int f = 0; f < frames; ++f) {
+    const Scene scene{{disc(0.25, -0.15, radius, 0.05)}};
+    const Frames frame = frame_of(scene, 50, static_cast<std::uint64_t>(f) + 1);
+    const auto radius_error = [&](const Solver& solver) {
+      const std::vector<FoundContact> found = found_in(solver, frame);
+      return std::sqrt(found.at(0).area / std::numbers::pi) / radius - 1;
+    };
+    known += std::pow(radius_error(*knows), 2) / frames;
+    guessed += std::pow(radius_error(*guesses), 2) / frames;
+  }
+  // The strength is told to a few per cent by the voltages, the size half as well.
+  EXPECT_LT(std::sqrt(known), 0.05);
+  EXPECT_GT(std::sqrt(guessed), 2 * std::sqrt(known));
+  for (const json& wrong : {json{0.5, 0.2}, json{0.5, 2}, json{1, 2}}) {
+    EXPECT_THROW(solver_for(50, {{"conductivity_ratio", wrong}}), InputError) << wrong;
+  }
+}
+
 TEST(Contacts, ImagesHaveTheScenesConductivity) {
   const Scene scene{{disc(0.1, -0.3, 0.25, 0.5)}};
   const Sensor sensor;
@@ -172,7 +221,6 @@ TEST(Contacts, AreFollowedFromTheLastFrame) {
   const auto pairs = reciprocal_pairs(sensor);
   ContactFit::Workspace workspace;
   ContactFit::Found found;
-  std::vector<EllipticContact> last;
   for (int step = 0; step < 8; ++step) {
     const double x = -0.4 + 0.05 * step;
     const Frames frame =
@@ -181,13 +229,29 @@ TEST(Contacts, AreFollowedFromTheLastFrame) {
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       means[static_cast<Index>(p)] = (frame(0, pairs[p][0]) + frame(0, pairs[p][1])) / 2;
     }
-    fit.follow(means, last, workspace, found);
+    fit.follow(means, found.best, workspace, found);
     ASSERT_EQ(found.best.contacts.size(), 1U) << step;
     EXPECT_NEAR(found.best.contacts[0].centre.x(), x, 0.02) << step;
     if (step > 0) {
       EXPECT_LE(found.iterations, 8) << step;
     }
-    last = found.best.contacts;
+  }
+}
+
+/// A contact that lifts off is gone from the next frame on, one that comes down is there.
+TEST(Contacts, ThatAreFollowedComeAndGo) {
+  const auto solver = solver_for(60);
+  const auto stream = solver->open_stream();
+  const Contact first = disc(-0.4, 0.2, 0.2, 0.5);
+  const Contact second = disc(0.5, -0.3, 0.25, 0.4);
+  const std::vector<Scene> scenes = {{{first}}, {{first, second}}, {{first, second}}, {{second}},
+                                     {},        {{second}}};
+  for (std::size_t f = 0; f < scenes.size(); ++f) {
+    Images image(1, Sensor{}.pixels());
+    std::vector<FrameReport> report(1);
+    stream->reconstruct(frame_of(scenes[f], 60, f + 1), image, report);
+    EXPECT_EQ(stream->contacts()->size(), scenes[f].contacts.size()) << f;
+    EXPECT_EQ(report[0].reasons & unexplained, 0) << f;
   }
 }
 

@@ -219,7 +219,8 @@ TEST(GaussNewton, TotalVariationLowersItsObjectiveToAMinimum) {
       sensor.background *
       Reciprocity(sensor).reduce_rows(ForwardModel(sensor, sensor.image_grid).jacobian());
   GaussNewtonIteration iteration(
-      sensor, bounds, std::make_unique<EdgePenalty>(sensor.image_grid, weight, smoothing),
+      sensor, bounds,
+      std::make_unique<EdgePenalty>(sensor.image_grid, sensor.image_grid, weight, smoothing),
       jacobian);
   GaussNewtonOptions options;
   options.tolerance = 1e-8;
@@ -232,7 +233,7 @@ TEST(GaussNewton, TotalVariationLowersItsObjectiveToAMinimum) {
   // The objective by its definition; no step along a pixel or a random direction lowers it.
   const ForwardModel model(sensor, sensor.image_grid);
   const Reciprocity reciprocity(sensor);
-  EdgePenalty penalty(sensor.image_grid, weight, smoothing);
+  EdgePenalty penalty(sensor.image_grid, sensor.image_grid, weight, smoothing);
   const auto objective = [&](const Eigen::VectorXd& t) {
     Eigen::VectorXd ratio;
     Eigen::VectorXd slope;

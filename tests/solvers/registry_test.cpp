@@ -31,7 +31,8 @@ std::string failure(SolverRegistry& registry, const json& spec) {
 TEST(Registry, KnowsTheSolvers) {
   EXPECT_EQ(SolverRegistry().types(),
             (std::vector<std::string>{"one-step-gn", "tsvd", "lmmse", "pdipm", "gauss-newton",
-                                      "contacts", "fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net"}));
+                                      "contacts", "kernel-ridge", "command", "fcnn", "dcnn",
+                                      "eit-nn", "dd-ert", "lean-net", "torchscript"}));
 }
 
 TEST(Registry, DescribesEveryParameterThatASolverReports) {
@@ -172,6 +173,48 @@ TEST(Registry, RefusesALibraryThatIsNoPlugin) {
   const std::string message =
       message_of<InputError>([&] { registry.load_plugin(ERTBENCH_SOLVERS_LIBRARY); });
   EXPECT_NE(message.find("has no ertbench_solver_interface"), std::string::npos) << message;
+}
+
+/// Why the registry does not take a plugin.
+std::string refusal_of(const char* library) {
+  SolverRegistry registry;
+  return message_of<InputError>([&] { registry.load_plugin(library); });
+}
+
+TEST(Registry, RefusesAPluginThatDoesNotSayWhatItWasBuiltWith) {
+  const std::string message = refusal_of(ERTBENCH_SILENT_PLUGIN);
+  EXPECT_NE(message.find("ERTBENCH_SOLVER_PLUGIN"), std::string::npos) << message;
+}
+
+// These two abort as soon as they are loaded: nothing of them may run.
+TEST(Registry, RefusesAPluginOfAnotherAlignmentUnloaded) {
+  const std::string message = refusal_of(ERTBENCH_OTHER_ALIGNMENT_PLUGIN);
+  EXPECT_NE(message.find("Eigen's alignment 128 bytes"), std::string::npos) << message;
+  EXPECT_NE(message.find("here " + std::to_string(EIGEN_MAX_ALIGN_BYTES) + " bytes"),
+            std::string::npos)
+      << message;
+  EXPECT_EQ(message.find("compiler"), std::string::npos) << message;
+}
+
+TEST(Registry, RefusesAPluginOfAnotherInstructionSetUnloaded) {
+#ifndef __AVX__
+  GTEST_SKIP() << "this build has no AVX that a plugin could lack";
+#endif
+  const std::string message = refusal_of(ERTBENCH_NO_AVX_PLUGIN);
+  EXPECT_NE(message.find("instruction set sse2 sse4.2, here sse2 sse4.2 avx"), std::string::npos)
+      << message;
+  EXPECT_EQ(message.find("compiler"), std::string::npos) << message;
+}
+
+TEST(Registry, NamesWhatAPluginDiffersIn) {
+  EXPECT_EQ(abi_difference(program_abi()), "");
+  std::string other = program_abi();
+  const std::string version = std::to_string(EIGEN_WORLD_VERSION) + "." +
+                              std::to_string(EIGEN_MAJOR_VERSION) + "." +
+                              std::to_string(EIGEN_MINOR_VERSION);
+  other.replace(other.find("Eigen=" + version), 6 + version.size(), "Eigen=3.3.9");
+  EXPECT_EQ(abi_difference(other), "Eigen 3.3.9, here " + version);
+  EXPECT_EQ(abi_difference("").find("C++ library that it does not say"), 0u);
 }
 
 TEST(Registry, RefusesAPluginOfAnotherInterface) {

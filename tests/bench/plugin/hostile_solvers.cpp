@@ -90,7 +90,7 @@ class Hostile final : public Solver {
 
 }  // namespace
 
-extern "C" int ertbench_solver_interface() { return solver_interface_version; }
+ERTBENCH_SOLVER_PLUGIN
 extern "C" void ertbench_register_solvers(SolverRegistry& registry) {
   if (const char* how = std::getenv("HOSTILE_LOAD")) misbehave(how);
   registry.add("hostile",

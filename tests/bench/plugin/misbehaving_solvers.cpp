@@ -119,7 +119,7 @@ class ToyLearned final : public Solver {
 
 }  // namespace
 
-extern "C" int ertbench_solver_interface() { return solver_interface_version; }
+ERTBENCH_SOLVER_PLUGIN
 extern "C" void ertbench_register_solvers(SolverRegistry& registry) {
   registry.add("misbehaving",
                {"fails as it is told",

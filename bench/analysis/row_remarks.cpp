@@ -1,0 +1,81 @@
+#include "bench/analysis/row_remarks.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+/// Of each label its first row that was timed.
+std::vector<const ResultRow*> timed_labels(std::span<const ResultRow> rows) {
+  std::vector<const ResultRow*> out;
+  std::set<std::string> known;
+  for (const ResultRow& row : rows) {
+    if (row.timed_on && known.insert(row.label).second) out.push_back(&row);
+  }
+  return out;
+}
+
+void append(const std::string& text, std::string& list) {
+  list += (list.empty() ? "" : ", ") + text;
+}
+
+}  // namespace
+
+bool worse_than_no_contact(const ResultRow& row, std::span<const ResultRow> rows) {
+  constexpr double rounding = 1e-9;
+  const auto& error = row.metrics[Metric::relative_error].mean;
+  if (!error || row.type == "no-contact" || row.type == "truth") return false;
+  const auto other = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& one) {
+    return one.type == "no-contact" && one.dataset == row.dataset;
+  });
+  if (other == rows.end()) return false;
+  const auto& nothing = other->metrics[Metric::relative_error].mean;
+  return nothing && *error > *nothing * (1 + rounding);
+}
+
+std::string usual_processor(std::span<const ResultRow> rows) {
+  std::map<std::string, int> counts;
+  std::string usual;
+  for (const ResultRow* row : timed_labels(rows)) ++counts[row->timed_on->cpu];
+  for (const ResultRow* row : timed_labels(rows)) {
+    const std::string& cpu = row->timed_on->cpu;
+    if (usual.empty() || counts[cpu] > counts[usual]) usual = cpu;
+  }
+  return usual;
+}
+
+bool timed_elsewhere(const ResultRow& row, const std::string& usual) {
+  return row.timed_on && row.timed_on->cpu != usual;
+}
+
+std::vector<std::string> timing_remarks(std::span<const ResultRow> rows) {
+  const std::string usual = usual_processor(rows);
+  std::string elsewhere;
+  std::string busy;
+  for (const ResultRow* row : timed_labels(rows)) {
+    const TimingPlace& place = *row->timed_on;
+    const std::string label = printable(row->label);
+    if (place.cpu != usual) append(label + " (" + printable(place.cpu) + ")", elsewhere);
+    if (place.busy_cores >= least_disturbing_cores) {
+      append(label + " (" + fixed(place.busy_cores, 1) + ")", busy);
+    }
+  }
+  std::vector<std::string> out;
+  if (!elsewhere.empty()) {
+    out.push_back("†: timed on another processor than the other rows (" + printable(usual) +
+                  "), with whose times these must not be compared: " + elsewhere + ".");
+  }
+  if (!busy.empty()) {
+    out.push_back(
+        "timed while other processes kept cores of the machine busy (so many of them on the "
+        "average of the busiest round), which lengthens p99 above all: " +
+        busy + ". On an idle machine `--fresh` times them again.");
+  }
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,244 @@
+#include "bench/cluster/slurm_engine.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "bench/cluster/slurm.h"
+#include "bench/cluster/slurm_plan.h"
+#include "bench/cluster/submissions.h"
+#include "core/atomic_file.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/regular_file.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Parts whose jobs take what those before them left, and are planned anew where there is more.
+const std::vector<std::string> later_parts = {"timing", "ladders", "report"};
+
+class Engine {
+ public:
+  Engine(const Experiment& experiment, const Cache& cache, const SlurmOptions& options)
+      : experiment_(experiment),
+        cache_(cache),
+        options_(options),
+        folder_(fs::absolute(options.out) / "slurm"),
+        submissions_(folder_) {}
+
+  SlurmOutcome run() {
+    const std::vector<SlurmPart> parts = plan();
+    if (options_.dry_run) {
+      for (const SlurmPart& part : parts) print(part);
+      return {true, 0};
+    }
+    fs::create_directories(folder_);
+    fs::create_directories(options_.out / "records");
+    fs::create_directories(cache_.folder() / "datasets");
+    fs::remove(folder_ / "outcome.json");
+    for (const SlurmPart& part : parts) submit_part(part);
+    watch();
+    return outcome();
+  }
+
+ private:
+  /// What is missing and neither waits nor runs. Jobs that wait for what is now to be submitted
+  /// again are withdrawn, and planned with the rest.
+  std::vector<SlurmPart> plan() {
+    live_ = options_.dry_run && submissions_.all().empty() ? std::vector<SlurmTask>()
+                                                           : live_tasks(submissions_.jobs());
+    submissions_.keep(live_);
+    const SlurmPlanSettings settings{options_.out, options_.only, most_elements()};
+    std::vector<SlurmTask> kept = live_;
+    std::erase_if(kept, [&](const SlurmTask& task) {
+      const std::string& part = submissions_.find(task.job)->part;
+      return task.waits() &&
+             std::find(later_parts.begin(), later_parts.end(), part) != later_parts.end();
+    });
+    std::vector<SlurmPart> parts =
+        slurm_plan(experiment_, cache_, submissions_.units_of(kept), settings);
+    std::vector<long> withdrawn;
+    for (const SlurmTask& task : live_) {
+      const bool stays = std::any_of(kept.begin(), kept.end(),
+                                     [&](const SlurmTask& one) { return one.job == task.job; });
+      if (!stays) withdrawn.push_back(task.job);
+    }
+    if (!options_.dry_run) {
+      cancel(withdrawn);
+      submissions_.keep(kept);
+    }
+    live_ = kept;
+    if (!live_.empty()) {
+      spdlog::info("slurm: {} tasks of an earlier command wait or run", live_.size());
+    }
+    return parts;
+  }
+
+  /// "afterok:12:14", of the jobs whose results the part takes; empty where there are none.
+  std::string dependency_of(const std::string& part) const {
+    std::vector<std::string> before = {"datasets"};
+    if (part == "timing" || part == "ladders") before = {"accuracy"};
+    if (part == "report") before = {"datasets", "accuracy", "timing", "ladders"};
+    if (part == "datasets") return "";
+    std::string out;
+    if (options_.dry_run) {
+      for (const std::string& one : before) {
+        if (printed_.count(one) > 0) out += ":$" + one;
+      }
+    } else {
+      for (const long job : submissions_.jobs_of(before)) out += ":" + std::to_string(job);
+    }
+    // Without its datasets no fit can be made; all else takes what is there.
+    if (out.empty()) return "";
+    return (part == "accuracy" ? "afterok" : "afterany") + out;
+  }
+
+  std::vector<std::string> command_of(const std::string& part) const {
+    std::vector<std::string> command = {"sbatch", "--parsable"};
+    const std::string dependency = dependency_of(part);
+    if (!dependency.empty()) {
+      command.push_back("--dependency=" + dependency);
+      command.emplace_back("--kill-on-invalid-dep=yes");
+    }
+    return command;
+  }
+
+  /// OUT/slurm/3.accuracy.json, the first number that is free.
+  fs::path free_list(const std::string& part) const {
+    for (int number = 1;; ++number) {
+      fs::path list = folder_ / (std::to_string(number) + "." + part + ".json");
+      if (!fs::exists(list)) return list;
+    }
+  }
+
+  std::string script_of(const SlurmPart& part, const fs::path& list) const {
+    return slurm_script(experiment_, cache_, options_, part.name, part.elements.size(),
+                        part.exclusive, list);
+  }
+
+  void print(const SlurmPart& part) {
+    const fs::path list = folder_ / ("1." + part.name + ".json");
+    std::string line;
+    for (const std::string& word : command_of(part.name)) line += word + " ";
+    std::printf("# %s: %zu element%s; %s holds their units\n%s=$(%s<<'END'\n%sEND\n)\n\n",
+                part.name.c_str(), part.elements.size(), part.elements.size() == 1 ? "" : "s",
+                printable_path(list.string()).c_str(), part.name.c_str(), line.c_str(),
+                printable_lines(script_of(part, list)).c_str());
+    printed_.insert(part.name);
+  }
+
+  void submit_part(const SlurmPart& part) {
+    const fs::path list = free_list(part.name);
+    const json content = {{"part", part.name},
+                          {"elements", part.elements},
+                          {"only", options_.only},
+                          {"command", options_.command}};
+    write_file_atomically(list, json_text(content));
+    const fs::path script = fs::path(list).replace_extension(".sh");
+    write_file_atomically(script, script_of(part, list));
+    std::vector<std::string> command = command_of(part.name);
+    command.push_back(script.string());
+    const long job = submit(command);
+    submissions_.add({job, part.name, part.elements});
+    if (part.name == "report") report_log_ = list.parent_path() / (list.stem().string() + ".0.log");
+    spdlog::info("slurm: {}: {} element{} as job {}", part.name, part.elements.size(),
+                 part.elements.size() == 1 ? "" : "s", job);
+  }
+
+  /// "accuracy: 2 run (dd-ert on node7, tsvd on node8), 30 wait"
+  std::string state_of(const std::vector<SlurmTask>& tasks) const {
+    constexpr int most_named = 4;
+    std::map<std::string, std::pair<int, int>> counts;  // running, waiting
+    std::map<std::string, std::string> named;
+    for (const SlurmTask& task : tasks) {
+      const Submission* one = submissions_.find(task.job);
+      auto& [running, waiting] = counts[one->part];
+      if (task.waits()) {
+        ++waiting;
+        continue;
+      }
+      if (++running > most_named) continue;
+      const Units& units = one->elements.at(static_cast<std::size_t>(task.element.value_or(0)));
+      std::string& text = named[one->part];
+      text += (text.empty() ? "" : ", ") + (units.empty() ? std::string("it") : units.front());
+      if (units.size() > 1) text += " and " + std::to_string(units.size() - 1) + " more";
+      text += " on " + task.node;
+    }
+    std::string out;
+    for (const auto& [part, count] : counts) {
+      out += (out.empty() ? "" : "; ") + part + ":";
+      if (count.first > 0) {
+        out += " " + std::to_string(count.first) + " run (" + named[part] +
+               (count.first > most_named ? ", ...)" : ")");
+      }
+      if (count.second > 0) {
+        out += (count.first > 0 ? ", " : " ") + std::to_string(count.second) + " wait";
+      }
+    }
+    return out;
+  }
+
+  /// Asks the controller less and less often: a thousand who watch must not be a load.
+  void watch() {
+    using namespace std::chrono_literals;
+    spdlog::info(
+        "slurm: this program only watches: ended, the jobs go on, and the same command "
+        "watches again");
+    std::string last;
+    auto pause = std::chrono::milliseconds(1000);
+    for (;;) {
+      const std::vector<SlurmTask> tasks = live_tasks(submissions_.jobs());
+      if (tasks.empty()) return;
+      const std::string state = state_of(tasks);
+      if (state != last) {
+        spdlog::info("slurm: {}", printable(state, 500));
+        last = state;
+      }
+      std::this_thread::sleep_for(pause);
+      pause = std::min<std::chrono::milliseconds>(pause * 5 / 4, 20s);
+    }
+  }
+
+  SlurmOutcome outcome() const {
+    const fs::path file = folder_ / "outcome.json";
+    const std::string said = contents_of(report_log_);
+    if (!fs::exists(file)) {
+      spdlog::error("slurm: the report was not made: {}",
+                    said.empty() ? "its job was ended" : one_line(said, 300));
+      spdlog::error("slurm: give the same command again; what is finished is not done twice");
+      return {false, 0};
+    }
+    std::fputs(printable_lines(said).c_str(), stdout);
+    const json content = read_json_file(file);
+    return {true, content.at("failures").get<int>() + content.at("undrawn").get<int>()};
+  }
+
+  const Experiment& experiment_;
+  const Cache& cache_;
+  const SlurmOptions& options_;
+  fs::path folder_;
+  Submissions submissions_;
+  std::vector<SlurmTask> live_;
+  std::set<std::string> printed_;  ///< parts of a dry run
+  fs::path report_log_;
+};
+
+}  // namespace
+
+SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
+                          const SlurmOptions& options) {
+  return Engine(experiment, cache, options).run();
+}
+
+}  // namespace ertbench

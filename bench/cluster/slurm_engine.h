@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/experiment/experiment.h"
+#include "bench/record/cache.h"
+
+namespace ertbench {
+
+struct SlurmOptions {
+  std::filesystem::path out;      ///< result folder, on a file system that all nodes share
+  std::vector<std::string> only;  ///< as of RunOptions
+  std::string command;            ///< that makes the results again
+  std::string partition;          ///< as of sbatch; empty: Slurm's own default
+  std::string time;
+  std::string account;
+  int array_limit =
+      0;            ///< elements of an array that run at a time; 0: as many as there is room for
+  int threads = 1;  ///< of an element, and cores that it asks for
+  bool dry_run = false;  ///< print what would be submitted, and submit nothing
+};
+
+/// What came of it.
+struct SlurmOutcome {
+  bool reported = false;  ///< whether the job of the report wrote its files
+  int failures = 0;       ///< jobs that failed or were lost, and figures that could not be drawn
+};
+
+/// Submits what is missing as arrays of jobs, one after another by their dependencies, each line of
+/// which stands in OUT/slurm, then watches until all have ended, and prints the table. Ending this
+/// program ends none of the jobs; the same command again finds them and watches on, and submits
+/// anew what was lost, by the records that are there. Throws InputError where Slurm refuses.
+SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
+                          const SlurmOptions& options);
+
+/// The script of one part, as sbatch is given it. `list`: the file of its units.
+std::string slurm_script(const Experiment& experiment, const Cache& cache,
+                         const SlurmOptions& options, const std::string& part, std::size_t elements,
+                         bool exclusive, const std::filesystem::path& list);
+
+}  // namespace ertbench

@@ -1,0 +1,204 @@
+#include "bench/live/live_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "core/json_text.h"
+#include "core/output_file.h"
+#include "core/replace_file.h"
+#include "forward/data/dataset_layout.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Rows that wait for the disk: with answers of 24 x 24 pixels some 12 MB.
+constexpr std::size_t most_waiting_rows = 4096;
+constexpr std::uint64_t copied_rows = 1024;
+constexpr Eigen::Index answer_columns = 6;  ///< before the image
+constexpr std::uint64_t recorded_contact_columns = 6;
+constexpr const char* recorded_numbers = "/frame_number";
+
+bool holds_stream(const fs::path& file) {
+  try {
+    return Hdf5File::open(file).has(recorded_numbers);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+double or_nan(std::optional<double> value) {
+  return value.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+}  // namespace
+
+LiveRecord::LiveRecord(fs::path file, const Sensor& sensor)
+    : file_(std::move(file)), sensor_(sensor) {
+  require_output(file_, {}, {"record of a stream (/frame_number)", holds_stream});
+  width_[frames] = 2 + static_cast<std::uint64_t>(sensor.channels());
+  width_[answers] = answer_columns + static_cast<std::uint64_t>(sensor.pixels());
+  width_[contacts] = recorded_contact_columns;
+  const char* const names[] = {".frames", ".answers", ".contacts"};
+  for (std::size_t p = 0; p < parts; ++p) {
+    raw_[p] = aside_of(file_);
+    raw_[p] += names[p];
+    streams_[p].open(raw_[p], std::ios::binary | std::ios::trunc);
+    if (!streams_[p]) {
+      throw InputError("--record: " + raw_[p].string() +
+                       " cannot be written; name a file in a folder that can");
+    }
+  }
+  writer_ = std::thread([this] { write_rows(); });
+}
+
+LiveRecord::~LiveRecord() {
+  if (writer_.joinable()) {
+    {
+      const std::lock_guard lock(mutex_);
+      over_ = true;
+    }
+    changed_.notify_all();
+    writer_.join();
+  }
+  for (const fs::path& raw : raw_) {
+    std::error_code ignored;
+    fs::remove(raw, ignored);
+  }
+}
+
+void LiveRecord::put(std::vector<Row> rows) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (queue_.size() + rows.size() > most_waiting_rows) {
+      ++not_kept_;
+      return;
+    }
+    for (Row& row : rows) {
+      if (row.part == contacts) row.values[0] = static_cast<double>(answered_);
+      if (row.part == answers) ++answered_;  // behind its contacts
+      queue_.push_back(std::move(row));
+    }
+  }
+  changed_.notify_all();
+}
+
+void LiveRecord::came(const ArrivedFrame& frame, double time_s) {
+  Row row{frames, {static_cast<double>(frame.number), time_s}};
+  row.values.insert(row.values.end(), frame.voltages.begin(), frame.voltages.end());
+  std::vector<Row> rows;
+  rows.push_back(std::move(row));
+  put(std::move(rows));
+}
+
+void LiveRecord::answered(std::uint64_t frame, double latency_s, const LiveAnswer& answer) {
+  std::vector<Row> rows;
+  for (const ContactReading& one : answer.reading.contacts) {
+    rows.push_back(
+        {contacts, {0, one.place_mm.x(), one.place_mm.y(), one.strength, one.peak, one.area_mm2}});
+  }
+  const auto alarm = answer.alarm ? std::optional(*answer.alarm ? 1.0 : 0.0) : std::nullopt;
+  Row row{answers,
+          {static_cast<double>(frame), latency_s, static_cast<double>(answer.report.status),
+           static_cast<double>(answer.report.reasons), or_nan(answer.force_N), or_nan(alarm)}};
+  row.values.insert(row.values.end(), answer.image.row(0).begin(), answer.image.row(0).end());
+  rows.push_back(std::move(row));
+  put(std::move(rows));
+}
+
+void LiveRecord::write_rows() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [&] { return over_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    const Row row = std::move(queue_.front());
+    queue_.pop_front();
+    lock.unlock();
+    const auto bytes = static_cast<std::streamsize>(row.values.size() * sizeof(double));
+    streams_[row.part].write(reinterpret_cast<const char*>(row.values.data()), bytes);
+    if (streams_[row.part]) written_[row.part] += row.values.size();
+    lock.lock();
+  }
+}
+
+void LiveRecord::copy(Part part,
+                      const std::function<void(std::uint64_t, const RowMajorMatrix&)>& take) const {
+  std::ifstream in(raw_[part], std::ios::binary);
+  const std::uint64_t rows = rows_of(part);
+  for (std::uint64_t first = 0; first < rows; first += copied_rows) {
+    const std::uint64_t count = std::min(copied_rows, rows - first);
+    RowMajorMatrix block(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(width_[part]));
+    in.read(reinterpret_cast<char*>(block.data()),
+            static_cast<std::streamsize>(sizeof(double) * count * width_[part]));
+    if (!in) throw InputError(raw_[part].string() + ": cannot be read back; is the disk full?");
+    take(first, block);
+  }
+}
+
+bool LiveRecord::finish(const Eigen::RowVectorXd& reference, const std::string& solver) {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  changed_.notify_all();
+  writer_.join();
+  bool whole = true;
+  for (std::ofstream& stream : streams_) {
+    stream.close();
+    whole &= !stream.fail();
+  }
+  const std::uint64_t came = rows_of(frames);
+  const std::uint64_t answered = rows_of(answers);
+  if (came == 0) return false;
+  replace_file(file_, [&](const fs::path& place) {
+    Hdf5File out = Hdf5File::create(place);
+    out.write_text("/", "sensor", json_text(to_json(sensor_)));
+    out.write_text("/", "solver", solver);
+    out.write_number("/", "not_kept", static_cast<double>(not_kept_));
+    if (reference.size() > 0) {
+      out.write_vector(dataset_layout::reference_voltages, reference.transpose());
+    }
+    const auto channels = static_cast<std::uint64_t>(sensor_.channels());
+    out.create_dataset(dataset_layout::voltages, {came, channels});
+    out.create_dataset(dataset_layout::time, {came});
+    out.create_dataset(recorded_numbers, {came});
+    copy(frames, [&](std::uint64_t first, const RowMajorMatrix& rows) {
+      out.write_rows(recorded_numbers, first, rows.leftCols(1));
+      out.write_rows(dataset_layout::time, first, rows.col(1));
+      out.write_rows(dataset_layout::voltages, first, rows.rightCols(sensor_.channels()));
+    });
+    if (answered > 0) {
+      const auto image_rows = static_cast<std::uint64_t>(sensor_.image_rows());
+      const auto image_columns = static_cast<std::uint64_t>(sensor_.image_columns());
+      const char* const columns[answer_columns] = {"/answer/frame",  "/answer/latency",
+                                                   "/answer/status", "/answer/reason",
+                                                   "/answer/force",  "/answer/alarm"};
+      for (const char* column : columns) out.create_dataset(column, {answered});
+      out.create_dataset("/answer/conductivity_change", {answered, image_rows, image_columns});
+      copy(answers, [&](std::uint64_t first, const RowMajorMatrix& rows) {
+        for (Eigen::Index c = 0; c < answer_columns; ++c) {
+          out.write_rows(columns[c], first, rows.col(c));
+        }
+        out.write_rows("/answer/conductivity_change", first, rows.rightCols(sensor_.pixels()));
+      });
+    }
+    if (rows_of(contacts) > 0) {
+      out.create_dataset("/answer/contacts", {rows_of(contacts), width_[contacts]});
+      copy(contacts, [&](std::uint64_t first, const RowMajorMatrix& rows) {
+        out.write_rows("/answer/contacts", first, rows);
+      });
+    }
+    out.close();
+  });
+  if (!whole) {
+    throw InputError(file_.string() + ": is not whole, as the disk refused some of it; make room");
+  }
+  return true;
+}
+
+}  // namespace ertbench

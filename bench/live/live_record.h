@@ -1,0 +1,74 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bench/live/live_solver.h"
+#include "bench/live/mailbox.h"
+
+namespace ertbench {
+
+/// Keeps what came and what was answered. While the stream runs, rows grow in raw files beside the
+/// record; `finish` makes the HDF5 file of them, writes it aside and renames it:
+///
+///     /voltages [N, channels] V, /time [N] s since the beginning, /frame_number [N]: every usable
+///     frame that came
+///     /reference_voltages [channels] V; attribute "sensor": so that the file can be imaged again
+///     /answer/frame [M] its number, /answer/latency [M] s from arrival to answer,
+///     /answer/conductivity_change [M, grid, grid] S/m, /answer/status, /answer/reason [M],
+///     /answer/force [M] N and /answer/alarm [M], not a number where there is none
+///     /answer/contacts [K, 6]: row of /answer, x and y in mm, strength, peak, area in mm²
+///
+/// A thread of its own writes, so that a slow disk costs no frame; what does not fit into its queue
+/// is not kept, and counted. All functions may be called from any thread but `finish`.
+class LiveRecord {
+ public:
+  /// Throws InputError where the file may not be written: something else stands there.
+  LiveRecord(std::filesystem::path file, const Sensor& sensor);
+  LiveRecord(const LiveRecord&) = delete;
+  LiveRecord& operator=(const LiveRecord&) = delete;
+  ~LiveRecord();  ///< forgets all where `finish` was not called
+
+  void came(const ArrivedFrame& frame, double time_s);
+  void answered(std::uint64_t frame, double latency_s, const LiveAnswer& answer);
+
+  /// Writes the file and returns whether there was any frame; without one there is no file.
+  bool finish(const Eigen::RowVectorXd& reference, const std::string& solver);
+  std::uint64_t not_kept() const { return not_kept_; }
+
+ private:
+  enum Part : std::size_t { frames, answers, contacts, parts };
+  struct Row {
+    Part part;
+    std::vector<double> values;
+  };
+
+  void put(std::vector<Row> rows);
+  void write_rows();
+  std::uint64_t rows_of(Part part) const { return written_[part] / width_[part]; }
+  void copy(Part part, const std::function<void(std::uint64_t, const RowMajorMatrix&)>& take) const;
+
+  std::filesystem::path file_;
+  Sensor sensor_;
+  std::filesystem::path raw_[parts];
+  std::ofstream streams_[parts];
+  std::uint64_t width_[parts];      ///< numbers in a row
+  std::uint64_t written_[parts]{};  ///< numbers
+  std::uint64_t answered_ = 0;
+  std::uint64_t not_kept_ = 0;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Row> queue_;
+  bool over_ = false;
+  std::thread writer_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,152 @@
+#include "bench/live/live_server.h"
+
+#include <atomic>
+#include <thread>
+
+#include "bench/live/http_library.h"
+#include "bench/live/live_page.h"
+#include "bench/live/live_state.h"
+#include "core/errors.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int write_patience_s = 2;
+constexpr int read_patience_s = 2;
+/// Threads beside those of the clients that watch: they hand out the page and refuse.
+constexpr int further_threads = 2;
+
+/// Frees a place among the clients.
+class WatcherPlace {
+ public:
+  explicit WatcherPlace(std::atomic<int>& watchers) : watchers_(watchers) {}
+  WatcherPlace(const WatcherPlace&) = delete;
+  WatcherPlace& operator=(const WatcherPlace&) = delete;
+  ~WatcherPlace() { --watchers_; }
+
+ private:
+  std::atomic<int>& watchers_;
+};
+
+/// "127.0.0.1" of "127.0.0.1:8080", "::1" of "[::1]:8080".
+std::string host_of(const std::string& header) {
+  if (header.starts_with('[')) return header.substr(1, header.find(']') - 1);
+  return header.substr(0, header.find(':'));
+}
+
+}  // namespace
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
+struct LiveServer::Parts {
+  httplib::Server server;
+  LiveState& state;
+  LiveServerOptions options;
+  std::thread thread;
+
+  Parts(const LiveServerOptions& its_options, LiveState& its_state)
+      : state(its_state), options(its_options) {}
+
+  void add_pages();
+  void watch(httplib::Response& response);
+};
+
+void LiveServer::Parts::watch(httplib::Response& response) {
+  if (++state.watchers > options.clients) {
+    --state.watchers;
+    response.status = 503;
+    response.set_content("as many clients are served as may be (--http-clients)\n", "text/plain");
+    return;
+  }
+  const auto place = std::make_shared<WatcherPlace>(state.watchers);
+  response.set_header("Cache-Control", "no-store");
+  response.set_chunked_content_provider(
+      "text/event-stream",
+      [this, place, version = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+        const bool last = state.finished();
+        if (!last) version = state.wait_for_newer(version);
+        std::string event = "data: ";
+        event.append(state.json()).append("\n\n");
+        if (!sink.write(event.data(), event.size())) return false;
+        if (last) sink.done();
+        return true;
+      });
+}
+
+void LiveServer::Parts::add_pages() {
+  const int threads = options.clients + further_threads;
+  server.new_task_queue = [threads] {
+    return new httplib::ThreadPool(static_cast<std::size_t>(threads));
+  };
+  server.set_write_timeout(write_patience_s);
+  server.set_read_timeout(read_patience_s);
+  server.set_keep_alive_timeout(1);
+  server.set_payload_max_length(0);
+  server.set_tcp_nodelay(true);
+  server.set_default_headers(
+      {{"Content-Security-Policy",
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+       {"X-Content-Type-Options", "nosniff"},
+       {"Referrer-Policy", "no-referrer"}});
+  server.set_pre_routing_handler(
+      [this](const httplib::Request& request, httplib::Response& response) {
+        if (is_loopback(options.host) && !is_loopback(host_of(request.get_header_value("Host")))) {
+          response.status = 403;
+          response.set_content("ask for this machine by its address\n", "text/plain");
+          return httplib::Server::HandlerResponse::Handled;
+        }
+        if (request.method != "GET" && request.method != "HEAD") {
+          response.status = 405;
+          response.set_header("Allow", "GET, HEAD");
+          return httplib::Server::HandlerResponse::Handled;
+        }
+        return httplib::Server::HandlerResponse::Unhandled;
+      });
+  server.Get("/", [](const httplib::Request&, httplib::Response& response) {
+    response.set_content(live_page(), "text/html; charset=utf-8");
+  });
+  server.Get("/state", [this](const httplib::Request&, httplib::Response& response) {
+    response.set_header("Cache-Control", "no-store");
+    response.set_content(state.json() + "\n", "application/json");
+  });
+  server.Get("/events",
+             [this](const httplib::Request&, httplib::Response& response) { watch(response); });
+}
+
+LiveServer::LiveServer(const LiveServerOptions& options, LiveState& state)
+    : parts_(std::make_unique<Parts>(options, state)) {
+  parts_->add_pages();
+  LiveServerOptions& own = parts_->options;
+  if (own.port == 0) {
+    own.port = parts_->server.bind_to_any_port(own.host);
+  } else if (!parts_->server.bind_to_port(own.host, own.port)) {
+    own.port = -1;
+  }
+  if (own.port <= 0) {
+    throw InputError("--http: " + printable(options.host) + ":" + std::to_string(options.port) +
+                     " cannot be listened at; name an address of this machine and a port that is "
+                     "free, or port 0 for any");
+  }
+  parts_->thread = std::thread([this] { parts_->server.listen_after_bind(); });
+}
+
+LiveServer::~LiveServer() {
+  parts_->state.finish();
+  while (!parts_->server.is_running()) std::this_thread::yield();
+  parts_->server.stop();
+  parts_->thread.join();
+}
+
+int LiveServer::port() const { return parts_->options.port; }
+
+std::string LiveServer::address() const {
+  const std::string& host = parts_->options.host;
+  const bool ip6 = host.find(':') != std::string::npos;
+  return "http://" + (ip6 ? "[" + host + "]" : host) + ":" + std::to_string(port()) + "/";
+}
+
+}  // namespace ertbench

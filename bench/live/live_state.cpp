@@ -1,0 +1,162 @@
+#include "bench/live/live_state.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/live/live_json.h"
+#include "core/json_text.h"
+
+namespace ertbench {
+namespace {
+
+constexpr double shown_every_s = 0.04;  ///< 25 states a second
+constexpr double rates_over_s = 2;
+
+/// Frames a second between the first and the last entry.
+double rate_of(const std::vector<std::array<double, 3>>& history, std::size_t which) {
+  if (history.size() < 2) return 0;
+  const double span = history.back()[0] - history.front()[0];
+  return span > 0 ? (history.back()[which] - history.front()[which]) / span : 0;
+}
+
+/// Three digits that count.
+double shortened(double value) {
+  if (value == 0 || !std::isfinite(value)) return 0;
+  const double step = std::pow(10, std::floor(std::log10(std::abs(value))) - 2);
+  return std::round(value / step) * step;
+}
+
+/// Corners of the sheet, or points along a border that has none.
+Eigen::Matrix2Xd outline_of(const Sheet& sheet) {
+  if (sheet.fills_bounds()) {
+    Eigen::Matrix2Xd corners(2, 4);
+    const Eigen::Vector2d low = sheet.bounds().min();
+    const Eigen::Vector2d high = sheet.bounds().max();
+    corners << low.x(), high.x(), high.x(), low.x(), low.y(), low.y(), high.y(), high.y();
+    return corners;
+  }
+  constexpr int points = 90;
+  Eigen::Matrix2Xd border(2, points);
+  for (int i = 0; i < points; ++i) {
+    border.col(i) = sheet.border_point(sheet.border_length() * i / points);
+  }
+  return border;
+}
+
+/// [[x, y], ...] in mm from the middle of the sheet, of places [2, n] in domain units.
+nlohmann::json places_mm(const Sensor& sensor, const Eigen::Matrix2Xd& places) {
+  nlohmann::json out = nlohmann::json::array();
+  const Eigen::Vector2d centre = sensor.sheet->bounds().center();
+  for (Eigen::Index i = 0; i < places.cols(); ++i) {
+    const Eigen::Vector2d place = sensor.sheet->unit_mm() * (places.col(i) - centre);
+    out.push_back({shortened(place.x()), shortened(place.y())});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::uint64_t LiveCounts::all_damaged() const {
+  std::uint64_t sum = 0;
+  for (const std::uint64_t one : damaged) sum += one;
+  return sum;
+}
+
+void LiveState::show() {
+  shown_s_ = time_s_;
+  ++version_;
+  history_.push_back(
+      {time_s_, static_cast<double>(counts_.came), static_cast<double>(counts_.answered)});
+  const auto old = std::find_if(history_.begin(), history_.end(), [&](const auto& entry) {
+    return entry[0] >= time_s_ - rates_over_s;
+  });
+  history_.erase(history_.begin(), old);
+  changed_.notify_all();
+}
+
+void LiveState::update(const LiveCounts& counts, double time_s) {
+  const std::lock_guard lock(mutex_);
+  counts_ = counts;
+  time_s_ = time_s;
+  if (time_s >= shown_s_ + shown_every_s) show();
+}
+
+void LiveState::update(const LiveCounts& counts, double time_s, const ArrivedFrame& frame,
+                       const LiveAnswer& answer, double latency_s) {
+  const std::lock_guard lock(mutex_);
+  counts_ = counts;
+  time_s_ = time_s;
+  latency_.add(latency_s);
+  if (time_s < shown_s_ + shown_every_s) return;
+  if (watchers > 0) {
+    answer_ = answer;
+    frame_ = frame.number;
+    latency_s_ = latency_s;
+    any_answer_ = true;
+  }
+  show();
+}
+
+void LiveState::set_silence(double silent_s) {
+  const std::lock_guard lock(mutex_);
+  silent_s_ = silent_s;
+}
+
+void LiveState::finish() {
+  finished_ = true;
+  const std::lock_guard lock(mutex_);
+  ++version_;
+  changed_.notify_all();
+}
+
+std::uint64_t LiveState::wait_for_newer(std::uint64_t version) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::seconds(1), [&] { return version_ > version; });
+  return version_;
+}
+
+std::string LiveState::json() const {
+  LiveCounts counts;
+  LatencyHistogram latency;
+  LiveAnswer answer;
+  nlohmann::json out;
+  {
+    // Copies alone: whoever makes text of it does not keep the solver waiting.
+    const std::lock_guard lock(mutex_);
+    counts = counts_;
+    latency = latency_;
+    if (any_answer_) answer = answer_;
+    out = {{"solver", heading_.solver},
+           {"input", heading_.input},
+           {"time_s", time_s_},
+           {"silent_s", silent_s_},
+           {"finished", finished_.load()},
+           {"came_per_s", rate_of(history_, 1)},
+           {"answered_per_s", rate_of(history_, 2)}};
+    if (any_answer_) out.update({{"frame", frame_}, {"latency_us", 1e6 * latency_s_}});
+  }
+  const Sensor& sensor = heading_.sensor;
+  const Eigen::Vector2d size = sensor.sheet->size_mm();
+  out["size_mm"] = {size.x(), size.y()};
+  out["image_size"] = {sensor.image_rows(), sensor.image_columns()};
+  out["outline"] = places_mm(sensor, outline_of(*sensor.sheet));
+  out["electrodes"] = places_mm(sensor, electrode_positions(sensor));
+  out["counts"] = counts_json(counts);
+  out["latency"] = latency_json(latency);
+  out["histogram"] = histogram_json(latency);
+  out["deadline_us"] =
+      heading_.deadline_s > 0 ? nlohmann::json(1e6 * heading_.deadline_s) : nlohmann::json();
+  if (answer.image.size() > 0) {
+    out["answer"] = answer_json(answer, sensor);
+    nlohmann::json image = nlohmann::json::array();
+    if (answer.report.status != FrameStatus::undefined) {
+      for (const double change : answer.image.row(0)) image.push_back(shortened(change));
+    }
+    out["image"] = std::move(image);
+  }
+  return json_text(out);
+}
+
+}  // namespace ertbench

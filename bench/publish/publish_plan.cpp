@@ -1,0 +1,124 @@
+#include "bench/publish/publish_plan.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "bench/record/reuse.h"
+#include "core/build_stamp.h"
+#include "core/json_reader.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr double seconds_of_an_hour = 3600;
+
+/// The seconds of a fit by label, from published results; empty where there are none. Results that
+/// cannot be read tell nothing.
+std::map<std::string, double> published_seconds(const fs::path& summary) {
+  std::map<std::string, double> out;
+  if (!fs::exists(summary)) return out;
+  try {
+    const json results = read_json_file(summary);
+    for (const json& row : results.at("rows")) {
+      if (row.value("fit_s", json()).is_number()) {
+        out[row.at("label").get<std::string>()] = row.at("fit_s").get<double>();
+      }
+    }
+  } catch (const std::exception&) {
+    out.clear();
+  }
+  return out;
+}
+
+/// What stands beside a fitted solver in the cache (bench/run/fitted_solver).
+struct CachedFit {
+  bool current = false;  ///< of the code that its room has now
+  std::optional<double> seconds;
+};
+
+/// Of one that cannot be read nothing is known, and it will be made again.
+CachedFit cached_fit(fs::path file) {
+  CachedFit out;
+  if (!fs::exists(file)) return out;
+  file += ".json";
+  try {
+    const json note = read_json_file(file);
+    const std::optional<BuildStamp> build = build_stamp_from_json(note.at("build"));
+    out.current = build && !build->dirty && build->code == fit_code_now(build->code);
+    out.seconds = note.at("fit_s").get<double>();
+  } catch (const std::exception&) {
+    return {};
+  }
+  return out;
+}
+
+std::string hours_text(double seconds) { return fixed(seconds / seconds_of_an_hour, 2); }
+
+}  // namespace
+
+PublishPlan::PublishPlan(fs::path project, Cache cache)
+    : project_(std::move(project)), cache_(std::move(cache)) {}
+
+void PublishPlan::add(const Experiment& experiment) {
+  FitCost& cost = costs_.emplace_back();
+  cost.experiment = experiment.name;
+  const std::map<std::string, double> known =
+      published_seconds(project_ / "results/published" / experiment.name / "summary.json");
+  for (const SolverEntry& entry : experiment.solvers) {
+    ++cost.fits;
+    const fs::path file = cache_.fitted_solver(fit_recipe(experiment, entry));
+    const CachedFit cached = cached_fit(file);
+    if (!counted_.insert(file).second || cached.current) {
+      ++cost.kept;
+      continue;
+    }
+    const auto found = known.find(entry.label);
+    if (cached.seconds) {
+      cost.seconds += *cached.seconds;
+    } else if (found != known.end()) {
+      cost.seconds += found->second;
+    } else {
+      ++cost.unknown;
+    }
+  }
+}
+
+double PublishPlan::seconds() const {
+  double sum = 0;
+  for (const FitCost& cost : costs_) sum += cost.seconds;
+  return sum;
+}
+
+Table PublishPlan::table() const {
+  TableSection section;
+  section.columns = {
+      {"experiment", Align::left}, {"fits"}, {"kept"}, {"to be made, h"}, {"of unknown length"}};
+  FitCost sum;
+  sum.experiment = "all";
+  for (const FitCost& cost : costs_) {
+    sum.fits += cost.fits;
+    sum.kept += cost.kept;
+    sum.unknown += cost.unknown;
+    sum.seconds += cost.seconds;
+  }
+  std::vector<FitCost> rows = costs_;
+  rows.push_back(sum);
+  for (const FitCost& cost : rows) {
+    section.rows.push_back({cost.experiment, std::to_string(cost.fits), std::to_string(cost.kept),
+                            hours_text(cost.seconds), std::to_string(cost.unknown)});
+  }
+  return {"What publishing will take",
+          "Hours of fitting, one fit at a time, as the cached or the published ones took; "
+          "scoring and timing come on top. Kept: fits that are in the cache and of this code, or "
+          "another experiment's too.",
+          {section},
+          {},
+          {}};
+}
+
+}  // namespace ertbench

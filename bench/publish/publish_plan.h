@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include "bench/experiment/experiment.h"
+#include "bench/record/cache.h"
+#include "bench/table/table.h"
+
+namespace ertbench {
+
+/// What the fits of an experiment will take, told from what those in the cache, or the published
+/// ones, took.
+struct FitCost {
+  std::string experiment;
+  int fits = 0;        ///< of all solvers and seeds
+  int kept = 0;        ///< of these, in the cache and of this code, or counted before
+  int unknown = 0;     ///< of these, to be made, and never published: nobody knows what they take
+  double seconds = 0;  ///< of those that are to be made
+};
+
+/// The costs of several experiments, one after the other: a fit that two of them share is counted
+/// once.
+class PublishPlan {
+ public:
+  /// `project`: whose results/published says what fits took.
+  PublishPlan(std::filesystem::path project, Cache cache);
+
+  void add(const Experiment& experiment);
+
+  double seconds() const;
+  /// A row an experiment, and their sum.
+  Table table() const;
+
+ private:
+  std::filesystem::path project_;
+  Cache cache_;
+  std::set<std::filesystem::path> counted_;
+  std::vector<FitCost> costs_;
+};
+
+}  // namespace ertbench

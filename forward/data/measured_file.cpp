@@ -1,0 +1,216 @@
+#include "forward/data/measured_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/build_stamp.h"
+#include "core/errors.h"
+#include "forward/data/dataset_layout.h"
+
+namespace ertbench {
+
+namespace layout = dataset_layout;
+
+namespace {
+
+const std::string positions = "/positions_mm";  // [N, 2] from the sheet's centre
+constexpr std::uint64_t most_contacts = 64;
+
+[[noreturn]] void refuse(const Hdf5File& file, const std::string& object,
+                         const std::string& message) {
+  throw InputError(file.path().string() + ": " + object + ": " + message);
+}
+
+std::string text_of(const std::vector<std::uint64_t>& shape) {
+  std::string out = "[";
+  for (const std::uint64_t extent : shape) {
+    if (out.size() > 1) out += ", ";
+    out += std::to_string(extent);
+  }
+  return out + "]";
+}
+
+}  // namespace
+
+MeasuredFile::MeasuredFile(const std::filesystem::path& file, const Sensor& sensor)
+    : file_(Hdf5File::open(file)) {
+  const auto channels = static_cast<std::uint64_t>(sensor.channels());
+  const std::vector<std::uint64_t> frames = file_.shape(layout::voltages);
+  if (frames.size() != 2 || frames[0] == 0 || frames[1] != channels) {
+    refuse(file_, layout::voltages,
+           "must have shape [frames, " + std::to_string(channels) +
+               "], the channels of the experiment's sensor, got " + text_of(frames) +
+               "; describe the sensor that measured them in \"sensor\"");
+  }
+  size_ = frames[0];
+  const std::vector<std::uint64_t> reference = file_.shape(layout::reference_voltages);
+  own_references_ = reference.size() == 2;
+  if (reference != (own_references_ ? std::vector{size_, channels} : std::vector{channels})) {
+    refuse(file_, layout::reference_voltages,
+           "must have shape [" + std::to_string(channels) + "] or [" + std::to_string(size_) +
+               ", " + std::to_string(channels) + "], one for each frame, got " +
+               text_of(reference));
+  }
+  truth_ = {file_.has(layout::conductivity), true};
+  if (truth_.images) {
+    const PixelGrid pixels = sensor.image();
+    file_.require_shape(layout::conductivity, {size_, static_cast<std::uint64_t>(pixels.rows()),
+                                               static_cast<std::uint64_t>(pixels.columns())});
+  }
+  if (file_.has(layout::contacts)) {
+    const std::vector<std::uint64_t> shape = file_.require_shape(layout::contacts, {size_, 0, 0});
+    contacts_ = shape[1];
+    columns_ = shape[2];
+    const bool known = (columns_ >= 2 && columns_ <= 4) || columns_ == layout::contact_columns;
+    if (!known || contacts_ > most_contacts) {
+      refuse(file_, layout::contacts,
+             "must have shape [frames, at most " + std::to_string(most_contacts) +
+                 " contacts, 2 to 4]: x, y and radius in mm, conductivity ratio; or the 7 columns "
+                 "of generated sets; got " +
+                 text_of(shape));
+    }
+    if (columns_ >= 4) truth_.images = true;
+  } else if (file_.has(positions)) {
+    file_.require_shape(positions, {size_, 2});
+  } else {
+    truth_.places = false;
+  }
+}
+
+RowMajorMatrix MeasuredFile::rows_of(const std::string& dataset,
+                                     const std::vector<std::uint64_t>& rows, bool allow_nan) const {
+  const auto [least, most] = std::minmax_element(rows.begin(), rows.end());
+  const RowMajorMatrix all = file_.read_rows(dataset, *least, *most - *least + 1, allow_nan);
+  RowMajorMatrix out(static_cast<Eigen::Index>(rows.size()), all.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    out.row(static_cast<Eigen::Index>(i)) = all.row(static_cast<Eigen::Index>(rows[i] - *least));
+  }
+  return out;
+}
+
+Scene MeasuredFile::scene_of(const MeasuredFrames& frames, const Sensor& sensor, double strength,
+                             const Eigen::Ref<const Eigen::RowVectorXd>& values) const {
+  const double unit = sensor.sheet->unit_mm();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  const double declared = 1 - (1 - frames.conductivity_ratio) * strength;
+  if (columns_ == layout::contact_columns) {
+    Scene scene;
+    for (std::uint64_t k = 0; k < contacts_; ++k) {
+      Eigen::RowVectorXd row = values.segment(
+          static_cast<Eigen::Index>(k) * layout::contact_columns, layout::contact_columns);
+      if (row[0] == static_cast<double>(Shape::polygon)) {  // its corners are not kept
+        row[0] = static_cast<double>(Shape::disc);
+        row.segment<2>(3).setConstant(frames.radius_mm / unit);
+        row[5] = 0;
+      }
+      for (Contact& contact : layout::unpack(row, Eigen::RowVectorXd()).contacts) {
+        scene.contacts.push_back(std::move(contact));
+      }
+    }
+    return scene;
+  }
+  Scene scene;
+  const Eigen::Index columns = columns_ == 0 ? 2 : static_cast<Eigen::Index>(columns_);
+  for (Eigen::Index k = 0; k + columns <= values.size(); k += columns) {
+    if (!std::isfinite(values[k])) continue;  // no such contact in this frame
+    Contact contact;
+    contact.centre = middle + values.segment<2>(k).transpose() / unit;
+    contact.half_size.setConstant((columns > 2 ? values[k + 2] : frames.radius_mm) / unit);
+    contact.conductivity_ratio = columns > 3 ? values[k + 3] : declared;
+    scene.contacts.push_back(std::move(contact));
+  }
+  return scene;
+}
+
+std::vector<Scene> MeasuredFile::scenes_of(const MeasuredFrames& frames, const Sensor& sensor,
+                                           const std::vector<std::uint64_t>& rows) const {
+  std::vector<Scene> scenes(rows.size());
+  if (!truth_.places) return scenes;
+  const std::string& dataset = columns_ == 0 ? positions : layout::contacts;
+  const RowMajorMatrix values = rows_of(dataset, rows, columns_ != 0);
+  Eigen::VectorXd strength = Eigen::VectorXd::Ones(values.rows());
+  if (!frames.strength_of.empty()) {
+    file_.require_shape(frames.strength_of, {size_});
+    strength = rows_of(frames.strength_of, rows).col(0) / frames.full_strength;
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    scenes[i] = scene_of(frames, sensor, strength[row], values.row(row));
+    const std::string place = "row " + std::to_string(rows[i]);
+    for (const Contact& contact : scenes[i].contacts) {
+      if (!contact.centre.allFinite() || sensor.sheet->depth(contact.centre) < 0) {
+        refuse(file_, dataset, place + " lies off the sheet; places are in mm from its centre");
+      }
+      const bool sized = contact.half_size.minCoeff() >= contact_lengths[0] &&
+                         contact.half_size.maxCoeff() <= contact_lengths[1];
+      if (!sized) refuse(file_, dataset, place + " has a size that no contact can have");
+      if (!(contact.conductivity_ratio >= conductivity_ratios[0] &&
+            contact.conductivity_ratio <= conductivity_ratios[1])) {
+        refuse(file_, columns_ > 3 ? dataset : frames.strength_of,
+               place + " gives a conductivity ratio of " +
+                   std::to_string(contact.conductivity_ratio) +
+                   "; it must be > 0, so that \"full\" is not far below the largest strength");
+      }
+    }
+  }
+  return scenes;
+}
+
+MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sensor& sensor,
+                                         const std::vector<std::uint64_t>& rows) const {
+  Content out;
+  out.voltages = frames.scale * rows_of(layout::voltages, rows);
+  if (own_references_) {
+    const RowMajorMatrix references = frames.scale * rows_of(layout::reference_voltages, rows);
+    out.reference = references.colwise().mean().transpose();
+    out.voltages = (out.voltages - references).rowwise() + out.reference.transpose();
+  } else {
+    out.reference = frames.scale * file_.read_vector(layout::reference_voltages);
+  }
+  out.scenes = scenes_of(frames, sensor, rows);
+  if (file_.has(layout::conductivity)) {
+    out.conductivity = rows_of(layout::conductivity, rows);
+    if (out.conductivity.minCoeff() <= 0) {
+      refuse(file_, layout::conductivity,
+             "must be > 0 S/m everywhere; images are conductivities, "
+             "not their changes");
+    }
+    return out;
+  }
+  const PixelGrid pixels = sensor.image();
+  out.conductivity.resize(out.voltages.rows(), pixels.count());
+  Eigen::VectorXd image(pixels.count());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rasterise(out.scenes[i], pixels, Rasterisation::area, image);
+    out.conductivity.row(static_cast<Eigen::Index>(i)) = sensor.background * image;
+  }
+  return out;
+}
+
+MeasuredBlocks::MeasuredBlocks(const DatasetSpec& spec) : spec_(spec) {
+  const MeasuredFrames& frames = *spec.measured();
+  if (hash_of_file(frames.file) != frames.checksum) {
+    throw InputError(frames.file.string() + ": has changed since the experiment was read");
+  }
+  content_ = MeasuredFile(frames.file, spec.sensor).read(frames, spec.sensor, frames.rows());
+}
+
+DatasetBlock MeasuredBlocks::block(std::uint64_t first, std::uint64_t count) const {
+  const auto from = static_cast<Eigen::Index>(first);
+  const auto rows = static_cast<Eigen::Index>(count);
+  DatasetBlock block;
+  block.clean_voltages = content_.voltages.middleRows(from, rows);
+  block.voltages = block.clean_voltages;
+  block.conductivity = content_.conductivity.middleRows(from, rows);
+  block.contacts.resize(
+      rows, static_cast<Eigen::Index>(layout::contact_width(spec_)) * layout::contact_columns);
+  block.vertices.resize(rows, 0);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const std::uint64_t index = first + static_cast<std::uint64_t>(i);
+    block.truths.push_back(content_.scenes[index]);
+    layout::pack(block.truths.back(), block.contacts.row(i), block.vertices.row(i));
+  }
+  return block;
+}
+
+}  // namespace ertbench

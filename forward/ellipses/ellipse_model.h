@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <complex>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "forward/border/disc_electrodes.h"
+#include "forward/border/elliptic_contact.h"
+#include "forward/sheet/sensor.h"
+
+namespace ertbench {
+
+/// The equation of BorderModel for the scenes that a fit tries by the thousand: a few ellipses that
+/// lie whole inside the sheet and cross no other. Voltages and exact derivatives by all parameters
+/// in tens of microseconds: smooth borders need few points, one factorisation serves voltages and
+/// derivatives, and nothing is allocated once a workspace has grown.
+///
+/// Points are at equal parameters; where a border comes close to the sheet's or to another they are
+/// drawn together there by the map exp(it) -> Moebius(exp(is)), which keeps the equal-parameter
+/// rule spectral. What a border demands beyond `most_points` it does not get: close to the sheet's
+/// border the voltages are then good to a few per cent of the contact's own, which a fit can bear.
+///
+/// All functions are const and thread-safe; a workspace serves one thread.
+class EllipseModel {
+ public:
+  static constexpr int least_points = 8;  ///< on one border
+
+  struct Options {
+    double resolution = 1.4;  ///< 1: points about as far apart as the border is from what is next
+    int most_points = 40;     ///< on one border
+  };
+
+  class Workspace;
+
+  explicit EllipseModel(const Sensor& sensor);
+  EllipseModel(const Sensor& sensor, const Options& options);
+  ~EllipseModel();
+
+  const Sensor& sensor() const { return sensor_; }
+  Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
+
+  /// Places the points of these contacts. Returns false where they are not what this model is for:
+  /// each inside the sheet, none crossing or holding another.
+  bool place(std::span<const EllipticContact> contacts, Workspace& workspace) const;
+  /// `change` [pairs] V, of the contacts that this model placed last: of each of
+  /// reciprocal_pairs() the mean change of its two channels.
+  void evaluate(Workspace& workspace, Eigen::Ref<Eigen::VectorXd> change) const;
+  /// `out` [pairs, EllipticContact::parameters * contacts] V per unit: the derivatives at the
+  /// contacts that were evaluated last, which can be asked for once.
+  void derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd> out) const;
+
+  /// Memory of one thread.
+  class Workspace {
+   public:
+    Workspace();
+    ~Workspace();
+    Workspace(Workspace&&) noexcept;
+    Workspace& operator=(Workspace&&) noexcept;
+    /// Unknowns of the last evaluation.
+    int points() const;
+
+   private:
+    friend class EllipseModel;
+    struct Memory;
+    std::unique_ptr<Memory> memory_;
+  };
+
+ private:
+  void assemble(Workspace::Memory& m) const;
+  void place_sources(Workspace::Memory& m) const;
+  void add_conductors(Workspace::Memory& m) const;
+
+  Sensor sensor_;
+  Options options_;
+  DiscElectrodes nodes_;
+  int stride_ = 0;                         ///< pairs of electrodes, rounded up to whole vectors
+  std::vector<double> x_, y_;              ///< [nodes] on the unit circle
+  std::vector<std::array<int, 2>> pairs_;  ///< measurement and drive of each reciprocal pair
+  std::vector<Eigen::MatrixXd> differentiation_;           ///< d/dt at n equal parameters, by n
+  std::vector<std::vector<std::complex<double>>> halves_;  ///< exp(i pi k / n), by n
+};
+
+}  // namespace ertbench

@@ -1,0 +1,140 @@
+// The points of EllipseModel, and whether contacts are what it is for.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "forward/border/gathering.h"
+#include "forward/ellipses/ellipse_memory.h"
+
+namespace ertbench {
+namespace {
+
+using Complex = std::complex<double>;
+using std::numbers::pi;
+
+/// Of the spacing of points over the distance to what is next to them at resolution 1 (see
+/// border_layout).
+constexpr double spacing_over_distance = 0.8;
+constexpr std::size_t most_contacts = 16;
+/// Nearer to the sheet's border or to another contact there is no use in going, domain units.
+constexpr double closest = 1e-4;
+/// Contacts with less contrast than this count with it: 1 / (2 mu) is to stay finite.
+constexpr double least_contrast = 1e-9;
+
+const std::array<Complex, gathering_probes>& probes() {
+  static const std::array<Complex, gathering_probes> table = [] {
+    std::array<Complex, gathering_probes> out;
+    for (std::size_t i = 0; i < gathering_probes; ++i) {
+      out[i] = std::polar(1.0, 2 * pi * static_cast<double>(i) / gathering_probes);
+    }
+    return out;
+  }();
+  return table;
+}
+
+/// As std::abs, for numbers whose squares are numbers.
+double length_of(Complex z) { return std::sqrt(std::norm(z)); }
+
+}  // namespace
+
+bool EllipseModel::place(std::span<const EllipticContact> contacts, Workspace& workspace) const {
+  Workspace::Memory& m = *workspace.memory_;
+  const Sheet& sheet = *sensor_.sheet;
+  if (contacts.size() > most_contacts) return false;
+  struct Ellipse {
+    Complex turn, centre;
+    Eigen::Vector2d axes;
+    Gathering gathering;
+  };
+  std::array<Ellipse, most_contacts> ellipses;
+  m.borders.resize(contacts.size());
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const EllipticContact& contact = contacts[k];
+    Ellipse& ellipse = ellipses[k];
+    ellipse.axes = contact.half_axes();
+    if (!std::isfinite(ellipse.axes.x()) || !contact.centre.allFinite()) return false;
+    ellipse.turn = std::polar(1.0, contact.angle());
+    ellipse.centre = {contact.centre.x(), contact.centre.y()};
+    auto& border = m.borders[k];
+    border.shorter = ellipse.axes.y();
+    const double cos = ellipse.turn.real();
+    const double sin = ellipse.turn.imag();
+    border.to_unit << cos / ellipse.axes.x(), sin / ellipse.axes.x(), -sin / ellipse.axes.y(),
+        cos / ellipse.axes.y();
+    border.ratio = contact.ratio();
+    if (std::abs(1 - border.ratio) < least_contrast) border.ratio = 1 - least_contrast;
+  }
+  int total = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    Ellipse& ellipse = ellipses[k];
+    const Eigen::Vector2d& axes = ellipse.axes;
+    std::array<double, gathering_probes>
+        demand{};  // points that would do if all the border were as here
+    for (std::size_t i = 0; i < gathering_probes; ++i) {
+      const double c = probes()[i].real();
+      const double s = probes()[i].imag();
+      const double slope = std::sqrt(axes.x() * axes.x() * s * s + axes.y() * axes.y() * c * c);
+      const Complex z = ellipse.centre + ellipse.turn * Complex(axes.x() * c, axes.y() * s);
+      const Eigen::Vector2d place(z.real(), z.imag());
+      const double depth = sheet.depth(place);
+      if (depth < closest) return false;
+      // The mirror image in the sheet's border is as far again; an electrode may be as close.
+      const double electrode =
+          (nodes_.positions.colwise() - place).colwise().squaredNorm().minCoeff();
+      double nearest = std::min(2 * depth, std::sqrt(electrode));
+      for (std::size_t other = 0; other < contacts.size(); ++other) {
+        if (other == k) continue;
+        const auto& border = m.borders[other];
+        const double level = (border.to_unit * (place - contacts[other].centre)).norm() - 1;
+        if (level * border.shorter < closest) return false;
+        nearest = std::min(nearest, level * border.shorter);
+      }
+      demand[i] = options_.resolution * 2 * pi * slope / (spacing_over_distance * nearest);
+    }
+    const double least = options_.resolution * std::max(9.0, 2.1 * axes.x() / axes.y());
+    ellipse.gathering = gathering_for(demand, least);
+    const int even = 2 * static_cast<int>(std::ceil(ellipse.gathering.count / 2 - 1e-9));
+    m.borders[k].first = total;
+    m.borders[k].count = std::clamp(even, least_points, options_.most_points / 2 * 2);
+    total += m.borders[k].count;
+  }
+  m.resize(total, stride_);
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const auto& border = m.borders[k];
+    const Ellipse& ellipse = ellipses[k];
+    const double step = 2 * pi / border.count;
+    const Complex towards = std::polar(1.0, ellipse.gathering.towards);
+    const std::vector<Complex>& halves = halves_[static_cast<std::size_t>(border.count)];
+    for (int i = 0; i < border.count; ++i) {
+      const Gathered g = gathered(halves[static_cast<std::size_t>(i)], ellipse.gathering);
+      const Complex on_circle = towards * g.turn;
+      const double c = on_circle.real();
+      const double s = on_circle.imag();
+      const Complex offset = ellipse.turn * Complex(ellipse.axes.x() * c, ellipse.axes.y() * s);
+      const Complex first = ellipse.turn * Complex(-ellipse.axes.x() * s, ellipse.axes.y() * c);
+      const DiscPoint value = sheet.to_disc(ellipse.centre + offset);
+      const double depth = 1 - std::norm(value.w);
+      if (depth <= 0) return false;
+      const Complex tangent = value.first * first;
+      const Complex bend = value.second * first * first - value.first * offset;
+      const double speed = length_of(tangent);
+      const auto p = static_cast<std::size_t>(border.first + i);
+      m.x[p] = value.w.real();
+      m.y[p] = value.w.imag();
+      m.normal_x[p] = tangent.imag() / speed;
+      m.normal_y[p] = -tangent.real() / speed;
+      m.curvature[p] = (std::conj(tangent) * bend).imag() / (speed * speed * speed);
+      m.weight[p] = speed * g.slope * step;
+      m.depth[p] = depth;
+      m.tangent[p] = first * (g.slope * step);
+      m.from_centre[p] = offset;
+    }
+  }
+  m.contacts.assign(contacts.begin(), contacts.end());
+  return true;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# Makes every result in results/published again, from one commit of the sources.
+#
+#   results/publish_all.sh --plan      what it will take
+#   results/publish_all.sh             all of it
+#   results/publish_all.sh NAME...     some of it, by the names of the experiments
+#
+# It may be cut off at any time: the same command goes on where it stopped, since fits, records and
+# the frames of limits are kept in the cache and in results/. Each experiment is committed when it
+# is finished; that commit changes results alone, so that the next is still of the same sources.
+# Clocks are taken at the end of each experiment: leave the machine to it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# Experiment, and the test sets whose limit is computed, with how many frames.
+experiments=(
+  "quick"
+  "table_c1 limit 200"
+  "table_c1_broad limit 200"
+  "table_c1_fine limit 200"
+  "table_c1_literal limit 200"
+  "table_c1_continuous limit 200"
+  "speed_accuracy limit 100"
+  "stability"
+  "stability_training"
+  "robustness"
+  "ablation"
+  "grid_alpha_beta"
+  "shared_grid_24"
+  "shared_grid_192"
+  "shared_grid_auto"
+  "fidelity"
+  "training_budget"
+  "adversarial"
+  "localisation"
+  "localisation_rising"
+  "sensitivity"
+  "sensitivity_rising"
+  "targets"
+  "targets_rising"
+  "tracking"
+  "tracking_rising"
+  "collision"
+  "collision_rising"
+  "tank"
+  "skin"
+  "peers"
+)
+
+plan=false
+wanted=()
+for argument in "$@"; do
+  case "$argument" in
+    --plan) plan=true ;;
+    -*) echo "usage: results/publish_all.sh [--plan] [NAME...]" >&2; exit 2 ;;
+    *) wanted+=("$argument") ;;
+  esac
+done
+
+chosen=()
+for line in "${experiments[@]}"; do
+  name="${line%% *}"
+  if [[ ${#wanted[@]} -eq 0 ]] || printf '%s\n' "${wanted[@]}" | grep -qxF "$name"; then
+    chosen+=("$line")
+  fi
+done
+for name in "${wanted[@]}"; do
+  if ! printf '%s\n' "${experiments[@]%% *}" | grep -qxF "$name"; then
+    echo "results/publish_all.sh: no published experiment is called \"$name\"" >&2
+    exit 2
+  fi
+done
+
+files=()
+for line in "${chosen[@]}"; do files+=("experiments/${line%% *}.json"); done
+./ertbench publish --plan "${files[@]}"
+$plan && exit 0
+
+for line in "${chosen[@]}"; do
+  read -r name what frames <<< "$line"
+  if [[ "$what" == limit ]]; then
+    ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)"
+  fi
+  ./ertbench publish "experiments/$name.json"
+  git add -A results/published README.md
+  git diff --cached --quiet || git commit --quiet --message "Published: $name"
+done

@@ -1,0 +1,227 @@
+#include "solvers/external/command_solver.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/errors.h"
+#include "core/json_text.h"
+#include "core/text.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/uniform_sheet.h"
+#include "solvers/external/echo_program.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* request_name = "/request";
+constexpr std::size_t most_line_bytes = 1 << 20;
+constexpr std::size_t most_words = 1000;
+/// What a program says of its own failure is cut to so many characters.
+constexpr std::size_t most_error_text = 1000;
+
+std::vector<std::string> words_of(JsonObject& object, const char* key) {
+  const json& words = object.raw(key);
+  const bool good =
+      words.is_array() && !words.empty() && words.size() <= most_words &&
+      std::all_of(words.begin(), words.end(), [](const json& one) {
+        return one.is_string() && one.get_ref<const std::string&>().find('\0') == std::string::npos;
+      });
+  if (!good) {
+    object.fail(
+        key, "must be a list of words, [\"python3\", \"my_method.py\"], got " + json_shown(words));
+  }
+  return words.get<std::vector<std::string>>();
+}
+
+/// The programs' libraries start threads of their own by these.
+constexpr const char* thread_variables[] = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS",
+                                            "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"};
+
+[[noreturn]] void become_program(const std::vector<std::string>& command, const fs::path& folder,
+                                 int threads) {
+  std::vector<char*> words;
+  for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  for (const char* variable : thread_variables) {
+    ::setenv(variable, std::to_string(threads).c_str(), 1);
+  }
+  if (::chdir(folder.c_str()) == 0) ::execvp(words[0], words.data());
+  const char* const why = std::strerror(errno);
+  if (::write(STDERR_FILENO, why, std::strlen(why)) < 0) ::_exit(126);
+  ::_exit(ChildProcess::not_started);
+}
+
+json path_or_null(const DatasetFile* set) {
+  return set ? json(fs::absolute(set->path()).string()) : json(nullptr);
+}
+
+/// From or to paths that count from a folder.
+void change_paths(json& request, const std::function<fs::path(const fs::path&)>& change) {
+  for (const char* key : {"train", "validation", "work_folder"}) {
+    if (request.at(key).is_string()) {
+      request[key] = change(request.at(key).get<std::string>()).string();
+    }
+  }
+}
+
+}  // namespace
+
+CommandSolver::CommandSolver(JsonObject object)
+    : command_(words_of(object, "command")),
+      given_(json::object()),
+      ready_limit_s_(object.number_or("ready_limit_s", 3600, {0, 1e7, true, "s"})),
+      frame_limit_s_(object.number_or("frame_limit_s", 10, {0, 1e7, true, "s"})),
+      memory_limit_mb_(object.has("memory_limit_mb") ? object.number("memory_limit_mb", {1, 1e9})
+                                                     : 0),
+      folder_(object.folder()) {
+  if (object.has("files")) {
+    files_ = words_of(object, "files");
+    for (const json& file : files_) {
+      if (!fs::is_regular_file(folder_ / file.get<std::string>())) {
+        object.fail("files", printable_path(file.get<std::string>()) + " is no file in " +
+                                 printable_path(folder_.string()));
+      }
+    }
+  }
+  if (object.has("parameters")) {
+    given_ = object.raw("parameters");
+    if (!given_.is_object())
+      object.fail("parameters", "must be an object, got " + json_shown(given_));
+  }
+  name_ = one_line(fs::path(command_.front()).filename().string(), 40);
+  const auto script =
+      std::find_if(command_.begin() + 1, command_.end(),
+                   [this](const std::string& word) { return fs::is_regular_file(folder_ / word); });
+  if (script != command_.end()) {
+    name_ += " " + one_line(fs::path(*script).filename().string(), 60);
+  }
+  const fs::path program = command_.front();
+  if (program.empty()) object.fail("command", "its first word, the program, is empty");
+  if (program.has_parent_path() && !fs::is_regular_file(folder_ / program)) {
+    object.fail("command", printable_path(program.string()) + " is no program in " +
+                               printable_path(folder_.string()));
+  }
+  object.finish();
+}
+
+json CommandSolver::parameters() const {
+  json out = {{"command", command_},
+              {"parameters", used_.is_object() ? used_ : given_},
+              {"ready_limit_s", ready_limit_s_},
+              {"frame_limit_s", frame_limit_s_}};
+  if (!files_.is_null()) out["files"] = files_;
+  if (memory_limit_mb_ > 0) out["memory_limit_mb"] = memory_limit_mb_;
+  return out;
+}
+
+void CommandSolver::fit(const FitInput& input) {
+  const Sensor& sensor = input.sensor;
+  const DatasetFile* const set = input.training ? input.training : input.validation;
+  const Eigen::VectorXd reference = set ? set->reference_voltages() : uniform_reference(sensor);
+  request_ = {{"protocol", 1},
+              {"sensor", to_json(sensor)},
+              {"channels", sensor.channels()},
+              {"image", {sensor.image_rows(), sensor.image_columns()}},
+              {"background", sensor.background},
+              {"reference_voltages", std::vector<double>(reference.begin(), reference.end())},
+              {"train", path_or_null(input.training)},
+              {"validation", path_or_null(input.validation)},
+              {"parameters", given_},
+              {"work_folder", work_folder(input).string()},
+              {"threads", input.threads}};
+  start(sensor);
+}
+
+fs::path CommandSolver::work_folder(const FitInput& input) {
+  if (!input.work_folder.empty()) {
+    passing_folder_.reset();
+    return fs::absolute(input.work_folder);
+  }
+  return passing_folder_.emplace("command").path();
+}
+
+void CommandSolver::start(const Sensor& sensor) {
+  exchange_.reset();
+  program_.reset();
+  sensor_ = sensor;
+  program_ = std::make_unique<Program>(
+      name_, [this] { become_program(command_, folder_, request_.at("threads").get<int>()); },
+      static_cast<std::uint64_t>(memory_limit_mb_ * (1 << 20)));
+  program_->send(json_text(request_) + "\n", ready_limit_s_);
+  const std::string line = program_->line(ready_limit_s_, most_line_bytes);
+  json said;
+  try {
+    said = parse_json(line, "its first line");
+  } catch (const InputError&) {
+  }
+  if (said.is_object() && said.contains("error")) {
+    const json& error = said.at("error");
+    throw FailedTrial("failed",
+                      name_ + ": says: " +
+                          printable(error.is_string() ? error.get<std::string>() : json_text(error),
+                                    most_error_text));
+  }
+  if (!said.is_object() || !said.contains("ready") || said.at("ready") != true) {
+    throw FailedTrial("failed", name_ +
+                                    ": its first line must be {\"ready\": true, "
+                                    "\"parameters\": {...}} or {\"error\": \"...\"}, got «" +
+                                    printable(line, 80) + "»");
+  }
+  used_ = said.value("parameters", given_);
+  if (!used_.is_object()) used_ = given_;
+  exchange_ = std::make_unique<FrameExchange>(*program_, frame_limit_s_);
+}
+
+void CommandSolver::reconstruct(FramesView changes, ImagesView images,
+                                std::span<FrameReport> reports) const {
+  exchange_->reconstruct(changes, images, reports);
+}
+
+std::unique_ptr<Solver> CommandSolver::transport() const { return echo_solver(sensor_); }
+
+void CommandSolver::save(const fs::path& file) const {
+  const fs::path folder = fs::absolute(file).parent_path();
+  json request = request_;
+  if (passing_folder_) request["work_folder"] = nullptr;
+  change_paths(request, [&](const fs::path& path) { return path.lexically_proximate(folder); });
+  Hdf5File out = create_solver_file(file, type, sensor_, parameters());
+  out.write_text_dataset(request_name, json_text(request));
+  out.close();
+}
+
+void CommandSolver::load(const fs::path& file, const Sensor& sensor) {
+  const fs::path folder = fs::absolute(file).parent_path();
+  {
+    const Hdf5File in = open_solver_file(file, type, sensor);
+    request_ = parse_json(in.read_text_dataset(request_name), file.string() + ": " + request_name);
+  }
+  try {
+    change_paths(request_,
+                 [&](const fs::path& path) { return (folder / path).lexically_normal(); });
+    for (const char* key : {"train", "validation"}) {
+      if (request_.at(key).is_string() && !fs::exists(request_.at(key).get<std::string>())) {
+        request_[key] = nullptr;
+      }
+    }
+    request_["threads"] = 1;
+    passing_folder_.reset();
+    if (request_.at("work_folder").is_null()) {
+      request_["work_folder"] = passing_folder_.emplace("command").path().string();
+    }
+    fs::create_directories(request_.at("work_folder").get<std::string>());
+  } catch (const json::exception&) {
+    throw InputError(file.string() + ": " + request_name +
+                     " is not what a program is told; fit the solver anew");
+  }
+  start(sensor);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/json_reader.h"
+#include "core/temporary_folder.h"
+#include "solvers/external/frame_exchange.h"
+#include "solvers/external/program.h"
+#include "solvers/solver.h"
+
+namespace ertbench {
+
+/// A program of any language as a solver. It is started by `fit` and by `load`, in the folder of
+/// the experiment, and lives as long as the solver. Its standard input and output are binary, its
+/// standard error is its log. It
+///
+/// 1. reads one line of JSON: `{"protocol": 1, "sensor": {...}, "channels": 208, "image": [24, 24],
+///    "background": 0.06, "reference_voltages": [...], "train": PATH|null, "validation": PATH|null,
+///    "parameters": {...}, "work_folder": PATH, "threads": N}`; `work_folder` is kept with the fit:
+///    a program that finds its own files there need not fit again;
+/// 2. fits, then writes one line `{"ready": true, "parameters": {...}}`, or `{"error": "..."}`;
+/// 3. until the end of its input: reads a little-endian uint64 n, then n x channels float64
+///    (changes, V); writes n x pixels float64 (delta sigma, S/m; row 0 at y = -1) and n bytes of
+///    status (FrameStatus).
+///
+/// What it does wrong (no answer in time, a crash, garbage) throws FailedTrial. The fitted file
+/// holds what the program was told in step 1, paths relative to that file.
+class CommandSolver final : public Solver {
+ public:
+  static constexpr const char* type = "command";
+  /// Throws InputError where the command is none, or names a program that is not there.
+  explicit CommandSolver(JsonObject object);
+
+  /// The command and, once it is ready, the parameters that the program says it uses.
+  nlohmann::json parameters() const override;
+  void fit(const FitInput& input) override;
+  void reconstruct(FramesView changes, ImagesView images,
+                   std::span<FrameReport> reports) const override;
+  /// A batch that fits into the buffers of pipes of a megabyte.
+  Eigen::Index block_frames() const override { return 128; }
+  std::unique_ptr<Solver> transport() const override;
+  void save(const std::filesystem::path& file) const override;
+  void load(const std::filesystem::path& file, const Sensor& sensor) override;
+
+ private:
+  /// Where the program may keep its files: that of the fit, or one that goes with this solver.
+  std::filesystem::path work_folder(const FitInput& input);
+  void start(const Sensor& sensor);
+
+  std::vector<std::string> command_;
+  nlohmann::json files_;  ///< null where there are none
+  nlohmann::json given_;  ///< "parameters" of the experiment
+  double ready_limit_s_;
+  double frame_limit_s_;
+  double memory_limit_mb_;        ///< 0: that of the trial
+  std::filesystem::path folder_;  ///< of the experiment
+  std::string name_;              ///< "python3 my_method.py", for messages
+
+  Sensor sensor_;
+  std::optional<TemporaryFolder> passing_folder_;
+  nlohmann::json request_;  ///< the line of step 1
+  nlohmann::json used_;     ///< the parameters of step 2
+  std::unique_ptr<Program> program_;
+  std::unique_ptr<FrameExchange> exchange_;
+};
+
+}  // namespace ertbench

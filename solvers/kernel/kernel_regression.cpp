@@ -1,0 +1,104 @@
+#include "solvers/kernel/kernel_regression.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "solvers/symmetric_eigen.h"
+
+namespace ertbench {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+using Eigen::VectorXd;
+
+namespace {
+
+MatrixXd kernel_of(const MatrixXd& squared, double denominator) {
+  return (-squared.array() / denominator).exp();
+}
+
+}  // namespace
+
+RowMajorMatrix kernel_features(const Eigen::Ref<const RowMajorMatrix>& changes, KernelInput input,
+                               double norm_weight) {
+  if (input == KernelInput::raw) return changes;
+  RowMajorMatrix out = RowMajorMatrix::Zero(changes.rows(), changes.cols() + 1);
+  for (Index f = 0; f < changes.rows(); ++f) {
+    const double norm = changes.row(f).norm();
+    if (!(norm > 0)) continue;
+    out.row(f).head(changes.cols()) = changes.row(f) / norm;
+    if (norm_weight > 0) out(f, changes.cols()) = norm_weight * std::log(norm);
+  }
+  return out;
+}
+
+MatrixXd squared_distances(const RowMajorMatrix& a, const RowMajorMatrix& b) {
+  MatrixXd out = -2 * a * b.transpose();
+  out.colwise() += a.rowwise().squaredNorm();
+  out.rowwise() += b.rowwise().squaredNorm().transpose();
+  return out.cwiseMax(0);
+}
+
+double median_distance(const MatrixXd& squared) {
+  std::vector<double> distances;
+  for (Index i = 0; i < squared.cols(); ++i) {
+    for (Index j = i + 1; j < squared.rows(); ++j) distances.push_back(squared(j, i));
+  }
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle > 0 ? *middle : 1;
+}
+
+KernelRegression::KernelRegression(const RowMajorMatrix& changes, const MatrixXd& targets,
+                                   KernelInput input, const KernelScales& scales)
+    : input_(input),
+      scales_(scales),
+      features_(kernel_features(changes, input, scales.norm_weight)),
+      squares_(features_.rowwise().squaredNorm()) {
+  const MatrixXd squared = squared_distances(features_, features_);
+  denominator_ = scales.width * median_distance(squared);
+  MatrixXd kernel = kernel_of(squared, denominator_);
+  kernel.diagonal().array() += scales.lambda;
+  const Eigen::LDLT<MatrixXd> factor(kernel);
+  const VectorXd ones = factor.solve(VectorXd::Ones(kernel.rows()));
+  const MatrixXd solved = factor.solve(targets);
+  intercept_ = solved.colwise().sum() / ones.sum();
+  coefficients_ = solved - ones * intercept_;
+}
+
+MatrixXd KernelRegression::predict(const Eigen::Ref<const RowMajorMatrix>& changes) const {
+  const RowMajorMatrix features = kernel_features(changes, input_, scales_.norm_weight);
+  MatrixXd out(changes.rows(), coefficients_.cols());
+  // Frame by frame, so that a frame of a batch comes out as it does alone.
+  for (Index f = 0; f < changes.rows(); ++f) {
+    const VectorXd feature = features.row(f).transpose();
+    VectorXd squared = squares_;
+    squared.noalias() -= 2 * (features_ * feature);
+    squared.array() += feature.squaredNorm();
+    const VectorXd kernel = (-squared.cwiseMax(0).array() / denominator_).exp();
+    out.row(f) = intercept_ + kernel.transpose() * coefficients_;
+  }
+  return out;
+}
+
+std::vector<MatrixXd> leave_one_out(const MatrixXd& kernel, const MatrixXd& targets,
+                                    const std::vector<double>& lambdas) {
+  const SymmetricEigen eigen = symmetric_eigen(kernel);
+  const MatrixXd turned = eigen.vectors.transpose() * targets;
+  const VectorXd turned_ones = eigen.vectors.transpose() * VectorXd::Ones(kernel.rows());
+  std::vector<MatrixXd> out;
+  for (const double lambda : lambdas) {
+    const VectorXd inverse = (eigen.values.array().max(0) + lambda).inverse();
+    const VectorXd ones = eigen.vectors * inverse.cwiseProduct(turned_ones);
+    const MatrixXd solved = eigen.vectors * inverse.asDiagonal() * turned;
+    const RowVectorXd intercept = solved.colwise().sum() / ones.sum();
+    const VectorXd diagonal = eigen.vectors.cwiseAbs2() * inverse - ones.cwiseAbs2() / ones.sum();
+    out.emplace_back(((solved - ones * intercept).array().colwise() / diagonal.array()).matrix());
+  }
+  return out;
+}
+
+}  // namespace ertbench

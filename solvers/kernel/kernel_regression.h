@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/arrays.h"
+
+namespace ertbench {
+
+/// What a frame's change d is compared by.
+enum class KernelInput {
+  direction,  ///< d / |d|, and log |d| beside it, times a weight
+  raw,        ///< d itself
+};
+
+/// The scales of a kernel regression.
+struct KernelScales {
+  double width = 0.5;    ///< of the basis, over the median squared distance of the training frames
+  double lambda = 1e-4;  ///< the ridge
+  double norm_weight = 0;  ///< of log |d| beside the direction; of no account for raw changes
+
+  bool operator==(const KernelScales&) const = default;
+};
+
+/// What is compared, [frames, channels + 1 or channels]; of a frame without any change all zero.
+RowMajorMatrix kernel_features(const Eigen::Ref<const RowMajorMatrix>& changes, KernelInput input,
+                               double norm_weight);
+
+/// Squared distances of all rows of `a` from all rows of `b`.
+Eigen::MatrixXd squared_distances(const RowMajorMatrix& a, const RowMajorMatrix& b);
+
+/// The median of the distances of different rows, of which there are two or more; 1 where it is 0.
+double median_distance(const Eigen::MatrixXd& squared);
+
+/// Kernel ridge regression with an intercept (the least-squares support vector machine of Suykens
+/// and Vandewalle 1999):
+///
+///     y(d) = b + sum_i a_i k(d, d_i),   k = exp(-|f(d) - f(d_i)|^2 / (width * median)),
+///     [K + lambda 1   1] [a]   [y]
+///     [1^T            0] [b] = [0].
+class KernelRegression {
+ public:
+  KernelRegression() = default;
+  /// `changes` [frames, channels], `targets` [frames, outputs].
+  KernelRegression(const RowMajorMatrix& changes, const Eigen::MatrixXd& targets, KernelInput input,
+                   const KernelScales& scales);
+
+  /// [frames, outputs]
+  Eigen::MatrixXd predict(const Eigen::Ref<const RowMajorMatrix>& changes) const;
+
+ private:
+  KernelInput input_ = KernelInput::direction;
+  KernelScales scales_;
+  double denominator_ = 1;        ///< width * median
+  RowMajorMatrix features_;       ///< [frames, features]
+  Eigen::VectorXd squares_;       ///< [frames] their squared norms
+  Eigen::MatrixXd coefficients_;  ///< [frames, outputs]
+  Eigen::RowVectorXd intercept_;  ///< [outputs]
+};
+
+/// What the regression, fitted to all frames but one, misses that one by: [frames, outputs] of
+/// target less prediction, for each of `lambdas`. In closed form, a_i / (C^-1)_ii with C the matrix
+/// above (Cawley 2006), from one decomposition. `kernel` [frames, frames].
+std::vector<Eigen::MatrixXd> leave_one_out(const Eigen::MatrixXd& kernel,
+                                           const Eigen::MatrixXd& targets,
+                                           const std::vector<double>& lambdas);
+
+}  // namespace ertbench

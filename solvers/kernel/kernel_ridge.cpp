@@ -1,0 +1,293 @@
+#include "solvers/kernel/kernel_ridge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "forward/data/dataset_file.h"
+#include "forward/sheet/rasterise.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+namespace {
+
+using Eigen::Index;
+using nlohmann::json;
+
+constexpr Index fewest_presses = 3;
+/// Of the least learned strength: what comes out weaker is no contact.
+constexpr double least_share = 0.5;
+
+/// Of a contact, squared domain units; of a polygon by its corners.
+double area_of(const Contact& contact) {
+  switch (contact.shape) {
+    case Shape::disc:
+    case Shape::ellipse:
+      return std::numbers::pi * contact.half_size.prod();
+    case Shape::rectangle:
+      return 4 * contact.half_size.prod();
+    case Shape::polygon:
+      break;
+  }
+  double twice = 0;
+  for (std::size_t v = 0; v < contact.vertices.size(); ++v) {
+    const Eigen::Vector2d& a = contact.vertices[v];
+    const Eigen::Vector2d& b = contact.vertices[(v + 1) % contact.vertices.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return std::abs(twice) / 2;
+}
+
+/// Frames of a set, as many as there is room for, those with one contact apart from those with
+/// none.
+class PressReader {
+ public:
+  explicit PressReader(std::size_t most) : most_(most) {}
+
+  void add(const DatasetFile& set) {
+    const std::vector<Scene> scenes = set.scenes(0, set.size());
+    for (std::uint64_t f = 0; f < set.size(); ++f) {
+      const Scene& scene = scenes[f];
+      if (scene.contacts.size() > 1 || touched_.size() + blank_.size() >= most_) continue;
+      const Eigen::RowVectorXd change =
+          set.voltages(f, 1).row(0) - set.reference_voltages().transpose();
+      if (scene.contacts.empty()) {
+        // Of a set that does not say where contacts are, a frame without one is one of unknown.
+        if (set.truth().places) blank_.push_back(change);
+        continue;
+      }
+      const Contact& contact = scene.contacts.front();
+      const double area = area_of(contact);
+      touched_.push_back(change);
+      places_.push_back(contact.centroid());
+      strengths_.push_back(area * (contact.conductivity_ratio - 1) * set.sensor().background);
+      area_ += area;
+    }
+  }
+
+  std::size_t touched() const { return touched_.size(); }
+  double area() const { return area_ / static_cast<double>(touched_.size()); }
+  Eigen::MatrixXd places() const {
+    Eigen::MatrixXd out(static_cast<Index>(places_.size()), 2);
+    for (std::size_t i = 0; i < places_.size(); ++i) out.row(static_cast<Index>(i)) = places_[i];
+    return out;
+  }
+  Eigen::VectorXd strengths() const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(static_cast<Index>(rows().size()));
+    std::copy(strengths_.begin(), strengths_.end(), out.begin());
+    return out;
+  }
+  RowMajorMatrix changes() const {
+    const std::vector<const Eigen::RowVectorXd*> all = rows();
+    RowMajorMatrix out(static_cast<Index>(all.size()), all.front()->size());
+    for (std::size_t i = 0; i < all.size(); ++i) out.row(static_cast<Index>(i)) = *all[i];
+    return out;
+  }
+
+ private:
+  std::vector<const Eigen::RowVectorXd*> rows() const {
+    std::vector<const Eigen::RowVectorXd*> out;
+    for (const Eigen::RowVectorXd& change : touched_) out.push_back(&change);
+    for (const Eigen::RowVectorXd& change : blank_) out.push_back(&change);
+    return out;
+  }
+
+  std::size_t most_;
+  std::vector<Eigen::RowVectorXd> touched_, blank_;
+  std::vector<Eigen::Vector2d> places_;
+  std::vector<double> strengths_;
+  double area_ = 0;
+};
+
+void require_sensor(const DatasetFile& set, const Sensor& sensor) {
+  if (set.sensor() == sensor) return;
+  throw InputError(set.path().string() + ": is of another sensor; generate it for this one");
+}
+
+/// What was learned with which error, as parameters have it.
+json chosen_json(const ChosenScales& place, const ChosenScales& strength, const Sensor& sensor,
+                 Index presses) {
+  return {{"presses", presses},
+          {"place_error_mm", place.error * sensor.sheet->unit_mm()},
+          {"strength_error", strength.error},
+          {"rule", "the scales with the least mean leave-one-out error"}};
+}
+
+}  // namespace
+
+KernelRidge::KernelRidge(JsonObject parameters) { read(std::move(parameters)); }
+
+void KernelRidge::read(JsonObject parameters) {
+  input_ = parameters.choice_or("input", "direction", {"direction", "raw"}) == "raw"
+               ? KernelInput::raw
+               : KernelInput::direction;
+  place_choice_ = KernelScaleChoice::from_json(parameters);
+  const json none = json::object();
+  JsonObject strength = parameters.has("strength")
+                            ? parameters.object("strength")
+                            : JsonObject(none, parameters.source(), parameters.path_of("strength"));
+  strength_choice_ = KernelScaleChoice::from_json(strength);
+  strength.finish();
+  joins_validation_ =
+      parameters.choice_or("validation", "joined", {"joined", "left-out"}) == "joined";
+  most_frames_ = parameters.integer_or("most_frames", most_frames_, 3, 20000);
+  if (parameters.has("chosen")) parameters.raw("chosen");  // told, and found again by a fit
+  parameters.finish();
+}
+
+json KernelRidge::parameters() const {
+  const auto add = [](const KernelScaleChoice& choice, json& out) {
+    const auto one = [&](const char* name, const Tunable& tunable) {
+      out[name] = tunable.value ? json(*tunable.value) : json("auto");
+    };
+    one("width", choice.width);
+    one("lambda", choice.lambda);
+    one("norm_weight", choice.norm_weight);
+  };
+  json out = {{"input", input_ == KernelInput::raw ? "raw" : "direction"},
+              {"validation", joins_validation_ ? "joined" : "left-out"},
+              {"most_frames", most_frames_},
+              {"strength", json::object()}};
+  add(place_choice_, out);
+  add(strength_choice_, out["strength"]);
+  if (presses_.changes.rows() > 0) {
+    out["chosen"] = chosen_json(place_scales_, strength_scales_, sensor_, presses_.places.rows());
+  }
+  return out;
+}
+
+void KernelRidge::learn(const FitInput& input) {
+  PressReader reader(static_cast<std::size_t>(most_frames_));
+  require_sensor(*input.training, input.sensor);
+  reader.add(*input.training);
+  if (joins_validation_ && input.validation != nullptr) {
+    require_sensor(*input.validation, input.sensor);
+    reader.add(*input.validation);
+  }
+  if (static_cast<Index>(reader.touched()) < fewest_presses) {
+    throw InputError(input.training->path().string() + ": kernel-ridge learns from frames with " +
+                     "one contact each, of which there are " + std::to_string(reader.touched()) +
+                     "; it needs " + std::to_string(fewest_presses) + " or more");
+  }
+  presses_ = {reader.changes(), reader.places(), reader.strengths(), reader.area()};
+}
+
+void KernelRidge::fit(const FitInput& input) {
+  if (input.training == nullptr) {
+    throw InputError(std::string(type) + R"(: needs a training set; add "train" to the datasets)");
+  }
+  sensor_ = input.sensor;
+  learn(input);
+  const Index touched = presses_.places.rows();
+  place_scales_ =
+      choose_scales(place_choice_, input_, presses_.changes.topRows(touched), presses_.places);
+  strength_scales_ = choose_scales(strength_choice_, input_, presses_.changes, presses_.strengths);
+  const auto fix = [](const KernelScales& scales, KernelScaleChoice& choice) {
+    choice.width.value = scales.width;
+    choice.lambda.value = scales.lambda;
+    choice.norm_weight.value = scales.norm_weight;
+  };
+  fix(place_scales_.scales, place_choice_);
+  fix(strength_scales_.scales, strength_choice_);
+  regress();
+}
+
+void KernelRidge::regress() {
+  const Index touched = presses_.places.rows();
+  place_ = KernelRegression(presses_.changes.topRows(touched), presses_.places, input_,
+                            place_scales_.scales);
+  strength_ =
+      KernelRegression(presses_.changes, presses_.strengths, input_, strength_scales_.scales);
+  least_strength_ = least_share * presses_.strengths.head(touched).cwiseAbs().minCoeff();
+}
+
+std::optional<KernelRidge::Press> KernelRidge::press_of(
+    const Eigen::Ref<const Eigen::RowVectorXd>& change) const {
+  // In memory of its own: where a row lies in an array decides the order of sums, and last bits.
+  const Eigen::RowVectorXd own = change;
+  if (!own.allFinite() || !(own.norm() > 0)) return std::nullopt;
+  const double strength = strength_.predict(own)(0, 0);
+  if (!(std::abs(strength) >= least_strength_)) return std::nullopt;
+  return Press{place_.predict(own).row(0).transpose(), strength};
+}
+
+void KernelRidge::reconstruct(FramesView changes, ImagesView images, std::span<FrameReport>) const {
+  const PixelGrid pixels = sensor_.image();
+  Scene scene;
+  scene.contacts.resize(1);
+  scene.contacts[0].half_size.setConstant(std::sqrt(presses_.area / std::numbers::pi));
+  scene.contacts[0].conductivity_ratio = 0.5;
+  Eigen::VectorXd ratio(pixels.count());
+  for (Index f = 0; f < changes.rows(); ++f) {
+    images.row(f).setZero();
+    const auto press = press_of(changes.row(f));
+    if (!press) continue;
+    scene.contacts[0].centre = press->place;
+    rasterise(scene, pixels, Rasterisation::area, ratio);
+    // 1 - ratio is half of what the disc covers of a pixel. No conductivity falls below 0.
+    const double change =
+        std::max(press->strength / presses_.area, -(1 - 1e-6) * sensor_.background);
+    images.row(f) = 2 * change * (1 - ratio.array()).matrix().transpose();
+  }
+}
+
+void KernelRidge::find_contacts(FramesView changes,
+                                std::span<std::vector<FoundContact>> contacts) const {
+  for (Index f = 0; f < changes.rows(); ++f) {
+    std::vector<FoundContact>& out = contacts[static_cast<std::size_t>(f)];
+    out.clear();
+    const auto press = press_of(changes.row(f));
+    if (!press) continue;
+    FoundContact& found = out.emplace_back();
+    found.place = press->place;
+    found.strength = std::abs(press->strength);
+    found.area = presses_.area;
+    found.peak = found.strength / found.area;
+  }
+}
+
+void KernelRidge::save(const std::filesystem::path& file) const {
+  json parameters = this->parameters();
+  Hdf5File out = create_solver_file(file, type, sensor_, parameters);
+  out.write_matrix("/changes", presses_.changes);
+  out.write_matrix("/places", presses_.places);
+  out.write_vector("/strengths", presses_.strengths);
+  out.write_vector("/numbers",
+                   Eigen::Vector3d(presses_.area, place_scales_.error, strength_scales_.error));
+  out.close();
+}
+
+void KernelRidge::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const Hdf5File in = open_solver_file(file, type, sensor);
+  const json parameters = parameters_of_fit(in);
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  const auto scales_of = [&](const KernelScaleChoice& choice) {
+    if (!choice.width.value || !choice.lambda.value || !choice.norm_weight.value) {
+      throw InputError(file.string() + ": has no scales; fit the solver again");
+    }
+    return KernelScales{*choice.width.value, *choice.lambda.value, *choice.norm_weight.value};
+  };
+  const auto channels = static_cast<std::uint64_t>(sensor.channels());
+  const std::uint64_t frames = in.require_shape("/changes", {0, channels})[0];
+  const std::uint64_t touched = in.require_shape("/places", {0, 2})[0];
+  in.require_shape("/strengths", {frames});
+  in.require_shape("/numbers", {3});
+  if (touched > frames || frames > 40000 || touched < 2) {
+    throw InputError(file.string() + ": /places: does not go with /changes; fit the solver again");
+  }
+  sensor_ = sensor;
+  presses_.changes = in.read_rows("/changes", 0, frames);
+  presses_.places = in.read_rows("/places", 0, touched);
+  presses_.strengths = in.read_vector("/strengths");
+  const Eigen::VectorXd numbers = in.read_vector("/numbers");
+  if (!(numbers[0] > 0)) throw InputError(file.string() + ": /numbers: the area must be > 0");
+  presses_.area = numbers[0];
+  place_scales_ = {scales_of(place_choice_), numbers[1]};
+  strength_scales_ = {scales_of(strength_choice_), numbers[2]};
+  regress();
+}
+
+}  // namespace ertbench

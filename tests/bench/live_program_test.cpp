@@ -1,0 +1,307 @@
+// `ertbench live` as users call it: every kind of input, and everything that may happen to one.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+
+#include <thread>
+
+#include "core/quantile.h"
+#include "tests/bench/live_testing.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+using nlohmann::json;
+
+/// No file of the stream's is left beside its record.
+void expect_closed(const fs::path& folder, const std::string& record) {
+  EXPECT_TRUE(fs::exists(folder / record));
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    EXPECT_FALSE(name.starts_with(record) && name != record) << name << " is left";
+  }
+}
+
+/// Contacts of each answer, which tell images apart.
+std::vector<json> contacts_of(const std::vector<json>& lines) {
+  std::vector<json> out;
+  for (const json& answer : answers_of(lines)) out.push_back(answer.at("contacts"));
+  return out;
+}
+
+TEST(LiveProgram, ImagesAreThoseOfReconstruct) {
+  const LiveFolder folder;
+  const Outcome images = run_program(
+      folder.path(), "reconstruct --solver gn.json --input frames.h5 --output images.h5");
+  ASSERT_EQ(images.exit_code, 0) << images.output;
+  const Outcome live = run_program(folder.path(),
+                                   "live --solver gn.json --input replay:frames.h5 --lossless "
+                                   "--record record.h5");
+  ASSERT_EQ(live.exit_code, 0) << live.output;
+  expect_closed(folder.path(), "record.h5");
+  const Hdf5File expected = Hdf5File::open(folder / "images.h5");
+  const Hdf5File record = Hdf5File::open(folder / "record.h5");
+  // One frame at a time or all at once: sums in another order.
+  const RowMajorMatrix a = expected.read_rows("/conductivity_change", 0, 40);
+  const RowMajorMatrix b = record.read_rows("/answer/conductivity_change", 0, 40);
+  EXPECT_LT((a - b).norm(), 1e-10 * a.norm());
+  EXPECT_EQ(expected.read_rows("/status", 0, 40), record.read_rows("/answer/status", 0, 40));
+  EXPECT_EQ(record.read_rows("/voltages", 0, 40), folder.voltages);
+  for (Eigen::Index f = 0; f < 40; ++f) {
+    EXPECT_EQ(record.read_rows("/answer/frame", 0, 40)(f, 0), static_cast<double>(f));
+  }
+}
+
+TEST(LiveProgram, ARecordCanBeReplayedAndReconstructed) {
+  const LiveFolder folder;
+  const std::string live = "live --solver gn.json --lossless --record record.h5 --input replay:";
+  ASSERT_EQ(run_program(folder.path(), live + "frames.h5").exit_code, 0);
+  const Outcome images = run_program(
+      folder.path(), "reconstruct --solver gn.json --input record.h5 --output images.h5");
+  EXPECT_EQ(images.exit_code, 0) << images.output;
+  // Over a record of its own, and nothing else.
+  EXPECT_EQ(run_program(folder.path(), live + "frames.h5").exit_code, 0);
+  const Outcome refused = run_program(
+      folder.path(), "live --solver gn.json --input replay:record.h5 --record frames.h5");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.output.find("frames.h5"), std::string::npos) << refused.output;
+}
+
+TEST(LiveProgram, BinaryFramesAndLinesComeToTheSame) {
+  const LiveFolder folder;
+  std::vector<std::vector<json>> found;
+  for (const bool binary : {true, false}) {
+    RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input", "-",
+                                           "--reference", "frames.h5", "--lossless"});
+    for (Eigen::Index f = 0; f < 10; ++f) program.write(binary ? folder.binary(f) : folder.csv(f));
+    program.close_input();
+    const std::vector<json> lines = program.lines();
+    EXPECT_EQ(program.exit_code(), 0) << program.errors();
+    ASSERT_FALSE(lines.empty());
+    EXPECT_EQ(lines.front().at("event"), "begin");
+    EXPECT_EQ(lines.back().at("event"), "end");
+    EXPECT_EQ(lines.back().at("answered"), 10);
+    found.push_back(contacts_of(lines));
+  }
+  EXPECT_EQ(found[0].size(), 10u);
+  EXPECT_EQ(found[0], found[1]);
+}
+
+TEST(LiveProgram, DamagedFramesAreCountedAndPassedOver) {
+  const LiveFolder folder;
+  RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input", "-",
+                                         "--reference", "frames.h5", "--lossless"});
+  std::string no_number = folder.csv(1);
+  no_number.replace(0, no_number.find(','), "nan");
+  program.write(folder.csv(0) + "0.1,0.2\n" + "garbage \x01\xff\n" + no_number + folder.csv(2));
+  const json damage = program.event("damaged");
+  ASSERT_FALSE(damage.is_null()) << program.errors();
+  program.close_input();
+  const std::vector<json> lines = program.lines();
+  EXPECT_EQ(program.exit_code(), 0);
+  EXPECT_EQ(lines.back().at("came"), 2);
+  EXPECT_EQ(lines.back().at("answered"), 2);
+  EXPECT_EQ(lines.back().at("damaged"),
+            (json{{"wrong length", 1}, {"not numbers", 1}, {"not voltages", 1}}));
+}
+
+TEST(LiveProgram, ADeadSenderIsSaidAndSoIsItsReturn) {
+  const LiveFolder folder;
+  RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input", "-",
+                                         "--reference", "frames.h5", "--silence", "0.3"});
+  program.write(folder.csv(0));
+  const json silence = program.event("silence");
+  ASSERT_FALSE(silence.is_null());
+  EXPECT_GE(silence.at("silent_s").get<double>(), 0.3);
+  EXPECT_NE(program.errors().find("is the sender alive?"), std::string::npos);
+  program.write(folder.csv(1));
+  EXPECT_FALSE(program.event("resumed").is_null());
+}
+
+TEST(LiveProgram, TheFirstFramesMayBeTheReference) {
+  const LiveFolder folder;
+  RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input", "-",
+                                         "--background", "3", "--lossless", "--images"});
+  // The mean of the first three frames is the first frame: of equal voltages there is no change.
+  for (const Eigen::Index f : {0, 0, 0, 0, 1}) program.write(folder.binary(f));
+  program.close_input();
+  const std::vector<json> answers = answers_of(program.lines());
+  EXPECT_EQ(program.exit_code(), 0) << program.errors();
+  ASSERT_EQ(answers.size(), 2u);
+  double largest[2] = {};
+  for (std::size_t a = 0; a < 2; ++a) {
+    for (const double change : answers[a].at("image")) {
+      largest[a] = std::max(largest[a], std::abs(change));
+    }
+  }
+  EXPECT_LT(largest[0], 1e-9 * largest[1]);
+}
+
+/// A port of UDP that nobody has at this moment.
+int free_port() {
+  const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ::bind(probe, reinterpret_cast<sockaddr*>(&address), size);
+  ::getsockname(probe, reinterpret_cast<sockaddr*>(&address), &size);
+  ::close(probe);
+  return ntohs(address.sin_port);
+}
+
+void send_datagram(int port, const std::string& bytes) {
+  const int sender = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  ::sendto(sender, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&address),
+           sizeof address);
+  ::close(sender);
+}
+
+TEST(LiveProgram, ADatagramOfAWrongSizeIsDropped) {
+  const LiveFolder folder;
+  const int port = free_port();
+  RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input",
+                                         "udp://127.0.0.1:" + std::to_string(port), "--reference",
+                                         "frames.h5", "--queue", "100", "--record", "record.h5"});
+  ASSERT_FALSE(program.event("begin").is_null()) << program.errors();
+  send_datagram(port, folder.binary(0));
+  send_datagram(port, folder.binary(1).substr(8));
+  send_datagram(port, folder.binary(1) + "12345678");
+  send_datagram(port, "");
+  send_datagram(port, folder.csv(2));
+  json answer = json::object();
+  while (answer.value("frame", -1) != 1) {
+    const auto line = program.line();
+    ASSERT_TRUE(line) << program.errors();
+    answer = json::parse(*line);
+  }
+  program.signal(SIGTERM);
+  const std::vector<json> lines = program.lines();
+  EXPECT_EQ(program.exit_code(), 0) << program.errors();
+  EXPECT_EQ(lines.back().at("came"), 2);
+  EXPECT_EQ(lines.back().at("damaged").at("wrong length"), 3);
+  EXPECT_EQ(lines.back().at("why"), "it was told to end");
+  expect_closed(folder.path(), "record.h5");
+  const Hdf5File record = Hdf5File::open(folder / "record.h5");
+  EXPECT_EQ(record.read_rows("/voltages", 0, 1), folder.voltages.topRows(1));
+}
+
+TEST(LiveProgram, ASerialLineMayBeginInTheMiddleAndDisappear) {
+  const LiveFolder folder;
+  const int line = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_GE(line, 0);
+  ASSERT_EQ(::grantpt(line) + ::unlockpt(line), 0);
+  const std::string device = ::ptsname(line);
+  RunningProgram program(folder.path(),
+                         {"live", "--solver", "gn.json", "--input", "serial:" + device + "@921600",
+                          "--reference", "frames.h5", "--queue", "100", "--record", "record.h5"});
+  ASSERT_FALSE(program.event("begin").is_null()) << program.errors();
+  const std::string text = folder.csv(0).substr(500) + folder.csv(1) + folder.csv(2);
+  for (std::size_t at = 0; at < text.size();) {
+    const ssize_t n = ::write(line, text.data() + at, std::min<std::size_t>(512, text.size() - at));
+    ASSERT_GT(n, 0);
+    at += static_cast<std::size_t>(n);
+  }
+  json answer = json::object();
+  while (answer.value("frame", -1) != 1) {
+    const auto next = program.line();
+    ASSERT_TRUE(next) << program.errors();
+    answer = json::parse(*next);
+  }
+  ::close(line);
+  const std::vector<json> lines = program.lines();
+  EXPECT_EQ(program.exit_code(), 2);
+  EXPECT_NE(program.errors().find(device + ": is gone"), std::string::npos) << program.errors();
+  EXPECT_EQ(lines.back().at("came"), 2);
+  EXPECT_EQ(lines.back().at("damaged").at("wrong length"), 1);
+  expect_closed(folder.path(), "record.h5");
+}
+
+TEST(LiveProgram, SignalsEndItWithItsRecord) {
+  const LiveFolder folder;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    SCOPED_TRACE(signal);
+    RunningProgram program(folder.path(),
+                           {"live", "--solver", "gn.json", "--input", "replay:frames.h5@100",
+                            "--repeat", "1000", "--record", "record.h5"});
+    ASSERT_FALSE(program.event("begin").is_null()) << program.errors();
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(program.line());
+    program.signal(signal);
+    const std::vector<json> lines = program.lines();
+    EXPECT_EQ(program.exit_code(), 0) << program.errors();
+    EXPECT_EQ(lines.back().at("event"), "end");
+    expect_closed(folder.path(), "record.h5");
+    const Hdf5File record = Hdf5File::open(folder / "record.h5");
+    EXPECT_EQ(record.shape("/voltages")[0], lines.back().at("came").get<std::uint64_t>());
+    EXPECT_EQ(record.shape("/answer/frame")[0], lines.back().at("answered").get<std::uint64_t>());
+  }
+}
+
+TEST(LiveProgram, AReaderThatGoesAwayEndsIt) {
+  const LiveFolder folder;
+  RunningProgram program(
+      folder.path(), {"live", "--solver", "gn.json", "--input", "replay:frames.h5@100", "--repeat",
+                      "1000", "--record", "record.h5"});
+  ASSERT_FALSE(program.event("begin").is_null()) << program.errors();
+  ASSERT_TRUE(program.line());
+  program.close_output();
+  EXPECT_EQ(program.exit_code(), 0) << program.errors();
+  EXPECT_NE(program.errors().find("nobody reads"), std::string::npos) << program.errors();
+  expect_closed(folder.path(), "record.h5");
+}
+
+TEST(LiveProgram, AReaderThatStopsReadingDoesNotKeepItFromEnding) {
+  const LiveFolder folder;
+  RunningProgram program(
+      folder.path(), {"live", "--solver", "gn.json", "--input", "replay:frames.h5@500", "--repeat",
+                      "1000", "--images", "--record", "record.h5"});
+  ASSERT_FALSE(program.event("begin").is_null()) << program.errors();
+  ASSERT_TRUE(program.line());
+  // A pipe holds 64 kB, which are six of these lines.
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.exit_code(), 0) << program.errors();
+  EXPECT_NE(program.errors().find("it was told to end"), std::string::npos) << program.errors();
+  expect_closed(folder.path(), "record.h5");
+}
+
+TEST(LiveProgram, WhatCannotBeUsedIsRefusedWithTheRemedy) {
+  const LiveFolder folder;
+  write_text(folder / "text.h5", "no HDF5");
+  const std::string gn = "live --solver gn.json ";
+  const std::pair<std::string, std::string> cases[] = {
+      {gn + "--input frames.h5", "--input: must be -, udp://HOST:PORT"},
+      {gn + "--input replay:absent.h5", "absent.h5: does not exist"},
+      {gn + "--input replay:text.h5", "text.h5: cannot be opened as HDF5"},
+      {gn + "--input replay:frames.h5@0", "must be > 0"},
+      {gn + "--input serial:/dev/null@77 --reference model", "no baud rate of 77; there are 9600"},
+      {gn + "--input serial:/dev/null --reference model", "/dev/null: is no serial line"},
+      {gn + "--input udp://127.0.0.1:9 --lossless --reference model", "--lossless"},
+      {gn + "--input udp://192.0.2.1:9000 --reference model", "cannot be listened at"},
+      {gn + "--input -", "give --background N"},
+      {gn + "--input - --reference frames.h5 --background 3", "--background and --reference"},
+      {gn + "--input replay:frames.h5 --http 8080", "--http: must be HOST:PORT"},
+      {gn + "--input replay:frames.h5 --http 192.0.2.1:80", "cannot be listened at"},
+      {gn + "--input replay:frames.h5 --quiet frames.h5", "frames.h5@RATE"},
+      {gn + "--input replay:frames.h5 --forces frames.h5", "no frame with one touch"},
+      {gn + "--input replay:frames.h5 --record /proc/nowhere/r.h5",
+       "there is no folder /proc/nowhere"},
+      {"live --solver absent.json --input replay:frames.h5", "absent.json"},
+      {"live --input -", "--solver is required"},
+  };
+  for (const auto& [arguments, part] : cases) {
+    const Outcome outcome = run_program(folder.path(), arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.output;
+    EXPECT_NE(outcome.output.find(part), std::string::npos) << arguments << "\n" << outcome.output;
+  }
+}
+
+}  // namespace
+}  // namespace ertbench

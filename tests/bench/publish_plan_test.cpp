@@ -1,0 +1,65 @@
+#include "bench/publish/publish_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bench/charts/chart_types.h"
+#include "bench/experiment/fit_recipe.h"
+#include "core/build.h"
+#include "core/build_stamp.h"
+#include "solvers/registry/registry.h"
+#include "tests/bench/small_experiment.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+using nlohmann::json;
+
+TEST(PublishPlan, CountsTheFitsThatAreOfOtherCode) {
+  const TemporaryFolder folder("plan");
+  json experiment = small_experiment();
+  experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}},
+                           {{"type", "tsvd"}, {"label", "another"}, {"rank", 20}}};
+  write_text(folder / "e.json", experiment.dump());
+  fs::create_directories(folder / "results/published/e");
+  write_text(folder / "results/published/e/summary.json",
+             json{{"rows", {{{"label", "tsvd"}, {"fit_s", 7200}}}}}.dump());
+  SolverRegistry registry;
+  const Experiment e = read_experiment(folder / "e.json", registry, chart_types());
+  const Cache cache(folder / "cache");
+  const auto plan = [&] {
+    PublishPlan out(folder.path(), cache);
+    out.add(e);
+    return out;
+  };
+  /// Cells of the experiment's row: its name, fits, kept, hours, of unknown length.
+  const auto row = [&] {
+    std::vector<std::string> cells;
+    const Table table = plan().table();
+    for (const Cell& cell : table.sections.at(0).rows.at(0)) cells.push_back(cell.text);
+    return cells;
+  };
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1"}));
+
+  const fs::path fitted = cache.fitted_solver(fit_recipe(e, e.solvers.at(1)));
+  fs::create_directories(fitted.parent_path());
+  write_text(fitted, "");
+  BuildStamp stamp = stamp_of_this_build(this_build().fit_codes.at("solvers/linear"));
+  stamp.dirty = false;
+  const auto note = [&] {
+    write_text(fitted.string() + ".json", json{{"build", to_json(stamp)}, {"fit_s", 3600}}.dump());
+  };
+  note();
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "1", "2.00", "0"}));
+  // Made by code that is no longer this one's: again, and for as long.
+  stamp.code = "solvers/linear 0123";
+  note();
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "3.00", "0"}));
+  write_text(fitted.string() + ".json", "{");
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1"}));
+}
+
+}  // namespace
+}  // namespace ertbench

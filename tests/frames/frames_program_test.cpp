@@ -1,0 +1,380 @@
+// Frames of one's own through the program: from file to image, calibration and score, and the lines
+// of docs/own_frames.md in the programs that they are for.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bench/frames/calibration.h"
+#include "core/csv_field.h"
+#include "core/hdf5_file.h"
+#include "tests/bench/program.h"
+#include "tests/bench/small_experiment.h"
+#include "tests/frames/frames_testing.h"
+
+namespace ertbench::testing {
+namespace {
+
+constexpr double pressed_x = 0.4;
+constexpr double pressed_y = -0.3;
+constexpr double near_mm = 17;  ///< two pixels
+
+/// Twenty frames without contact, noise of 1e-5 V, then three of a disc at (pressed_x, pressed_y).
+Frames measured_frames(const Sensor& sensor) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0, 1e-5);
+  const Eigen::RowVectorXd reference = BorderModel(sensor).reference_voltages().transpose();
+  const RowMajorMatrix change = changes_by_discs(sensor, {{pressed_x, pressed_y}});
+  Frames frames(23, sensor.channels());
+  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+    frames.row(f) = reference;
+    if (f >= 20) frames.row(f) += change.row(0);
+    for (double& v : frames.row(f)) v += noise(random);
+  }
+  return frames;
+}
+
+void write_csv(const fs::path& file, const Frames& frames) {
+  std::ofstream out(file);
+  out.precision(12);
+  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+    for (Eigen::Index c = 0; c < frames.cols(); ++c) out << (c ? "," : "") << frames(f, c);
+    out << '\n';
+  }
+}
+
+/// Where the image of a frame is strongest, mm.
+Eigen::Vector2d strongest(const fs::path& images, std::uint64_t frame) {
+  const Hdf5File file = Hdf5File::open(images);
+  const Eigen::VectorXd x = file.read_vector("/x_mm");
+  const Eigen::VectorXd y = file.read_vector("/y_mm");
+  Eigen::Index at = 0;
+  file.read_rows("/conductivity_change", frame, 1).row(0).cwiseAbs().maxCoeff(&at);
+  return {x[at % x.size()], y[at / x.size()]};
+}
+
+const std::string solver = R"({"type": "one-step-gn", "prior": "noser", "lambda": 0.1})";
+
+TEST(FramesProgram, ContactsAndTheLevelOfTheSheetAreWritten) {
+  const TemporaryFolder folder("contacts");
+  Frames frames = measured_frames({});
+  constexpr double risen = 0.03;
+  frames.bottomRows(1) /= 1 + risen;  // all of the sheet conducts better
+  write_csv(folder / "frames.csv", frames);
+  write_text(folder / "contacts.json",
+             R"({"type": "contacts", "shape": "disc", "prior_weight": 1, "noise": 1e-5,
+                 "nuisances": {"level": 0.1}})");
+  const Outcome images = run_program(folder.path(),
+                                     "reconstruct --solver contacts.json --input frames.csv "
+                                     "--background 0-19 --output images.h5");
+  ASSERT_EQ(images.exit_code, 0) << images.output;
+  const Hdf5File file = Hdf5File::open(folder / "images.h5");
+  EXPECT_EQ(file.shape("/contacts"), (std::vector<std::uint64_t>{23, 8, 6}));
+  const RowMajorMatrix contacts = file.read_rows("/contacts", 0, 23, true);
+  const RowMajorMatrix level = file.read_rows("/level", 0, 23);
+  for (Eigen::Index f = 0; f < 20; ++f) EXPECT_TRUE(std::isnan(contacts(f, 0))) << f;
+  for (const Eigen::Index f : {20, 22}) {
+    EXPECT_NEAR(contacts(f, 0), 100 * pressed_x, 1) << f;
+    EXPECT_NEAR(contacts(f, 1), 100 * pressed_y, 1) << f;
+    EXPECT_GT(contacts(f, 2), 0) << f;
+    EXPECT_LT(contacts(f, 3), 0.06) << f;
+    EXPECT_LT(contacts(f, 4), 1) << f;
+    EXPECT_TRUE(std::isnan(contacts(f, 6))) << "a second contact";
+  }
+  EXPECT_NEAR(level(20, 0), 0, 0.003);
+  EXPECT_NEAR(level(22, 0), risen, 0.003);
+}
+
+TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
+  const TemporaryFolder folder("csv");
+  const Frames frames = measured_frames({});
+  write_csv(folder / "frames.csv", 1e3 * frames);
+  write_text(folder / "gn.json", solver);
+  write_text(folder / "sensor.json", R"({"electrode_count": 16})");
+  const std::string command =
+      "reconstruct --solver gn.json --sensor sensor.json --input frames.csv --background 0-19 "
+      "--output images.h5 --png images.png --csv images.csv";
+
+  // Taken for volts, nothing is imaged.
+  const Outcome wrong = run_program(folder.path(), command);
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.output.find("millivolts for volts; --unit mV"), std::string::npos)
+      << wrong.output;
+  EXPECT_NE(wrong.output.find("--fix reads the frames so"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "images.h5"));
+
+  const Outcome right = run_program(folder.path(), command + " --unit mV");
+  ASSERT_EQ(right.exit_code, 0) << right.output;
+  EXPECT_NE(right.output.find("cannot be seen"), std::string::npos) << right.output;
+  EXPECT_LT(
+      (strongest(folder / "images.h5", 21) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
+      near_mm);
+  EXPECT_EQ(read_text(folder / "images.png").substr(1, 3), "PNG");
+  const RowMajorMatrix declared =
+      Hdf5File::open(folder / "images.h5").read_rows("/conductivity_change", 0, 23);
+  {
+    const Hdf5File images = Hdf5File::open(folder / "images.h5");
+    const auto source = nlohmann::json::parse(images.read_text("/", "source"));
+    EXPECT_EQ(source.at("input").at("format"), "CSV");
+    EXPECT_EQ(source.at("input").at("checksum").get<std::string>().size(), 32u);
+    EXPECT_EQ(source.at("unit"), "mV");
+    EXPECT_EQ(source.at("mended"), false);
+    EXPECT_EQ(nlohmann::json::parse(images.read_text("/", "sensor")).at("electrode_count"), 16);
+    EXPECT_LT((images.read_vector("/reference_voltages").transpose() -
+               frames.topRows(20).colwise().mean())
+                  .norm(),
+              1e-9);
+  }
+  const auto lines = csv_lines(read_text(folder / "images.csv"));
+  ASSERT_EQ(lines.size(), 24u);
+  ASSERT_EQ(lines[22].size(), 3u + 576);
+  EXPECT_EQ(lines[0][3 + 25], "r1c1");
+  EXPECT_EQ(std::stod(lines[22][3 + 100]), declared(21, 100));
+
+  // Mended, the images are the same.
+  const Outcome fixed = run_program(folder.path(), command + " --fix");
+  ASSERT_EQ(fixed.exit_code, 0) << fixed.output;
+  const Hdf5File images = Hdf5File::open(folder / "images.h5");
+  EXPECT_LT((images.read_rows("/conductivity_change", 0, 23) - declared).norm(),
+            1e-9 * declared.norm());
+  EXPECT_EQ(nlohmann::json::parse(images.read_text("/", "source")).at("mended"), true);
+  EXPECT_EQ(run_program(folder.path(), command + " --force").exit_code, 0);
+}
+
+TEST(FramesProgram, WrongUseEndsWithCodeTwoAndARemedy) {
+  const TemporaryFolder folder("wrong");
+  write_csv(folder / "frames.csv", measured_frames({}));
+  Frames shuffled = measured_frames({});
+  std::mt19937 random(1);
+  std::shuffle(shuffled.data(), shuffled.data() + shuffled.size(), random);
+  write_csv(folder / "shuffled.csv", shuffled);
+  write_text(folder / "gn.json", solver);
+  write_text(folder / "old.mat", "MATLAB 5.0 MAT-file");
+  write_text(folder / "words.csv", "1,2\nthree,4\n");
+  write_text(folder / "letter.png", "Dear diary");
+  write_text(folder / "bad.json", R"({"electrodes": 16})");
+  const std::string to = " --output o.h5";
+  const std::string start = "reconstruct --solver gn.json --input ";
+  const std::pair<std::string, const char*> calls[] = {
+      {start + "frames.csv" + to, "--background"},
+      {start + "frames.csv --background 0-40" + to, "not among the 23"},
+      {start + "frames.csv --background none.csv" + to, "none.csv: does not exist"},
+      {start + "frames.csv --background 0-19 --unit kV" + to, "--unit: must be V, mV or uV"},
+      {start + "frames.csv --background 0-19 --channels full" + to, "[N, 256]"},
+      {start + "frames.csv --background 0-19 --sensor bad.json" + to, "bad.json: /electrodes"},
+      {start + "frames.csv --background 0-19 --dataset x" + to, "leave --dataset out"},
+      {start + "frames.csv --background 0-19 --calibration gn.json" + to,
+       "gn.json: /: is no calibration"},
+      {start + "frames.csv --background 0-19 --png letter.png" + to, "is no picture (PNG)"},
+      {start + "frames.csv --background 0-19 --png a.jpg" + to, "must end in .png"},
+      {start + "frames.csv --background 0-19 --csv letter.png" + to, "is no table of images"},
+      {start + "shuffled.csv --background 0-19 --fix" + to, "--force images them as they are"},
+      {start + "old.mat" + to, "save('-v7.3', ...)"},
+      {start + "words.csv" + to, "words.csv: line 2, column 1: must be a number"},
+      {"calibrate frames.csv --rows 0-5 --out c.json", "choose by --rows"},
+      {"calibrate frames.csv --rows five --out c.json", "--rows: must be FIRST-LAST"},
+      {"calibrate shuffled.csv --out c.json", "nothing was calibrated"},
+      {"calibrate frames.csv --out gn.json", "is no calibration"},
+      {"score frames.csv frames.csv", "frames.csv: cannot be opened as HDF5"},
+  };
+  for (const auto& [arguments, message] : calls) {
+    const Outcome outcome = run_program(folder.path(), arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << ": " << outcome.output;
+    EXPECT_NE(outcome.output.find(message), std::string::npos)
+        << arguments << ": " << outcome.output;
+    EXPECT_FALSE(fs::exists(folder / "o.h5"));
+    EXPECT_FALSE(fs::exists(folder / "c.json"));
+  }
+  for (const std::string command : {"calibrate", "score"}) {
+    const Outcome help = run_program(folder.path(), command + " --help");
+    EXPECT_NE(help.output.find("Example:\n  ertbench "), std::string::npos);
+  }
+}
+
+TEST(FramesProgram, ACalibrationChoosesParametersAndJudgesFrames) {
+  const TemporaryFolder folder("calibrate");
+  const Frames frames = measured_frames({});
+  write_csv(folder / "frames.csv", 1.25 * frames);
+  write_text(folder / "auto.json", R"({"type": "one-step-gn", "lambda": "auto"})");
+  const Outcome calibrated =
+      run_program(folder.path(), "calibrate frames.csv --rows 0-19 --out c.json");
+  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.output;
+  const Calibration c = read_calibration(folder / "c.json");
+  EXPECT_NEAR(c.background, 0.06 / 1.25, 1e-5);
+  EXPECT_NEAR(c.noise.norm() / std::sqrt(208.0), 1.25e-5, 1e-6);
+  EXPECT_NE(calibrated.output.find("noise of a channel  1.2e-05 V (rms)"), std::string::npos)
+      << calibrated.output;
+
+  const std::string command = "reconstruct --solver auto.json --input frames.csv --output o.h5";
+  EXPECT_NE(run_program(folder.path(), command + " --background 0-19").output.find("auto.json: "),
+            std::string::npos);
+  const Outcome outcome = run_program(folder.path(), command + " --calibration c.json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(outcome.output.find("reads zero alone"), std::string::npos) << outcome.output;
+  const Hdf5File images = Hdf5File::open(folder / "o.h5");
+  EXPECT_GT(nlohmann::json::parse(images.read_text("/", "solver")).at("lambda").get<double>(), 0);
+  EXPECT_LT((strongest(folder / "o.h5", 22) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
+            near_mm);
+  // Frames with five times the noise are found out; those that were calibrated on are not, but for
+  // the false alarms of a check that was fitted on a few hundred scenes.
+  EXPECT_LE((images.read_vector("/status").head(20).array() != 0).count(), 3);
+  std::mt19937 random(9);
+  std::normal_distribution<double> noise(0, 5 * 1.25e-5);
+  Frames noisy = 1.25 * frames;
+  for (double& v : noisy.reshaped()) v += noise(random);
+  write_csv(folder / "frames.csv", noisy);
+  const Outcome suspected = run_program(folder.path(), command + " --calibration c.json");
+  EXPECT_NE(suspected.output.find("23 with more noise"), std::string::npos) << suspected.output;
+
+  // In an experiment, in place of a validation set.
+  nlohmann::json experiment = small_experiment();
+  experiment["datasets"].erase("validation");
+  experiment["solvers"] = {{{"type", "one-step-gn"}, {"lambda", "auto"}}};
+  experiment["calibration"] = "c.json";
+  write_text(folder / "own.json", experiment.dump());
+  const Outcome ran = run_program(folder.path(), "run own.json --out own");
+  ASSERT_EQ(ran.exit_code, 0) << ran.output;
+  experiment["sensor"] = {{"electrode_count", 8}};
+  write_text(folder / "own.json", experiment.dump());
+  EXPECT_NE(run_program(folder.path(), "run own.json").output.find("c.json: /sensor: is another"),
+            std::string::npos);
+}
+
+TEST(FramesProgram, ScoresAreThoseOfARun) {
+  const TemporaryFolder folder("score");
+  nlohmann::json experiment = small_experiment();
+  experiment["datasets"].erase("validation");
+  experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}}};
+  write_text(folder / "small.json", experiment.dump());
+  write_text(folder / "tsvd.json", experiment["solvers"][0].dump());
+  for (const char* command :
+       {"run small.json --out out", "generate small.json --dataset test --out test.h5",
+        "reconstruct --solver tsvd.json --input test.h5 --output images.h5",
+        "score images.h5 test.h5 --json scores.json"}) {
+    const Outcome outcome = run_program(folder.path(), command);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  }
+  const auto scores = nlohmann::json::parse(read_text(folder / "scores.json"));
+  const nlohmann::json row = row_of(summary_of(folder / "out"), "tsvd");
+  // Without a validation set the rule that reads contacts is the default one in both.
+  for (const auto& [name, expected] : row.at("metrics").items()) {
+    const nlohmann::json& found = scores.at("metrics").at(name);
+    for (const char* what : {"mean", "median"}) {
+      EXPECT_NEAR(found.at(what).get<double>(), expected.at(what).get<double>(),
+                  1e-9 * std::abs(expected.at(what).get<double>()) + 1e-12)
+          << name << " " << what;
+    }
+    EXPECT_EQ(found.at("undefined"), expected.at("undefined")) << name;
+  }
+
+  // The truth itself, as images from elsewhere without scenes, is perfect but for what is counted.
+  {
+    const Hdf5File truth = Hdf5File::open(folder / "test.h5");
+    RowMajorMatrix images = truth.read_rows("/conductivity", 0, 40);
+    Hdf5File bare = Hdf5File::create(folder / "bare.h5");
+    bare.create_dataset("/conductivity", {40, 24, 24});
+    bare.write_rows("/conductivity", 0, images);
+    images.row(7).setConstant(NAN);
+    Hdf5File perfect = Hdf5File::create(folder / "perfect.h5");
+    perfect.create_dataset("/conductivity", {40, 24, 24});
+    perfect.write_rows("/conductivity", 0, images);
+    Hdf5File fewer = Hdf5File::create(folder / "fewer.h5");
+    fewer.create_dataset("/conductivity_change", {39, 24, 24});
+    fewer.write_rows("/conductivity_change", 0, images.topRows(39));
+  }
+  const Outcome perfect = run_program(folder.path(), "score perfect.h5 bare.h5 --json scores.json");
+  ASSERT_EQ(perfect.exit_code, 0) << perfect.output;
+  const auto best = nlohmann::json::parse(read_text(folder / "scores.json"));
+  EXPECT_EQ(best.at("undefined_frames"), 1);
+  for (const auto& [name, ideal] : {std::pair("AR", 1.0),
+                                    {"relative_error", 0.0},
+                                    {"RIE", 0.0},
+                                    {"found", 1.0},
+                                    {"ghosts", 0.0},
+                                    {"precision", 1.0}}) {
+    EXPECT_NEAR(best.at("metrics").at(name).at("mean").get<double>(), ideal, 1e-9) << name;
+    EXPECT_EQ(best.at("metrics").at(name).at("undefined"), 1) << name;
+  }
+  const Outcome fewer = run_program(folder.path(), "score fewer.h5 bare.h5");
+  EXPECT_EQ(fewer.exit_code, 2);
+  EXPECT_NE(fewer.output.find("holds 39 images"), std::string::npos) << fewer.output;
+}
+
+/// The first block of code in a language on the page.
+std::string lines_of_page(const std::string& language) {
+  const std::string page = read_text(ERTBENCH_SOURCE_DIR "/docs/own_frames.md");
+  const std::size_t start = page.find("```" + language + "\n") + language.size() + 4;
+  return page.substr(start, page.find("```", start) - start);
+}
+
+Eigen::Vector2d place_said(const std::string& output) {
+  const std::size_t at = output.find("strongest at ");
+  Eigen::Vector2d place(1e9, 1e9);
+  if (at != std::string::npos)
+    std::sscanf(output.c_str() + at, "strongest at %lf %lf", &place[0], &place[1]);
+  return place;
+}
+
+bool runs(const std::string& command) {
+  return std::system((command + " >/dev/null 2>&1 </dev/null").c_str()) == 0;
+}
+
+Outcome run_lines(const fs::path& folder, const std::string& interpreter, const std::string& file) {
+  return run_program(folder, quoted((folder / file).string()), interpreter);
+}
+
+/// A frame with a contact at a known place, as the page's lines see it.
+void make_images(const TemporaryFolder& folder) {
+  write_csv(folder / "frames.csv", measured_frames({}).bottomRows(1));
+  write_csv(folder / "empty.csv", measured_frames({}).topRows(20));
+  write_text(folder / "gn.json", solver);
+  const Outcome outcome = run_program(folder.path(),
+                                      "reconstruct --solver gn.json --input frames.csv "
+                                      "--background empty.csv --output images.h5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+}
+
+TEST(FramesProgram, ImagesOpenUprightInPython) {
+  const char* const python = "/usr/bin/python3";
+  if (!runs(std::string(python) + " -c 'import h5py'")) {
+    GTEST_SKIP() << "needs the packages python3 and python3-h5py";
+  }
+  const TemporaryFolder folder("python");
+  make_images(folder);
+  write_text(folder / "lines.py", lines_of_page("python"));
+  const Outcome said = run_lines(folder.path(), python, "lines.py");
+  EXPECT_LT((place_said(said.output) - strongest(folder / "images.h5", 0)).norm(), 1e-3)
+      << said.output;
+  EXPECT_LT((place_said(said.output) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
+            near_mm);
+}
+
+TEST(FramesProgram, ImagesOpenUprightInOctaveAndItsFramesAreRead) {
+  const char* const octave = "/usr/bin/octave-cli";
+  if (!runs(std::string(octave) + " --version")) GTEST_SKIP() << "needs the package octave";
+  const TemporaryFolder folder("octave");
+  make_images(folder);
+  write_text(folder / "page_lines.m", lines_of_page("octave"));
+  const Outcome said = run_lines(folder.path(), octave, "page_lines.m");
+  EXPECT_LT((place_said(said.output) - strongest(folder / "images.h5", 0)).norm(), 1e-3)
+      << said.output;
+
+  // The way back: frames that Octave saves are those that it loaded.
+  write_text(folder / "write_frames.m",
+             "voltages = csvread('frames.csv'); reference_voltages = mean(csvread('empty.csv'))';\n"
+             "save('-hdf5', 'frames.mat', 'voltages', 'reference_voltages');\n");
+  // Octave's exit code tells of its plotting libraries, too.
+  const Outcome saved = run_lines(folder.path(), octave, "write_frames.m");
+  ASSERT_TRUE(fs::exists(folder / "frames.mat")) << saved.output;
+  const RowMajorMatrix before =
+      Hdf5File::open(folder / "images.h5").read_rows("/conductivity_change", 0, 1);
+  const Outcome again = run_program(
+      folder.path(), "reconstruct --solver gn.json --input frames.mat --output images.h5");
+  ASSERT_EQ(again.exit_code, 0) << again.output;
+  const Hdf5File images = Hdf5File::open(folder / "images.h5");
+  EXPECT_LT((images.read_rows("/conductivity_change", 0, 1) - before).norm(), 1e-9 * before.norm());
+  EXPECT_NE(images.read_text("/", "source").find("Octave HDF5"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ertbench::testing
