@@ -60,6 +60,8 @@ void set_build(const std::optional<BuildStamp>& build, const std::string& code,
 
 CachedThing dataset_at(const fs::path& file) {
   CachedThing thing{"dataset", file, {file}};
+  const fs::path epochs = fs::path(file).replace_extension(".epochs");
+  if (fs::exists(epochs)) thing.files.push_back(epochs);
   std::optional<BuildStamp> build;
   try {
     build = DatasetFile(file).build();

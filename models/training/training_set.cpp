@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/errors.h"
-#include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/noise.h"
 #include "models/training/sheet_mask.h"
@@ -21,7 +19,6 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
     : spec_(file.spec()),
       standardisation_(standardisation),
       seed_(settings.seed),
-      new_scenes_(settings.new_scenes),
       faults_(settings.faults),
       symmetries_(ertbench::symmetries(file.sensor())),
       reference_(file.reference_voltages()),
@@ -29,37 +26,28 @@ TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standar
       truths_(file.size(), file.sensor().pixels()),
       mask_(sheet_mask(file.sensor())) {
   if (!settings.symmetries) symmetries_.resize(1);
-  if (new_scenes_) {
-    if (std::holds_alternative<std::vector<Scene>>(spec_.scenes) || spec_.sequences() ||
-        spec_.measured()) {
-      throw InputError(file.path().string() +
-                       ": its scenes are listed, measured or move, so that \"new_scenes\" cannot "
-                       "draw others; leave "
-                       "it out or give the training set a distribution");
-    }
-    model_ = std::make_unique<SceneModel>(spec_.sensor, spec_.model);
-  }
+  if (settings.new_scenes) new_scenes_ = std::make_unique<EpochScenes>(file);
   for (std::uint64_t first = 0; first < size(); first += scenes_at_a_time) {
     const std::uint64_t count = std::min(scenes_at_a_time, size() - first);
-    set_scenes(first, file.clean_voltages(first, count), file.conductivity(first, count));
+    const auto row = static_cast<Eigen::Index>(first);
+    const auto rows = static_cast<Eigen::Index>(count);
+    clean_.middleRows(row, rows) = file.clean_voltages(first, count).cast<float>();
+    truths_.middleRows(row, rows) =
+        ((1 - file.conductivity(first, count).array() / spec_.sensor.background) /
+         standardisation_.image)
+            .cast<float>();
   }
-}
-
-void TrainingSet::set_scenes(std::uint64_t first, const Frames& clean, const Images& conductivity) {
-  const auto row = static_cast<Eigen::Index>(first);
-  clean_.middleRows(row, clean.rows()) = clean.cast<float>();
-  truths_.middleRows(row, clean.rows()) =
-      ((1 - conductivity.array() / spec_.sensor.background) / standardisation_.image).cast<float>();
 }
 
 void TrainingSet::begin_epoch(std::uint64_t epoch) {
   epoch_ = epoch;
   if (new_scenes_ && scenes_of_epoch_ != epoch) {
-    for (std::uint64_t first = 0; first < size(); first += scenes_at_a_time) {
-      const std::uint64_t count = std::min(scenes_at_a_time, size() - first);
-      const DatasetBlock made = generate_block(spec_, *model_, epoch * size() + first, count);
-      set_scenes(first, made.clean_voltages, made.conductivity);
-    }
+    const auto image = static_cast<float>(standardisation_.image);
+    new_scenes_->read(epoch, [&](std::uint64_t first, const EpochScenes::Block& block) {
+      const auto row = static_cast<Eigen::Index>(first);
+      clean_.middleRows(row, block.clean.rows()) = block.clean;
+      truths_.middleRows(row, block.change.rows()) = block.change / image;
+    });
     scenes_of_epoch_ = epoch;
   }
   order_.resize(size());

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "forward/data/dataset_spec.h"
-#include "forward/data/scene_model.h"
 #include "forward/sheet/symmetry.h"
+#include "models/training/epoch_scenes.h"
 #include "models/training/standardisation.h"
 #include "models/training/training_settings.h"
 
@@ -27,8 +27,8 @@ struct TrainingBatch {
 class TrainingSet {
  public:
   /// Reads the whole file: 3.1 kB a scene. With `new_scenes` later epochs draw scenes that continue
-  /// the file's own random sequence. Throws InputError where the scenes are listed and cannot be
-  /// drawn anew.
+  /// the file's own random sequence (EpochScenes). Throws InputError where they cannot be drawn
+  /// anew.
   TrainingSet(const DatasetFile& file, const Standardisation& standardisation,
               const TrainingSettings& settings);
 
@@ -43,17 +43,14 @@ class TrainingSet {
   TrainingBatch batch(std::uint64_t first, std::uint64_t count) const;
 
  private:
-  using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-  void set_scenes(std::uint64_t first, const Frames& clean, const Images& conductivity);
+  using FloatRows = EpochScenes::FloatRows;
 
   DatasetSpec spec_;
   Standardisation standardisation_;
   std::uint64_t seed_;
-  bool new_scenes_;
   TrainingFaults faults_;
-  std::vector<Symmetry> symmetries_;  ///< the identity alone where they are off
-  std::unique_ptr<SceneModel> model_;
+  std::vector<Symmetry> symmetries_;         ///< the identity alone where they are off
+  std::unique_ptr<EpochScenes> new_scenes_;  ///< null where every epoch has the file's
   Eigen::VectorXd reference_;
   FloatRows clean_;   ///< [scenes, channels] V
   FloatRows truths_;  ///< [scenes, pixels] y
