@@ -53,6 +53,14 @@ std::string marks_of(const SpeedPoint& point) {
   return text;
 }
 
+std::string wish_of(const WithinMargin& within) {
+  return "the fastest within " + fixed(100 * within.margin, 0) + " % of the least error";
+}
+
+std::string wish_of(const WithinBudget& budget) {
+  return "the least error with p99 within " + time_text(budget.us);
+}
+
 std::vector<Cell> choice_row(const std::string& wish, const SpeedAccuracy& chart,
                              const std::optional<std::size_t>& choice) {
   if (!choice) return {wish, "none", dash, dash, dash};
@@ -71,13 +79,10 @@ TableSection choices(const SpeedAccuracy& chart) {
                      "p50",
                      "p99"};
   for (const WithinMargin& within : chart.margins) {
-    section.rows.push_back(
-        choice_row("the fastest within " + fixed(100 * within.margin, 0) + " % of the least error",
-                   chart, within.point));
+    section.rows.push_back(choice_row(wish_of(within), chart, within.point));
   }
   for (const WithinBudget& budget : chart.budgets) {
-    section.rows.push_back(
-        choice_row("the least error with p99 within " + time_text(budget.us), chart, budget.point));
+    section.rows.push_back(choice_row(wish_of(budget), chart, budget.point));
   }
   return section;
 }
@@ -182,6 +187,39 @@ Table speed_table(const SpeedAccuracy& chart, const std::string& title) {
   if (!chart.right_sizes.empty()) table.sections.push_back(right_sizes(chart));
   table.sections.push_back(configurations(chart));
   return table;
+}
+
+TableSection speed_choices(const SpeedAccuracy& chart) {
+  TableSection section;
+  section.columns = {{"choice", Align::left},
+                     "margin",
+                     "budget_us",
+                     {"label", Align::left},
+                     "error",
+                     "error_low",
+                     "error_high",
+                     "p50_us",
+                     "p99_us"};
+  const auto add = [&](const std::string& wish, std::optional<double> margin,
+                       std::optional<double> budget, const std::optional<std::size_t>& choice) {
+    const SpeedPoint point = choice ? chart.points[*choice] : SpeedPoint{};
+    const auto end = [&](double Interval::*which) -> std::optional<double> {
+      return point.error_ci95 ? std::optional((*point.error_ci95).*which) : std::nullopt;
+    };
+    const auto time = [&](double LatencySummary::*which) -> std::optional<double> {
+      return point.latency ? std::optional((*point.latency).*which) : std::nullopt;
+    };
+    section.rows.push_back(
+        {wish, exact_cell(margin), exact_cell(budget), point.label, exact_cell(point.error),
+         exact_cell(end(&Interval::low)), exact_cell(end(&Interval::high)),
+         exact_cell(time(&LatencySummary::p50)), exact_cell(time(&LatencySummary::p99))});
+  };
+  for (const WithinMargin& within : chart.margins) {
+    add(wish_of(within), within.margin, {}, within.point);
+  }
+  for (const WithinBudget& budget : chart.budgets)
+    add(wish_of(budget), {}, budget.us, budget.point);
+  return section;
 }
 
 }  // namespace ertbench

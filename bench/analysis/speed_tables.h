@@ -11,4 +11,8 @@ namespace ertbench {
 /// and every configuration with its numbers; above them how they are to be read.
 Table speed_table(const SpeedAccuracy& chart, const std::string& title);
 
+/// What to take, for programs and pages: choice, margin or budget_us, label, the median error on
+/// the test set with its interval, p50_us and p99_us; a row for every choice of the first table.
+TableSection speed_choices(const SpeedAccuracy& chart);
+
 }  // namespace ertbench

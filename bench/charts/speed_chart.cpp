@@ -69,6 +69,7 @@ void SpeedChart::draw(std::span<const ResultRow> rows, const std::string& title,
   const SpeedAccuracy answer = speed_accuracy_of(question_, rows);
   draw_speed_figure(answer, title, folder / name());
   write_file_atomically(folder / (name() + ".md"), markdown_of(speed_table(answer, title)));
+  write_file_atomically(folder / (name() + "_choices.csv"), csv_of(speed_choices(answer)));
 }
 
 std::string SpeedChart::caption() const {

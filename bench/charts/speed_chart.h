@@ -10,7 +10,8 @@ namespace ertbench {
 
 /// Error against time, with the tables that belong to it: `{"type": "speed-accuracy", "name",
 /// "solvers", "metric", "dataset", "budgets_us", "break_even_against": [labels]}`. Its tables also
-/// stand in `name`.md, what it recommends in summary.json under "speed_accuracy".
+/// stand in `name`.md, what it recommends in `name`_choices.csv and in summary.json under
+/// "speed_accuracy".
 class SpeedChart : public Chart {
  public:
   static constexpr const char* type = "speed-accuracy";

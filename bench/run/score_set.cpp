@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -40,33 +41,68 @@ bool is_finite(const FoundContact& contact) {
          std::isfinite(contact.peak) && std::isfinite(contact.area);
 }
 
-/// The contacts of some frames: those that the solver knows, else those that the rule reads out of
-/// its images.
-class Contacts {
- public:
-  Contacts(const Sensor& sensor, const Solver& solver, const ContactRule& rule)
-      : finder_(solver.contact_finder()), rule_(rule), reader_(sensor) {}
+/// What a solver makes of some frames.
+struct Answers {
+  Answers(std::size_t frames, int pixels)
+      : images(static_cast<Eigen::Index>(frames), pixels), reports(frames), contacts(frames) {}
+  Images images;
+  std::vector<FrameReport> reports;
+  std::vector<std::vector<FoundContact>> contacts;
+};
 
-  std::vector<std::vector<FoundContact>> of(const Frames& changes, const Images& images,
-                                            std::span<const FrameReport> reports) {
-    std::vector<std::vector<FoundContact>> found(reports.size());
-    if (finder_) {
-      finder_->find_contacts(changes, found);
+/// Asks a solver for the frames of a set in their order: for many at a time where each stands
+/// alone, and one by one, in a stream for each sequence, where they move. Contacts are those that
+/// the solver knows, else those that the rule reads out of its images.
+class Reconstruction {
+ public:
+  Reconstruction(const Sensor& sensor, const Solver& solver, const ContactRule& rule)
+      : solver_(solver), finder_(solver.contact_finder()), rule_(rule), reader_(sensor) {}
+
+  /// `sequences` [frames]: of which sequence each is; empty where they do not move.
+  void ask(const Frames& changes, const Eigen::VectorXd& sequences, Answers& out) {
+    if (sequences.size() == 0) {
+      solver_.reconstruct(changes, out.images, out.reports);
+      if (finder_) finder_->find_contacts(changes, out.contacts);
+    } else {
+      for (Eigen::Index f = 0; f < changes.rows(); ++f) follow(changes, sequences[f], f, out);
+    }
+    for (std::size_t f = 0; f < out.contacts.size(); ++f) {
+      const auto image = out.images.row(static_cast<Eigen::Index>(f));
+      if (!finder_ && is_usable(out.reports[f], image)) {
+        reader_.read(rule_, image, out.contacts[f]);
+      }
       // A contact that is nowhere is none.
-      for (auto& contacts : found) std::erase_if(contacts, std::not_fn(is_finite));
-      return found;
+      std::erase_if(out.contacts[f], std::not_fn(is_finite));
     }
-    for (std::size_t f = 0; f < found.size(); ++f) {
-      const auto image = images.row(static_cast<Eigen::Index>(f));
-      if (is_usable(reports[f], image)) reader_.read(rule_, image, found[f]);
-    }
-    return found;
   }
 
  private:
+  void follow(const Frames& changes, double sequence, Eigen::Index f, Answers& out) {
+    if (!stream_ || sequence != sequence_) {
+      stream_ = solver_.open_stream();
+      sequence_ = sequence;
+    }
+    const auto i = static_cast<std::size_t>(f);
+    const std::vector<FoundContact>* known = nullptr;
+    if (stream_) {
+      stream_->reconstruct(changes.row(f), out.images.row(f), {&out.reports[i], 1});
+      known = stream_->contacts();
+    } else {
+      solver_.reconstruct(changes.row(f), out.images.row(f), {&out.reports[i], 1});
+    }
+    if (known) {
+      out.contacts[i] = *known;
+    } else if (finder_) {
+      finder_->find_contacts(changes.row(f), {&out.contacts[i], 1});
+    }
+  }
+
+  const Solver& solver_;
   const ContactFinder* finder_;
   ContactRule rule_;
   ContactReader reader_;
+  std::unique_ptr<FrameStream> stream_;
+  double sequence_ = 0;  ///< of the stream
 };
 
 /// Takes the frames in turn and keeps what is to be known of each.
@@ -139,22 +175,21 @@ ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Senso
   Scoring scoring(sensor, request, set.truth());
   std::optional<ExplainedChange> explained;
   if (request.keep_explained) explained.emplace(sensor, set.reference_voltages());
-  Contacts contacts(sensor, solver, request.rule);
+  Reconstruction reconstruction(sensor, solver, request.rule);
   for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
     const std::uint64_t count = std::min(scored_frames, set.size() - first);
     const Frames changes =
         set.voltages(first, count).rowwise() - set.reference_voltages().transpose();
     const Images truths = set.conductivity(first, count);
     const std::vector<Scene> scenes = set.scenes(first, count);
-    Images images(changes.rows(), sensor.pixels());
-    std::vector<FrameReport> reports(count);
-    solver.reconstruct(changes, images, reports);
-    const std::vector<std::vector<FoundContact>> found = contacts.of(changes, images, reports);
+    Answers answers(count, sensor.pixels());
+    reconstruction.ask(changes, set.sequences(first, count), answers);
     for (std::size_t i = 0; i < count; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      const bool explains = explained && is_usable(reports[i], images.row(row));
-      scoring.add(truths.row(row), images.row(row), scenes[i], reports[i], found[i],
-                  explains ? explained->of(changes.row(row), images.row(row)) : std::nullopt);
+      const auto image = answers.images.row(row);
+      const bool explains = explained && is_usable(answers.reports[i], image);
+      scoring.add(truths.row(row), image, scenes[i], answers.reports[i], answers.contacts[i],
+                  explains ? explained->of(changes.row(row), image) : std::nullopt);
     }
   }
   return scoring.result();

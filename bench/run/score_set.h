@@ -28,7 +28,8 @@ struct ScoreRequest {
   bool keep_explained = false;  ///< and what it explains of the change (ExplainedChange)
 };
 
-/// Reconstructs the set and scores every frame.
+/// Reconstructs the set and scores every frame. Frames that move are asked for as a stream, a new
+/// one for each sequence, so that a solver may use the last one.
 ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
                        const ScoreRequest& request);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "bench/record/provenance.h"
@@ -37,21 +38,38 @@ class TimedSet {
         timing_(timing),
         voltages_(set.voltages(
             0, std::min<std::uint64_t>(set.size(), static_cast<std::uint64_t>(timing.frames)))),
+        sequences_(set.sequences(0, static_cast<std::uint64_t>(voltages_.rows()))),
         reference_(set.reference_voltages().transpose()) {}
 
   /// One by one the frames `first` to `last` - 1, again from the beginning where the set has fewer;
-  /// µs each, from the raw voltages to the finished image.
+  /// µs each, from the raw voltages to the finished image. Those of sequences in a stream, as a
+  /// robot has them.
   std::vector<double> latencies(int first, int last) const {
     Frames change(1, voltages_.cols());
     Images image(1, pixels_);
+    std::unique_ptr<FrameStream> stream;
+    const auto begin_stream = [&](int frame) {
+      if (sequences_.size() > 0 && (!stream || sequence_of(frame) != sequence_of(frame - 1))) {
+        stream = solver_.open_stream();
+      }
+    };
     const auto one_frame = [&](Eigen::Index frame) {
       FrameReport report;
       change = voltages_.row(frame % voltages_.rows()) - reference_;
-      solver_.reconstruct(change, image, {&report, 1});
+      if (stream) {
+        stream->reconstruct(change, image, {&report, 1});
+      } else {
+        solver_.reconstruct(change, image, {&report, 1});
+      }
     };
-    for (int i = 0; i < timing_.warm_up; ++i) one_frame(first + i);
+    for (int i = 0; i < timing_.warm_up; ++i) {
+      begin_stream(first + i);
+      one_frame(first + i);
+    }
+    stream.reset();
     std::vector<double> microseconds;
     for (int i = first; i < last; ++i) {
+      begin_stream(i);
       const Clock::time_point start = Clock::now();
       one_frame(i);
       microseconds.push_back(1e6 * seconds_since(start));
@@ -86,10 +104,17 @@ class TimedSet {
   }
 
  private:
+  /// Of the frame with this number, which may be beyond the set or -1.
+  double sequence_of(int frame) const {
+    const Eigen::Index frames = voltages_.rows();
+    return sequences_[(frame + frames) % frames];
+  }
+
   const Solver& solver_;
   int pixels_;
   const TimingSettings& timing_;
   Frames voltages_;               ///< [frames, channels] V
+  Eigen::VectorXd sequences_;     ///< [frames], or empty where they do not move
   Eigen::RowVectorXd reference_;  ///< [channels] V
 };
 

@@ -118,6 +118,13 @@ TEST(SpeedAccuracy, ChoosesByMarginAndByBudget) {
   EXPECT_TRUE(label("within_budget", 0).is_null());  // nothing that fast
   EXPECT_EQ(label("within_budget", 1), "svd 40");    // gn's p99 is 6
   EXPECT_EQ(label("within_budget", 2), "net");       // p99 900
+
+  const std::string csv = csv_of(speed_choices(Sample().chart()));
+  EXPECT_EQ(csv.substr(0, csv.find('\n')),
+            "choice,margin,budget_us,label,error,error_low,error_high,p50_us,p99_us");
+  EXPECT_NE(csv.find("within 20 % of the least error,0.2,,net,0.4,"), std::string::npos) << csv;
+  EXPECT_NE(csv.find("\nthe least error with p99 within 5.00 µs,,5,svd 40,"), std::string::npos)
+      << csv;
 }
 
 /// A configuration that is the best on the validation set is recommended, with what it has on the
