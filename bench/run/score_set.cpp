@@ -63,21 +63,21 @@ class Reconstruction {
     if (sequences.size() == 0) {
       solver_.reconstruct(changes, out.images, out.reports);
       if (finder_) finder_->find_contacts(changes, out.contacts);
-    } else {
-      for (Eigen::Index f = 0; f < changes.rows(); ++f) follow(changes, sequences[f], f, out);
     }
-    for (std::size_t f = 0; f < out.contacts.size(); ++f) {
-      const auto image = out.images.row(static_cast<Eigen::Index>(f));
-      if (!finder_ && is_usable(out.reports[f], image)) {
-        reader_.read(rule_, image, out.contacts[f]);
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      const bool known = sequences.size() > 0 && follow(changes, sequences[f], f, out);
+      const auto i = static_cast<std::size_t>(f);
+      if (!known && !finder_ && is_usable(out.reports[i], out.images.row(f))) {
+        reader_.read(rule_, out.images.row(f), out.contacts[i]);
       }
       // A contact that is nowhere is none.
-      std::erase_if(out.contacts[f], std::not_fn(is_finite));
+      std::erase_if(out.contacts[i], std::not_fn(is_finite));
     }
   }
 
  private:
-  void follow(const Frames& changes, double sequence, Eigen::Index f, Answers& out) {
+  /// The next frame of a sequence; whether its stream knows the contacts.
+  bool follow(const Frames& changes, double sequence, Eigen::Index f, Answers& out) {
     if (!stream_ || sequence != sequence_) {
       stream_ = solver_.open_stream();
       sequence_ = sequence;
@@ -95,6 +95,7 @@ class Reconstruction {
     } else if (finder_) {
       finder_->find_contacts(changes.row(f), {&out.contacts[i], 1});
     }
+    return known != nullptr;
   }
 
   const Solver& solver_;

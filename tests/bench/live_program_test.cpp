@@ -25,13 +25,6 @@ void expect_closed(const fs::path& folder, const std::string& record) {
   }
 }
 
-/// Contacts of each answer, which tell images apart.
-std::vector<json> contacts_of(const std::vector<json>& lines) {
-  std::vector<json> out;
-  for (const json& answer : answers_of(lines)) out.push_back(answer.at("contacts"));
-  return out;
-}
-
 TEST(LiveProgram, ImagesAreThoseOfReconstruct) {
   const LiveFolder folder;
   const Outcome images = run_program(

@@ -56,4 +56,11 @@ inline std::vector<nlohmann::json> answers_of(const std::vector<nlohmann::json>&
   return out;
 }
 
+/// Contacts of each answer, which tell images apart.
+inline std::vector<nlohmann::json> contacts_of(const std::vector<nlohmann::json>& lines) {
+  std::vector<nlohmann::json> out;
+  for (const nlohmann::json& answer : answers_of(lines)) out.push_back(answer.at("contacts"));
+  return out;
+}
+
 }  // namespace ertbench::testing

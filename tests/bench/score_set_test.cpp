@@ -73,7 +73,7 @@ TEST(ScoreSet, FollowsEachSequenceFrameByFrame) {
   const Counting solver;
   Eigen::VectorXd sequences;
   const json frames = scored(R"({"grid": 24, "snr_db": 50, "snr_basis": "absolute",
-      "scenes": {"sequence": "write", "characters": "L7", "speed_mm_s": 400}})",
+      "scenes": {"sequence": "write", "characters": "L7", "speed_mm_s": 200}})",
                              solver, sequences);
   const int first = static_cast<int>((sequences.array() == 0).count());
   const int second = static_cast<int>((sequences.array() == 1).count());
