@@ -75,14 +75,18 @@ void EpochScenes::keep(const Block& block, const std::filesystem::path& file) co
         Hdf5File::Number::real32);
     out.write_rows(name, 0, rows.cast<double>());
   };
-  replace_file(file, [&](const std::filesystem::path& aside) {
-    Hdf5File out = Hdf5File::create(aside);
-    out.write_text("/", "dataset", checksum_);
-    write(out, "/clean", block.clean);
-    write(out, "/change", block.change);
-    out.write_checksum();
-    out.close();
-  });
+  // What a killed training left is written over: the block's lock keeps all others away.
+  replace_file(
+      file,
+      [&](const std::filesystem::path& aside) {
+        Hdf5File out = Hdf5File::create(aside);
+        out.write_text("/", "dataset", checksum_);
+        write(out, "/clean", block.clean);
+        write(out, "/change", block.change);
+        out.write_checksum();
+        out.close();
+      },
+      std::filesystem::path(file).replace_extension(".part"));
 }
 
 void EpochScenes::read(std::uint64_t epoch,

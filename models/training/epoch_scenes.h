@@ -39,6 +39,7 @@ class EpochScenes {
   Block made(std::uint64_t epoch, std::uint64_t block) const;
   /// Throws InputError where the file is not a block of this set, whole.
   Block kept(const std::filesystem::path& file, std::uint64_t scenes) const;
+  /// Only with the block's lock.
   void keep(const Block& block, const std::filesystem::path& file) const;
 
   DatasetSpec spec_;

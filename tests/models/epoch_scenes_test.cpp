@@ -81,7 +81,10 @@ TEST(EpochScenes, OfAnotherSetOrDamagedAreMadeAgain) {
     damaged.write("damaged", 7);
   }
   std::ofstream(blocks.rbegin()->first) << "no HDF5";
+  const fs::path part = fs::path(blocks.rbegin()->first).replace_extension(".part");
+  std::ofstream(part) << "of a training that was killed";
   EXPECT_EQ(epoch_of(file, 1), whole);
+  EXPECT_FALSE(fs::exists(part));
 
   const fs::path other = files.folder() / "other.h5";
   DatasetSpec spec = file.spec();
