@@ -29,14 +29,6 @@ constexpr int patient_steps = 6;
 constexpr double far = 40;
 /// Points of a solve at which what goes with their square takes as long as the rest.
 constexpr int square_points = 70;
-/// How near to the sheet's border a contact may come, domain units of a sheet that is 2 across.
-constexpr double border_gap = 0.006;
-/// Of a contact, over the deviation of its prior.
-constexpr double longest_stretch = 3;
-constexpr double smallest = 0.012;
-constexpr double largest = 0.85;
-constexpr double largest_log_ratio = 4.5;
-constexpr double least_log_ratio = 1e-3;
 
 }  // namespace
 
@@ -54,48 +46,12 @@ ContactFit::ContactFit(const Sensor& sensor, const ContactPrior& prior, const Ma
       coarse_(sensor, coarse_points),
       prior_(prior),
       options_(options),
+      bounds_(*model_.sensor().sheet, prior),
       whitening_(whitening),
       atoms_(model_, whitening) {
   const double first = whitening(0, 0);
   if (whitening.isApprox(first * MatrixXd::Identity(whitening.rows(), whitening.cols()), 1e-12)) {
     uniform_noise_ = 1 / first;
-  }
-}
-
-void ContactFit::keep_inside(EllipticContact& contact) const {
-  const Sheet& sheet = *model_.sensor().sheet;
-  const double stretch = contact.stretch.norm();
-  const double longest = longest_stretch * prior_.stretch_deviation;
-  if (stretch > longest) contact.stretch *= longest / stretch;
-  contact.log_size = std::clamp(contact.log_size, std::log(smallest * sheet.inner_radius()),
-                                std::log(largest * sheet.inner_radius()));
-  contact.log_ratio =
-      std::clamp(contact.log_ratio, prior_.may_fall ? -largest_log_ratio : least_log_ratio,
-                 prior_.may_rise ? largest_log_ratio : -least_log_ratio);
-  constexpr int probes = 16;
-  constexpr int passes = 8;
-  constexpr double h = 1e-6;
-  for (int pass = 0; pass < passes; ++pass) {
-    const Eigen::Vector2d axes = contact.half_axes();
-    const Eigen::Matrix2d turn = Eigen::Rotation2Dd(contact.angle()).toRotationMatrix();
-    double least = border_gap;
-    Eigen::Vector2d where;
-    for (int i = 0; i < probes; ++i) {
-      const double t = 2 * std::numbers::pi * i / probes;
-      const Eigen::Vector2d place =
-          contact.centre + turn * Eigen::Vector2d(axes.x() * std::cos(t), axes.y() * std::sin(t));
-      const double depth = sheet.depth(place);
-      if (depth < least) {
-        least = depth;
-        where = place;
-      }
-    }
-    if (least >= border_gap) return;
-    const Eigen::Vector2d inwards(
-        sheet.depth(where + Eigen::Vector2d(h, 0)) - sheet.depth(where - Eigen::Vector2d(h, 0)),
-        sheet.depth(where + Eigen::Vector2d(0, h)) - sheet.depth(where - Eigen::Vector2d(0, h)));
-    contact.centre += (1.001 * border_gap - least) / inwards.norm() * inwards;
-    if (pass >= passes / 2) contact.log_size -= 0.1;  // it does not fit between two sides
   }
 }
 
@@ -173,7 +129,7 @@ bool ContactFit::step_to(std::span<const EllipticContact> contacts, const Vector
   constexpr int most_halvings = 3;
   for (int halvings = 0; halvings <= most_halvings; ++halvings) {
     next = moved(contacts, std::ldexp(1.0, -halvings) * step);
-    for (EllipticContact& contact : next) keep_inside(contact);
+    for (EllipticContact& contact : next) bounds_.keep_inside(contact);
     if (model_in_use(workspace).place(next, workspace.model)) return true;
   }
   return false;
@@ -181,7 +137,7 @@ bool ContactFit::step_to(std::span<const EllipticContact> contacts, const Vector
 
 void ContactFit::optimise(const VectorXd& changes, std::vector<EllipticContact> contacts,
                           const Effort& effort, Workspace& workspace, Result& result) const {
-  for (EllipticContact& contact : contacts) keep_inside(contact);
+  for (EllipticContact& contact : contacts) bounds_.keep_inside(contact);
   // A new contact may begin smaller, where it is in the way of others.
   bool placed = model_in_use(workspace).place(contacts, workspace.model);
   for (int shrink = 0; shrink < 3 && !placed; ++shrink) {
@@ -208,8 +164,8 @@ void ContactFit::optimise(const VectorXd& changes, std::vector<EllipticContact> 
     damped = point.curvature;
     damped.diagonal() +=
         damping * point.curvature.diagonal() + VectorXd::Constant(damped.rows(), 1e-9);
-    const VectorXd step = -damped.llt().solve(point.gradient);
-    const double promise = -point.gradient.dot(step) / 2;
+    const VectorXd step = bounds_.step(contacts, damped.llt(), point.gradient);
+    const double promise = -point.gradient.dot(step) - step.dot(damped * step) / 2;
     if (i >= least_steps) {
       const double evidence = log_evidence(point.objective, point.curvature, contacts.size());
       const double ahead = i >= patient_steps ? far : std::numeric_limits<double>::infinity();

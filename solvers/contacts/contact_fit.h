@@ -7,6 +7,7 @@
 
 #include "forward/ellipses/ellipse_model.h"
 #include "solvers/contacts/contact_atoms.h"
+#include "solvers/contacts/contact_bounds.h"
 #include "solvers/contacts/contact_prior.h"
 
 namespace ertbench {
@@ -85,7 +86,7 @@ class ContactFit {
 
  private:
   /// A frame gets so much and no more, in units of Workspace::work.
-  static constexpr int most_work = 3200;
+  static constexpr int most_work = 2000;
   struct Point;
   /// How far `optimise` goes.
   struct Effort {
@@ -114,7 +115,6 @@ class ContactFit {
                 const Effort& effort, Workspace& workspace, Result& result) const;
   double log_evidence(double objective, const Eigen::MatrixXd& precision,
                       std::size_t contacts) const;
-  void keep_inside(EllipticContact& contact) const;
   /// Whether the frame is explained worse without any one of the contacts.
   bool are_needed(const Eigen::VectorXd& changes, const Result& result, Workspace& workspace) const;
   bool add_one(const Eigen::VectorXd& changes, const Result& from, Workspace& workspace,
@@ -125,6 +125,7 @@ class ContactFit {
   EllipseModel coarse_;
   ContactPrior prior_;
   Options options_;
+  ContactBounds bounds_;
   Eigen::MatrixXd whitening_;
   double uniform_noise_ =
       0;  ///< 1 / the whitening where that is a multiple of the identity, else 0

@@ -16,19 +16,24 @@ EllipticContact::Vector step_limits() {
 
 }  // namespace
 
-std::vector<EllipticContact> moved(std::span<const EllipticContact> contacts,
-                                   const Eigen::VectorXd& step) {
+double step_share(const Eigen::VectorXd& step) {
   const EllipticContact::Vector limits = step_limits();
   double longest = 1;
   for (Eigen::Index i = 0; i < step.size(); ++i) {
     longest = std::max(longest, std::abs(step[i]) / limits[i % EllipticContact::parameters]);
   }
+  return 1 / longest;
+}
+
+std::vector<EllipticContact> moved(std::span<const EllipticContact> contacts,
+                                   const Eigen::VectorXd& step) {
+  const double share = step_share(step);
   std::vector<EllipticContact> out;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     out.push_back(EllipticContact::from(
-        contacts[k].vector() + step.segment<EllipticContact::parameters>(
-                                   EllipticContact::parameters * static_cast<Eigen::Index>(k)) /
-                                   longest));
+        contacts[k].vector() +
+        share * step.segment<EllipticContact::parameters>(EllipticContact::parameters *
+                                                          static_cast<Eigen::Index>(k))));
   }
   return out;
 }

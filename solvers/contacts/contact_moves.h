@@ -9,8 +9,11 @@
 
 namespace ertbench {
 
-/// The contacts a step [parameters * contacts] away; one that is too long for any of them is
-/// shortened as a whole.
+/// The part of a step [parameters * contacts] that is taken: all of it, unless it is too long for
+/// any of the contacts.
+double step_share(const Eigen::VectorXd& step);
+
+/// The contacts a step [parameters * contacts] away, or that share of it.
 std::vector<EllipticContact> moved(std::span<const EllipticContact> contacts,
                                    const Eigen::VectorXd& step);
 

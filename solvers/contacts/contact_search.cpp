@@ -21,6 +21,8 @@ constexpr int most_starts = 2;
 /// given up.
 constexpr double hopeless = 12;
 constexpr double behind = 20;
+/// So far behind the contacts that are there already, the best start of one more is given up.
+constexpr double lost = 30;
 /// While a further contact is still asked for, the fit of those that are there need not be better
 /// than this part of what they leave unexplained.
 constexpr double looseness = 0.02;
@@ -29,7 +31,7 @@ constexpr int last_steps = 10;
 /// No other number of contacts is begun where a frame's iterations have taken so much
 /// (ContactFit::most_work): frames that no few ellipses explain would go on, with contacts ever
 /// closer to each other.
-constexpr int much_work = 2700;
+constexpr int much_work = 1600;
 /// While the first contact's whereabouts are not known, a channel counts with this part of its
 /// voltage as noise: large voltages next to electrodes change too fast for a start to be near.
 constexpr double soft = 0.4;
@@ -110,6 +112,7 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
   }
   workspace.coarse = false;
   if (first) set_weights(workspace);
+  if (any && !first && out.log_evidence < from.log_evidence - lost) return false;
   if (any) {
     const Effort effort{options_.most_iterations - first_steps, looseness,
                         from.log_evidence - hardly_counts};

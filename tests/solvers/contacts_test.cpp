@@ -6,11 +6,11 @@
 #include <numbers>
 
 #include "forward/border/border_model.h"
-#include "forward/data/noise.h"
 #include "forward/sheet/rasterise.h"
 #include "solvers/contacts/contact_fit.h"
 #include "solvers/contacts/contact_image.h"
 #include "solvers/contacts/nuisances.h"
+#include "tests/solvers/contact_testing.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {
@@ -21,40 +21,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::json;
-
-Contact disc(double x, double y, double radius, double ratio) {
-  Contact contact;
-  contact.centre = {x, y};
-  contact.half_size = {radius, radius};
-  contact.conductivity_ratio = ratio;
-  return contact;
-}
-
-Contact ellipse(double x, double y, double a, double b, double angle, double ratio) {
-  Contact contact = disc(x, y, a, ratio);
-  contact.shape = Shape::ellipse;
-  contact.half_size = {a, b};
-  contact.angle = angle;
-  return contact;
-}
-
-double noise_at(double snr_db) {
-  const VectorXd reference = BorderModel(Sensor{}).reference_voltages();
-  return reference.norm() * std::pow(10, -snr_db / 20) /
-         std::sqrt(static_cast<double>(reference.size()));
-}
-
-/// Changes of one frame of the exact model; with noise where `number` is not 0.
-Frames frame_of(const Scene& scene, double snr_db, std::uint64_t number) {
-  const BorderModel model{Sensor{}};
-  const double fine = 1e-3 * noise_at(snr_db);
-  VectorXd voltages = model.reference_voltages() + model.solve(scene, fine).change;
-  if (number > 0) {
-    RandomStream random(number, key_of("contacts"), 0, Purpose::noise);
-    add_noise({snr_db, SnrBasis::absolute}, model.reference_voltages(), random, voltages);
-  }
-  return (voltages - model.reference_voltages()).transpose();
-}
 
 std::unique_ptr<Solver> solver_for(double snr_db, const json& more = json::object()) {
   json spec = {{"type", "contacts"}, {"prior_weight", 1}, {"noise", noise_at(snr_db)}};
