@@ -114,7 +114,7 @@ void draw_map(const std::vector<PressSolver>& solvers, const SheetOutline& sheet
   const int columns = std::min(panels, 3);
   const int rows = (panels + columns - 1) / columns;
   Canvas canvas(left + columns * (side + gap), top + rows * (side + gap) + 46);
-  canvas.title(heading);
+  canvas.title(heading + ": places in mm from the sheet's centre");
   const Span span{-1.05 * sheet.radius_mm, 1.05 * sheet.radius_mm};
   const MarkStyle truth{7, ink::black, 0.3, 1};
   const LineStyle shaft{hue(1), 1.1};
