@@ -12,15 +12,17 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# Experiment, and the test sets whose limit is computed, with how many frames.
+# Experiment, whether its limit is computed, of how many frames, and with which options. (What the
+# training sets of the broad readings allow takes minutes a frame, and is left to who asks for it.)
 experiments=(
   "quick"
   "table_c1 limit 200"
-  "table_c1_broad limit 200"
-  "table_c1_fine limit 200"
-  "table_c1_literal limit 200"
-  "table_c1_continuous limit 200"
+  "table_c1_broad limit 200 --prior oracle"
+  "table_c1_fine limit 200 --prior oracle"
+  "table_c1_literal limit 200 --prior oracle"
+  "table_c1_continuous limit 200 --prior oracle"
   "speed_accuracy limit 100"
+  "two_fingers"
   "stability"
   "stability_training"
   "robustness"
@@ -77,11 +79,12 @@ for line in "${chosen[@]}"; do files+=("experiments/${line%% *}.json"); done
 $plan && exit 0
 
 for line in "${chosen[@]}"; do
-  read -r name what frames <<< "$line"
+  read -r name what frames options <<< "$line"
   if [[ "$what" == limit ]]; then
-    ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)"
+    # shellcheck disable=SC2086  # options are words
+    ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)" $options
   fi
   ./ertbench publish "experiments/$name.json"
-  git add -A results/published README.md
+  git add -A results/published README.md docs
   git diff --cached --quiet || git commit --quiet --message "Published: $name"
 done

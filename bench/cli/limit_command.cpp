@@ -21,6 +21,7 @@ struct LimitArguments {
   std::string out;
   std::vector<std::string> datasets;
   std::string sampler = "auto";
+  std::string prior = "both";
   int frames = 100;
   int threads = 1;
   bool fresh = false;
@@ -79,6 +80,7 @@ ExitCode limit(const LimitArguments& arguments) {
   const std::vector<std::string>& samplers = names_of_samplers();
   options.sampler = static_cast<SamplerKind>(
       std::find(samplers.begin(), samplers.end(), arguments.sampler) - samplers.begin());
+  options.fair = arguments.prior == "both";
   options.records = folder / "limit";
   if (arguments.fresh) std::filesystem::remove_all(options.records);
   const std::vector<SetLimit> limits = compute_limits(experiment, options);
@@ -108,6 +110,12 @@ Action add_limit(CLI::App& command) {
       .add_option("--sampler", arguments->sampler,
                   "Of the posterior: auto, enumeration, importance, annealing (default: auto)")
       ->check(CLI::IsMember(names_of_samplers()));
+  command
+      .add_option(
+          "--prior", arguments->prior,
+          "both: limit-oracle and limit-fair; oracle: that alone, which for single discs takes "
+          "seconds (default: both)")
+      ->check(CLI::IsMember({"both", "oracle"}));
   command.add_flag("--map", arguments->map,
                    "Also draw the Cramér-Rao bound over the sheet (limit_map.png)");
   command.add_flag("--fresh", arguments->fresh, "Compute again what is finished already");

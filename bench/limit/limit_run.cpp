@@ -109,8 +109,9 @@ class SetRun {
     const auto& own = std::get<SceneDistribution>(spec.scenes);
     add("oracle", own);
     const auto* taught = training ? std::get_if<SceneDistribution>(&training->scenes) : nullptr;
-    if (taught && to_json(*taught) != to_json(own)) add("fair", *taught);
-    is_fair_too_ = taught && tasks_.size() == 1;
+    const bool same = taught && to_json(*taught) == to_json(own);
+    if (options.fair && taught && !same) add("fair", *taught);
+    is_fair_too_ = same;
   }
 
   std::vector<SetLimit> run() {

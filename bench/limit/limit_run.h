@@ -15,6 +15,7 @@ struct LimitOptions {
   int frames = 100;                   ///< of each set, the first
   int threads = 1;
   SamplerKind sampler = SamplerKind::automatic;
+  bool fair = true;  ///< also under the training set's distribution, which may take far longer
   std::filesystem::path
       records;  ///< folder of the frames' records, which a later call goes on from
 };

@@ -159,6 +159,28 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   EXPECT_EQ(rows.size(), 3u);
 }
 
+TEST(Limit, OfTheOracleAloneLeavesTheTrainingSetsPriorOut) {
+  const TemporaryFolder folder("limit");
+  nlohmann::json json = one_disc();
+  json["datasets"]["train"]["scenes"]["contacts"] = {1, 3};
+  const Experiment experiment = read(folder.path(), json);
+  LimitOptions options;
+  options.frames = 2;
+  options.fair = false;
+  options.records = folder.path() / "limit";
+  const std::vector<SetLimit> limits = compute_limits(experiment, options);
+  ASSERT_EQ(limits.size(), 1u);
+  EXPECT_EQ(limits[0].prior, "oracle");
+  EXPECT_FALSE(fs::exists(options.records / "test_fair"));
+  std::vector<ResultRow> rows(1);
+  rows[0].type = "truth";
+  rows[0].dataset = "test";
+  write_file_atomically(folder.path() / limit_file, limit_json("small", limits).dump());
+  add_limit_rows(folder.path(), experiment.tests, rows);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[1].label, limit_oracle);
+}
+
 TEST(Limit, SaysWhichSetsHaveNone) {
   const TemporaryFolder folder("limit");
   nlohmann::json json = testing::small_experiment();
