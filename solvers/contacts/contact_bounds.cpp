@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "solvers/contacts/contact_moves.h"
@@ -42,8 +42,9 @@ Eigen::Matrix<double, 2, entries> moves_of(const EllipticContact& contact, const
 
 }  // namespace
 
-ContactBounds::ContactBounds(const Sheet& sheet, const ContactPrior& prior)
+ContactBounds::ContactBounds(const Sheet& sheet, const ContactPrior& prior, bool ellipses)
     : sheet_(&sheet),
+      ellipses_(ellipses),
       longest_(longest_stretch * prior.stretch_deviation),
       least_log_ratio_(prior.may_fall ? -most_log_ratio : any_log_ratio),
       largest_log_ratio_(prior.may_rise ? most_log_ratio : -any_log_ratio) {}
@@ -116,8 +117,9 @@ VectorXd ContactBounds::step(std::span<const EllipticContact> contacts,
       const std::optional<Nearest> nearest = outside(next);
       if (!nearest) continue;
       broken = true;
-      const EllipticContact::Vector normal =
+      EllipticContact::Vector normal =
           moves_of(next, nearest->point).transpose() * nearest->inwards;
+      if (!ellipses_) normal.segment<2>(3).setZero();  // the stretch
       // The same side of the sheet again is the same constraint, linearised nearer by.
       const auto known = std::find_if(whose.begin(), whose.end(), [&](const auto& other) {
         return other.first == k && other.second.dot(nearest->inwards) > same_side;

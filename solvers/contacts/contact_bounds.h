@@ -18,7 +18,8 @@ namespace ertbench {
 /// ones.
 class ContactBounds {
  public:
-  ContactBounds(const Sheet& sheet, const ContactPrior& prior);
+  /// `ellipses`: false for contacts that are discs and stay so.
+  ContactBounds(const Sheet& sheet, const ContactPrior& prior, bool ellipses);
 
   /// Puts a contact back to where it may be.
   void keep_inside(EllipticContact& contact) const;
@@ -41,6 +42,7 @@ class ContactBounds {
   std::optional<Nearest> outside(const EllipticContact& contact) const;
 
   const Sheet* sheet_;
+  bool ellipses_;
   double longest_;  ///< EllipticContact::stretch
   double least_log_ratio_, largest_log_ratio_;
 };

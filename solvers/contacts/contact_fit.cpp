@@ -46,7 +46,7 @@ ContactFit::ContactFit(const Sensor& sensor, const ContactPrior& prior, const Ma
       coarse_(sensor, coarse_points),
       prior_(prior),
       options_(options),
-      bounds_(*model_.sensor().sheet, prior),
+      bounds_(*model_.sensor().sheet, prior, options.ellipses),
       whitening_(whitening),
       atoms_(model_, whitening) {
   const double first = whitening(0, 0);

@@ -51,7 +51,7 @@ TEST(ContactBounds, PutContactsBackOntoTheSheet) {
   const Sensor square;
   const Sensor disc = testing::disc();
   for (const Sensor* sensor : {&square, &disc}) {
-    const ContactBounds bounds(*sensor->sheet, ContactPrior{});
+    const ContactBounds bounds(*sensor->sheet, ContactPrior{}, true);
     for (std::uint64_t i = 0; i < 300; ++i) {
       RandomStream random(5, key_of("bounds"), i, Purpose::noise);
       EllipticContact contact = anywhere(random);
@@ -65,7 +65,7 @@ TEST(ContactBounds, PutContactsBackOntoTheSheet) {
 /// drawn near it both stays inside and has a lower value of the quadratic model.
 TEST(ContactBounds, StepsAlongTheBorderAreTheBestOfThem) {
   const Sensor sensor;
-  const ContactBounds bounds(*sensor.sheet, ContactPrior{});
+  const ContactBounds bounds(*sensor.sheet, ContactPrior{}, true);
   int bound = 0;
   for (std::uint64_t i = 0; i < 60; ++i) {
     RandomStream random(6, key_of("steps"), i, Purpose::noise);
@@ -103,6 +103,25 @@ TEST(ContactBounds, StepsAlongTheBorderAreTheBestOfThem) {
     }
   }
   EXPECT_GT(bound, 8);
+}
+
+TEST(ContactBounds, DiscsAtTheBorderStayDiscs) {
+  const Sensor sensor;
+  ContactFit::Options options;
+  options.ellipses = false;
+  const ContactFit fit(sensor, ContactPrior{},
+                       whitening_of(sensor, testing::noise_at(50), Nuisances{}), options);
+  for (std::uint64_t frame = 1; frame <= 10; ++frame) {
+    ContactFit::Workspace workspace;
+    ContactFit::Found found;
+    fit.fit(
+        testing::pair_means(testing::frame_of({{testing::disc(0, 0.798, 0.2, 0.6)}}, 50, frame)),
+        workspace, found);
+    for (const EllipticContact& contact : found.best.contacts) {
+      EXPECT_EQ(contact.stretch.norm(), 0) << frame;
+      EXPECT_GT(depth_of(*sensor.sheet, contact), 0.005) << frame;
+    }
+  }
 }
 
 /// A disc that touches the border of the sheet is found in hardly more iterations than one in the
