@@ -190,14 +190,15 @@ TEST(LivePage, AClientThatNeverReadsKeepsNobodyWaiting) {
 }
 
 // The browser's clock stands still while a page waits for the network, and the stream's does not:
-// what the page looks like is seen when the stream has ended. One that ends after some seconds.
+// what the page looks like is seen when the stream has ended. One that lasts some seconds longer
+// than a browser takes to start for the first time on a busy machine.
 TEST(LivePage, ABrowserShowsWhatTheStreamSays) {
   const std::optional<fs::path> browser = find_browser();
   if (!browser) GTEST_SKIP() << "no /usr/bin/chromium; apt-get install chromium";
   const LiveFolder folder;
   RunningProgram program(
       folder.path(), {"live", "--solver", "gn.json", "--input", "replay:frames.h5@50", "--repeat",
-                      "12", "--http", "127.0.0.1:0", "--deadline", "1000"});
+                      "24", "--http", "127.0.0.1:0", "--deadline", "1000"});
   const json begin = program.event("begin");
   ASSERT_FALSE(begin.is_null()) << program.errors();
   std::vector<json> lines;
