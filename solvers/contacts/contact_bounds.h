@@ -12,10 +12,10 @@
 
 namespace ertbench {
 
-/// Where contacts may be: on the sheet, a hair from its border, neither larger nor longer than any
-/// contact is. The border is a constraint on the steps of a fit. A contact that touches it slides
-/// along; were it only put back after each step, it would come to its best place in many small
-/// ones.
+/// Where contacts (EllipticContact, domain units) may be: on the sheet, a hair from its border,
+/// neither larger nor longer than any contact is. The border is a constraint on the steps of a fit.
+/// A contact that touches it slides along; were it only put back after each step, it would come to
+/// its best place in many small ones.
 class ContactBounds {
  public:
   /// `ellipses`: false for contacts that are discs and stay so.
