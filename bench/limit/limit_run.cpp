@@ -111,7 +111,7 @@ class SetRun {
     const auto* taught = training ? std::get_if<SceneDistribution>(&training->scenes) : nullptr;
     const bool same = taught && to_json(*taught) == to_json(own);
     if (options.fair && taught && !same) add("fair", *taught);
-    is_fair_too_ = same;
+    is_fair_too_ = options.fair && same;
   }
 
   std::vector<SetLimit> run() {

@@ -35,6 +35,8 @@ constexpr int much_work = 1600;
 /// While the first contact's whereabouts are not known, a channel counts with this part of its
 /// voltage as noise: large voltages next to electrodes change too fast for a start to be near.
 constexpr double soft = 0.4;
+/// Standard deviations of chi^2 beyond which noise alone does not explain a frame.
+constexpr double unexplained_by = 10;
 /// A number of contacts whose evidence is so much less has no part in the image, and one that comes
 /// no closer than to a part of that is not looked at to the end.
 constexpr double negligible = 6;
@@ -163,7 +165,12 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
          workspace.work < much_work) {
     Result more;
     if (!add_one(changes, found.best, workspace, more)) break;
-    const bool better = more.log_evidence > found.best.log_evidence;
+    // One contact in the place of two may explain a frame no better than none does, which says
+    // nothing of two: a frame that is far from explained is not left without contacts.
+    const bool hopeful =
+        found.best.contacts.empty() &&
+        found.best.misfit > explained(static_cast<double>(model_.pairs()), unexplained_by);
+    const bool better = hopeful || more.log_evidence > found.best.log_evidence;
     Result& rest = better ? found.best : more;
     if (!found.has_other || rest.log_evidence > found.other.log_evidence || better) {
       found.other = std::move(rest);

@@ -179,6 +179,13 @@ TEST(Limit, OfTheOracleAloneLeavesTheTrainingSetsPriorOut) {
   add_limit_rows(folder.path(), experiment.tests, rows);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[1].label, limit_oracle);
+  // So it is where the training set has the test set's prior, and the two limits are one.
+  json["datasets"]["train"]["scenes"] = json["datasets"]["test"]["scenes"];
+  options.records = folder.path() / "same";
+  const Experiment same = read(folder.path(), json);
+  EXPECT_EQ(compute_limits(same, options).size(), 1u);
+  options.fair = true;
+  EXPECT_EQ(compute_limits(same, options).size(), 2u);
 }
 
 TEST(Limit, SaysWhichSetsHaveNone) {

@@ -79,6 +79,23 @@ TEST(Contacts, NoiseAloneHasNone) {
   EXPECT_LE(contacts, 2);
 }
 
+/// Of two strong discs far apart one may explain a frame worse than none: both are found all the
+/// same.
+TEST(Contacts, OfTwoFarApartAreNeverNone) {
+  const auto solver = solver_for(60);
+  int both = 0;
+  for (std::uint64_t f = 1; f <= 60; ++f) {
+    RandomStream random(21, key_of("far apart"), f, Purpose::scene);
+    const auto side = [&] { return random.uniform(0.5, 0.8); };
+    const Scene scene{{disc(-side(), random.uniform(-0.7, 0.7), 0.18, 0.5),
+                       disc(side(), random.uniform(-0.7, 0.7), 0.16, 0.5)}};
+    const std::size_t found = found_in(*solver, frame_of(scene, 60, f)).size();
+    EXPECT_GE(found, 1U) << f;
+    both += found == 2;
+  }
+  EXPECT_GE(both, 48);
+}
+
 TEST(Contacts, ExplainAFrameToItsNoiseAndNotWhatIsNoContact) {
   const auto solver = solver_for(50);
   const auto reasons = [&](const Frames& frame) {
