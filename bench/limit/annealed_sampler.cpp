@@ -3,250 +3,108 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <memory>
 #include <optional>
-#include <tuple>
 
+#include "bench/limit/annealing_island.h"
 #include "bench/limit/elementwise.h"
 
 namespace ertbench {
 namespace {
 
-constexpr double wanted_acceptance = 0.3;
-constexpr double joint_share = 0.5;  ///< of all moves, where there are joint ones
-constexpr double least_heat_step = 1e-9;
-constexpr double never_accurate_enough = -1e300;  ///< a threshold under which nothing falls
+/// Of an island's log evidence, below the best one's: it missed what the other found.
+constexpr double missed = 5;
+/// A number of contacts that is less probable is left out.
+constexpr double least_probability = 1e-3;
+/// One that is more probable has to be found by more than one island.
+constexpr double some_probability = 0.05;
 
-struct Particle {
-  SceneDraw scene;
-  SceneFit fit;
-  double log_prior = 0;
-};
-
-/// exp(logs - max), and the logarithm of their mean.
-struct Weights {
-  Eigen::ArrayXd values;
-  double log_mean = 0;
-
-  double effective() const { return values.sum() * values.sum() / values.square().sum(); }
-};
-
-Weights weights_of(const Eigen::ArrayXd& logs) {
+/// Logarithm of the sum of exp(values).
+double log_sum(const std::vector<double>& values) {
+  const Eigen::Map<const Eigen::ArrayXd> logs(values.data(),
+                                              static_cast<Eigen::Index>(values.size()));
   const double largest = logs.maxCoeff();
-  Weights weights;
-  weights.values = exp_of(logs - largest);
-  weights.log_mean = largest + std::log(weights.values.mean());
-  return weights;
+  return largest + std::log(exp_of(logs - largest).sum());
 }
 
-/// The largest step of the power, at most `rest`, that leaves `effective` scenes in force.
-double heat_step(const Eigen::ArrayXd& log_likelihoods, double rest, double effective) {
-  if (weights_of(rest * log_likelihoods).effective() >= effective) return rest;
-  double low = 0;
-  double high = rest;
-  while (high - low > 1e-3 * high && high > least_heat_step) {
-    // Powers begin orders of magnitude below 1.
-    const double middle = low > 0 ? std::sqrt(low * high) : high / 8;
-    (weights_of(middle * log_likelihoods).effective() >= effective ? low : high) = middle;
-  }
-  return high;
-}
-
-/// Systematic resampling: `count` numbers of weights, each as often as its weight demands.
-std::vector<std::size_t> resampled(const Eigen::ArrayXd& weights, std::size_t count,
-                                   RandomStream& random) {
-  std::vector<std::size_t> chosen;
-  const double step = weights.sum() / static_cast<double>(count);
-  double next = step * random.uniform();
-  double sum = 0;
-  for (Eigen::Index i = 0; i < weights.size() && chosen.size() < count; ++i) {
-    sum += weights[i];
-    while (next < sum && chosen.size() < count) {
-      chosen.push_back(static_cast<std::size_t>(i));
-      next += step;
-    }
-  }
-  while (chosen.size() < count) chosen.push_back(static_cast<std::size_t>(weights.size() - 1));
-  return chosen;
-}
-
-class Island {
+/// The scenes of one number of contacts: a sampler of each island.
+class Stratum {
  public:
-  Island(const ScenePrior& prior, const SceneLikelihood& likelihood, const PlaceMetric& metric,
-         JointStep* joint, const AnnealingOptions& options, RandomStream& random)
-      : prior_(prior),
-        likelihood_(likelihood),
-        moves_(prior, metric),
-        joint_(joint),
-        options_(options),
-        random_(random) {
-    scales_.fill(1);
+  Stratum(const ScenePrior& prior, std::size_t contacts)
+      : prior_(prior.with_contacts(contacts)),
+        contacts_(contacts),
+        log_probability_(prior.log_count(contacts)) {}
+
+  /// Anneals the bank's scenes of so many contacts, and more where these do not do.
+  void anneal(const SceneLikelihood& likelihood, const PlaceMetric& metric, JointStep* joint,
+              std::span<const SceneDraw> bank, std::span<const SceneFit> bank_fits,
+              const AnnealingOptions& options, RandomStream& random) {
+    std::vector<SceneDraw> scenes;
+    std::vector<SceneFit> fits;
+    for (std::size_t i = 0; i < bank.size(); ++i) {
+      if (bank[i].size() != contacts_) continue;
+      scenes.push_back(bank[i]);
+      fits.push_back(bank_fits[i]);
+    }
+    const auto islands = static_cast<std::size_t>(options.islands);
+    const std::size_t least = 2 * islands * static_cast<std::size_t>(options.particles);
+    std::vector<Scene> drawn;
+    while (scenes.size() < least) {
+      scenes.push_back(prior_.draw(random));
+      drawn.push_back(scene_of(scenes.back()));
+    }
+    for (SceneFit& fit : likelihood.of(drawn)) fits.push_back(std::move(fit));
+    const std::size_t share = scenes.size() / islands;
+    for (std::size_t i = 0; i < islands; ++i) {
+      AnnealingIsland& island =
+          islands_.emplace_back(prior_, likelihood, metric, joint, options, random);
+      island.start(std::span(scenes).subspan(i * share, share),
+                   std::span(fits).subspan(i * share, share));
+      island.anneal();
+      log_evidence_.push_back(log_probability_ + island.log_evidence());
+    }
+    share_out();
   }
 
-  double log_evidence() const { return log_evidence_; }
-  std::uint64_t solves() const { return solves_; }
+  std::size_t contacts() const { return contacts_; }
+  /// [islands] with that of the number of contacts, of the scenes that each goes on with.
+  const std::vector<double>& log_evidence() const { return log_evidence_; }
+  /// Whether one island found what all others missed.
+  bool alone() const { return islands_.size() > 1 && found_ == 1 && contacts_ > 0; }
 
-  void start(std::span<const SceneDraw> bank, std::span<const SceneFit> fits) {
-    Eigen::ArrayXd logs(static_cast<Eigen::Index>(bank.size()));
-    for (Eigen::Index i = 0; i < logs.size(); ++i) {
-      logs[i] = fits[static_cast<std::size_t>(i)].log_likelihood;
-    }
-    const auto count = static_cast<std::size_t>(options_.particles);
-    heat_ = heat_step(logs, 1,
-                      std::min<double>(options_.particles, 0.5 * static_cast<double>(logs.size())));
-    const Weights weights = weights_of(heat_ * logs);
-    log_evidence_ = weights.log_mean;
-    for (const std::size_t i : resampled(weights.values, count, random_)) {
-      particles_.push_back({bank[i], fits[i], prior_.log_density(bank[i])});
-    }
-    // The bank's voltages were made for no frame and at a glance.
-    std::vector<Scene> scenes;
-    for (const Particle& p : particles_) scenes.push_back(scene_of(p.scene));
-    const std::vector<SceneFit> better = likelihood_.of(scenes);
-    for (std::size_t i = 0; i < better.size(); ++i) particles_[i].fit = better[i];
-    solves_ += better.size();
+  void collect(std::size_t island, double weight, std::vector<PosteriorSample>& samples) {
+    islands_[island].collect(static_cast<int>(island), weight, samples);
   }
-
-  void anneal() {
-    for (;;) {
-      const bool last = heat_ >= 1;
-      for (int r = 0; r < (last ? 0 : options_.rounds); ++r) move(true);
-      if (last) return;
-      const Eigen::ArrayXd logs = log_likelihoods();
-      const double step =
-          heat_step(logs, 1 - heat_, options_.least_share * static_cast<double>(logs.size()));
-      const Weights weights = weights_of(step * logs);
-      heat_ = step >= 1 - heat_ ? 1 : heat_ + step;
-      log_evidence_ += weights.log_mean;
-      std::vector<Particle> next;
-      for (const std::size_t i : resampled(weights.values, particles_.size(), random_)) {
-        next.push_back(particles_[i]);
-      }
-      particles_ = std::move(next);
-    }
-  }
-
-  /// Goes on with another island's scenes.
-  void take(const Island& other) { particles_ = other.particles_; }
-
-  /// Moves at the posterior itself, with snapshots between.
-  void collect(int island, std::vector<PosteriorSample>& samples) {
-    for (int r = 0; r < options_.rounds; ++r) move(true);
-    const int between = std::max(1, options_.final_rounds / options_.snapshots);
-    for (int snapshot = 0; snapshot < options_.snapshots; ++snapshot) {
-      for (int r = 0; r < between; ++r) move(false);
-      for (const Particle& p : particles_) samples.push_back({p.scene, p.fit, 1, island});
-    }
+  std::uint64_t solves() const {
+    std::uint64_t sum = 0;
+    for (const AnnealingIsland& island : islands_) sum += island.solves();
+    return sum;
   }
 
  private:
-  Eigen::ArrayXd log_likelihoods() const {
-    Eigen::ArrayXd logs(static_cast<Eigen::Index>(particles_.size()));
-    for (Eigen::Index i = 0; i < logs.size(); ++i) {
-      logs[i] = particles_[static_cast<std::size_t>(i)].fit.log_likelihood;
+  /// Islands that missed what others found go on from the scenes of these, one after the other.
+  void share_out() {
+    const double best = *std::max_element(log_evidence_.begin(), log_evidence_.end());
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < islands_.size(); ++i) {
+      if (log_evidence_[i] > best - missed) found.push_back(i);
     }
-    return logs;
-  }
-
-  /// What is tried for one particle.
-  struct Trial {
-    std::size_t particle;
-    Move kind;
-    SceneDraw scene;
-    double log_prior;
-    double log_chance;     ///< of a uniform number: what the ratio of acceptance must exceed
-    double log_ratio;      ///< of Proposal; of a joint step without the way back
-    Eigen::VectorXd step;  ///< of a joint step
-  };
-
-  std::optional<Trial> tried(std::size_t i) {
-    const Particle& p = particles_[i];
-    Trial trial{i, Move::joint, {}, 0, 0, 0, {}};
-    const bool joint = joint_ && random_.uniform() < joint_share;
-    if (joint) {
-      const auto local = joint_->around(p.scene, p.fit, heat_, scale_of(Move::joint));
-      if (!local) return std::nullopt;
-      trial.step = local->draw(random_);
-      double log_sizes = 0;
-      std::tie(trial.scene, log_sizes) = joint_->after(p.scene, trial.step);
-      trial.log_ratio = log_sizes - local->log_density(trial.step);
-    } else {
-      trial.kind = moves_.choose(random_);
-      std::optional<Proposal> proposal =
-          moves_.propose(trial.kind, p.scene, scale_of(trial.kind), heat_, random_);
-      if (!proposal) return std::nullopt;
-      trial.scene = std::move(proposal->scene);
-      trial.log_ratio = proposal->log_ratio;
-    }
-    trial.log_prior = prior_.log_density(trial.scene);
-    trial.log_chance = std::log(1 - random_.uniform());
-    return trial;
-  }
-
-  double& scale_of(Move kind) { return scales_[static_cast<std::size_t>(kind)]; }
-
-  /// The log likelihood that a trial's scene must exceed.
-  double threshold_of(const Trial& trial) const {
-    const Particle& p = particles_[trial.particle];
-    return p.fit.log_likelihood +
-           (trial.log_chance - trial.log_ratio - trial.log_prior + p.log_prior) / heat_;
-  }
-
-  /// Adds the way back to a joint step's ratio; false where there is none.
-  bool complete(Trial& trial, const SceneFit& fit) {
-    if (trial.kind != Move::joint) return true;
-    const auto back = joint_->around(trial.scene, fit, heat_, scale_of(Move::joint));
-    if (!back) return false;
-    trial.log_ratio += back->log_density(-trial.step);
-    return true;
-  }
-
-  /// One move of every scene.
-  void move(bool adapt) {
-    std::vector<Trial> trials;
-    std::vector<double> thresholds;
-    std::vector<Scene> scenes;
-    std::array<int, move_count> made{};
-    std::array<int, move_count> taken{};
-    for (std::size_t i = 0; i < particles_.size(); ++i) {
-      std::optional<Trial> trial = tried(i);
-      if (!trial) continue;
-      ++made[static_cast<std::size_t>(trial->kind)];
-      if (!std::isfinite(trial->log_prior)) continue;
-      scenes.push_back(scene_of(trial->scene));
-      // The way back of a joint step begins at the voltages, which must be right wherever they are.
-      thresholds.push_back(trial->kind == Move::joint ? never_accurate_enough
-                                                      : threshold_of(*trial));
-      trials.push_back(std::move(*trial));
-    }
-    if (trials.empty()) return;
-    const std::vector<SceneFit> fits = likelihood_.of(scenes, thresholds);
-    solves_ += trials.size();
-    for (std::size_t t = 0; t < trials.size(); ++t) {
-      Trial& trial = trials[t];
-      if (!complete(trial, fits[t])) continue;
-      if (!(fits[t].log_likelihood > threshold_of(trial))) continue;
-      particles_[trial.particle] = {std::move(trial.scene), fits[t], trial.log_prior};
-      ++taken[static_cast<std::size_t>(trial.kind)];
-    }
-    for (std::size_t k = 0; adapt && k < scales_.size(); ++k) {
-      if (made[k] == 0) continue;
-      const double more = taken[k] - wanted_acceptance * made[k];
-      const double step = std::min(1.0, made[k] / 8.0) * more / made[k];
-      scales_[k] = std::clamp(scales_[k] * std::exp(step), 1e-4, 2.0);
+    found_ = found.size();
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < islands_.size(); ++i) {
+      if (log_evidence_[i] > best - missed) continue;
+      const std::size_t from = found[next++ % found.size()];
+      islands_[i].take(islands_[from]);
+      log_evidence_[i] = log_evidence_[from];
     }
   }
 
-  const ScenePrior& prior_;
-  const SceneLikelihood& likelihood_;
-  SceneMoves moves_;
-  JointStep* joint_;
-  const AnnealingOptions& options_;
-  RandomStream& random_;
-  MoveScales scales_{};
-  std::vector<Particle> particles_;
-  double heat_ = 0;
-  double log_evidence_ = 0;
-  std::uint64_t solves_ = 0;
+  ScenePrior prior_;
+  std::size_t contacts_;
+  double log_probability_;
+  std::vector<AnnealingIsland> islands_;
+  std::vector<double> log_evidence_;
+  std::size_t found_ = 0;  ///< islands that did not miss what others found
 };
 
 }  // namespace
@@ -257,26 +115,34 @@ PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelih
                                      std::span<const SceneFit> bank_fits,
                                      const AnnealingOptions& options, RandomStream& random) {
   PosteriorSamples out;
-  const std::size_t share = bank.size() / static_cast<std::size_t>(options.islands);
   std::optional<JointStep> joint;
   if (ellipses) joint.emplace(prior, *ellipses);
-  std::vector<Island> islands;
-  for (int i = 0; i < options.islands; ++i) {
-    Island& island =
-        islands.emplace_back(prior, likelihood, metric, joint ? &*joint : nullptr, options, random);
-    const std::size_t first = static_cast<std::size_t>(i) * share;
-    island.start(bank.subspan(first, share), bank_fits.subspan(first, share));
-    island.anneal();
-    out.log_evidence.push_back(island.log_evidence());
+  std::vector<std::unique_ptr<Stratum>> strata;  // which islands refer to
+  for (std::size_t n = 0; n <= static_cast<std::size_t>(prior.distribution().contacts.second);
+       ++n) {
+    if (!std::isfinite(prior.log_count(n))) continue;
+    strata.push_back(std::make_unique<Stratum>(prior, n));
+    strata.back()->anneal(likelihood, metric, joint ? &*joint : nullptr, bank, bank_fits, options,
+                          random);
   }
-  const Eigen::ArrayXd evidence = Eigen::Map<const Eigen::ArrayXd>(
-      out.log_evidence.data(), static_cast<Eigen::Index>(out.log_evidence.size()));
-  std::vector<std::size_t> chosen = resampled(weights_of(evidence).values, islands.size(), random);
-  const std::vector<Island> before = islands;
-  for (std::size_t i = 0; i < islands.size(); ++i) islands[i].take(before[chosen[i]]);
-  for (std::size_t i = 0; i < islands.size(); ++i) {
-    islands[i].collect(static_cast<int>(i), out.samples);
-    out.solves += islands[i].solves();
+  // Of each island the probabilities by the evidence that it found itself.
+  const auto islands = static_cast<std::size_t>(options.islands);
+  std::vector<double> probability(strata.size(), 0);
+  for (std::size_t i = 0; i < islands; ++i) {
+    std::vector<double> logs;
+    for (const auto& stratum : strata) logs.push_back(stratum->log_evidence()[i]);
+    out.log_evidence.push_back(log_sum(logs));
+    for (std::size_t s = 0; s < strata.size(); ++s) {
+      probability[s] += std::exp(logs[s] - out.log_evidence.back()) / static_cast<double>(islands);
+    }
+  }
+  for (std::size_t s = 0; s < strata.size(); ++s) {
+    out.alone = out.alone || (strata[s]->alone() && probability[s] > some_probability);
+    for (std::size_t i = 0; i < islands && probability[s] > least_probability; ++i) {
+      const double weight = std::exp(strata[s]->log_evidence()[i] - out.log_evidence[i]);
+      strata[s]->collect(i, weight, out.samples);
+    }
+    out.solves += strata[s]->solves();
   }
   return out;
 }

@@ -21,7 +21,10 @@ struct PosteriorSample {
 struct PosteriorSamples {
   std::vector<PosteriorSample> samples;
   std::vector<double> log_evidence;  ///< of each island
-  std::uint64_t solves = 0;          ///< scenes that were computed for it
+  /// Of several islands one alone found the scenes that explain the frame best, so that nothing
+  /// says what it missed.
+  bool alone = false;
+  std::uint64_t solves = 0;  ///< scenes that were computed for it
 };
 
 /// Scenes drawn from a prior, of which every frame takes those that explain it as its start: the
@@ -33,20 +36,21 @@ struct SceneBank {
 
 struct AnnealingOptions {
   int islands = 4;           ///< independent samplers, which the error is told from
-  int particles = 40;        ///< scenes of each
-  int rounds = 16;           ///< moves of each scene at a temperature
+  int particles = 40;        ///< scenes of each and each number of contacts
+  int rounds = 24;           ///< moves of each scene at a temperature
   int final_rounds = 96;     ///< at the last
   int snapshots = 6;         ///< in which the scenes enter the result
   double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves
 };
 
-/// Sequential Monte Carlo over scenes of any number of contacts (Del Moral, Doucet, Jasra 2006):
-/// from the prior to the posterior through powers of the likelihood, chosen so that each leaves a
-/// share of the scenes in force, with reversible-jump moves (SceneMoves) and, given `ellipses`,
-/// joint ones (JointStep) at each power. Starts from
-/// the prior alone, never from a truth. Before the last moves islands are drawn anew by their
-/// evidence, so that one that never found the posterior does not count. Deterministic: `random` is
-/// its only source.
+/// Sequential Monte Carlo over scenes (Del Moral, Doucet, Jasra 2006): from the prior to the
+/// posterior through powers of the likelihood, chosen so that each leaves a share of the scenes in
+/// force, with moves (SceneMoves) and, given `ellipses`, joint ones (JointStep) at each power. Each
+/// number of contacts has scenes of its own, weighted in the end by its evidence: which number it
+/// is shows at powers at which no scene gains or loses a contact any more. Starts from the prior
+/// alone, never from a truth. An island that found much less evidence for a number of contacts than
+/// another has missed its scenes and goes on from the other's. Deterministic: `random` is its only
+/// source.
 ///
 /// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,

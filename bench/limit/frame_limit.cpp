@@ -103,6 +103,7 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   limit.samples = static_cast<int>(posterior.samples.size());
   limit.effective = effective_samples(images.changes);
   limit.quantities = free_quantities(posterior);
+  limit.alone = posterior.alone;
   const RowVectorXd change = truth.conductivity.array() - sensor.background;
   const bool blank = is_empty(sensor, change);
   const RowVectorXd mean = posterior_mean(images.changes);
@@ -161,6 +162,8 @@ void judge(int channels, FrameLimit& limit) {
   } else if (limit.sampler != "enumeration" && limit.effective < least_effective) {
     limit.remark =
         "effective samples " + fixed(limit.effective, 0) + " < " + fixed(least_effective, 0);
+  } else if (limit.alone) {
+    limit.remark = "of its samplers one alone found the scenes that explain it best";
   } else if (limit.pareto_k > most_pareto_k) {
     limit.remark = "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
   }
@@ -185,6 +188,7 @@ nlohmann::json to_json(const FrameLimit& limit) {
           {"resolved", limit.resolved},
           {"remark", limit.remark},
           {"pareto_k", limit.pareto_k},
+          {"alone", limit.alone},
           {"seconds", limit.seconds},
           {"solves", limit.solves},
           {"metrics", metrics},
@@ -210,6 +214,7 @@ FrameLimit frame_limit_from_json(JsonObject object) {
   limit.resolved = object.boolean_or("resolved", false);
   if (object.has("remark")) limit.remark = object.raw("remark").get<std::string>();
   limit.pareto_k = object.number("pareto_k");
+  limit.alone = object.boolean_or("alone", false);
   limit.seconds = object.number("seconds");
   limit.solves = static_cast<std::uint64_t>(object.number("solves", {0, 1e18}));
   JsonObject metrics = object.object("metrics");

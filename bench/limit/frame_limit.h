@@ -33,6 +33,7 @@ struct FrameLimit {
   bool resolved = false;
   std::string remark;  ///< why it is not
   double pareto_k = 0;
+  bool alone = false;  ///< of PosteriorSamples
   double seconds = 0;
   std::uint64_t solves = 0;
 
@@ -69,8 +70,9 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
                           const PosteriorSamples& posterior, double uniform);
 
 /// Whether a frame is resolved, and the remark: enough effective samples, importance weights
-/// without a heavy tail, and scenes that explain the frame: a chi square at most three standard
-/// deviations above the number of channels, those of as many quantities as the scenes have.
+/// without a heavy tail, more than one island that found them, and scenes that explain the frame: a
+/// chi square at most three standard deviations above the number of channels, those of as many
+/// quantities as the scenes have.
 void judge(int channels, FrameLimit& limit);
 
 nlohmann::json to_json(const FrameLimit& limit);

@@ -74,11 +74,28 @@ double JointStep::Local::log_density(const Eigen::VectorXd& step) const {
   return sum_of_logs(precision.matrixLLT().diagonal().array()) - white.squaredNorm() / 2;
 }
 
-Eigen::MatrixXd JointStep::slopes_of(const SceneDraw& scene,
-                                     const std::vector<EllipticContact>& ellipses) {
+bool JointStep::slopes_of(std::span<const EllipticContact> ellipses,
+                          Eigen::Ref<Eigen::MatrixXd> out) {
+  if (!model_.place(ellipses, workspace_)) return false;
+  Eigen::VectorXd change(model_.pairs());
+  model_.evaluate(workspace_, change);
+  model_.derivatives(workspace_, out);
+  return true;
+}
+
+std::optional<Eigen::MatrixXd> JointStep::slopes_of(const SceneDraw& scene,
+                                                    std::span<const EllipticContact> ellipses) {
   const auto contacts = static_cast<Eigen::Index>(scene.size());
   Eigen::MatrixXd own(model_.pairs(), EllipticContact::parameters * contacts);
-  model_.derivatives(workspace_, own);
+  if (!slopes_of(ellipses, own)) {
+    // Of ellipses that cross each other each is taken for itself.
+    for (Eigen::Index c = 0; c < contacts; ++c) {
+      auto columns = own.middleCols(EllipticContact::parameters * c, EllipticContact::parameters);
+      if (!slopes_of(ellipses.subspan(static_cast<std::size_t>(c), 1), columns)) {
+        return std::nullopt;
+      }
+    }
+  }
   Eigen::MatrixXd out(model_.pairs(), most_quantities * contacts);
   Eigen::Index at = 0;
   for (Eigen::Index c = 0; c < contacts; ++c) {
@@ -118,10 +135,9 @@ std::optional<JointStep::Local> JointStep::around(const SceneDraw& scene, const 
     if (std::abs(1 - contact.conductivity_ratio) < 1e-6) return std::nullopt;
     ellipses.push_back(nearest_ellipse(contact_of(contact)));
   }
-  if (!model_.place(ellipses, workspace_)) return std::nullopt;
-  Eigen::VectorXd change(model_.pairs());
-  model_.evaluate(workspace_, change);
-  const Eigen::MatrixXd slopes = slopes_of(scene, ellipses) / fit.noise;
+  const std::optional<Eigen::MatrixXd> by_quantity = slopes_of(scene, ellipses);
+  if (!by_quantity) return std::nullopt;
+  const Eigen::MatrixXd slopes = *by_quantity / fit.noise;
   Eigen::VectorXd rest(model_.pairs());
   // The mean of two channels has half the variance of one.
   const double weight = pairs_[0][0] == pairs_[0][1] ? 1 : 2;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -37,7 +38,7 @@ class JointStep {
 
   /// From `scene`, which explains its frame as `fit` says. `heat`: the power of the likelihood in
   /// the target, 0 ... 1; `scale`: of the steps, 1 for those as wide as the target. Nothing where
-  /// the fit has no rest, or the ellipses cross each other or the sheet's border.
+  /// the fit has no rest, or an ellipse crosses the sheet's border.
   std::optional<Local> around(const SceneDraw& scene, const SceneFit& fit, double heat,
                               double scale);
   /// The scene after a step, and the logarithm of the derivative of its sizes by their logarithms
@@ -45,9 +46,12 @@ class JointStep {
   std::pair<SceneDraw, double> after(const SceneDraw& scene, const Eigen::VectorXd& step) const;
 
  private:
-  /// [pairs, quantities] V per unit; `ellipses` [contacts], which were evaluated last, are the
-  /// scene's.
-  Eigen::MatrixXd slopes_of(const SceneDraw& scene, const std::vector<EllipticContact>& ellipses);
+  /// [pairs, quantities] V per unit; `ellipses` [contacts] are the scene's. Nothing where one of
+  /// them crosses the sheet's border.
+  std::optional<Eigen::MatrixXd> slopes_of(const SceneDraw& scene,
+                                           std::span<const EllipticContact> ellipses);
+  /// By the parameters of the ellipses together; false where they cross.
+  bool slopes_of(std::span<const EllipticContact> ellipses, Eigen::Ref<Eigen::MatrixXd> out);
 
   const ScenePrior& prior_;
   const EllipseModel& model_;

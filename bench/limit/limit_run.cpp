@@ -28,8 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Raised whenever the same set and prior would give other numbers or another record.
-constexpr int limit_version = 3;
-constexpr std::array efforts = {1, 2, 4};  ///< the next for frames that one did not resolve
+constexpr int limit_version = 4;
+constexpr std::array efforts = {1, 2};  ///< the next for frames that one did not resolve
 
 /// Everything that determines a frame's record.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior,

@@ -111,7 +111,6 @@ PosteriorSamples PosteriorSampler::sampled(const Eigen::VectorXd& frame, int eff
     return out;
   }
   AnnealingOptions options;
-  options.particles *= effort;
   options.rounds *= effort;
   options.final_rounds *= effort;
   if (pilot)

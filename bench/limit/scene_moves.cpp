@@ -6,15 +6,18 @@
 #include <numbers>
 
 #include "bench/limit/elementwise.h"
+#include "forward/ellipses/nearest_ellipse.h"
 
 namespace ertbench {
 namespace {
 
-constexpr double widest_step = 0.5;     ///< of a walk: of places in domain units, and of log size
-constexpr double split_distance = 0.3;  ///< standard deviation between the parts, domain units
+constexpr double widest_step = 0.5;  ///< of a walk: of places in domain units, and of log size
+/// Contacts of one scene may differ by a hundred in how far a step may go that is still taken:
+/// steps are shortened by a random factor, down to exp(-this).
+constexpr double log_narrowest = 4;
 
 /// How often each move is tried, adding up to 1.
-constexpr std::array<double, move_count> shares = {0.45, 0.17, 0.14, 0.08, 0.08, 0.08, 0};
+constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0};
 
 std::size_t any_of(std::size_t count, RandomStream& random) {
   return static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1));
@@ -32,9 +35,8 @@ double reflected(double value, double low, double high) {
 /// The cosine-like factor of size against conductivity in the strength.
 double contrast(double ratio) { return (1 - ratio) / (1 + ratio); }
 
-double log_normal(const Eigen::Vector2d& x, double deviation) {
-  return -x.squaredNorm() / (2 * deviation * deviation) -
-         2 * std::log(deviation * std::sqrt(2 * std::numbers::pi));
+double narrowed(double scale, RandomStream& random) {
+  return scale * std::exp(-log_narrowest * random.uniform());
 }
 
 }  // namespace
@@ -50,8 +52,6 @@ Move SceneMoves::choose(RandomStream& random) const {
 
 std::optional<Proposal> SceneMoves::propose(Move move, const SceneDraw& scene, double scale,
                                             double heat, RandomStream& random) const {
-  const bool grows = random.uniform() < 0.5;
-  if (move == Move::birth) return grows ? birth(scene, random) : death(scene, random);
   if (scene.empty()) return std::nullopt;
   switch (move) {
     case Move::walk:
@@ -63,7 +63,7 @@ std::optional<Proposal> SceneMoves::propose(Move move, const SceneDraw& scene, d
     case Move::reshape:
       return reshape(scene, random);
     default:
-      return grows ? split(scene, random) : merge(scene, random);
+      return redraw(scene, random);
   }
 }
 
@@ -102,8 +102,8 @@ std::optional<Proposal> SceneMoves::exchange(const SceneDraw& scene, double scal
   Proposal proposal{scene, 0};
   ContactDraw& contact = proposal.scene[any_of(scene.size(), random)];
   const double before = contact.conductivity_ratio;
-  contact.conductivity_ratio =
-      reflected(before + scale * 0.5 * (high - low) * random.normal(), low, high);
+  const double width = narrowed(scale, random) * 0.5 * (high - low);
+  contact.conductivity_ratio = reflected(before + width * random.normal(), low, high);
   if (prior_.size_is_free()) {
     const double growth = contrast(before) / contrast(contact.conductivity_ratio);
     if (!(growth > 0) || !std::isfinite(growth)) return std::nullopt;
@@ -113,31 +113,38 @@ std::optional<Proposal> SceneMoves::exchange(const SceneDraw& scene, double scal
   return proposal;
 }
 
-double SceneMoves::keep_area(double area, ContactDraw& contact) const {
-  if (!prior_.size_is_free()) return 0;
-  const double growth = std::sqrt(area / area_of(contact));
-  contact.size *= growth;
-  return std::log(growth);
+double SceneMoves::keep_ellipse(const EllipticContact& before, ContactDraw& contact) const {
+  double log_growth = 0;
+  if (prior_.size_is_free()) {
+    const double growth = std::sqrt(before.area() / area_of(contact));
+    contact.size *= growth;
+    log_growth = std::log(growth);
+  }
+  if (!prior_.distribution().centre) {
+    contact.centre += before.centre - nearest_ellipse(contact_of(contact)).centre;
+  }
+  return log_growth;
 }
 
 std::optional<Proposal> SceneMoves::form(const SceneDraw& scene, double scale,
                                          RandomStream& random) const {
   Proposal proposal{scene, 0};
   ContactDraw& contact = proposal.scene[any_of(scene.size(), random)];
-  const double area = area_of(contact);
+  const EllipticContact before = nearest_ellipse(contact_of(contact));
+  const double width = narrowed(scale, random);
   const auto [low, high] = prior_.distribution().aspect;
   if (random.uniform() < 0.5 || contact.corners.empty()) {
     contact.aspect =
-        reflected(contact.aspect + scale * 0.5 * (high - low) * random.normal(), low, high);
-    contact.angle = std::fmod(contact.angle + scale * random.normal(), std::numbers::pi);
+        reflected(contact.aspect + width * 0.5 * (high - low) * random.normal(), low, high);
+    contact.angle = std::fmod(contact.angle + width * random.normal(), std::numbers::pi);
     if (contact.angle < 0) contact.angle += std::numbers::pi;
   } else {
     ContactDraw::Corner& corner = contact.corners[any_of(contact.corners.size(), random)];
     corner.turn =
-        reflected(corner.turn + scale * corner_turn * random.normal(), -corner_turn, corner_turn);
-    corner.reach = reflected(corner.reach + scale * 0.5 * random.normal(), 0, 1);
+        reflected(corner.turn + width * corner_turn * random.normal(), -corner_turn, corner_turn);
+    corner.reach = reflected(corner.reach + width * 0.5 * random.normal(), 0, 1);
   }
-  proposal.log_ratio = keep_area(area, contact);
+  proposal.log_ratio = keep_ellipse(before, contact);
   return proposal;
 }
 
@@ -147,90 +154,25 @@ std::optional<Proposal> SceneMoves::reshape(const SceneDraw& scene, RandomStream
   const ContactDraw before = contact;
   const ContactDraw other = prior_.draw_contact(random);
   contact.shape = other.shape;
-  contact.aspect = other.aspect;
-  contact.angle = other.angle;
-  contact.corners = other.corners;
-  const double log_forms = prior_.log_form_density(before) - prior_.log_form_density(contact);
-  proposal.log_ratio = keep_area(area_of(before), contact) + log_forms;
-  return proposal;
-}
-
-std::optional<Proposal> SceneMoves::birth(const SceneDraw& scene, RandomStream& random) const {
-  if (!std::isfinite(prior_.log_count(scene.size() + 1))) return std::nullopt;
-  Proposal proposal{scene, 0};
-  const ContactDraw born = prior_.draw_contact(random);
-  const auto place = static_cast<std::ptrdiff_t>(any_of(scene.size() + 1, random));
-  proposal.scene.insert(proposal.scene.begin() + place, born);
-  proposal.log_ratio = -prior_.log_density(born);
-  return proposal;
-}
-
-std::optional<Proposal> SceneMoves::death(const SceneDraw& scene, RandomStream& random) const {
-  if (scene.empty() || !std::isfinite(prior_.log_count(scene.size() - 1))) return std::nullopt;
-  Proposal proposal{scene, 0};
-  const auto dead = static_cast<std::ptrdiff_t>(any_of(scene.size(), random));
-  proposal.log_ratio = prior_.log_density(scene[static_cast<std::size_t>(dead)]);
-  proposal.scene.erase(proposal.scene.begin() + dead);
-  return proposal;
-}
-
-// With w the share of the first part in the strength and d the way from the second to the first,
-// (place, size, w, d) and the places and sizes of the two parts are coordinates of the same six
-// quantities: the places' Jacobian is 1, and that of the sizes r sqrt(w), r sqrt(k (1 - w)) by
-// (r, w) is r sqrt(k / (w (1 - w))) / 2, k the strength of the first form over that of the second
-// at equal sizes.
-
-std::optional<Proposal> SceneMoves::split(const SceneDraw& scene, RandomStream& random) const {
-  if (!prior_.size_is_free() || !std::isfinite(prior_.log_count(scene.size() + 1))) {
-    return std::nullopt;
+  if (random.uniform() < 0.5) {
+    // Angle and aspect mean the same to all shapes but polygons.
+    if (!before.corners.empty() || !other.corners.empty()) return std::nullopt;
+  } else {
+    contact.aspect = other.aspect;
+    contact.angle = other.angle;
+    contact.corners = other.corners;
+    proposal.log_ratio = prior_.log_form_density(before) - prior_.log_form_density(contact);
   }
-  Proposal proposal{scene, 0};
-  const std::size_t chosen = any_of(scene.size(), random);
-  ContactDraw& first = proposal.scene[chosen];
-  const ContactDraw whole = first;
-  ContactDraw second = prior_.draw_contact(random);
-  const double log_form = prior_.log_form_density(second);
-  const double share = random.uniform();
-  Eigen::Vector2d apart(random.normal(), random.normal());
-  apart *= split_distance;
-  second.size = whole.size;
-  const double k = strength_of(whole) / strength_of(second);
-  if (!(k > 0) || !std::isfinite(k) || share <= 0) return std::nullopt;
-  first.centre = whole.centre + (1 - share) * apart;
-  first.size = whole.size * std::sqrt(share);
-  second.centre = whole.centre - share * apart;
-  second.size = whole.size * std::sqrt(k * (1 - share));
-  proposal.log_ratio = -log_form - log_normal(apart, split_distance) + std::log(whole.size / 2) +
-                       std::log(k / (share * (1 - share))) / 2;
-  const auto place = static_cast<std::ptrdiff_t>(any_of(scene.size() + 1, random));
-  proposal.scene.insert(proposal.scene.begin() + place, second);
+  proposal.log_ratio += keep_ellipse(nearest_ellipse(contact_of(before)), contact);
   return proposal;
 }
 
-std::optional<Proposal> SceneMoves::merge(const SceneDraw& scene, RandomStream& random) const {
-  if (!prior_.size_is_free() || scene.size() < 2 ||
-      !std::isfinite(prior_.log_count(scene.size() - 1))) {
-    return std::nullopt;
-  }
+std::optional<Proposal> SceneMoves::redraw(const SceneDraw& scene, RandomStream& random) const {
   Proposal proposal{scene, 0};
-  const std::size_t kept = any_of(scene.size(), random);
-  std::size_t gone = any_of(scene.size() - 1, random);
-  if (gone >= kept) ++gone;
-  const ContactDraw& first = scene[kept];
-  const ContactDraw& second = scene[gone];
-  const double strength = strength_of(first);
-  const double more = strength_of(second) / strength;
-  if (!(more > 0) || !std::isfinite(more)) return std::nullopt;
-  ContactDraw& whole = proposal.scene[kept];
-  const double share = 1 / (1 + more);
-  const Eigen::Vector2d apart = first.centre - second.centre;
-  whole.centre = share * first.centre + (1 - share) * second.centre;
-  whole.size = first.size * std::sqrt(1 + more);
-  const double sizes = second.size / first.size;
-  const double k = sizes * sizes / more;  // strengths at equal sizes
-  proposal.log_ratio = prior_.log_form_density(second) + log_normal(apart, split_distance) -
-                       std::log(whole.size / 2) - std::log(k / (share * (1 - share))) / 2;
-  proposal.scene.erase(proposal.scene.begin() + static_cast<std::ptrdiff_t>(gone));
+  ContactDraw& contact = proposal.scene[any_of(scene.size(), random)];
+  const double log_before = prior_.log_density(contact);
+  contact = prior_.draw_contact(random);
+  proposal.log_ratio = log_before - prior_.log_density(contact);
   return proposal;
 }
 

@@ -6,20 +6,22 @@
 #include "bench/limit/place_metric.h"
 #include "bench/limit/scene_prior.h"
 #include "core/random.h"
+#include "forward/border/elliptic_contact.h"
 
 namespace ertbench {
 
-/// Steps from a scene to another for Metropolis-Hastings-Green sampling (Green 1995).
+/// Steps from a scene to another of as many contacts, for Metropolis-Hastings sampling. Where a
+/// contact's form changes, the centre and area of its nearest ellipse stay, which is what voltages
+/// tell first.
 enum class Move {
   walk,      ///< of a contact's place and size, by PlaceMetric
   exchange,  ///< of size against conductivity, the strength kept
-  form,      ///< of angle, aspect and corners, the area kept
-  reshape,   ///< another shape with angle, aspect and corners of its own, the area kept
-  birth,     ///< of a contact drawn from the prior, or the death of one
-  split,     ///< of a contact into two of the same strength together, or the merging of two
+  form,      ///< of angle and aspect, or of one corner
+  reshape,   ///< another shape, with the angle and aspect that there are or with its own
+  redraw,    ///< a contact drawn anew from the prior
   joint,     ///< of all contacts (JointStep)
 };
-inline constexpr int move_count = 7;
+inline constexpr int move_count = 6;
 
 /// A scene that a move leads to.
 struct Proposal {
@@ -52,14 +54,12 @@ class SceneMoves {
                                    RandomStream& random) const;
   std::optional<Proposal> form(const SceneDraw& scene, double scale, RandomStream& random) const;
   std::optional<Proposal> reshape(const SceneDraw& scene, RandomStream& random) const;
-  std::optional<Proposal> birth(const SceneDraw& scene, RandomStream& random) const;
-  std::optional<Proposal> death(const SceneDraw& scene, RandomStream& random) const;
-  std::optional<Proposal> split(const SceneDraw& scene, RandomStream& random) const;
-  std::optional<Proposal> merge(const SceneDraw& scene, RandomStream& random) const;
+  std::optional<Proposal> redraw(const SceneDraw& scene, RandomStream& random) const;
 
-  /// Gives a contact the size at which it has `area`, where sizes are free; the logarithm of the
-  /// derivative of the new size by the old one.
-  double keep_area(double area, ContactDraw& contact) const;
+  /// Gives a contact the size and place at which its nearest ellipse has the area and centre of
+  /// `before`, as far as these are free; the logarithm of the derivative of the new size by the old
+  /// one.
+  double keep_ellipse(const EllipticContact& before, ContactDraw& contact) const;
   const ScenePrior& prior_;
   const PlaceMetric& metric_;
 };

@@ -35,6 +35,14 @@ ScenePrior::ScenePrior(const SceneDistribution& distribution, std::shared_ptr<co
                   std::log(std::numbers::pi);
 }
 
+ScenePrior ScenePrior::with_contacts(std::size_t contacts) const {
+  SceneDistribution scenes = distribution_;
+  const auto count = static_cast<int>(contacts);
+  scenes.blank_fraction = count == 0 ? 1 : 0;
+  if (count > 0) scenes.contacts = {count, count};
+  return {scenes, sheet_};
+}
+
 double ScenePrior::log_count(std::size_t contacts) const {
   const double blank = distribution_.blank_fraction;
   const auto [least, most] = distribution_.contacts;

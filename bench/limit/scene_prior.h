@@ -20,6 +20,8 @@ class ScenePrior {
 
   const SceneDistribution& distribution() const { return distribution_; }
   const Sheet& sheet() const { return *sheet_; }
+  /// As many contacts as are asked for, and else as this.
+  ScenePrior with_contacts(std::size_t contacts) const;
 
   SceneDraw draw(RandomStream& random) const {
     return distribution_.draw_contacts(random, *sheet_);

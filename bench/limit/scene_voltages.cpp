@@ -11,7 +11,7 @@ namespace {
 
 constexpr double resolution_of_one = 3;
 constexpr double resolution_step = 1.6;
-constexpr int most_border_points = 200;
+constexpr int most_border_points = 500;
 
 class BorderVoltages : public SceneVoltages {
  public:
@@ -89,22 +89,31 @@ std::unique_ptr<SceneVoltages> grid_voltages(const Sensor& sensor, int side, Ras
   return std::make_unique<GridVoltages>(sensor, side, rule);
 }
 
-bool has_other_model(const DatasetSpec& spec) {
+namespace {
+
+/// The grid that a set's own voltages are computed on, where it is coarse enough to be solved
+/// thousands of times; null for others.
+const GridSheet* own_grid(const DatasetSpec& spec) {
   const auto* grid = std::get_if<GridSheet>(&spec.model);
-  return !grid || grid->side > largest_own_grid;
+  return grid && grid->side <= largest_own_grid ? grid : nullptr;
+}
+
+}  // namespace
+
+bool has_other_model(const DatasetSpec& spec) {
+  return std::holds_alternative<GridSheet>(spec.model) && !own_grid(spec);
 }
 
 std::string model_name(const DatasetSpec& spec, const SceneVoltages& voltages) {
   if (!has_other_model(spec)) return voltages.name();
-  const std::string own = std::holds_alternative<GridSheet>(spec.model)
-                              ? "the grid of " + text_of(spec.model)
-                              : "the converged one";
-  return voltages.name() + ", corrected by its difference to " + own + " at the posterior";
+  return voltages.name() + ", corrected by its difference to the grid of " + text_of(spec.model) +
+         " at the posterior";
 }
 
 std::unique_ptr<SceneVoltages> voltages_for(const DatasetSpec& spec) {
-  if (has_other_model(spec)) return border_voltages(spec.sensor);
-  return grid_voltages(spec.sensor, std::get<GridSheet>(spec.model).side, spec.rasterisation);
+  const GridSheet* grid = own_grid(spec);
+  if (!grid) return border_voltages(spec.sensor);
+  return grid_voltages(spec.sensor, grid->side, spec.rasterisation);
 }
 
 }  // namespace ertbench

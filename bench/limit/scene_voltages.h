@@ -51,7 +51,7 @@ std::unique_ptr<SceneVoltages> grid_voltages(const Sensor& sensor, int side, Ras
 /// The largest grid that is solved as it is; of finer ones the border model is the limit.
 inline constexpr int largest_own_grid = 48;
 
-/// Whether voltages_for() is another model than the set's own.
+/// Whether voltages_for() is another model than the set's own by more than both are accurate to.
 bool has_other_model(const DatasetSpec& spec);
 /// As results have it: with what is done about the difference, where there is one.
 std::string model_name(const DatasetSpec& spec, const SceneVoltages& voltages);

@@ -70,5 +70,27 @@ TEST(JointStep, LeavesWhatIsFixedAsItIs) {
   EXPECT_TRUE(std::isfinite(prior.log_density(after)));
 }
 
+// Contacts that overlap step as well, each by what it would do alone.
+TEST(JointStep, LeadsFromContactsThatOverlap) {
+  const ScenePrior prior = prior_over({0.4, 1});
+  const EllipseModel ellipses{Sensor{}};
+  JointStep joint(prior, ellipses);
+  const ContactDraw one{DrawnShape::disc, 0.2, {0.5, 0.4}, 0.3, 1, 0, {}};
+  const ContactDraw two{DrawnShape::disc, 0.25, {0.3, 0.4}, 0.6, 1, 0, {}};
+  SceneFit fit;
+  fit.noise = 1e-4;
+  fit.rest = Eigen::VectorXd::LinSpaced(208, -1, 1);
+  const auto both = joint.around({one, two}, fit, 1, 1);
+  ASSERT_TRUE(both);
+  ASSERT_EQ(both->mean.size(), 8);
+  const Eigen::MatrixXd precision = both->precision.reconstructedMatrix();
+  for (const Eigen::Index c : {0, 1}) {
+    const auto alone = joint.around({c == 0 ? one : two}, fit, 1, 1);
+    ASSERT_TRUE(alone);
+    const Eigen::MatrixXd own = alone->precision.reconstructedMatrix();
+    EXPECT_LT((precision.block(4 * c, 4 * c, 4, 4) - own).norm(), 1e-9 * own.norm());
+  }
+}
+
 }  // namespace
 }  // namespace ertbench

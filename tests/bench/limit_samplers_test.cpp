@@ -60,9 +60,13 @@ AnnealingOptions many() {
 
 double share_of(const PosteriorSamples& posterior,
                 const std::function<bool(const SceneDraw&)>& holds) {
-  double count = 0;
-  for (const PosteriorSample& sample : posterior.samples) count += holds(sample.scene);
-  return count / static_cast<double>(posterior.samples.size());
+  double sum = 0;
+  double all = 0;
+  for (const PosteriorSample& sample : posterior.samples) {
+    all += sample.weight;
+    if (holds(sample.scene)) sum += sample.weight;
+  }
+  return sum / all;
 }
 
 /// Distance of Kolmogorov and Smirnov between values and a uniform distribution over 0 ... 1.
@@ -183,6 +187,42 @@ TEST(AnnealedSampler, FindsANarrowPosterior) {
   EXPECT_NEAR(std::sqrt(variance) / width, 1, 0.05);
   const double evidence = 2 * std::numbers::pi * width * width / (1.6 * 1.6);
   for (const double log : posterior.log_evidence) EXPECT_NEAR(log, std::log(evidence), 0.35);
+}
+
+// Two places explain the frame, one of them e^25 times better, narrow enough for an island to miss
+// it: the islands that did go on from the other ones' scenes, and where one alone found it, that is
+// said.
+TEST(AnnealedSampler, SaysWhereOneIslandAloneFoundTheScenes) {
+  SceneDistribution scenes;
+  scenes.contacts = {1, 1};
+  scenes.shapes = {DrawnShape::disc};
+  scenes.radius = {0.2, 0.2};
+  const ScenePrior prior(scenes, square_sheet());
+  const Eigen::Vector2d good(0.3, -0.4);
+  const Eigen::Vector2d poor(-0.5, 0.5);
+  const KnownLikelihood likelihood([&](const Scene& scene) {
+    const Eigen::Vector2d at = scene.contacts.front().centre;
+    const double near = (at - good).squaredNorm() / (2 * 0.002 * 0.002);
+    const double far = (at - poor).squaredNorm() / (2 * 0.02 * 0.02) + 30;
+    return -std::min({near, far, 80.0});
+  });
+  int alone = 0;
+  int missed = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const PosteriorSamples posterior = anneal(
+        prior, likelihood,
+        {.islands = 3, .particles = 6, .rounds = 4, .final_rounds = 12, .snapshots = 2}, seed);
+    const double share = share_of(
+        posterior, [&](const SceneDraw& scene) { return (scene[0].centre - good).norm() < 0.05; });
+    if (posterior.alone) {
+      EXPECT_GT(share, 0.99) << seed;
+      EXPECT_EQ(posterior.log_evidence.front(), posterior.log_evidence.back()) << seed;
+    }
+    alone += posterior.alone;
+    missed += share < 0.01;
+  }
+  EXPECT_GT(missed, 0);
+  EXPECT_GT(alone, 0);
 }
 
 TEST(ImportanceSampler, FindsBothModesOfAMixture) {
