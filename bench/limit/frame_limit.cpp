@@ -148,26 +148,44 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   return limit;
 }
 
-void judge(int channels, FrameLimit& limit) {
+namespace {
+
+/// Why a frame's posterior is not to be believed, whatever the number of its samples; or nothing.
+std::string doubt(int channels, const FrameLimit& limit) {
   constexpr double most_deviations = 3;
   constexpr double most_pareto_k = 0.7;
   // The truth's chi square is the number of channels, to which the noise's norm is set. It is one
   // of the posterior's own scenes, whose chi square spreads as that of their free quantities.
   const double most_chi_square =
       channels + most_deviations * std::sqrt(2 * std::max(1.0, limit.quantities));
-  limit.remark.clear();
   if (limit.chi_square > most_chi_square) {
-    limit.remark = "the scenes that were found do not explain the frame: chi square " +
-                   fixed(limit.chi_square, 0) + " for " + std::to_string(channels) + " channels";
-  } else if (limit.sampler != "enumeration" && limit.effective < least_effective) {
+    return "the scenes that were found do not explain the frame: chi square " +
+           fixed(limit.chi_square, 0) + " for " + std::to_string(channels) + " channels";
+  }
+  if (limit.alone) return "of its samplers one alone found the scenes that explain it best";
+  if (limit.pareto_k > most_pareto_k) {
+    return "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
+  }
+  return "";
+}
+
+bool has_fewer(const FrameLimit& limit, double samples) {
+  return limit.sampler != "enumeration" && limit.effective < samples;
+}
+
+}  // namespace
+
+void judge(int channels, FrameLimit& limit) {
+  limit.remark = doubt(channels, limit);
+  if (limit.remark.empty() && has_fewer(limit, least_effective)) {
     limit.remark =
         "effective samples " + fixed(limit.effective, 0) + " < " + fixed(least_effective, 0);
-  } else if (limit.alone) {
-    limit.remark = "of its samplers one alone found the scenes that explain it best";
-  } else if (limit.pareto_k > most_pareto_k) {
-    limit.remark = "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
   }
   limit.resolved = limit.remark.empty();
+}
+
+bool deserves_more(int channels, const FrameLimit& limit) {
+  return !doubt(channels, limit).empty() || has_fewer(limit, enough_effective);
 }
 
 nlohmann::json to_json(const FrameLimit& limit) {

@@ -23,6 +23,10 @@ inline constexpr std::array<const char*, 5> limit_ranks = {"sum", "x", "y", "nor
 /// Effective samples under which a frame is listed as unresolved.
 inline constexpr double least_effective = 100;
 
+/// With as many, more work is not worth it: the squared error of a mean of k samples is 1/k above
+/// the least.
+inline constexpr double enough_effective = 20;
+
 /// What the best estimates of one frame came to, under one prior.
 struct FrameLimit {
   std::uint64_t frame = 0;
@@ -74,6 +78,9 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
 /// chi square at most three standard deviations above the number of channels, those of as many
 /// quantities as the scenes have.
 void judge(int channels, FrameLimit& limit);
+/// Whether more work may tell more: where the frame is unresolved for another reason than that its
+/// samples are fewer than least_effective, though not than enough_effective.
+bool deserves_more(int channels, const FrameLimit& limit);
 
 nlohmann::json to_json(const FrameLimit& limit);
 FrameLimit frame_limit_from_json(JsonObject object);

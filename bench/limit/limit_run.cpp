@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 /// Raised whenever the same set and prior would give other numbers or another record.
 constexpr int limit_version = 4;
-constexpr std::array efforts = {1, 2};  ///< the next for frames that one did not resolve
+constexpr std::array efforts = {1, 2};  ///< the next where one did not do
 
 /// Everything that determines a frame's record.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior,
@@ -206,7 +206,7 @@ class SetRun {
           samplers_[task]->sample(block_.voltages.row(row).transpose(), effort,
                                   before.samples.samples.empty() ? nullptr : &before, random);
       limit = judged(frame, task, posterior);
-      if (limit.resolved) break;
+      if (!deserves_more(spec_.sensor.channels(), limit)) break;
     }
     return limit;
   }

@@ -188,6 +188,32 @@ TEST(Limit, OfTheOracleAloneLeavesTheTrainingSetsPriorOut) {
   EXPECT_EQ(compute_limits(same, options).size(), 2u);
 }
 
+TEST(Limit, IsUnresolvedForAReasonAndWorthMoreWorkForSome) {
+  FrameLimit limit;
+  limit.sampler = "annealing";
+  limit.quantities = 12;
+  limit.chi_square = 208;
+  const auto judged = [&](double effective) {
+    limit.effective = effective;
+    judge(208, limit);
+    return std::pair(limit.resolved, deserves_more(208, limit));
+  };
+  EXPECT_EQ(judged(150), std::pair(true, false));
+  EXPECT_EQ(judged(50), std::pair(false, false));
+  EXPECT_EQ(limit.remark, "effective samples 50 < 100");
+  EXPECT_EQ(judged(10), std::pair(false, true));
+  // What one sampler alone has found is not made sure by its own samples.
+  limit.alone = true;
+  EXPECT_EQ(judged(150), std::pair(false, true));
+  EXPECT_NE(limit.remark.find("alone"), std::string::npos) << limit.remark;
+  limit.alone = false;
+  // Three standard deviations of the chi square of 12 quantities: 208 + 14.7.
+  limit.chi_square = 222;
+  EXPECT_EQ(judged(150), std::pair(true, false));
+  limit.chi_square = 223;
+  EXPECT_EQ(judged(150), std::pair(false, true));
+}
+
 TEST(Limit, SaysWhichSetsHaveNone) {
   const TemporaryFolder folder("limit");
   nlohmann::json json = testing::small_experiment();
