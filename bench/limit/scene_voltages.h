@@ -44,7 +44,7 @@ class SceneVoltages {
 /// reciprocity shows is at most `border_tolerance` of the noise, or of the distance to the frame
 /// where that is larger: a scene that is far off need not be known well to be refused.
 std::unique_ptr<SceneVoltages> border_voltages(const Sensor& sensor);
-inline constexpr double border_tolerance = 0.1;
+inline constexpr double border_tolerance = 0.25;
 /// ForwardModel on a grid of `side` pixels that are filled by `rule`.
 std::unique_ptr<SceneVoltages> grid_voltages(const Sensor& sensor, int side, Rasterisation rule);
 
