@@ -66,7 +66,6 @@ class Stratum {
     share_out();
   }
 
-  std::size_t contacts() const { return contacts_; }
   /// [islands] with that of the number of contacts, of the scenes that each goes on with.
   const std::vector<double>& log_evidence() const { return log_evidence_; }
   /// Whether one island found what all others missed.
