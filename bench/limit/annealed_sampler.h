@@ -36,8 +36,8 @@ struct SceneBank {
 
 struct AnnealingOptions {
   int islands = 4;           ///< independent samplers, which the error is told from
-  int particles = 40;        ///< scenes of each and each number of contacts
-  int rounds = 24;           ///< moves of each scene at a temperature
+  int particles = 40;        ///< scenes of each and each number of contacts; up to 4 times at first
+  int rounds = 16;           ///< moves of each scene at a temperature
   int final_rounds = 96;     ///< at the last
   int snapshots = 6;         ///< in which the scenes enter the result
   double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves

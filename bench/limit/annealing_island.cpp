@@ -11,6 +11,9 @@ namespace {
 
 constexpr double wanted_acceptance = 0.3;
 constexpr double joint_share = 0.5;  ///< of all moves, where there are joint ones
+/// Times as many scenes at the smallest powers, where places are still open and voltages need not
+/// be accurate.
+constexpr double most_particles = 4;
 constexpr double least_heat_step = 1e-9;
 constexpr double never_accurate_enough = -1e300;  ///< a threshold under which nothing falls
 
@@ -80,9 +83,10 @@ void AnnealingIsland::start(std::span<const SceneDraw> bank, std::span<const Sce
   for (Eigen::Index i = 0; i < logs.size(); ++i) {
     logs[i] = fits[static_cast<std::size_t>(i)].log_likelihood;
   }
-  const auto count = static_cast<std::size_t>(options_.particles);
-  heat_ = heat_step(logs, 1,
-                    std::min<double>(options_.particles, 0.5 * static_cast<double>(logs.size())));
+  heat_ = heat_step(
+      logs, 1,
+      std::min(most_particles * options_.particles, 0.5 * static_cast<double>(logs.size())));
+  const std::size_t count = particles_at(heat_);
   const Weights weights = weights_of(heat_ * logs);
   log_evidence_ = weights.log_mean;
   for (const std::size_t i : resampled(weights.values, count, random_)) {
@@ -108,7 +112,7 @@ void AnnealingIsland::anneal() {
     heat_ = step >= 1 - heat_ ? 1 : heat_ + step;
     log_evidence_ += weights.log_mean;
     std::vector<Particle> next;
-    for (const std::size_t i : resampled(weights.values, particles_.size(), random_)) {
+    for (const std::size_t i : resampled(weights.values, particles_at(heat_), random_)) {
       next.push_back(particles_[i]);
     }
     particles_ = std::move(next);
@@ -123,6 +127,11 @@ void AnnealingIsland::collect(int island, double weight, std::vector<PosteriorSa
     for (int r = 0; r < between; ++r) move(false);
     for (const Particle& p : particles_) samples.push_back({p.scene, p.fit, weight, island});
   }
+}
+
+std::size_t AnnealingIsland::particles_at(double heat) const {
+  return static_cast<std::size_t>(options_.particles *
+                                  std::clamp(1 / std::cbrt(heat), 1.0, most_particles));
 }
 
 Eigen::ArrayXd AnnealingIsland::log_likelihoods() const {

@@ -52,6 +52,8 @@ class AnnealingIsland {
   };
 
   Eigen::ArrayXd log_likelihoods() const;
+  /// Scenes at a power of the likelihood.
+  std::size_t particles_at(double heat) const;
   std::optional<Trial> tried(std::size_t particle);
   double& scale_of(Move kind) { return scales_[static_cast<std::size_t>(kind)]; }
   /// The log likelihood that a trial's scene must exceed.
