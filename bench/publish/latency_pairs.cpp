@@ -21,6 +21,15 @@ constexpr std::array training_settings = {
     "schedule",  "symmetries",    "new_scenes",      "precision",   "loss",        "train_dense",
     "slow_rate", "learning_rate", "training_faults", "fault_share", "content_loss"};
 
+/// Whether what a frame costs depends on what is in it.
+bool work_follows_frame(const ResultRow& row) {
+  const json& settings = *row.parameters;
+  const bool iterates = settings.contains("tolerance");
+  const bool adds_contacts = settings.contains("most_contacts");
+  const bool is_mixture = settings.value("components", 1) > 1;
+  return iterates || adds_contacts || is_mixture;
+}
+
 bool meet(const Interval& a, const Interval& b) { return a.low <= b.high && b.low <= a.high; }
 
 Interval range(const std::vector<double>& values) {
@@ -54,31 +63,36 @@ std::string time_text(const TimedSolver& solver) {
 
 Interval latency_interval(const TimedSolver& solver) { return range(solver.rounds_us); }
 
-std::string timed_settings(const ResultRow& row) {
+std::string timed_settings(const ResultRow& row, const json& test_sets) {
   json settings = *row.parameters;
   for (const char* name : training_settings) settings.erase(name);
-  settings.erase("contacts");  // are read out of the finished image
-  if (settings.contains("tolerance")) {
-    settings["dataset"] = row.dataset;
-    settings["frames"] = row.frames;
+  if (work_follows_frame(row)) {
+    settings["frames"] = {row.frames, test_sets.value(row.dataset, json(row.dataset))};
   } else {
     // Weights of priors and losses: what is fitted with them is applied at the same cost.
     for (auto it = settings.begin(); it != settings.end();) {
       it = it->is_number_float() ? settings.erase(it) : std::next(it);
     }
   }
+  settings.erase("contacts");  // are read out of the finished image
   settings["type"] = row.type;
   return settings.dump();
 }
 
-std::vector<TimedSolver> timed_solvers(const std::string& result, const std::string& cpu,
-                                       const std::string& commit,
+std::vector<TimedSolver> timed_solvers(const std::string& result, const json& provenance,
                                        const std::vector<ResultRow>& rows) {
+  const json test_sets = provenance.value("datasets", json::object());
   std::vector<TimedSolver> out;
   std::vector<bool> has_units;
   for (const ResultRow& row : rows) {
     if (!row.latency_us) continue;
-    TimedSolver timed{result, row.label, timed_settings(row), {}, {}, cpu, "commit " + commit};
+    TimedSolver timed{result,
+                      row.label,
+                      timed_settings(row, test_sets),
+                      {},
+                      {},
+                      provenance.value("cpu", "unknown"),
+                      "commit " + provenance.value("commit", "unknown")};
     if (!row.build.timed.empty()) {
       const BuildStamp& build = row.build.timed.front();
       timed.build = "commit " + build.commit_text() + ", program " + build.program.substr(0, 8);
@@ -94,11 +108,13 @@ std::vector<TimedSolver> timed_solvers(const std::string& result, const std::str
     }
     std::vector<double> rounds = row.latency_us->p50_of_rounds;
     if (rounds.empty()) rounds = {row.latency_us->p50};
-    for (const double round : rounds) {
-      found->rounds_us.push_back(round);
-      if (row.calibration_us) found->rounds_in_units.push_back(round / *row.calibration_us);
+    found->rounds_us.insert(found->rounds_us.end(), rounds.begin(), rounds.end());
+    std::vector<double> units = row.latency_us->relative_of_rounds;
+    if (units.empty() && row.calibration_us) {
+      for (const double round : rounds) units.push_back(round / *row.calibration_us);
     }
-    if (!row.calibration_us) has_units[static_cast<std::size_t>(found - out.begin())] = false;
+    found->rounds_in_units.insert(found->rounds_in_units.end(), units.begin(), units.end());
+    if (units.empty()) has_units[static_cast<std::size_t>(found - out.begin())] = false;
   }
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!has_units[i]) out[i].rounds_in_units.clear();
@@ -122,9 +138,7 @@ std::vector<TimedSolver> timed_solvers(const fs::path& published) {
     for (const JsonObject& object : root.objects("rows")) {
       rows.push_back(result_row_from_json(object));
     }
-    for (TimedSolver& timed :
-         timed_solvers(folder.filename().string(), provenance.value("cpu", "unknown"),
-                       provenance.value("commit", "unknown"), rows)) {
+    for (TimedSolver& timed : timed_solvers(folder.filename().string(), provenance, rows)) {
       out.push_back(std::move(timed));
     }
   }
@@ -151,12 +165,14 @@ Table latency_table(const std::vector<LatencyPair>& pairs) {
   table.title = "Times that several results have of one solver";
   table.text =
       "Every latency in a table comes from the same stage: raw voltages to the finished image of "
-      "one "
-      "frame, one thread, in rounds that all solvers of an experiment share. Here is each pair of "
+      "one frame, one thread, in rounds that all solvers of an experiment share. Here is each pair "
+      "of "
       "results that time a solver with the same settings: the median of p50 over the rounds of all "
       "their test sets, since what a frame costs does not depend on the set, and the interval from "
-      "the least to the greatest. Two agree where these meet, in µs or in units of the calibration "
-      "loop that each process runs beside them.";
+      "the least to the greatest. Solvers whose work is as much as a frame asks for (they iterate, "
+      "add contacts or leave out components that weigh nothing) are paired where the test sets are "
+      "the same as well. Two agree where these meet, in µs or in units of the calibration loop "
+      "that runs beside each round.";
   TableSection& section = table.sections.emplace_back();
   section.columns = {{"solver", Align::left},    {"in", Align::left},
                      {"p50 (µs)", Align::right}, {"and in", Align::left},

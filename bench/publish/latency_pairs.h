@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct TimedSolver {
   std::string label;   ///< of its first row
   std::string settings;
   std::vector<double> rounds_us;  ///< p50 of each round of each row
-  /// The same in units of the calibration loop of each row's process; empty unless all rows have
-  /// it.
+  /// The same in units of the calibration loop as it ran in each round (LatencySummary's
+  /// relative_of_rounds); of rows without those, as it ran in the row's process. Empty unless all
+  /// rows have one or the other.
   std::vector<double> rounds_in_units;
   std::string cpu;
   /// "commit 0123456789ab, program 01234567"; of results that do not say it the commit alone.
@@ -34,20 +36,20 @@ struct LatencyPair {
   std::string reason;  ///< why they may differ where they do: machine, build; empty: there is none
 };
 
-/// From the least to the greatest of the rounds, µs. What a frame costs does not depend on the test
-/// set (timed_settings), so what differs between the rows of one result is the machine's doing, and
-/// part of the interval.
+/// From the least to the greatest of the rounds, µs. What a frame costs does not depend on what is
+/// not in its timed_settings, so what differs between the rows of one result is the machine's
+/// doing, and part of the interval.
 Interval latency_interval(const TimedSolver& solver);
 
 /// What a frame's time depends on, in canonical JSON: the type and the settings, without those of
-/// the training and of the regularisation. Of a solver that iterates, which stops by its
-/// "tolerance", all settings and the test set.
-std::string timed_settings(const ResultRow& row);
+/// the training and of the regularisation. Of a solver whose work is as much as the frame asks for
+/// (it iterates, adds contacts, leaves out components that weigh nothing) all settings, and the
+/// frames: which of `test_sets` {name: description of the data set} they are of, and how many.
+std::string timed_settings(const ResultRow& row, const nlohmann::json& test_sets);
 
 /// A result's rows, put together by their settings, in the order of their first rows. Rows without
-/// a latency are left out.
-std::vector<TimedSolver> timed_solvers(const std::string& result, const std::string& cpu,
-                                       const std::string& commit,
+/// a latency are left out. `provenance` is the result's: "cpu", "commit", "datasets".
+std::vector<TimedSolver> timed_solvers(const std::string& result, const nlohmann::json& provenance,
                                        const std::vector<ResultRow>& rows);
 /// Those of every result below a folder.
 std::vector<TimedSolver> timed_solvers(const std::filesystem::path& published);

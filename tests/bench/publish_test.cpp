@@ -109,7 +109,8 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
       rows.push_back(timed_row("net", parameters, of_row, calibration));
       rows.back().build.timed.front().commit = commit;
     }
-    const std::vector<TimedSolver> solvers = timed_solvers(result, "cpu", commit, rows);
+    const std::vector<TimedSolver> solvers =
+        timed_solvers(result, {{"cpu", "cpu"}, {"commit", commit}}, rows);
     EXPECT_EQ(solvers.size(), 1U);
     return solvers.front();
   };
@@ -137,6 +138,39 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
   EXPECT_FALSE(pair("d", "e").agree);
   EXPECT_EQ(pair("d", "e").reason, "");
   EXPECT_NE(rows[0].settings, rows[5].settings);
+}
+
+TEST(LatencyPairs, SolversWhoseWorkFollowsTheFrameAreHeldAgainstTheSameFrames) {
+  const auto of = [](const std::string& result, const nlohmann::json& parameters,
+                     double radius) -> TimedSolver {
+    const nlohmann::json test_set = {{"scenes", {{"radius", {radius, radius}}}}};
+    return timed_solvers(result, {{"datasets", {{"test", test_set}}}},
+                         {timed_row("any", parameters, {100, 110}, 10)})
+        .front();
+  };
+  for (const nlohmann::json& follows :
+       {nlohmann::json{{"tolerance", 1e-4}}, nlohmann::json{{"most_contacts", 4}},
+        nlohmann::json{{"components", 64}}}) {
+    EXPECT_TRUE(latency_pairs({of("a", follows, 0.4), of("b", follows, 0.2)}).empty()) << follows;
+    EXPECT_EQ(latency_pairs({of("a", follows, 0.4), of("b", follows, 0.4)}).size(), 1U) << follows;
+  }
+  const nlohmann::json product = {{"components", 1}};
+  EXPECT_EQ(latency_pairs({of("a", product, 0.4), of("b", product, 0.2)}).size(), 1U);
+}
+
+TEST(LatencyPairs, EachRoundHasTheUnitThatRanBesideIt) {
+  // The machine ran at half its speed for a round of the second; only the round's unit tells.
+  const auto of = [](const std::string& result, std::vector<double> rounds,
+                     std::vector<double> units) {
+    ResultRow row = timed_row("net", {{"width", 24}}, std::move(rounds), 10);
+    row.latency_us->relative_of_rounds = std::move(units);
+    return timed_solvers(result, nlohmann::json::object(), {row}).front();
+  };
+  EXPECT_TRUE(latency_pairs({of("a", {100, 110}, {10, 11}), of("b", {190, 200}, {10.5, 12})})
+                  .front()
+                  .agree);
+  EXPECT_FALSE(
+      latency_pairs({of("a", {100, 110}, {10, 11}), of("b", {190, 200}, {19, 20})}).front().agree);
 }
 
 /// Two published tables that time the same solver with the same settings agree, or say why not.
