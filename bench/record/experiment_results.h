@@ -56,9 +56,8 @@ struct ExperimentResults {
   /// the order of the rows.
   std::vector<ScoredLabels> frames;
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m
-  /// By label and test set: [frames] of the first seed that was scored, where the experiment keeps
-  /// contacts.
-  std::map<std::string, std::map<std::string, std::vector<FrameReading>>> readings;
+  /// By label and test set: [seeds that were scored][frames], where the experiment keeps contacts.
+  std::map<std::string, std::map<std::string, std::vector<std::vector<FrameReading>>>> readings;
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
   std::map<std::string, LabelOutcome> labels;

@@ -56,12 +56,12 @@ ContactRuleChoice chosen_rule(const Experiment& experiment, const Cache& cache,
   return choose_contact_rule(experiment.contacts, experiment.sensor, solver, set ? &*set : nullptr);
 }
 
-/// Keeps what was read out of the images of the label's first seed.
+/// Adds what was read out of the images of one of the label's seeds.
 void add_readings(const Experiment& experiment, const ScoredTrial& trial,
                   ExperimentResults& results) {
   auto& readings = results.readings[trial.entry->label];
   for (std::size_t set = 0; set < experiment.tests.size(); ++set) {
-    readings.emplace(experiment.tests[set].name, trial.accuracy->sets.at(set).readings);
+    readings[experiment.tests[set].name].push_back(trial.accuracy->sets.at(set).readings);
   }
 }
 

@@ -233,6 +233,20 @@ std::string program_name(const std::string& title) {
 
 nlohmann::json Collision::summary() const { return collision_json(results_); }
 
+std::vector<Headline> Collision::headlines() const {
+  std::vector<Headline> out;
+  for (const Detector& detector : results_.detectors) {
+    if (!detector.failure.empty() || detector.rule == AlarmRule::voltage_norm) continue;
+    const std::string rule = std::string(name_of(detector.rule)) + ": ";
+    const auto& delay = detector.arm.median_delay_s;
+    out.push_back({detector.label, rule + "force that is found in 95 % (N)", 2,
+                   detector.least_N ? std::optional(detector.least_N->value) : std::nullopt});
+    out.push_back({detector.label, rule + "median delay of the arm (ms)", 1,
+                   delay ? std::optional(1000 * delay->value) : std::nullopt});
+  }
+  return out;
+}
+
 std::vector<ReportSection> Collision::report(const std::string& title,
                                              const std::filesystem::path& folder) const {
   ReportSection section;

@@ -16,6 +16,7 @@ class Collision : public StudyResult {
   explicit Collision(const StudyInput& input);
 
   nlohmann::json summary() const override;
+  std::vector<Headline> headlines() const override;
   std::vector<ReportSection> report(const std::string& title,
                                     const std::filesystem::path& folder) const override;
 

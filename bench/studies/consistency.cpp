@@ -161,6 +161,20 @@ json Consistency::summary() const {
   return out;
 }
 
+std::vector<Headline> Consistency::headlines() const {
+  std::vector<Headline> out;
+  for (const ConsistentSet& set : sets_) {
+    for (const ConsistencyOfSolver& solver : set.solvers) {
+      if (!solver.failure.empty()) continue;
+      out.push_back({solver.label, set.name + ": spread of the radius (of its median)", 3,
+                     value_of(solver.scores.radius_spread)});
+      out.push_back({solver.label, set.name + ": share of the change explained", 3,
+                     value_of(solver.scores.explained)});
+    }
+  }
+  return out;
+}
+
 std::vector<ReportSection> Consistency::report(const std::string& title,
                                                const std::filesystem::path& folder) const {
   ReportSection section;

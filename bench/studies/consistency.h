@@ -31,6 +31,7 @@ class Consistency : public StudyResult {
   explicit Consistency(const StudyInput& input);
 
   nlohmann::json summary() const override;
+  std::vector<Headline> headlines() const override;
   std::vector<ReportSection> report(const std::string& title,
                                     const std::filesystem::path& folder) const override;
 

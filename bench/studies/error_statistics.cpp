@@ -9,6 +9,10 @@
 
 namespace ertbench {
 
+std::optional<double> value_of(const std::optional<Estimate>& estimate) {
+  return estimate ? std::optional(estimate->value) : std::nullopt;
+}
+
 nlohmann::json to_json(const std::optional<Estimate>& estimate) {
   if (!estimate) return nullptr;
   return {{"value", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};

@@ -17,6 +17,8 @@ struct Estimate {
   Interval ci95;
 };
 
+/// Without its interval.
+std::optional<double> value_of(const std::optional<Estimate>& estimate);
 /// `{"value", "ci95": [low, high]}`, or null.
 nlohmann::json to_json(const std::optional<Estimate>& estimate);
 /// "4.12" and below it "[3.98, 4.31]"; a dash where there is none.

@@ -252,6 +252,21 @@ json Localisation::summary() const {
   return out;
 }
 
+std::vector<Headline> Localisation::headlines() const {
+  std::vector<Headline> out;
+  for (const LocalisedSet& set : sets_) {
+    for (const PlaceErrors& solver : set.solvers) {
+      if (!solver.failure.empty()) continue;
+      for (const PlaceRule rule : {PlaceRule::thresholded, PlaceRule::contact}) {
+        const auto& median = solver.rules[static_cast<std::size_t>(rule)].median;
+        out.push_back({solver.label, set.name + ": median error, " + name_of(rule) + " (mm)", 2,
+                       value_of(median)});
+      }
+    }
+  }
+  return out;
+}
+
 std::vector<ReportSection> Localisation::report(const std::string& title,
                                                 const std::filesystem::path& folder) const {
   ReportSection section;

@@ -55,6 +55,7 @@ class Localisation : public StudyResult {
   explicit Localisation(const StudyInput& input);
 
   nlohmann::json summary() const override;
+  std::vector<Headline> headlines() const override;
   std::vector<ReportSection> report(const std::string& title,
                                     const std::filesystem::path& folder) const override;
 

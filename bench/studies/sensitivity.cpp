@@ -95,10 +95,6 @@ std::optional<double> mean_over_regions(
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
-std::optional<double> value_of(const std::optional<Estimate>& estimate) {
-  return estimate ? std::optional(estimate->value) : std::nullopt;
-}
-
 TableSection strength_table(const SensitivitySet& set, const std::string& law, double background) {
   TableSection table;
   table.caption = set.name + ": largest |δσ| over the background by region and force, rising; " +
@@ -263,6 +259,21 @@ json Sensitivity::summary() const {
     json& one = out["sets"][set.name];
     one = {{"condition", set.condition}, {"forces_N", set.forces_N}, {"presses", set.presses}};
     for (const PressResponse& solver : set.solvers) one["solvers"][solver.label] = json_of(solver);
+  }
+  return out;
+}
+
+std::vector<Headline> Sensitivity::headlines() const {
+  std::vector<Headline> out;
+  for (const SensitivitySet& set : sets_) {
+    for (const PressResponse& solver : set.solvers) {
+      if (!solver.failure.empty()) continue;
+      for (const Strength strength : kStrengths) {
+        const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
+        out.push_back({solver.label, set.name + ": force error by " + name_of(strength) + " (N)", 3,
+                       value_of(reading.force_error)});
+      }
+    }
   }
   return out;
 }

@@ -67,6 +67,7 @@ class Sensitivity : public StudyResult {
   explicit Sensitivity(const StudyInput& input);
 
   nlohmann::json summary() const override;
+  std::vector<Headline> headlines() const override;
   std::vector<ReportSection> report(const std::string& title,
                                     const std::filesystem::path& folder) const override;
 

@@ -19,12 +19,19 @@ struct StudyInput {
   const Experiment& experiment;
   const ExperimentResults& results;  ///< with rows, readings and latencies
   const Cache& cache;
+  /// Which of the trainings of each solver is judged, of those that were scored; the first one
+  /// stands for solvers that are not trained.
+  std::size_t training = 0;
 
-  /// Of all solvers, in the order of the experiment.
+  /// Of all solvers that have that training, in the order of the experiment; of the first one also
+  /// those that failed.
   std::vector<std::string> labels() const;
+  /// Of the solver that was trained most often.
+  std::size_t trainings() const;
   const DatasetSpec& set_spec(const std::string& set) const;
   DatasetFile open(const std::string& set) const;
-  /// What the label's solver found in each frame of the set; null where it did not get that far.
+  /// What the label's solver found in each frame of the set, with the training that is judged; null
+  /// where it did not get that far.
   const std::vector<FrameReading>* readings(const std::string& label, const std::string& set) const;
   /// Why there are none: "crashed: ...".
   std::string failure(const std::string& label) const;
@@ -38,7 +45,8 @@ struct StudyInput {
   std::string law() const;
 };
 
-/// The result of any study. Throws what reading its datasets throws.
+/// The result of any study: of the first training of each solver, with what the others make of its
+/// headlines (StudyTrainings). Throws what reading its datasets throws.
 std::shared_ptr<const StudyResult> make_study(const StudyInput& input);
 
 }  // namespace ertbench

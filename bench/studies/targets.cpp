@@ -171,6 +171,24 @@ json Targets::summary() const {
   return out;
 }
 
+std::vector<Headline> Targets::headlines() const {
+  std::vector<Headline> out;
+  for (const TargetSolver& solver : results_.solvers) {
+    if (!solver.failure.empty()) continue;
+    for (const auto& [contacts, count] : solver.counts) {
+      if (contacts == 0) continue;
+      const std::string of =
+          contacts == 1 ? "1 contact: " : std::to_string(contacts) + " contacts: ";
+      for (const TargetMetric& metric : target_metrics()) {
+        if (metric.key != "f1" && metric.key != "ospa_mm") continue;
+        out.push_back({solver.label, of + metric.heading, metric.decimals,
+                       value_of(count.metrics.at(metric.key))});
+      }
+    }
+  }
+  return out;
+}
+
 std::vector<ReportSection> Targets::report(const std::string& title,
                                            const std::filesystem::path& folder) const {
   ReportSection section;

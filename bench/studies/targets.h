@@ -60,6 +60,7 @@ class Targets : public StudyResult {
       : circumstances_(std::move(circumstances)), results_(std::move(results)) {}
 
   nlohmann::json summary() const override;
+  std::vector<Headline> headlines() const override;
   std::vector<ReportSection> report(const std::string& title,
                                     const std::filesystem::path& folder) const override;
 

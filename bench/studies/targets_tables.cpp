@@ -107,10 +107,9 @@ std::vector<std::string> targets_notes(const TargetCircumstances& circumstances)
           number_text(distances.ospa) + " mm away.",
       "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
       "stay together; where all scenes give the same number they have no width. Shares of scenes "
-      "or "
-      "frames that each count once have Wilson's. Where a "
-      "solver "
-      "was trained with several seeds, all numbers are of the first.",
+      "or frames that each count once have Wilson's. Where a solver was trained with several "
+      "seeds, "
+      "these numbers are of the first.",
       "Gap: distance between the circles around the two footprints. Told apart: each of the two "
       "contacts was found, by a found one of its own. The resolvable gap is the least from which "
       "on " +

@@ -150,6 +150,20 @@ json Tracking::summary() const {
   return out;
 }
 
+std::vector<Headline> Tracking::headlines() const {
+  std::vector<Headline> out;
+  for (const TrackingCondition& condition : conditions_) {
+    for (const TrackingOfSolver& solver : condition.solvers) {
+      if (!solver.failure.empty()) continue;
+      const TrackingScores& scores = solver.scores;
+      out.push_back({solver.label, condition.set + ": RMS (mm)", 2, value_of(scores.rms_mm)});
+      out.push_back(
+          {solver.label, condition.set + ": read back (share)", 3, value_of(scores.read_back)});
+    }
+  }
+  return out;
+}
+
 std::vector<ReportSection> Tracking::report(const std::string& title,
                                             const std::filesystem::path& folder) const {
   ReportSection section;

@@ -15,6 +15,7 @@ class Tracking : public StudyResult {
   explicit Tracking(const StudyInput& input);
 
   nlohmann::json summary() const override;
+  std::vector<Headline> headlines() const override;
   std::vector<ReportSection> report(const std::string& title,
                                     const std::filesystem::path& folder) const override;
 

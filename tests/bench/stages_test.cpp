@@ -126,8 +126,9 @@ TEST_F(StagesTest, WhatWasReadOutOfTheImagesIsKeptWhereItIsAskedFor) {
   ASSERT_EQ(results.readings.size(), 1u);
   const auto& readings = results.readings.at(job.entry->label);
   ASSERT_EQ(readings.size(), 3u) << "one list for each test set";
-  EXPECT_EQ(readings.at("test").size(), 40u);
-  EXPECT_FALSE(readings.at("test").front().contacts.empty());
+  ASSERT_EQ(readings.at("test").size(), 1u) << "one list for each training";
+  EXPECT_EQ(readings.at("test").front().size(), 40u);
+  EXPECT_FALSE(readings.at("test").front().front().contacts.empty());
   for (const ResultRow& row : results.rows) {
     if (row.label != job.entry->label) continue;
     EXPECT_EQ(row.parameters->at("contacts").at("chosen_on"), 30) << "of the validation set";
