@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -18,6 +19,9 @@ constexpr double missed = 5;
 constexpr double least_probability = 1e-3;
 /// One that is more probable has to be found by more than one island.
 constexpr double some_probability = 0.05;
+/// Of a log evidence below that of another number of contacts: of no more probability than
+/// least_probability, whatever the two estimates' errors.
+constexpr double hopeless = 25;
 
 /// Logarithm of the sum of exp(values).
 double log_sum(const std::vector<double>& values) {
@@ -35,10 +39,11 @@ class Stratum {
         contacts_(contacts),
         log_probability_(prior.log_count(contacts)) {}
 
-  /// Anneals the bank's scenes of so many contacts, and more where these do not do.
+  /// Anneals the bank's scenes of so many contacts, and more where these do not do. `least`: the
+  /// log evidence without which they have no part in the posterior.
   void anneal(const SceneLikelihood& likelihood, const PlaceMetric& metric, JointStep* joint,
               std::span<const SceneDraw> bank, std::span<const SceneFit> bank_fits,
-              const AnnealingOptions& options, RandomStream& random) {
+              const AnnealingOptions& options, double least, RandomStream& random) {
     std::vector<SceneDraw> scenes;
     std::vector<SceneFit> fits;
     for (std::size_t i = 0; i < bank.size(); ++i) {
@@ -47,9 +52,9 @@ class Stratum {
       fits.push_back(bank_fits[i]);
     }
     const auto islands = static_cast<std::size_t>(options.islands);
-    const std::size_t least = 2 * islands * static_cast<std::size_t>(options.particles);
+    const std::size_t least_scenes = 2 * islands * static_cast<std::size_t>(options.particles);
     std::vector<Scene> drawn;
-    while (scenes.size() < least) {
+    while (scenes.size() < least_scenes) {
       scenes.push_back(prior_.draw(random));
       drawn.push_back(scene_of(scenes.back()));
     }
@@ -60,7 +65,7 @@ class Stratum {
           islands_.emplace_back(prior_, likelihood, metric, joint, options, random);
       island.start(std::span(scenes).subspan(i * share, share),
                    std::span(fits).subspan(i * share, share));
-      island.anneal();
+      island.anneal(least - log_probability_);
       log_evidence_.push_back(log_probability_ + island.log_evidence());
     }
     share_out();
@@ -68,6 +73,9 @@ class Stratum {
 
   /// [islands] with that of the number of contacts, of the scenes that each goes on with.
   const std::vector<double>& log_evidence() const { return log_evidence_; }
+  double best_log_evidence() const {
+    return *std::max_element(log_evidence_.begin(), log_evidence_.end());
+  }
   /// Whether one island found what all others missed.
   bool alone() const { return islands_.size() > 1 && found_ == 1 && contacts_ > 0; }
 
@@ -83,7 +91,8 @@ class Stratum {
  private:
   /// Islands that missed what others found go on from the scenes of these, one after the other.
   void share_out() {
-    const double best = *std::max_element(log_evidence_.begin(), log_evidence_.end());
+    const double best = best_log_evidence();
+    if (!std::isfinite(best)) return;
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < islands_.size(); ++i) {
       if (log_evidence_[i] > best - missed) found.push_back(i);
@@ -117,12 +126,14 @@ PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelih
   std::optional<JointStep> joint;
   if (ellipses) joint.emplace(prior, *ellipses);
   std::vector<std::unique_ptr<Stratum>> strata;  // which islands refer to
-  for (std::size_t n = 0; n <= static_cast<std::size_t>(prior.distribution().contacts.second);
-       ++n) {
+  // Most contacts first: how well these explain the frame shows soon that fewer will not.
+  double best = -std::numeric_limits<double>::infinity();
+  for (auto n = static_cast<std::size_t>(prior.distribution().contacts.second) + 1; n-- > 0;) {
     if (!std::isfinite(prior.log_count(n))) continue;
     strata.push_back(std::make_unique<Stratum>(prior, n));
     strata.back()->anneal(likelihood, metric, joint ? &*joint : nullptr, bank, bank_fits, options,
-                          random);
+                          best - hopeless, random);
+    best = std::max(best, strata.back()->best_log_evidence());
   }
   // Of each island the probabilities by the evidence that it found itself.
   const auto islands = static_cast<std::size_t>(options.islands);

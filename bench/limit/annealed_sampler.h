@@ -36,10 +36,10 @@ struct SceneBank {
 
 struct AnnealingOptions {
   int islands = 4;           ///< independent samplers, which the error is told from
-  int particles = 40;        ///< scenes of each and each number of contacts; up to 4 times at first
-  int rounds = 16;           ///< moves of each scene at a temperature
-  int final_rounds = 96;     ///< at the last
-  int snapshots = 6;         ///< in which the scenes enter the result
+  int particles = 20;        ///< scenes of each and each number of contacts; up to 4 times at first
+  int rounds = 32;           ///< moves of each scene at a temperature
+  int final_rounds = 192;    ///< at the last
+  int snapshots = 12;        ///< in which the scenes enter the result
   double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves
 };
 
@@ -49,8 +49,8 @@ struct AnnealingOptions {
 /// number of contacts has scenes of its own, weighted in the end by its evidence: which number it
 /// is shows at powers at which no scene gains or loses a contact any more. Starts from the prior
 /// alone, never from a truth. An island that found much less evidence for a number of contacts than
-/// another has missed its scenes and goes on from the other's. Deterministic: `random` is its only
-/// source.
+/// another has missed its scenes and goes on from the other's; numbers of contacts that cannot
+/// explain the frame are given up on the way. Deterministic: `random` is its only source.
 ///
 /// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "bench/limit/elementwise.h"
@@ -100,9 +101,13 @@ void AnnealingIsland::start(std::span<const SceneDraw> bank, std::span<const Sce
   solves_ += better.size();
 }
 
-void AnnealingIsland::anneal() {
+void AnnealingIsland::anneal(double least) {
   for (;;) {
     const bool last = heat_ >= 1;
+    if (!last && log_evidence_ + (1 - heat_) * likelihood_.largest() < least) {
+      log_evidence_ = -std::numeric_limits<double>::infinity();
+      return;
+    }
     for (int r = 0; r < (last ? 0 : options_.rounds); ++r) move(true);
     if (last) return;
     const Eigen::ArrayXd logs = log_likelihoods();

@@ -23,8 +23,9 @@ class AnnealingIsland {
 
   /// From scenes of the prior, with their likelihoods.
   void start(std::span<const SceneDraw> bank, std::span<const SceneFit> fits);
-  /// Until the power is 1.
-  void anneal();
+  /// Until the power is 1, or until it is certain that the log evidence will be below `least`: then
+  /// it is minus infinity, and there is nothing to collect.
+  void anneal(double least);
   /// Goes on with another island's scenes.
   void take(const AnnealingIsland& other) { particles_ = other.particles_; }
   /// Moves at the posterior itself, with snapshots between, whose scenes share `weight` out.

@@ -6,6 +6,12 @@
 #include "bench/limit/elementwise.h"
 
 namespace ertbench {
+namespace {
+
+/// The noise of a scene that explains the frame is that of the frame to a small part of itself.
+constexpr double noise_slack = 0.02;
+
+}  // namespace
 
 FrameLikelihood::FrameLikelihood(const SceneVoltages& voltages, const Noise& noise,
                                  Eigen::VectorXd frame)
@@ -40,12 +46,15 @@ Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes,
   const double noise = channel_noise(frame_);
   VoltageTarget target{frame_, noise * std::sqrt(channels), {}};
   for (const double threshold : thresholds) {
-    // The noise is that of the frame to a small part of itself.
-    const double chi_square = -2 * (threshold + channels * std::log(0.98 * noise));
-    target.farthest.push_back(1.02 * noise * std::sqrt(std::max(0.0, chi_square)));
+    const double chi_square = -2 * (threshold + channels * std::log((1 - noise_slack) * noise));
+    target.farthest.push_back((1 + noise_slack) * noise * std::sqrt(std::max(0.0, chi_square)));
   }
   voltages_.solve(scenes, &target, voltages);
   return voltages;
+}
+
+double FrameLikelihood::largest() const {
+  return -static_cast<double>(frame_.size()) * std::log((1 - noise_slack) * channel_noise(frame_));
 }
 
 std::vector<SceneFit> FrameLikelihood::of(std::span<const Scene> scenes,

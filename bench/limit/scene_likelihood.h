@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,8 @@ class SceneLikelihood {
   /// which a value need not be accurate.
   virtual std::vector<SceneFit> of(std::span<const Scene> scenes,
                                    std::span<const double> thresholds = {}) const = 0;
+  /// Above which no scene's log likelihood is.
+  virtual double largest() const { return std::numeric_limits<double>::infinity(); }
 };
 
 /// That of a measured frame. The noise of a set has a direction like white noise and a norm r that
@@ -46,6 +49,7 @@ class FrameLikelihood : public SceneLikelihood {
 
   std::vector<SceneFit> of(std::span<const Scene> scenes,
                            std::span<const double> thresholds = {}) const override;
+  double largest() const override;
   /// The same without their rests, of voltages [scenes, channels] V that are known already.
   std::vector<SceneFit> of_voltages(const Eigen::Ref<const Frames>& voltages) const;
 

@@ -162,6 +162,36 @@ TEST(AnnealedSampler, CountsContactsByTheirLikelihood) {
   }
 }
 
+// Where it is known how well a scene can explain the frame at all, numbers of contacts that come
+// nowhere near what another number has reached are given up on the way: fewer scenes are computed,
+// and the posterior is the same.
+TEST(AnnealedSampler, GivesUpNumbersOfContactsThatExplainNothing) {
+  class Bounded : public KnownLikelihood {
+   public:
+    Bounded(std::function<double(const Scene&)> log, double largest)
+        : KnownLikelihood(std::move(log)), largest_(largest) {}
+    double largest() const override { return largest_; }
+
+   private:
+    double largest_;
+  };
+  const auto log = [](const Scene& scene) {
+    const Eigen::Vector2d off = scene.contacts.front().centre - Eigen::Vector2d(0.3, -0.4);
+    const double missing = 3 - static_cast<double>(scene.contacts.size());
+    return -400 * missing - off.squaredNorm() / (2 * 0.01 * 0.01);
+  };
+  const AnnealingOptions few{
+      .islands = 2, .particles = 40, .rounds = 10, .final_rounds = 20, .snapshots = 2};
+  const ScenePrior prior = prior_of(1, 3);
+  const PosteriorSamples bounded = anneal(prior, Bounded(log, 0), few, 5);
+  const PosteriorSamples unbounded =
+      anneal(prior, Bounded(log, std::numeric_limits<double>::infinity()), few, 5);
+  EXPECT_LT(static_cast<double>(bounded.solves), 0.8 * static_cast<double>(unbounded.solves));
+  EXPECT_EQ(bounded.log_evidence, unbounded.log_evidence);
+  ASSERT_EQ(bounded.samples.size(), unbounded.samples.size());
+  EXPECT_EQ(share_of(bounded, [](const SceneDraw& scene) { return scene.size() == 3; }), 1);
+}
+
 // A sharp Gaussian in the place of the only contact: its mean and width come out, and the evidence
 // is the Gaussian's integral over the prior's density.
 TEST(AnnealedSampler, FindsANarrowPosterior) {
