@@ -13,8 +13,10 @@
 namespace ertbench {
 namespace {
 
-/// Of an island's log evidence, below the best one's: it missed what the other found.
-constexpr double missed = 5;
+/// Of an island's log evidence, below the best one's: it goes on from the other's scenes.
+constexpr double worse = 5;
+/// The same: it missed what the other found. The estimates themselves err by some units.
+constexpr double missed = 15;
 /// A number of contacts that is less probable is left out.
 constexpr double least_probability = 1e-3;
 /// One that is more probable has to be found by more than one island.
@@ -89,19 +91,20 @@ class Stratum {
   }
 
  private:
-  /// Islands that missed what others found go on from the scenes of these, one after the other.
+  /// Islands that are worse than others go on from the scenes of these, one after the other.
   void share_out() {
     const double best = best_log_evidence();
     if (!std::isfinite(best)) return;
-    std::vector<std::size_t> found;
+    found_ = 0;
+    std::vector<std::size_t> good;
     for (std::size_t i = 0; i < islands_.size(); ++i) {
-      if (log_evidence_[i] > best - missed) found.push_back(i);
+      if (log_evidence_[i] > best - missed) ++found_;
+      if (log_evidence_[i] > best - worse) good.push_back(i);
     }
-    found_ = found.size();
     std::size_t next = 0;
     for (std::size_t i = 0; i < islands_.size(); ++i) {
-      if (log_evidence_[i] > best - missed) continue;
-      const std::size_t from = found[next++ % found.size()];
+      if (log_evidence_[i] > best - worse) continue;
+      const std::size_t from = good[next++ % good.size()];
       islands_[i].take(islands_[from]);
       log_evidence_[i] = log_evidence_[from];
     }

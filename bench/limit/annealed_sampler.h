@@ -48,8 +48,8 @@ struct AnnealingOptions {
 /// force, with moves (SceneMoves) and, given `ellipses`, joint ones (JointStep) at each power. Each
 /// number of contacts has scenes of its own, weighted in the end by its evidence: which number it
 /// is shows at powers at which no scene gains or loses a contact any more. Starts from the prior
-/// alone, never from a truth. An island that found much less evidence for a number of contacts than
-/// another has missed its scenes and goes on from the other's; numbers of contacts that cannot
+/// alone, never from a truth. An island that found less evidence for a number of contacts than
+/// another goes on from the other's scenes; numbers of contacts that cannot
 /// explain the frame are given up on the way. Deterministic: `random` is its only source.
 ///
 /// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
