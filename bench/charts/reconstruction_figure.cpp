@@ -11,12 +11,24 @@
 namespace ertbench {
 namespace {
 
+constexpr int most_solvers = 9;  ///< side by side, beside the truth
+
+/// Where an image stands: the columns are broken into bands below each other, of which each begins
+/// with the truth.
+struct Place {
+  int band;
+  int column;  ///< in its band, 0 the truth
+  int scene;
+};
+
 /// Places and sizes in px from the top left corner; panels are squares.
 struct Layout {
   int scenes;
-  int columns;
+  int solvers;
+  int bands;
+  int columns;  ///< of a band, with the truth
   int panel;
-  std::vector<std::vector<std::string>> titles;
+  std::vector<std::vector<std::string>> titles;  ///< of the truth, then of the solvers
 
   static constexpr int kLeft = 27;
   static constexpr int kRight = 86;
@@ -31,13 +43,19 @@ struct Layout {
     return static_cast<int>(lines) * kLine;
   }
   int width() const { return kLeft + columns * panel + (columns - 1) * kGap + kRight; }
-  int height() const { return 2 * kBorder + title_height() + scenes * (panel + kCaption); }
+  int band_height() const { return title_height() + 4 + scenes * (panel + kCaption); }
+  int height() const { return 2 * kBorder + bands * band_height() - 4; }
   int bar_height() const { return std::min(scenes, 3) * (panel + kCaption) - kCaption; }
   int left_of(int column) const { return kLeft + column * (panel + kGap); }
-  Box box(int scene, int column) const {
-    return Box::sized(left_of(column), top_of(scene), panel, panel);
+  Box box(const Place& place) const {
+    return Box::sized(left_of(place.column), top_of(place.band, place.scene), panel, panel);
   }
-  int top_of(int scene) const { return kBorder + title_height() + 4 + scene * (panel + kCaption); }
+  int top_of(int band, int scene) const {
+    return kBorder + band * band_height() + title_height() + 4 + scene * (panel + kCaption);
+  }
+  Place place_of(int solver, int scene) const {
+    return {solver / (columns - 1), 1 + solver % (columns - 1), scene};
+  }
 };
 
 Layout layout_for(const ReconstructionFigure& figure) {
@@ -45,7 +63,10 @@ Layout layout_for(const ReconstructionFigure& figure) {
   constexpr int max_lines = 3;
   Layout layout{};
   layout.scenes = static_cast<int>(figure.conductivity.rows());
-  layout.columns = static_cast<int>(figure.columns.size()) + 1;
+  layout.solvers = static_cast<int>(figure.columns.size());
+  layout.bands = std::max(1, (layout.solvers + most_solvers - 1) / most_solvers);
+  // As many in each band, but for what the last one lacks.
+  layout.columns = 1 + (layout.solvers + layout.bands - 1) / layout.bands;
   layout.panel = std::clamp(widest / layout.columns - Layout::kGap, 92, 145);
   const auto characters = characters_in(layout.panel, 11);
   layout.titles = {{"truth"}};
@@ -80,8 +101,7 @@ void check(const ReconstructionFigure& figure) {
 }
 
 struct Panel {
-  int scene;
-  int column;
+  Place place;
   std::string inside;  ///< written in its middle
   std::string below;
   std::string name;  ///< label and scene
@@ -90,7 +110,7 @@ struct Panel {
 /// A panel: its words, then the image [pixels] with the electrodes on it.
 void plot_panel(Canvas& canvas, ImagePanels& panels, const Layout& layout, const Panel& panel,
                 const Eigen::Ref<const Eigen::RowVectorXd>& image) {
-  const Box box = layout.box(panel.scene, panel.column);
+  const Box box = layout.box(panel.place);
   if (!panel.below.empty()) {
     canvas.text(panel.below, box.middle(), box.bottom + 8, {.size = 9});
   }
@@ -99,20 +119,28 @@ void plot_panel(Canvas& canvas, ImagePanels& panels, const Layout& layout, const
   panels.image(box, image, panel.inside);
 }
 
+void print_title(Canvas& canvas, const Layout& layout, const Place& place,
+                 const std::vector<std::string>& lines) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double y = layout.top_of(place.band, 0) - 4 -
+                     Layout::kLine * (static_cast<double>(lines.size() - i) - 0.5);
+    canvas.text(lines[i], layout.box(place).middle(), y, {.size = 11});
+  }
+}
+
 void print_titles(Canvas& canvas, const Layout& layout,
                   const std::vector<std::string>& row_labels) {
-  for (int column = 0; column < layout.columns; ++column) {
-    const auto& lines = layout.titles[static_cast<std::size_t>(column)];
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      const double y =
-          layout.top_of(0) - 4 - Layout::kLine * (static_cast<double>(lines.size() - i) - 0.5);
-      canvas.text(lines[i], layout.box(0, column).middle(), y, {.size = 11});
+  const auto characters = characters_in(layout.panel, 10);
+  for (int band = 0; band < layout.bands; ++band) {
+    print_title(canvas, layout, {band, 0, 0}, layout.titles.front());
+    for (int scene = 0; scene < layout.scenes; ++scene) {
+      canvas.text(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
+                  layout.box({band, 0, scene}).centre(), {.upright = true});
     }
   }
-  const auto characters = characters_in(layout.panel, 10);
-  for (int scene = 0; scene < layout.scenes; ++scene) {
-    canvas.text(one_line(row_labels[static_cast<std::size_t>(scene)], characters), 12,
-                layout.box(scene, 0).centre(), {.upright = true});
+  for (int solver = 0; solver < layout.solvers; ++solver) {
+    print_title(canvas, layout, layout.place_of(solver, 0),
+                layout.titles[static_cast<std::size_t>(solver) + 1]);
   }
 }
 
@@ -145,21 +173,24 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
     const std::string unknown = figure.truth_is_known ? "" : "unknown";
     const Eigen::RowVectorXd true_image =
         figure.truth_is_known ? Eigen::RowVectorXd(truth.row(scene)) : Eigen::RowVectorXd();
-    plot_panel(canvas, panels, layout, {scene, 0, unknown, "", "truth, " + scene_name}, true_image);
-    for (int c = 1; c < layout.columns; ++c) {
-      const FigureColumn& column = figure.columns[static_cast<std::size_t>(c - 1)];
-      Panel panel{scene, c, column.failure, "", column.label + ", " + scene_name};
+    for (int band = 0; band < layout.bands; ++band) {
+      plot_panel(canvas, panels, layout, {{band, 0, scene}, unknown, "", "truth, " + scene_name},
+                 true_image);
+    }
+    for (int c = 0; c < layout.solvers; ++c) {
+      const FigureColumn& column = figure.columns[static_cast<std::size_t>(c)];
+      Panel panel{layout.place_of(c, scene), column.failure, "", column.label + ", " + scene_name};
       Eigen::RowVectorXd image;
       if (column.failure.empty()) {
-        image = columns[static_cast<std::size_t>(c - 1)].row(scene);
+        image = columns[static_cast<std::size_t>(c)].row(scene);
         if (!image.array().isFinite().any()) panel.inside = "undefined";
         panel.below = caption(figure, column, scene);
       }
       plot_panel(canvas, panels, layout, panel, image);
     }
   }
-  panels.scale_bar(layout.box(0, 0));
-  panels.colour_bar(Box::sized(layout.left_of(layout.columns) + 4, layout.top_of(0),
+  panels.scale_bar(layout.box({0, 0, 0}));
+  panels.colour_bar(Box::sized(layout.left_of(layout.columns) + 4, layout.top_of(0, 0),
                                ImagePanels::bar_width, layout.bar_height()),
                     layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
   canvas.draw(stem);

@@ -28,7 +28,8 @@ struct ReconstructionFigure {
   std::string error_name = "rel. error";  ///< what `errors` is
 };
 
-/// Draws `stem`.svg and `stem`.png: a row for each scene, in the columns the truth and each solver.
+/// Draws `stem`.svg and `stem`.png: a row for each scene, in the columns the truth and each solver;
+/// of more than nine solvers in bands below each other, each with the truth.
 /// Colour is the change of the conductivity over the background, one scale for all images; where
 /// solvers overshoot the truth by more than half its range, the scale ends there and its outermost
 /// colours stand for all beyond (marked at the colour bar). Dots are electrodes; the image's row 0

@@ -111,10 +111,17 @@ TEST_F(Figure, LabelsAreTextAndNothingElse) {
 }
 
 TEST_F(Figure, IsDrawnInAllSizes) {
-  for (const auto& [scenes, solvers] : {std::pair(1, 1), std::pair(8, 8), std::pair(3, 12)}) {
+  struct Size {
+    int scenes, solvers, bands;
+  };
+  for (const auto& [scenes, solvers, bands] :
+       {Size{1, 0, 1}, Size{1, 1, 1}, Size{8, 9, 1}, Size{3, 12, 2}, Size{1, 20, 3}}) {
     draw_reconstruction_figure(sample(scenes, solvers), results() / "f");
-    EXPECT_EQ(count(read("f.svg"), "<image "),
-              static_cast<std::size_t>(scenes * (solvers + 1) + 1));
+    const std::string svg = read("f.svg");
+    EXPECT_EQ(count(svg, "<image "), static_cast<std::size_t>(scenes * (solvers + bands) + 1))
+        << solvers;
+    const auto width = std::stoul(svg.substr(svg.find("width=\"") + 7));
+    EXPECT_LT(width, 1150U) << "as wide as a page: " << solvers;
   }
 }
 
