@@ -6,6 +6,7 @@
 #include "bench/check/baseline.h"
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
+#include "bench/run/machine_load.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -15,7 +16,7 @@ struct CheckArguments {
   std::string experiment;
   std::string out;
   std::string baseline;
-  int jobs = cores();
+  int jobs = usable_cores();
   bool all = false;
   bool update = false;
   bool images = false;

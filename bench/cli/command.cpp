@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <thread>
 
 namespace ertbench {
 
@@ -21,8 +20,6 @@ std::span<const Command> commands() {
 void add_experiment(CLI::App& command, std::string& file) {
   command.add_option("EXPERIMENT.json", file)->required();
 }
-
-int cores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 std::string list_of(const std::vector<std::string>& names) {
   std::string text;

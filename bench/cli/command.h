@@ -49,8 +49,6 @@ Action add_cache(CLI::App& command);
 
 /// Adds the positional EXPERIMENT.json.
 void add_experiment(CLI::App& command, std::string& file);
-/// One for each core.
-int cores();
 /// "a, b, c"
 std::string list_of(const std::vector<std::string>& names);
 /// `out`, or results/`experiment` where it is empty.

@@ -6,6 +6,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
 #include "bench/run/datasets.h"
+#include "bench/run/machine_load.h"
 #include "core/errors.h"
 #include "core/progress.h"
 #include "core/text.h"
@@ -52,7 +53,7 @@ ExitCode generate(const GenerateArguments& arguments) {
     require_dataset_output(file, inputs);
   }
   Progress progress("generating \"" + name + "\"");
-  generate_dataset(*spec, file, {cores(), [&](std::uint64_t written, std::uint64_t total) {
+  generate_dataset(*spec, file, {usable_cores(), [&](std::uint64_t written, std::uint64_t total) {
                                    progress.update(written, total);
                                  }});
   std::printf("%s: %llu scenes in %s\n", name.c_str(), static_cast<unsigned long long>(spec->count),

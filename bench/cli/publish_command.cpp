@@ -6,6 +6,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/publish/publish.h"
 #include "bench/publish/publish_plan.h"
+#include "bench/run/machine_load.h"
 #include "bench/table/writers.h"
 #include "core/build.h"
 #include "core/errors.h"
@@ -17,7 +18,7 @@ namespace {
 
 struct PublishArguments {
   std::vector<std::string> experiments;
-  int jobs = cores();
+  int jobs = usable_cores();
   bool pages = false;
   bool plan = false;
 };

@@ -6,6 +6,7 @@
 #include "bench/cluster/slurm_engine.h"
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
+#include "bench/run/machine_load.h"
 #include "bench/run/runner.h"
 #include "core/errors.h"
 #include "core/nearest_word.h"
@@ -20,7 +21,7 @@ struct RunArguments {
   std::string out;
   std::vector<std::string> only;
   std::vector<std::string> set;
-  int jobs = cores();
+  int jobs = usable_cores();
   bool jobs_given = false;
   bool fresh = false;
   bool rebuild_stale = false;

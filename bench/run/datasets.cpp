@@ -3,8 +3,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <thread>
+#include <nlohmann/json.hpp>
 
+#include "bench/run/machine_load.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/process.h"
@@ -54,7 +55,7 @@ bool is_there(const DatasetSpec& spec, const Cache& cache) {
 }  // namespace
 
 void ensure_datasets(const Experiment& experiment, const Cache& cache) {
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int cores = usable_cores();
   fs::create_directories(cache.folder() / "datasets");
   for (const DatasetSpec* spec : experiment.datasets()) {
     if (is_there(*spec, cache)) {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "bench/record/progress_file.h"
+#include "bench/run/machine_load.h"
 #include "core/json_reader.h"
 #include "core/progress.h"
 #include "core/text.h"
@@ -18,8 +19,6 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::size_t cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
 constexpr std::size_t most_failure_text = 2000;  ///< characters
 
@@ -142,7 +141,7 @@ void JobRunner::start_some(std::deque<Job>& waiting, std::size_t at_a_time) {
 
 ProcessLimits JobRunner::limits(std::size_t at_a_time) const {
   constexpr double share = 0.9;  // of the machine's memory
-  const double part = threads_ ? std::min(1.0, *threads_ / static_cast<double>(cores()))
+  const double part = threads_ ? std::min(1.0, *threads_ / static_cast<double>(usable_cores()))
                                : 1 / static_cast<double>(at_a_time);
   const double bytes = experiment_.memory_limit_mb
                            ? *experiment_.memory_limit_mb * (1 << 20)
@@ -154,8 +153,9 @@ JobRunner::Running JobRunner::start(const Job& job, std::size_t at_a_time) const
   remove_progress(records_.file(job, ".progress"));
   records_.discard(job);
   take_failure(records_.file(job, failure_ending));
-  const std::size_t threads = threads_ ? static_cast<std::size_t>(*threads_)
-                                       : std::max<std::size_t>(1, cores() / at_a_time);
+  const std::size_t threads =
+      threads_ ? static_cast<std::size_t>(*threads_)
+               : std::max<std::size_t>(1, static_cast<std::size_t>(usable_cores()) / at_a_time);
   const ProcessLimits allowed = limits(at_a_time);
   std::vector<std::string> arguments = {program_.string(),
                                         "trial",

@@ -1,5 +1,6 @@
 #include "bench/run/machine_load.h"
 
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -7,6 +8,7 @@
 #include <chrono>
 #include <fstream>
 #include <string>
+#include <thread>
 
 namespace ertbench {
 namespace {
@@ -41,6 +43,13 @@ double process_s() {
 }
 
 }  // namespace
+
+int usable_cores() {
+  cpu_set_t set;
+  // Fails where the machine has more processors than a set of this size.
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
 MachineLoad::MachineLoad() : busy_s_(machine_busy_s()), own_s_(process_s()), start_s_(steady_s()) {}
 

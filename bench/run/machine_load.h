@@ -2,6 +2,10 @@
 
 namespace ertbench {
 
+/// Cores that this process may run on: those of its affinity (taskset, a container's or a job's set
+/// of processors), at least 1. More threads than that wait for each other.
+int usable_cores();
+
 /// How busy others keep the machine while this process works: from the construction on.
 class MachineLoad {
  public:
