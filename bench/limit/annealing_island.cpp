@@ -124,6 +124,12 @@ void AnnealingIsland::anneal(double least) {
   }
 }
 
+void AnnealingIsland::take(const AnnealingIsland& other) {
+  particles_ = other.particles_;
+  heat_ = other.heat_;
+  scales_ = other.scales_;
+}
+
 void AnnealingIsland::collect(int island, double weight, std::vector<PosteriorSample>& samples) {
   for (int r = 0; r < options_.rounds; ++r) move(true);
   const int between = std::max(1, options_.final_rounds / options_.snapshots);

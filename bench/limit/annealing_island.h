@@ -26,8 +26,8 @@ class AnnealingIsland {
   /// Until the power is 1, or until it is certain that the log evidence will be below `least`: then
   /// it is minus infinity, and there is nothing to collect.
   void anneal(double least);
-  /// Goes on with another island's scenes.
-  void take(const AnnealingIsland& other) { particles_ = other.particles_; }
+  /// Goes on with the scenes of another island, where that is.
+  void take(const AnnealingIsland& other);
   /// Moves at the posterior itself, with snapshots between, whose scenes share `weight` out.
   void collect(int island, double weight, std::vector<PosteriorSample>& samples);
 
