@@ -75,6 +75,12 @@ foreach(line ${lines})
   string(APPEND ERTBENCH_FIT_CODES "{\"${room}\", \"${room} ${code}\"}, ")
 endforeach()
 
+# Of limits: what samples posteriors and scores estimates, not what tells of them.
+file(GLOB limit RELATIVE ${ERTBENCH_FOLDER}
+  ${ERTBENCH_FOLDER}/bench/limit/*.h ${ERTBENCH_FOLDER}/bench/limit/*.cpp)
+list(FILTER limit EXCLUDE REGEX "/(bound_map|limit_json|rank_figure)[.]")
+hash_sources(ERTBENCH_LIMIT_CODE core forward bench/contacts bench/score ${limit})
+
 set(left_out)
 hash_sources(ERTBENCH_RECORD_CODE ${record})
 configure_file(${ERTBENCH_FOLDER}/core/build.cpp.in ${OUTPUT} @ONLY)

@@ -17,6 +17,7 @@ struct Build {
   /// "solvers/linear"; cmake/fit_rooms.txt has the rooms.
   std::map<std::string, std::string> fit_codes;
   std::string record_code;  ///< of what scores and times depend on: those, bench/{score,run,...}
+  std::string limit_code;   ///< of what limits depend on: core/, forward/, bench/{limit,score,...}
 };
 
 /// Of the running program.

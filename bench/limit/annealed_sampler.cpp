@@ -5,6 +5,7 @@
 #include <future>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 #include "bench/limit/annealing_island.h"
@@ -78,11 +79,14 @@ class Stratum {
   double best_log_evidence() const {
     return *std::max_element(log_evidence_.begin(), log_evidence_.end());
   }
+  /// [islands] whose scenes each goes on with: its own or another's.
+  const std::vector<std::size_t>& origins() const { return origins_; }
   /// Whether one island found what all others missed.
   bool alone() const { return islands_.size() > 1 && found_ == 1 && contacts_ > 0; }
 
-  void collect(std::size_t island, double weight, std::vector<PosteriorSample>& samples) {
-    islands_[island].collect(static_cast<int>(island), weight, samples);
+  /// `name` is what the samples say of where they come from.
+  void collect(std::size_t island, int name, double weight, std::vector<PosteriorSample>& samples) {
+    islands_[island].collect(name, weight, samples);
   }
   std::uint64_t solves() const {
     std::uint64_t sum = 0;
@@ -91,9 +95,13 @@ class Stratum {
   }
 
  private:
-  /// Islands that are worse than others go on from the scenes of these, one after the other.
+  /// Islands that are worse than others go on from the scenes of these, one after the other. An
+  /// island's evidence is right in the mean over all, those that missed something among them: who
+  /// shares scenes shares the mean of the evidences too.
   void share_out() {
     const double best = best_log_evidence();
+    origins_.resize(islands_.size());
+    std::iota(origins_.begin(), origins_.end(), std::size_t{0});
     if (!std::isfinite(best)) return;
     found_ = 0;
     std::vector<std::size_t> good;
@@ -104,9 +112,19 @@ class Stratum {
     std::size_t next = 0;
     for (std::size_t i = 0; i < islands_.size(); ++i) {
       if (log_evidence_[i] > best - worse) continue;
-      const std::size_t from = good[next++ % good.size()];
-      islands_[i].take(islands_[from]);
-      log_evidence_[i] = log_evidence_[from];
+      origins_[i] = good[next++ % good.size()];
+      islands_[i].take(islands_[origins_[i]]);
+    }
+    const std::vector<double> found = log_evidence_;
+    for (const std::size_t origin : good) {
+      std::vector<double> shared;
+      for (std::size_t i = 0; i < islands_.size(); ++i) {
+        if (origins_[i] == origin) shared.push_back(found[i]);
+      }
+      const double mean = log_sum(shared) - std::log(static_cast<double>(shared.size()));
+      for (std::size_t i = 0; i < islands_.size(); ++i) {
+        if (origins_[i] == origin) log_evidence_[i] = mean;
+      }
     }
   }
 
@@ -115,7 +133,30 @@ class Stratum {
   double log_probability_;
   std::vector<AnnealingIsland> islands_;
   std::vector<double> log_evidence_;
+  std::vector<std::size_t> origins_;
   std::size_t found_ = 0;  ///< islands that did not miss what others found
+};
+
+/// Islands that share scenes anywhere are one: [islands] numbers 0 ... of the groups that are left.
+class Groups {
+ public:
+  explicit Groups(std::size_t islands) : group_(islands) {
+    std::iota(group_.begin(), group_.end(), 0);
+  }
+  void join(std::size_t a, std::size_t b) {
+    const int from = std::max(group_[a], group_[b]);
+    const int to = std::min(group_[a], group_[b]);
+    if (from == to) return;
+    for (int& group : group_) {
+      if (group == from) group = to;
+      if (group > from) --group;
+    }
+  }
+  int operator[](std::size_t island) const { return group_[island]; }
+  int count() const { return *std::max_element(group_.begin(), group_.end()) + 1; }
+
+ private:
+  std::vector<int> group_;
 };
 
 }  // namespace
@@ -149,11 +190,18 @@ PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelih
       probability[s] += std::exp(logs[s] - out.log_evidence.back()) / static_cast<double>(islands);
     }
   }
+  Groups groups(islands);
   for (std::size_t s = 0; s < strata.size(); ++s) {
-    out.alone = out.alone || (strata[s]->alone() && probability[s] > some_probability);
+    if (probability[s] <= some_probability) continue;
+    out.alone = out.alone || strata[s]->alone();
+    for (std::size_t i = 0; i < islands; ++i) groups.join(i, strata[s]->origins()[i]);
+  }
+  out.one_origin = islands > 1 && groups.count() == 1;
+  for (std::size_t s = 0; s < strata.size(); ++s) {
     for (std::size_t i = 0; i < islands && probability[s] > least_probability; ++i) {
       const double weight = std::exp(strata[s]->log_evidence()[i] - out.log_evidence[i]);
-      strata[s]->collect(i, weight, out.samples);
+      const int name = out.one_origin ? static_cast<int>(i) : groups[i];
+      strata[s]->collect(i, name, weight, out.samples);
     }
     out.solves += strata[s]->solves();
   }

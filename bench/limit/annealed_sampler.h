@@ -15,7 +15,7 @@ struct PosteriorSample {
   SceneDraw scene;
   SceneFit fit;
   double weight = 1;  ///< relative to the others
-  int island = 0;     ///< the independent sampler that it came from
+  int island = 0;     ///< the independent sampler that it descends from
 };
 
 struct PosteriorSamples {
@@ -24,6 +24,9 @@ struct PosteriorSamples {
   /// Of several islands one alone found the scenes that explain the frame best, so that nothing
   /// says what it missed.
   bool alone = false;
+  /// All samples descend from one island's, whose scenes were so much better than the others' that
+  /// these went on from them: `island` tells the copies apart, which are not independent.
+  bool one_origin = false;
   std::uint64_t solves = 0;  ///< scenes that were computed for it
 };
 
@@ -49,8 +52,9 @@ struct AnnealingOptions {
 /// number of contacts has scenes of its own, weighted in the end by its evidence: which number it
 /// is shows at powers at which no scene gains or loses a contact any more. Starts from the prior
 /// alone, never from a truth. An island that found less evidence for a number of contacts than
-/// another goes on from the other's scenes; numbers of contacts that cannot
-/// explain the frame are given up on the way. Deterministic: `random` is its only source.
+/// another goes on from the other's scenes, and both share the mean of their evidences; numbers of
+/// contacts that cannot explain the frame are given up on the way. Deterministic: `random` is its
+/// only source.
 ///
 /// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,

@@ -67,9 +67,11 @@ double effective_samples(const WeightedSamples& samples) {
   }
   if (sums.minCoeff() <= 0) return 1;
   means.array().colwise() /= sums.array();
-  const Eigen::RowVectorXd middle = means.colwise().mean();
+  const Eigen::VectorXd shares = sums / sums.sum();
+  const Eigen::RowVectorXd middle = shares.transpose() * means;
   const double of_mean =
-      (means.rowwise() - middle).squaredNorm() / (islands - 1.0) / static_cast<double>(islands);
+      shares.cwiseAbs2().dot((means.rowwise() - middle).rowwise().squaredNorm()) * islands /
+      (islands - 1.0);
   const double variance = total_variance(samples);
   return of_mean * kish > variance ? variance / of_mean : kish;
 }

@@ -31,7 +31,7 @@ double expected_distance(const WeightedSamples& samples, const Eigen::VectorXd& 
 double total_variance(const WeightedSamples& samples);
 
 /// How many independent samples the posterior mean is worth: the samples' variance over that of the
-/// mean. With several islands, of equal weight together, the mean's variance is told from how far
+/// mean. With several islands, which are independent, the mean's variance is told from how far
 /// theirs are apart, whatever the cause; with one the samples are independent and their weights
 /// tell (Kish).
 double effective_samples(const WeightedSamples& samples);

@@ -82,7 +82,7 @@ std::vector<double> chi_squares_of(const PosteriorSamples& posterior) {
 }
 
 /// Of a scene in the mean: place, size, ratio, aspect and angle of each contact.
-double free_quantities(const PosteriorSamples& posterior) {
+double mean_quantities(const PosteriorSamples& posterior) {
   constexpr double of_a_contact = 6;
   double sum = 0;
   double weights = 0;
@@ -102,8 +102,9 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   FrameLimit limit;
   limit.samples = static_cast<int>(posterior.samples.size());
   limit.effective = effective_samples(images.changes);
-  limit.quantities = free_quantities(posterior);
+  limit.quantities = mean_quantities(posterior);
   limit.alone = posterior.alone;
+  limit.one_origin = posterior.one_origin;
   const RowVectorXd change = truth.conductivity.array() - sensor.background;
   const bool blank = is_empty(sensor, change);
   const RowVectorXd mean = posterior_mean(images.changes);
@@ -111,7 +112,11 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   limit.variance = total_variance(images.changes);
   if (!blank) limit.relative_error_of_mean = (mean - change).norm() / change.norm();
 
-  const auto relative = [&](const WeightedSamples& samples) {
+  // A scene without contacts has no relative error, and no part in the mean of it.
+  const auto relative = [&](WeightedSamples samples) {
+    const VectorXd defined =
+        (images.inverse_norms.array() > 0).select(samples.weights.array(), 0.0).matrix();
+    if (defined.sum() > 0) samples.weights = defined;
     const RowVectorXd best = weighted_median_point(samples, images.inverse_norms);
     return FrameLimit::Value{(best - change).norm() / change.norm(),
                              expected_distance(samples, images.inverse_norms, best)};
@@ -181,6 +186,9 @@ void judge(int channels, FrameLimit& limit) {
     limit.remark =
         "effective samples " + fixed(limit.effective, 0) + " < " + fixed(least_effective, 0);
   }
+  if (limit.remark.empty() && limit.one_origin) {
+    limit.remark = "all samples descend from one of its samplers";
+  }
   limit.resolved = limit.remark.empty();
 }
 
@@ -207,6 +215,7 @@ nlohmann::json to_json(const FrameLimit& limit) {
           {"remark", limit.remark},
           {"pareto_k", limit.pareto_k},
           {"alone", limit.alone},
+          {"one_origin", limit.one_origin},
           {"seconds", limit.seconds},
           {"solves", limit.solves},
           {"metrics", metrics},
@@ -233,6 +242,7 @@ FrameLimit frame_limit_from_json(JsonObject object) {
   if (object.has("remark")) limit.remark = object.raw("remark").get<std::string>();
   limit.pareto_k = object.number("pareto_k");
   limit.alone = object.boolean_or("alone", false);
+  limit.one_origin = object.boolean_or("one_origin", false);
   limit.seconds = object.number("seconds");
   limit.solves = static_cast<std::uint64_t>(object.number("solves", {0, 1e18}));
   JsonObject metrics = object.object("metrics");

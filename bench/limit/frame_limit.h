@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bench/limit/annealed_sampler.h"
+#include "core/build_stamp.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench {
@@ -33,11 +34,12 @@ struct FrameLimit {
   std::string sampler;  ///< "enumeration", "importance", "annealing"
   int samples = 0;
   double effective = 0;   ///< independent samples that the posterior mean is worth
-  double quantities = 0;  ///< free ones of a scene of the posterior, in the mean
+  double quantities = 0;  ///< of a scene of the posterior in the mean, six for each contact
   bool resolved = false;
   std::string remark;  ///< why it is not
   double pareto_k = 0;
-  bool alone = false;  ///< of PosteriorSamples
+  bool alone = false;       ///< of PosteriorSamples
+  bool one_origin = false;  ///< of PosteriorSamples
   double seconds = 0;
   std::uint64_t solves = 0;
 
@@ -57,6 +59,7 @@ struct FrameLimit {
   /// estimate, and the samples in force.
   std::optional<double> sphere_relative_error;
   double sphere_effective = 0;
+  BuildStamp build;  ///< that computed it; stands in the record, not in the JSON below
 };
 
 /// Width of the sphere's shell in chi square: of models that are a hundredth of the noise off.
@@ -74,12 +77,13 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
                           const PosteriorSamples& posterior, double uniform);
 
 /// Whether a frame is resolved, and the remark: enough effective samples, importance weights
-/// without a heavy tail, more than one island that found them, and scenes that explain the frame: a
-/// chi square at most three standard deviations above the number of channels, those of as many
-/// quantities as the scenes have.
+/// without a heavy tail, samples that descend from more than one island, and scenes that explain
+/// the frame: a chi square at most three standard deviations above the number of channels, those of
+/// as many quantities as the scenes have.
 void judge(int channels, FrameLimit& limit);
 /// Whether more work may tell more: where the frame is unresolved for another reason than that its
-/// samples are fewer than least_effective, though not than enough_effective.
+/// samples are fewer than least_effective, though not than enough_effective, or descend from one
+/// island.
 bool deserves_more(int channels, const FrameLimit& limit);
 
 nlohmann::json to_json(const FrameLimit& limit);

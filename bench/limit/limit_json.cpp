@@ -52,7 +52,7 @@ json summary_of(std::span<const FrameLimit> frames, const Value& value, const ch
   return short_summary(summarise(column(frames, value), name));
 }
 
-/// The upper tail of the chi square distribution with nine degrees of freedom, by its series.
+/// The upper tail of the chi square distribution, by its series.
 double chi_square_tail(double x, int degrees) {
   // Q(a, x/2) with a = degrees / 2, from the lower incomplete gamma function's series.
   const double a = degrees / 2.0;
@@ -135,7 +135,12 @@ ResultRow row_of(const SetLimit& limit) {
                         {"prior", limit.prior},
                         {"model", limit.model},
                         {"unresolved", unresolved}};
-  row.build.scored = {stamp_of_this_build(this_build().record_code)};
+  for (const FrameLimit& frame : limit.frames) {
+    auto& builds = row.build.scored;
+    if (std::find(builds.begin(), builds.end(), frame.build) == builds.end()) {
+      builds.push_back(frame.build);
+    }
+  }
   return row;
 }
 
@@ -172,7 +177,7 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
 json limit_json(const std::string& experiment, std::span<const SetLimit> limits) {
   json out = {{"schema", 1},
               {"experiment", experiment},
-              {"build", to_json(stamp_of_this_build(this_build().record_code))}};
+              {"build", to_json(stamp_of_this_build(this_build().limit_code))}};
   for (const SetLimit& limit : limits) {
     out["rows"].push_back(to_json(row_of(limit)));
     out["sets"].push_back(set_json(limit));

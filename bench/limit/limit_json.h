@@ -20,7 +20,7 @@ struct LimitCalibration {
   double squared_error_over_variance = 0;
   Interval ci95;
   /// By limit_ranks: the p value of a chi square test of the ranks against their uniform
-  /// distribution, in ten bins. Nothing where the truth has one value alone.
+  /// distribution, in ten bins. Nothing for fewer than twenty frames.
   std::array<std::optional<double>, limit_ranks.size()> p_values;
 };
 LimitCalibration calibration_of(std::span<const FrameLimit> frames);
@@ -28,8 +28,8 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames);
 /// `{"schema": 1, "experiment", "build", "rows": [rows of results], "sets": [{"dataset", "prior",
 /// "model", "sampler", "frames", "unresolved": [numbers], "resolved": {metric: summary of the
 /// resolved frames}, "expected": {metric: the posterior's own mean error},
-/// "relative_error_of_mean", "sphere": {"width", "relative_error", "frames"}, "calibration",
-/// "per_frame": [...]}]}`
+/// "all_frames": {metric: summary}, "relative_error_of_mean", "sphere": {"width", "relative_error",
+/// "without": that of the same frames without it}, "calibration", "per_frame": [...]}]}`
 nlohmann::json limit_json(const std::string& experiment, std::span<const SetLimit> limits);
 
 }  // namespace ertbench

@@ -14,7 +14,8 @@
 
 #include "bench/limit/estimators.h"
 #include "bench/record/limit_file.h"
-#include "core/atomic_file.h"
+#include "bench/record/record_file.h"
+#include "core/build.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
 #include "core/progress.h"
@@ -27,18 +28,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Raised whenever the same set and prior would give other numbers or another record.
-constexpr int limit_version = 5;
+constexpr int limit_version = 6;        ///< of what records hold
 constexpr std::array efforts = {1, 2};  ///< the next where one did not do
 
-/// Everything that determines a frame's record.
-std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior,
+/// All that determines a frame's record but the code. `broad`: the prior whose samples are taken
+/// where other weights make them do, or null.
+std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, const ScenePrior* broad,
                           const std::string& model, SamplerKind kind) {
   nlohmann::json set = to_json(spec);
   set.erase("count");
   const nlohmann::json key = {{"version", limit_version},
                               {"set", set},
                               {"prior", to_json(prior.distribution())},
+                              {"broad", broad ? to_json(broad->distribution()) : nullptr},
                               {"model", model},
                               {"sampler", names_of_samplers()[static_cast<std::size_t>(kind)]}};
   return key.dump();
@@ -51,21 +53,22 @@ class Records {
 
   std::optional<FrameLimit> read(std::uint64_t frame) const {
     const fs::path file = file_of(frame);
-    if (!fs::exists(file)) return std::nullopt;
-    try {
-      const nlohmann::json json = read_json_file(file);
-      JsonObject record(json, file.string(), "");
-      if (record.text("key") != key_) return std::nullopt;
-      return frame_limit_from_json(record.object("limit"));
-    } catch (const std::exception& error) {
-      spdlog::info("{}: computed again: {}", file.string(), error.what());
+    const FoundRecord found = find_record(file, key_, build_, Reuse::same_code);
+    if (found.record->is_null()) {
+      if (!found.why_not.empty()) {
+        spdlog::info("{}: computed again: {}", file.string(), found.why_not);
+      }
       return std::nullopt;
     }
+    JsonObject record(*found.record, file.string(), "");
+    FrameLimit limit = frame_limit_from_json(record.object("limit"));
+    limit.build = *build_stamp_from_json(record.raw("build"));
+    return limit;
   }
 
-  void write(const FrameLimit& limit) const {
-    const nlohmann::json record = {{"key", key_}, {"limit", to_json(limit)}};
-    write_file_atomically(file_of(limit.frame), record.dump(1));
+  void write(FrameLimit& limit) const {
+    limit.build = build_;
+    write_record(file_of(limit.frame), {{"limit", to_json(limit)}}, key_, build_);
   }
 
  private:
@@ -77,6 +80,7 @@ class Records {
 
   fs::path folder_;
   std::string key_;
+  BuildStamp build_ = stamp_of_this_build(this_build().limit_code);
 };
 
 /// A prior of a set, and where its frames' limits go.
@@ -93,13 +97,13 @@ struct Task {
 class SetRun {
  public:
   SetRun(const DatasetSpec& spec, const DatasetSpec* training, const LimitOptions& options)
-      : spec_(spec), options_(options), voltages_(voltages_for(spec)) {
+      : spec_(spec), training_(training), options_(options), voltages_(voltages_for(spec)) {
     const auto count = static_cast<std::size_t>(
         std::min<std::uint64_t>(spec.count, static_cast<std::uint64_t>(options.frames)));
-    const auto add = [&](const std::string& name, const SceneDistribution& scenes) {
-      ScenePrior prior(scenes, spec.sensor.sheet);
+    const auto add = [&](const std::string& name, const ScenePrior& prior,
+                         const ScenePrior* broad) {
       const std::string key =
-          key_of_record(spec, prior, model_name(spec, *voltages_), options.sampler);
+          key_of_record(spec, prior, broad, model_name(spec, *voltages_), options.sampler);
       const fs::path folder = options.records / (spec.name + "_" + name);
       fs::create_directories(folder);
       tasks_.push_back({name, prior, Records(folder, key), {}});
@@ -107,10 +111,17 @@ class SetRun {
         tasks_.back().frames.push_back(tasks_.back().records.read(i));
     };
     const auto& own = std::get<SceneDistribution>(spec.scenes);
-    add("oracle", own);
+    const ScenePrior oracle(own, spec.sensor.sheet);
     const auto* taught = training ? std::get_if<SceneDistribution>(&training->scenes) : nullptr;
     const bool same = taught && to_json(*taught) == to_json(own);
-    if (options.fair && taught && !same) add("fair", *taught);
+    std::optional<ScenePrior> fair;
+    if (options.fair && taught && !same) fair.emplace(*taught, spec.sensor.sheet);
+    const auto kind_of = [&](const ScenePrior& prior) {
+      return resolved(options.sampler, prior, *voltages_);
+    };
+    may_reweight_ = fair && kind_of(*fair) == kind_of(oracle);
+    add("oracle", oracle, may_reweight_ ? &*fair : nullptr);
+    if (fair) add("fair", *fair, nullptr);
     is_fair_too_ = options.fair && same;
   }
 
@@ -141,7 +152,9 @@ class SetRun {
     }
     std::vector<SetLimit> out;
     for (const Task& task : tasks_) {
-      out.push_back({spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_), {}});
+      const DatasetSpec& scenes = task.name == "fair" ? *training_ : spec_;
+      out.push_back(
+          {spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_, scenes), {}});
       for (const std::optional<FrameLimit>& frame : task.frames) {
         out.back().frames.push_back(*frame);
         judge(spec_.sensor.channels(), out.back().frames.back());
@@ -173,25 +186,35 @@ class SetRun {
     std::reverse(samplers_.begin(), samplers_.end());
   }
 
+  /// A frame's records do not depend on which of them were there before: where the oracle takes the
+  /// broad prior's samples, these are drawn again for it.
   void compute(std::size_t frame) {
-    std::optional<SampledPosterior> broad;
+    const int channels = spec_.sensor.channels();
+    SampledPosterior posterior;
+    std::optional<FrameLimit> broad;
     for (std::size_t t = tasks_.size(); t-- > 0;) {
       Task& task = tasks_[t];
-      if (!task.wants(frame)) continue;
+      const bool serves = t > 0 && may_reweight_ && tasks_[t - 1].wants(frame);
+      if (!task.wants(frame) && !serves) continue;
       const auto start = std::chrono::steady_clock::now();
-      SampledPosterior posterior;
-      bool reused = false;
-      if (broad && samplers_[t]->kind() == samplers_[t + 1]->kind()) {
-        posterior = *broad;
-        reused = reweight(tasks_[t + 1].prior, task.prior, posterior);
+      std::optional<FrameLimit> limit;
+      if (broad && may_reweight_ && reweight(tasks_[t + 1].prior, task.prior, posterior)) {
+        limit = judged(frame, t, posterior);
+        limit->solves = 0;
+        // More work for what the weights alone have made too few.
+        if (deserves_more(channels, *limit) && !deserves_more(channels, *broad)) limit.reset();
       }
-      FrameLimit limit = reused ? judged(frame, t, posterior) : sampled(frame, t, posterior);
-      limit.seconds =
+      if (!limit) {
+        posterior = {};
+        limit = sampled(frame, t, posterior);
+        limit->solves = posterior.samples.solves;
+      }
+      limit->seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      limit.solves = reused ? 0 : posterior.samples.solves;
-      task.records.write(limit);
+      broad = limit;
+      if (!task.wants(frame)) continue;
+      task.records.write(*limit);
       task.frames[frame] = limit;
-      broad = std::move(posterior);
     }
   }
 
@@ -225,10 +248,12 @@ class SetRun {
   }
 
   const DatasetSpec& spec_;
+  const DatasetSpec* training_;
   const LimitOptions& options_;
   std::unique_ptr<SceneVoltages> voltages_;
   std::vector<Task> tasks_;
   bool is_fair_too_ = false;
+  bool may_reweight_ = false;     ///< samples of the broad prior may do for the oracle
   std::vector<char> unfinished_;  ///< by frame, under some prior
   DatasetBlock block_;
   std::vector<std::unique_ptr<PosteriorSampler>> samplers_;

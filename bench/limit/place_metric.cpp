@@ -25,9 +25,11 @@ PlaceMetric::PlaceMetric(const Eigen::Matrix3d& precision)
     : box_(Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)), precision_{precision} {}
 
 PlaceMetric::PlaceMetric(const Sensor& sensor, double channel_noise)
-    : box_(sensor.sheet->bounds()), side_(metric_side) {
+    : box_(sensor.sheet->bounds()) {
   const BorderModel model(sensor);
-  const PixelGrid places = sensor.sheet->pixels(side_);
+  const PixelGrid places = sensor.sheet->pixels(metric_side);
+  columns_ = places.columns();
+  rows_ = places.rows();
   ContactDraw probe;
   probe.size = probe_radius;
   probe.conductivity_ratio = 0.5;
@@ -55,13 +57,13 @@ PlaceMetric::PlaceMetric(const Sensor& sensor, double channel_noise)
 }
 
 Eigen::Matrix3d PlaceMetric::information(const ContactDraw& contact) const {
-  const Eigen::Vector2d place = (contact.centre - box_.min()).cwiseQuotient(box_.sizes()) * side_;
-  const int column = std::clamp(static_cast<int>(place.x()), 0, side_ - 1);
-  const int row = std::clamp(static_cast<int>(place.y()), 0, side_ - 1);
+  const Eigen::Vector2d place = (contact.centre - box_.min()).cwiseQuotient(box_.sizes());
+  const int column = std::clamp(static_cast<int>(place.x() * columns_), 0, columns_ - 1);
+  const int row = std::clamp(static_cast<int>(place.y() * rows_), 0, rows_ - 1);
   const double strength = strength_of(contact);
   // The strength grows with the square of the size.
   const Eigen::Vector3d scale(strength, strength, 2 * strength);
-  return scale.asDiagonal() * precision_[static_cast<std::size_t>(row * side_ + column)] *
+  return scale.asDiagonal() * precision_[static_cast<std::size_t>(row * columns_ + column)] *
          scale.asDiagonal();
 }
 

@@ -30,8 +30,9 @@ class PlaceMetric {
 
  private:
   Eigen::AlignedBox2d box_;
-  int side_ = 1;
-  std::vector<Eigen::Matrix3d> precision_;  ///< [side^2], of strength 1 and (x, y, strength)
+  int columns_ = 1;
+  int rows_ = 1;
+  std::vector<Eigen::Matrix3d> precision_;  ///< [rows * columns], of (x, y, strength) at strength 1
 };
 
 }  // namespace ertbench

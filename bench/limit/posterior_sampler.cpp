@@ -55,12 +55,13 @@ const std::vector<std::string>& names_of_samplers() {
   return names;
 }
 
+SamplerKind resolved(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages) {
+  return kind == SamplerKind::automatic ? best_sampler(prior, voltages) : kind;
+}
+
 PosteriorSampler::PosteriorSampler(const DatasetSpec& spec, const ScenePrior& prior,
                                    const SceneVoltages& voltages, SamplerKind kind, int threads)
-    : spec_(spec),
-      prior_(prior),
-      voltages_(voltages),
-      kind_(kind == SamplerKind::automatic ? best_sampler(prior, voltages) : kind) {
+    : spec_(spec), prior_(prior), voltages_(voltages), kind_(resolved(kind, prior, voltages)) {
   if (!allows(kind_, prior_, voltages_)) {
     throw InputError("--sampler " + name() + ": the scenes of \"" + spec.name +
                      "\" do not allow it (importance: one disc and smooth voltages; enumeration: "

@@ -16,6 +16,9 @@ enum class SamplerKind { automatic, enumeration, importance, annealing };
 
 const std::vector<std::string>& names_of_samplers();  ///< in the order of the enumeration
 
+/// What `automatic` stands for with these scenes; any other kind itself.
+SamplerKind resolved(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages);
+
 /// What is sampled for one frame, and how well.
 struct SampledPosterior {
   PosteriorSamples samples;
@@ -63,7 +66,7 @@ class PosteriorSampler {
 };
 
 /// Weights samples of `from` into samples of `to`: true where that is possible, every scene of `to`
-/// being one of `from`, and enough of their weight is left.
+/// being one of `from`, and enough of their weight is left; else they stay as they are.
 bool reweight(const ScenePrior& from, const ScenePrior& to, SampledPosterior& posterior);
 
 }  // namespace ertbench

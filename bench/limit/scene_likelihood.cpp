@@ -45,6 +45,8 @@ Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes,
   const double channels = static_cast<double>(frame_.size());
   const double noise = channel_noise(frame_);
   VoltageTarget target{frame_, noise * std::sqrt(channels), {}};
+  // By the difference basis a scene's own noise may be another, and any distance within its chi.
+  if (noise_.basis == SnrBasis::difference) thresholds = {};
   for (const double threshold : thresholds) {
     const double chi_square = -2 * (threshold + channels * std::log((1 - noise_slack) * noise));
     target.farthest.push_back((1 + noise_slack) * noise * std::sqrt(std::max(0.0, chi_square)));

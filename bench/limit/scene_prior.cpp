@@ -107,6 +107,10 @@ Scene scene_of(const SceneDraw& drawn) {
 }
 
 double inset_area(const Sheet& sheet, double margin) {
+  const Eigen::Vector2d sides = sheet.bounds().sizes();
+  if (std::abs(sheet.area() - sides.prod()) < 1e-9 * sides.prod()) {
+    return std::max(0.0, sides.x() - 2 * margin) * std::max(0.0, sides.y() - 2 * margin);
+  }
   const double scale = 1 - margin / sheet.inner_radius();
   return sheet.area() * scale * scale;
 }

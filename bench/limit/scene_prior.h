@@ -56,8 +56,8 @@ class ScenePrior {
 
 Scene scene_of(const SceneDraw& drawn);
 
-/// The area of the part of a sheet that is at least `margin` from its border; of the square and of
-/// the disc, whose insets are of their own shape.
+/// The area of the part of a sheet that is at least `margin` from its border; of rectangles, and of
+/// sheets whose insets are of their own shape, as the disc's are.
 double inset_area(const Sheet& sheet, double margin);
 
 }  // namespace ertbench

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/json_reader.h"
 #include "core/text.h"
@@ -26,21 +27,44 @@ std::vector<ResultRow> read_limit_rows(const std::filesystem::path& folder) {
   return rows;
 }
 
-std::string limit_key(const DatasetSpec& spec) {
-  nlohmann::json set = to_json(spec);
-  set.erase("count");
-  return hash_of(set.dump());
+std::string limit_key(const DatasetSpec& set, const DatasetSpec& scenes) {
+  nlohmann::json key = {{"set", to_json(set)},
+                        {"scenes", to_json(scenes).value("scenes", nlohmann::json())}};
+  key["set"].erase("count");
+  return hash_of(key.dump());
 }
 
-void add_limit_rows(const std::filesystem::path& folder, std::span<const DatasetSpec> tests,
+namespace {
+
+/// Why a row of limits is not to be shown; empty where it is.
+std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) {
+  const auto test =
+      std::find_if(sets.tests.begin(), sets.tests.end(),
+                   [&](const DatasetSpec& spec) { return spec.name == limit.dataset; });
+  if (test == sets.tests.end()) return "it is of another set";
+  const DatasetSpec* scenes = limit.type == limit_oracle ? &*test : sets.training;
+  if (!scenes || limit.parameters->value("set", "") != limit_key(*test, *scenes)) {
+    return "it is of other scenes";
+  }
+  const BuildStamp now = stamp_of_this_build(this_build().limit_code);
+  if (limit.build.scored.empty()) return why_stale(std::nullopt, now, Reuse::same_code);
+  for (const BuildStamp& made : limit.build.scored) {
+    // No run computes a limit again: what the same code found in another program stays.
+    const std::string why = why_stale(made, now, reuse == Reuse::clean ? reuse : Reuse::same_code);
+    if (!why.empty()) return why;
+  }
+  return "";
+}
+
+}  // namespace
+
+void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, Reuse reuse,
                     std::vector<ResultRow>& rows) {
   for (const ResultRow& limit : read_limit_rows(folder)) {
-    const auto test = std::find_if(tests.begin(), tests.end(), [&](const DatasetSpec& spec) {
-      return spec.name == limit.dataset && limit.parameters->value("set", "") == limit_key(spec);
-    });
-    if (test == tests.end()) {
-      spdlog::warn("{}: the limit of \"{}\" is of another set; run `ertbench limit` again",
-                   (folder / limit_file).string(), printable(limit.dataset));
+    const std::string why = why_not(limit, sets, reuse);
+    if (!why.empty()) {
+      spdlog::warn("{}: {} of \"{}\" is left out: {}; run `ertbench limit` again",
+                   (folder / limit_file).string(), limit.label, printable(limit.dataset), why);
       continue;
     }
     const auto last = std::find_if(rows.rbegin(), rows.rend(), [&](const ResultRow& row) {

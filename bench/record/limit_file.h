@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/record/result_row.h"
+#include "bench/record/reuse.h"
 #include "forward/data/dataset_spec.h"
 
 namespace ertbench {
@@ -25,12 +26,20 @@ bool is_limit(const ResultRow& row);
 /// a file that is none of this kind.
 std::vector<ResultRow> read_limit_rows(const std::filesystem::path& folder);
 
-/// What a row of limits is of: a hash of all that determines the set's scenes and frames.
-std::string limit_key(const DatasetSpec& spec);
+/// What a row of limits is of: a hash of all that determines the set's frames, and of the
+/// distribution of `scenes`, a set's, that is the prior.
+std::string limit_key(const DatasetSpec& set, const DatasetSpec& scenes);
+
+/// The test sets that limits are of, and the training set, or null.
+struct LimitSets {
+  std::span<const DatasetSpec> tests;
+  const DatasetSpec* training = nullptr;
+};
 
 /// Puts the limits in a folder of results behind the other reference rows of their sets. Those of
-/// sets that are not among `tests` any more are left out, with a warning.
-void add_limit_rows(const std::filesystem::path& folder, std::span<const DatasetSpec> tests,
+/// other sets or another prior than these, and those that may not be reused, are left out with a
+/// warning.
+void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, Reuse reuse,
                     std::vector<ResultRow>& rows);
 
 /// The mean of a row's metric over that of the limit of its set; nothing where one of them has

@@ -53,7 +53,10 @@ ExperimentResults gather(const Stages& stages, const Experiment& experiment, con
     add_builds(*stage, experiment, records, results);
     results.failures += records.failures();
   }
-  if (!results.rows.empty()) add_limit_rows(options.out, experiment.tests, results.rows);
+  if (!results.rows.empty()) {
+    const DatasetSpec* training = experiment.training ? &*experiment.training : nullptr;
+    add_limit_rows(options.out, {experiment.tests, training}, cache.reuse(), results.rows);
+  }
   return results;
 }
 

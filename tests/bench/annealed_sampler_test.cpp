@@ -184,6 +184,36 @@ TEST(AnnealedSampler, GivesUpNumbersOfContactsThatExplainNothing) {
   EXPECT_EQ(share_of(bounded, [](const SceneDraw& scene) { return scene.size() == 3; }), 1);
 }
 
+// A needle that some islands find by chance: those that missed it are part of the estimate, also
+// where they go on from what the others found.
+TEST(AnnealedSampler, EvidenceIsRightInTheMeanWhereSomeIslandsMissTheScenes) {
+  const Eigen::Vector2d at(0.3, -0.2);
+  constexpr double width = 0.003;
+  constexpr double height = 1e7;
+  const KnownLikelihood likelihood([&](const Scene& scene) {
+    const auto& contact = scene.contacts.front();
+    const double off = (contact.centroid() - at).squaredNorm() / (2 * width * width);
+    return std::log1p(height * std::exp(-off));
+  });
+  SceneDistribution scenes;
+  scenes.contacts = {1, 1};
+  scenes.inside = false;
+  const ScenePrior prior(scenes, square_sheet());
+  const AnnealingOptions options{
+      .islands = 4, .particles = 10, .rounds = 2, .final_rounds = 1, .snapshots = 1};
+  double sum = 0;
+  int from_one = 0;
+  constexpr int runs = 300;
+  for (int seed = 0; seed < runs; ++seed) {
+    const PosteriorSamples posterior = anneal(prior, likelihood, options, 100 + seed);
+    for (const double log : posterior.log_evidence) sum += std::exp(log) / (4.0 * runs);
+    from_one += posterior.one_origin;
+  }
+  const double right = 1 + height * 2 * std::numbers::pi * width * width / 4;
+  EXPECT_NEAR(sum / right, 1, 0.35);
+  EXPECT_GT(from_one, runs / 10);
+}
+
 // An island of fewer contacts that finds a poor place alone is given up halfway and goes on from
 // the scenes of one that found the good place: at the posterior itself, not at the power at which
 // it was given up.

@@ -9,6 +9,7 @@
 #include "bench/limit/limit_json.h"
 #include "bench/limit/limit_run.h"
 #include "bench/record/limit_file.h"
+#include "bench/record/record_file.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
 #include "core/json_reader.h"
@@ -68,6 +69,10 @@ TEST(Estimators, IslandsThatDisagreeAreWorthFewSamples) {
   EXPECT_NEAR(effective_samples(samples), 400, 133);
   for (Eigen::Index i = 0; i < 400; i += 4) samples.values.row(i).array() += 1;
   EXPECT_LT(effective_samples(samples), 40);
+  // The island that is off counts by its weight.
+  const double off_by_a_quarter = effective_samples(samples);
+  for (Eigen::Index i = 0; i < 400; i += 4) samples.weights[i] = 1e-3;
+  EXPECT_GT(effective_samples(samples), 4 * off_by_a_quarter);
 }
 
 // In the linear regime the noise on the sphere cuts from the posterior around its mean m the shell
@@ -93,6 +98,10 @@ Experiment read(const fs::path& folder, const nlohmann::json& json) {
   write_file_atomically(folder / "small.json", json.dump());
   SolverRegistry registry;
   return read_experiment(folder / "small.json", registry, {}, SolverCheck::none);
+}
+
+LimitSets sets_of(const Experiment& experiment) {
+  return {experiment.tests, experiment.training ? &*experiment.training : nullptr};
 }
 
 nlohmann::json one_disc() {
@@ -125,10 +134,24 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   const fs::path record = options.records / "test_oracle" / "000003.json";
   nlohmann::json changed = read_json_file(record);
   changed["limit"]["seconds"] = 1234.5;
-  write_file_atomically(record, changed.dump());
+  write_record(record, {{"limit", changed["limit"]}}, changed["key"],
+               *build_stamp_from_json(changed["build"]));
   fs::remove(options.records / "test_oracle" / "000005.json");
+  // What was changed by hand, or made by other code, is computed again.
+  const fs::path touched = options.records / "test_oracle" / "000006.json";
+  nlohmann::json by_hand = read_json_file(touched);
+  by_hand["limit"]["squared_error"] = 77;
+  write_file_atomically(touched, by_hand.dump());
+  const fs::path older = options.records / "test_oracle" / "000007.json";
+  nlohmann::json old = read_json_file(older);
+  BuildStamp other_code = *build_stamp_from_json(old["build"]);
+  other_code.code = "other";
+  old["limit"]["squared_error"] = 77;
+  write_record(older, {{"limit", old["limit"]}}, old["key"], other_code);
   const std::vector<SetLimit> again = compute_limits(experiment, options);
   EXPECT_EQ(again[0].frames[3].seconds, 1234.5);
+  EXPECT_EQ(again[0].frames[6].squared_error, limits[0].frames[6].squared_error);
+  EXPECT_EQ(again[0].frames[7].squared_error, limits[0].frames[7].squared_error);
   for (std::size_t i = 0; i < 12; ++i) {
     EXPECT_EQ(again[0].frames[i].metrics.at("RIE").error,
               limits[0].frames[i].metrics.at("RIE").error);
@@ -140,7 +163,7 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   rows[1].type = "no-contact";
   rows[2].type = rows[2].label = "tsvd";
   for (ResultRow& row : rows) row.dataset = "test";
-  add_limit_rows(folder.path(), experiment.tests, rows);
+  add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
   ASSERT_EQ(rows.size(), 5u);
   EXPECT_EQ(rows[2].label, limit_oracle);
   EXPECT_EQ(rows[3].label, limit_fair);
@@ -155,7 +178,23 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   nlohmann::json other = one_disc();
   other["datasets"]["test"]["snr_db"] = 40;
   rows.erase(rows.begin() + 2, rows.begin() + 4);
-  add_limit_rows(folder.path(), read(folder.path(), other).tests, rows);
+  const Experiment another = read(folder.path(), other);
+  add_limit_rows(folder.path(), sets_of(another), Reuse::same_code, rows);
+  EXPECT_EQ(rows.size(), 3u);
+  // Of another prior only the oracle's is, and of other code none.
+  other = one_disc();
+  other["datasets"]["train"]["scenes"]["radius"] = {0.1, 0.3};
+  const Experiment taught = read(folder.path(), other);
+  add_limit_rows(folder.path(), sets_of(taught), Reuse::same_code, rows);
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[2].label, limit_oracle);
+  rows.erase(rows.begin() + 2);
+  std::vector<SetLimit> of_other_code = limits;
+  for (SetLimit& set : of_other_code) {
+    for (FrameLimit& frame : set.frames) frame.build.code = "other";
+  }
+  write_file_atomically(folder.path() / limit_file, limit_json("small", of_other_code).dump());
+  add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
   EXPECT_EQ(rows.size(), 3u);
 }
 
@@ -176,7 +215,7 @@ TEST(Limit, OfTheOracleAloneLeavesTheTrainingSetsPriorOut) {
   rows[0].type = "truth";
   rows[0].dataset = "test";
   write_file_atomically(folder.path() / limit_file, limit_json("small", limits).dump());
-  add_limit_rows(folder.path(), experiment.tests, rows);
+  add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[1].label, limit_oracle);
   // So it is where the training set has the test set's prior, and the two limits are one.
