@@ -24,7 +24,7 @@ constexpr LineStyle whisker_line{rgb(0x909090), 1};
 constexpr LineStyle frontier_line{ink::dark, 1.6, 2};
 constexpr LineStyle nothing_line{rgb(0x606060), 1, 3};
 constexpr LineStyle limit_line{ink::alarm, 1.4};
-const LineStyle limit_interval_line{ink::alarm.towards_white(0.5), 0.8, 3};
+const Colour limit_band = ink::alarm.towards_white(0.86);
 constexpr MarkStyle ring{circle, ink::dark, 1.9, 1.3};
 constexpr MarkStyle lost{cross, ink::alarm};
 
@@ -72,11 +72,10 @@ class Drawing {
     panel.title(shown.title);
     if (chart_.nothing && shown.holds(*chart_.nothing)) panel.level(*chart_.nothing, nothing_line);
     if (chart_.limit) {
-      panel.level(*chart_.limit, limit_line);
       if (chart_.limit_ci95) {
-        panel.level(chart_.limit_ci95->low, limit_interval_line);
-        panel.level(chart_.limit_ci95->high, limit_interval_line);
+        panel.band(chart_.limit_ci95->low, chart_.limit_ci95->high, limit_band);
       }
+      panel.level(*chart_.limit, limit_line);
     }
     add_families(shown, panel);
     panel.line(staircase(chart_, shown), frontier_line);
@@ -134,9 +133,12 @@ class Drawing {
   }
 
   std::string limit_text() const {
-    if (chart_.limit_unresolved == 0) return "the limit: best in the mean (broken: 95 % interval)";
-    return "the limit is at most this: " + std::to_string(chart_.limit_unresolved) + " of " +
-           std::to_string(chart_.limit_frames) + " frames unresolved";
+    std::string text = "the limit: what is best in the mean, of the first " +
+                       std::to_string(chart_.limit_frames) + " frames (band: 95 %)";
+    if (chart_.limit_unresolved > 0) {
+      text += "; " + std::to_string(chart_.limit_unresolved) + " of them unresolved";
+    }
+    return text;
   }
 
   void write_labels(const SpeedPanel& shown, Panel& panel) {
@@ -151,8 +153,12 @@ class Drawing {
       const double y = shown.y_of(*chart_.limit);
       canvas_.text(limit_text(), shown.box.right - 4, y - 8,
                    {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
-      taken.push_back({shown.box.right - 280, y - 16, shown.box.right, y + 2});
+      taken.push_back({shown.box.right - 440, y - 16, shown.box.right, y + 2});
     }
+    // A name under the line would read as better than anything can be.
+    if (chart_.limit)
+      taken.push_back(
+          {shown.box.left, shown.y_of(*chart_.limit) - 2, shown.box.right, shown.box.bottom});
     panel.labels(labels_of(chart_, shown), std::move(taken));
     for (std::size_t i = 0; i < chart_.points.size(); ++i) {
       if (!shown.shows(chart_, i)) continue;

@@ -38,24 +38,15 @@ bool makes_row(const Experiment& experiment, std::size_t entry,
       [&](const SolverEntry& one) { return one.path == path && labels.count(one.label) > 0; });
 }
 
-json experiment_over_seeds(const Experiment& experiment, const std::set<std::string>& labels,
-                           int count) {
-  const ExperimentJson read = read_experiment_json(experiment.file);
-  const json& original = *read.content;
-  json out = {{"datasets", original.at("datasets")},
-              {"solvers", json::array()},
-              {"timing", {{"enabled", false}}},
-              {"time_limit_s", experiment.time_limit_s},
-              {"figure", {{"scenes", json::array()}}}};
-  if (original.contains("sensor")) out["sensor"] = original.at("sensor");
-  for (const fs::path& plugin : experiment.plugins) {
-    out["plugins"].push_back(fs::absolute(plugin).string());
+/// Makes the names of files that begin at `folder` absolute: "file", wherever it stands.
+void make_absolute(json& part, const fs::path& folder) {
+  for (auto& [key, value] : part.items()) {
+    if (key == "file" && value.is_string()) {
+      value = (folder / value.get<std::string>()).string();
+    } else if (value.is_structured()) {
+      make_absolute(value, folder);
+    }
   }
-  const json& entries = original.at("solvers");
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (makes_row(experiment, i, labels)) out["solvers"].push_back(with_seeds(entries[i], count));
-  }
-  return out;
 }
 
 /// The times stay those of the experiment's own run.
@@ -68,6 +59,33 @@ void take_over_seeds(const ResultRow& trained, ResultRow& row) {
 }
 
 }  // namespace
+
+json experiment_over_seeds(const Experiment& experiment, const std::set<std::string>& labels,
+                           int count) {
+  const ExperimentJson read = read_experiment_json(experiment.file);
+  const json& original = *read.content;
+  json out = original;
+  for (const char* key : {"$schema", "studies", "charts", "ladders", "folds", "right_sizing"}) {
+    out.erase(key);
+  }
+  out["solvers"] = json::array();
+  out["timing"] = {{"enabled", false}};
+  out["figure"] = {{"scenes", json::array()}};
+  const fs::path folder = fs::absolute(experiment.file).parent_path();
+  make_absolute(out, folder);
+  if (out.contains("calibration")) {
+    out["calibration"] = (folder / out.at("calibration").get<std::string>()).string();
+  }
+  if (out.contains("plugins")) out["plugins"] = json::array();
+  for (const fs::path& plugin : experiment.plugins) {
+    out["plugins"].push_back(fs::absolute(plugin).string());
+  }
+  const json& entries = original.at("solvers");
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (makes_row(experiment, i, labels)) out["solvers"].push_back(with_seeds(entries[i], count));
+  }
+  return out;
+}
 
 int train_over_seeds(const Experiment& experiment, const std::set<std::string>& labels, int count,
                      const Cache& cache, const RunOptions& options, std::vector<ResultRow>& rows) {

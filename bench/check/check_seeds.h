@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,6 +21,11 @@ namespace ertbench {
 /// cache. Returns how many trials failed.
 int train_over_seeds(const Experiment& experiment, const std::set<std::string>& labels, int count,
                      const Cache& cache, const RunOptions& options, std::vector<ResultRow>& rows);
+
+/// The copy that these are trained by: the rows of `labels` over seeds, and all else that their
+/// scores depend on. Files that it names are absolute, so that it may stand anywhere.
+nlohmann::json experiment_over_seeds(const Experiment& experiment,
+                                     const std::set<std::string>& labels, int count);
 
 /// The rows in a result folder's summary.json. Throws InputError.
 std::vector<ResultRow> read_summary_rows(const std::filesystem::path& folder);

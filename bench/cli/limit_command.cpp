@@ -1,5 +1,8 @@
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -10,11 +13,17 @@
 #include "bench/limit/rank_figure.h"
 #include "bench/record/limit_file.h"
 #include "core/atomic_file.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
 namespace {
+
+/// Of the map: the numbers of electrodes that are compared, and the disc that they look for.
+constexpr std::array map_electrodes = {8, 16, 32};
+constexpr double map_radius = 0.2;
 
 struct LimitArguments {
   std::string experiment;
@@ -51,20 +60,74 @@ void print(const SetLimit& limit) {
               calibration.squared_error_over_variance, calibration.ci95.low, calibration.ci95.high);
 }
 
+/// Throws InputError where no map can be drawn.
+void require_map(const Experiment& experiment) {
+  const Sensor& sensor = experiment.sensor;
+  if (!sensor.electrode_places.empty()) {
+    throw InputError(experiment.source +
+                     ": --map compares numbers of electrodes at equal distances, and this sensor's "
+                     "places are listed; leave --map out");
+  }
+  if (sensor.electrode_width * map_electrodes.back() >= sensor.sheet->border_length()) {
+    throw InputError(experiment.source + ": --map: " + std::to_string(map_electrodes.back()) +
+                     " electrodes of this width do not fit on the border; leave --map out");
+  }
+  if (sensor.sheet->inner_radius() <= map_radius) {
+    throw InputError(experiment.source + ": --map: a disc of radius " + number_text(map_radius) +
+                     " does not fit on this sheet; leave --map out");
+  }
+}
+
+/// Removes the records of what is asked for, and of nothing else.
+void forget(const Experiment& experiment, const LimitOptions& options) {
+  for (const DatasetSpec& test : experiment.tests) {
+    const auto& wanted = options.datasets;
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), test.name) == wanted.end()) {
+      continue;
+    }
+    std::filesystem::remove_all(options.records / (test.name + "_oracle"));
+    if (options.fair) std::filesystem::remove_all(options.records / (test.name + "_fair"));
+  }
+}
+
+/// With what a file from an earlier call says of other sets and priors.
+nlohmann::json with_others(const std::filesystem::path& file, nlohmann::json now) {
+  if (!std::filesystem::exists(file)) return now;
+  nlohmann::json before;
+  try {
+    before = read_json_file(file);
+    read_limit_rows(file.parent_path());
+  } catch (const std::exception& error) {
+    spdlog::warn("{}: written anew, as it cannot be read: {}", file.string(), error.what());
+    return now;
+  }
+  const auto add = [&](const char* list, const char* first, const char* second) {
+    for (const nlohmann::json& old : before.value(list, nlohmann::json::array())) {
+      const nlohmann::json& all = now[list];
+      const bool replaced = std::any_of(all.begin(), all.end(), [&](const nlohmann::json& one) {
+        return one.at(first) == old.at(first) && one.at(second) == old.at(second);
+      });
+      if (!replaced) now[list].push_back(old);
+    }
+  };
+  add("rows", "dataset", "type");
+  add("sets", "dataset", "prior");
+  return now;
+}
+
 /// What other numbers of electrodes and less noise would buy, on the experiment's own sheet.
 void draw_map(const Experiment& experiment, const std::filesystem::path& stem) {
-  constexpr double radius = 0.2;
   constexpr double ratio = 0.6;
   std::vector<BoundMap> maps;
-  for (const int electrodes : {8, 16, 32}) {
+  for (const int electrodes : map_electrodes) {
     Sensor sensor = experiment.sensor;
     sensor.electrode_offset *= static_cast<double>(sensor.electrode_count) / electrodes;
     sensor.electrode_count = electrodes;
-    maps.push_back(bound_map(sensor, radius, ratio));
+    maps.push_back(bound_map(sensor, map_radius, ratio));
   }
   draw_bound_maps(maps,
                   "Cramér–Rao bound of a disc of unknown place, radius and conductivity (radius " +
-                      number_text(radius) + ", ratio " + number_text(ratio) + ")",
+                      number_text(map_radius) + ", ratio " + number_text(ratio) + ")",
                   stem);
 }
 
@@ -82,9 +145,11 @@ ExitCode limit(const LimitArguments& arguments) {
       std::find(samplers.begin(), samplers.end(), arguments.sampler) - samplers.begin());
   options.fair = arguments.prior == "both";
   options.records = folder / "limit";
-  if (arguments.fresh) std::filesystem::remove_all(options.records);
+  if (arguments.map) require_map(experiment);
+  if (arguments.fresh) forget(experiment, options);
   const std::vector<SetLimit> limits = compute_limits(experiment, options);
-  write_file_atomically(folder / limit_file, limit_json(experiment.name, limits).dump(1) + "\n");
+  const nlohmann::json json = with_others(folder / limit_file, limit_json(experiment.name, limits));
+  write_file_atomically(folder / limit_file, json.dump(1) + "\n");
   draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
                    folder / "limit_ranks");
   if (arguments.map) draw_map(experiment, folder / "limit_map");
@@ -118,13 +183,16 @@ Action add_limit(CLI::App& command) {
       ->check(CLI::IsMember({"both", "oracle"}));
   command.add_flag("--map", arguments->map,
                    "Also draw the Cramér-Rao bound over the sheet (limit_map.png)");
-  command.add_flag("--fresh", arguments->fresh, "Compute again what is finished already");
+  command.add_flag("--fresh", arguments->fresh,
+                   "Compute again what is finished already of these sets and priors");
   command.footer(
-      "Example:\n  ertbench limit experiments/table_c1_fine.json --frames 200 --threads 2\n"
+      "Example:\n  ertbench limit experiments/table_c1_fine.json --prior oracle --threads 2\n"
       "Samples the posterior over scenes of each frame, under the distribution of the test scenes\n"
       "(limit-oracle) and of the training scenes (limit-fair), and scores the best estimates.\n"
       "Writes limit.json beside the results, which `ertbench run` shows as rows and as a line of\n"
-      "its charts. A call that was cut off goes on where it stopped. See docs/limit.md.");
+      "its charts, and keeps what it says of other sets and priors. A call that was cut off goes "
+      "on\n"
+      "where it stopped. See docs/limit.md.");
   return [arguments] { return limit(*arguments); };
 }
 

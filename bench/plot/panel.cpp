@@ -91,6 +91,13 @@ void Panel::level(double value, const LineStyle& style) {
   line({{x_.low, value}, {x_.high, value}}, style);
 }
 
+void Panel::band(double low, double high, const Colour& colour) {
+  Data data;
+  for (const double x : {x_.low, x_.high}) data.row({x, low, high});
+  add(data.text(),
+      "using 1:2:3 with filledcurves fillstyle solid linecolor rgb '" + colour.hex() + "'");
+}
+
 void Panel::whiskers(const std::vector<Whisker>& whiskers, const LineStyle& style) {
   Data data;
   for (const Whisker& one : whiskers) data.row({one.at, one.low, 0, one.high - one.low});

@@ -45,6 +45,8 @@ class Panel {
   void marks(const Points& points, const MarkStyle& style);
   /// A line from side to side at a value of the upright axis.
   void level(double value, const LineStyle& style);
+  /// All from side to side between two values of the upright axis.
+  void band(double low, double high, const Colour& colour);
   void whiskers(const std::vector<Whisker>& whiskers, const LineStyle& style);
   void whiskers_across(const std::vector<Whisker>& whiskers, const LineStyle& style);
   /// `width` in units of the axis across.

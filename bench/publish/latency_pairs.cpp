@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bench/publish/publish.h"
 #include "core/json_reader.h"
 #include "core/quantile.h"
 #include "core/text.h"
@@ -125,6 +126,8 @@ std::vector<TimedSolver> timed_solvers(const std::string& result, const json& pr
 std::vector<TimedSolver> timed_solvers(const fs::path& published) {
   std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(published)) {
+    const std::string ending = entry.path().extension().string();
+    if (ending == part_ending || ending == before_ending) continue;
     if (fs::exists(entry.path() / "summary.json")) folders.push_back(entry.path());
   }
   std::sort(folders.begin(), folders.end());

@@ -48,7 +48,9 @@ bool is_published(const fs::path& project, const fs::path& file) {
 /// Puts `made` in the place of `folder`, with the templates of pages that stand there.
 void replace_folder(const fs::path& folder, const fs::path& made) {
   fs::path before = folder;
-  before += ".before";
+  before += before_ending;
+  // A call that was cut off between the two renames has left the templates there.
+  if (fs::exists(before) && !fs::exists(folder)) fs::rename(before, folder);
   fs::remove_all(before);
   if (fs::exists(folder)) {
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -100,14 +102,15 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   const ExperimentResults results = run_stages(stages, experiment, cache, run);
   const fs::path published = project / "results/published" / experiment.name;
   fs::path made = published;
-  made += ".part";
+  made += part_ending;
   fs::remove_all(made);
   fs::create_directories(made);
   if (of_models) {
     report_stages(stages, experiment, results, made);
   } else {
     if (report_experiment(experiment, cache, results, made) > 0) {
-      throw InputError(made.string() +
+      fs::remove_all(made);
+      throw InputError(published.string() +
                        ": a figure could not be drawn, as said above; what was published before is "
                        "as it was");
     }

@@ -3,8 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
+#include "core/bootstrap.h"
 #include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/json_reader.h"
@@ -75,14 +79,80 @@ void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, 
   }
 }
 
-std::optional<double> over_limit(const ResultRow& row, std::span<const ResultRow> rows,
-                                 Metric metric) {
-  const ResultRow* limit = limit_of(rows, row.dataset);
-  if (!limit || is_limit(row) || row.type == "truth") return std::nullopt;
-  const std::optional<double>& least = limit->metrics[metric].mean;
-  const std::optional<double>& mean = row.metrics[metric].mean;
-  if (!least || !mean || !(*least > 0)) return std::nullopt;
-  return *mean / *least;
+namespace {
+
+/// The relative errors of the oracle's estimates by the numbers of their frames.
+std::map<std::size_t, double> errors_of_limit(const std::filesystem::path& folder,
+                                              const std::string& dataset) {
+  const std::filesystem::path file = folder / limit_file;
+  const nlohmann::json json = read_json_file(file);
+  JsonObject root(json, file.string(), "");
+  std::map<std::size_t, double> out;
+  for (JsonObject& set : root.objects("sets")) {
+    if (set.text("dataset") != dataset || set.text("prior") != "oracle") continue;
+    for (JsonObject& frame : set.objects("per_frame")) {
+      JsonObject metrics = frame.object("metrics");
+      if (!metrics.has("relative_error")) continue;
+      JsonObject both = metrics.object("relative_error");
+      if (both.raw("error").is_null()) continue;
+      out[static_cast<std::size_t>(frame.number("frame", {0, 1e15}))] = both.number("error");
+    }
+  }
+  return out;
+}
+
+/// The mean over the seeds of a frame's error; nothing where one of them has none.
+std::optional<double> error_of(const FramesOfSeeds& trials, std::size_t frame) {
+  double sum = 0;
+  for (const std::vector<FrameMetrics>& frames : trials) {
+    if (frame >= frames.size() || !frames[frame][Metric::relative_error]) return std::nullopt;
+    sum += *frames[frame][Metric::relative_error];
+  }
+  if (trials.empty()) return std::nullopt;
+  return sum / static_cast<double>(trials.size());
+}
+
+std::optional<OverLimit> over_limit(const FramesOfSeeds& trials,
+                                    const std::map<std::size_t, double>& limits,
+                                    const std::string& name) {
+  std::vector<double> errors;
+  std::vector<double> least;
+  for (const auto& [frame, limit] : limits) {
+    const std::optional<double> error = error_of(trials, frame);
+    if (!error) continue;
+    errors.push_back(*error);
+    least.push_back(limit);
+  }
+  const auto ratio = [&](std::span<const std::size_t> chosen) {
+    double error = 0;
+    double limit = 0;
+    for (const std::size_t i : chosen) {
+      error += errors[i];
+      limit += least[i];
+    }
+    return error / limit;
+  };
+  std::vector<std::size_t> all(errors.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  if (all.empty() || !std::isfinite(ratio(all))) return std::nullopt;
+  return OverLimit{ratio(all), bootstrap_interval_of_groups(all.size(), ratio, name),
+                   static_cast<int>(all.size())};
+}
+
+}  // namespace
+
+void compare_with_limits(const std::filesystem::path& folder, std::span<const ScoredLabels> sets,
+                         std::vector<ResultRow>& rows) {
+  for (const ScoredLabels& set : sets) {
+    if (!limit_of(rows, set.dataset)) continue;
+    const std::map<std::size_t, double> limits = errors_of_limit(folder, set.dataset);
+    for (std::size_t i = 0; i < set.labels.size(); ++i) {
+      for (ResultRow& row : rows) {
+        if (row.dataset != set.dataset || row.label != set.labels[i]) continue;
+        row.over_limit = over_limit(set.frames[i], limits, set.dataset + " " + row.label);
+      }
+    }
+  }
 }
 
 const ResultRow* limit_of(std::span<const ResultRow> rows, const std::string& dataset) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/record/experiment_results.h"
 #include "bench/record/result_row.h"
 #include "bench/record/reuse.h"
 #include "forward/data/dataset_spec.h"
@@ -42,10 +43,10 @@ struct LimitSets {
 void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, Reuse reuse,
                     std::vector<ResultRow>& rows);
 
-/// The mean of a row's metric over that of the limit of its set; nothing where one of them has
-/// none, and for the limits themselves.
-std::optional<double> over_limit(const ResultRow& row, std::span<const ResultRow> rows,
-                                 Metric metric);
+/// Sets ResultRow::over_limit of the rows whose frames were scored, `sets`, by the limits in a
+/// folder of results of which `rows` has the rows.
+void compare_with_limits(const std::filesystem::path& folder, std::span<const ScoredLabels> sets,
+                         std::vector<ResultRow>& rows);
 
 /// The row that nothing can be better than: that of the oracle; null where there is none.
 const ResultRow* limit_of(std::span<const ResultRow> rows, const std::string& dataset);

@@ -235,6 +235,11 @@ json to_json(const ResultRow& row) {
                        {"busy_cores", row.timed_on->busy_cores}};
   }
   if (row.validation) out["validation"] = to_json(*row.validation, 0);
+  if (row.over_limit) {
+    const OverLimit& over = *row.over_limit;
+    out["over_limit"] = {
+        {"ratio", over.ratio}, {"ci95", {over.ci95.low, over.ci95.high}}, {"frames", over.frames}};
+  }
   if (row.seeds) out["seeds"] = to_json(*row.seeds);
   if (row.sweep) out["sweep"] = *row.sweep;
   return out;
@@ -255,6 +260,12 @@ ResultRow result_row_from_json(JsonObject object) {
   if (object.has("suspect_frames")) row.suspect_frames = count(object, "suspect_frames");
   row.metrics = metrics_from_json(object.object("metrics"));
   if (object.has("validation")) row.validation = metrics_from_json(object.object("validation"));
+  if (object.has("over_limit")) {
+    JsonObject over = object.object("over_limit");
+    const std::vector<double> ci95 = over.numbers("ci95", 2);
+    row.over_limit = {over.number("ratio"), {ci95[0], ci95[1]}, over.integer("frames", 1, 1 << 30)};
+    over.finish();
+  }
   if (!is_null(object, "latency_us")) {
     row.latency_us = latency_from_json(object.object("latency_us"));
   }

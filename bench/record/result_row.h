@@ -42,6 +42,14 @@ struct SeedSpread {
   JsonValue parameters = JsonValue::array();
 };
 
+/// How far a row is from what any method could have: the mean relative error of δσ over that of the
+/// limit, both on the limit's frames.
+struct OverLimit {
+  double ratio = 0;
+  Interval ci95;  ///< bootstrap over the frames, both means of the same
+  int frames = 0;
+};
+
 /// The builds that made a row's numbers, each once; of a row without a solver the one that scored.
 struct RowBuilds {
   std::vector<BuildStamp> scored;
@@ -65,6 +73,7 @@ struct ResultRow {
   PerMetric<MetricSummary> metrics;
   /// The same on the validation set, where the experiment chooses sizes by it.
   std::optional<PerMetric<MetricSummary>> validation;
+  std::optional<OverLimit> over_limit;  ///< where there is a limit
   std::optional<LatencySummary> latency_us;
   /// What calibration_us() took in the same process, a unit that latencies on different machines
   /// can be compared in; µs.
@@ -88,7 +97,8 @@ struct ResultRow {
 /// "max", "p50_of_rounds", "relative_of_rounds", "pipe"}, "calibration_us", "frames_per_s",
 /// "throughput_batch", "fit_s", "peak_rss_mb", "build": {"commit", "dirty", "program", "code",
 /// "scored": [...], "fitted": [...], "timed": [...]}}`, the first of the builds being that of the
-/// scores, with `"validation": {"AR": {...}, ...}`, `"timed_on": {"cpu", "node", "busy_cores"},
+/// scores, with `"validation": {"AR": {...}, ...}`, `"over_limit": {"ratio", "ci95", "frames"}`,
+/// `"timed_on": {"cpu", "node", "busy_cores"},
 /// "seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
 /// {"alpha", ...}` where there are any.

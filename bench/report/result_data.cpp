@@ -1,4 +1,3 @@
-#include "bench/record/limit_file.h"
 #include "bench/report/published_value.h"
 #include "bench/report/result_table.h"
 
@@ -25,7 +24,8 @@ std::vector<Column> data_columns() {
     add("_paper");
     add("_difference");
   }
-  for (const char* title : {"relative_error_over_limit", "latency_p50_us", "latency_p99_us",
+  for (const char* title : {"relative_error_over_limit", "relative_error_over_limit_low",
+                            "relative_error_over_limit_high", "latency_p50_us", "latency_p99_us",
                             "latency_max_us", "latency_pipe_us", "frames_per_s", "throughput_batch",
                             "fit_s", "peak_rss_mb", "seeds", "sweep", "parameters"}) {
     out.emplace_back(title);
@@ -79,7 +79,9 @@ TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& 
              std::to_string(row.frames_not_converged),
              std::to_string(row.suspect_frames)};
     for (const Metric metric : kMetrics) add_metric(row, metric, published, cells);
-    cells.push_back(exact_cell(over_limit(row, rows, Metric::relative_error)));
+    cells.push_back(
+        exact_cell(row.over_limit ? std::optional(row.over_limit->ratio) : std::nullopt));
+    add_ends(row.over_limit ? std::optional(row.over_limit->ci95) : std::nullopt, cells);
     const auto latency = [&](double LatencySummary::*part) {
       return exact_cell(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);
     };

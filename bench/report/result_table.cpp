@@ -126,7 +126,8 @@ std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows
     cells.push_back(metric_cell(row, metric, published));
   }
   if (has_limits(rows)) {
-    cells.push_back(number_cell(over_limit(row, rows, Metric::relative_error), 2));
+    cells.push_back(
+        number_cell(row.over_limit ? std::optional(row.over_limit->ratio) : std::nullopt, 2));
   }
   std::vector<std::optional<double>> times = {latency_of(row, &LatencySummary::p50),
                                               latency_of(row, &LatencySummary::p99)};
@@ -230,7 +231,8 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "limit-oracle, limit-fair: the best estimates there are, of the posterior over scenes of "
         "each frame, under the distribution of the test scenes and of the training scenes; each "
         "metric by an estimate of its own, on the set's first frames. error / limit: the mean "
-        "relative error of δσ over that of limit-oracle, which no method's mean can be below.");
+        "relative error of δσ over that of limit-oracle, both on these frames; no method's mean "
+        "can be expected below that.");
   }
   out.emplace_back(
       "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "

@@ -216,8 +216,10 @@ std::vector<LadderLevel> climb_ladder(
     const double b = severe->level.number();
     if (axis.integer && std::abs(b - a) <= 1) break;
     const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
-    const Level value =
-        axis.integer ? Level(nlohmann::json(std::lround(std::floor(middle)))) : Level(middle);
+    // On a logarithmic axis the whole number below the middle may be an end.
+    const long whole = std::clamp(std::lround(std::floor(middle)), std::lround(std::min(a, b)) + 1,
+                                  std::lround(std::max(a, b)) - 1);
+    const Level value = axis.integer ? Level(nlohmann::json(whole)) : Level(middle);
     severe = levels.insert(severe, evaluate(value));
     if (!exceeds(*severe)) ++severe;
   }

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -16,6 +17,9 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Clocks that were read later are of another go.
+constexpr std::chrono::hours longest{12};
 
 bool has_record(const JobRecords& records, const Job& job) {
   return static_cast<bool>(records.find(job).record);
@@ -48,7 +52,10 @@ OneGo::OneGo(const Stage& stage, const Experiment& experiment, const fs::path& f
   });
   mark_ = record_file(
       folder, stage.name() + "-" + hash_of_jobs(stage, experiment, jobs_).substr(0, 16), ".begun");
-  if (fs::exists(mark_)) return;  // goes on
+  if (fs::exists(mark_) &&
+      fs::file_time_type::clock::now() - fs::last_write_time(mark_) < longest) {
+    return;  // goes on
+  }
   const auto kept = std::ssize(jobs_) - missing;
   if (kept > 0) {
     spdlog::info(

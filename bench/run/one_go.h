@@ -14,7 +14,8 @@ struct Experiment;
 /// The jobs of a stage whose records are worth comparing only where they were made in one go
 /// (Stage::in_one_go): a clock that was read on another day, beside other programs, is another
 /// clock. Where a wanted job has no record, those of all others that have one are made again with
-/// it. A go that was interrupted is taken up again; its mark in the folder of records tells.
+/// it. A go that was interrupted, or in which a job failed, is taken up again on the same day; its
+/// mark in the folder of records tells.
 class OneGo {
  public:
   /// `due`: all jobs of the stage; `wanted`: those asked for. Removes what is to be made again.

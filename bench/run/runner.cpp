@@ -56,6 +56,7 @@ ExperimentResults gather(const Stages& stages, const Experiment& experiment, con
   if (!results.rows.empty()) {
     const DatasetSpec* training = experiment.training ? &*experiment.training : nullptr;
     add_limit_rows(options.out, {experiment.tests, training}, cache.reuse(), results.rows);
+    compare_with_limits(options.out, results.frames, results.rows);
   }
   return results;
 }

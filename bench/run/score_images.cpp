@@ -145,18 +145,15 @@ nlohmann::json number_or_null(const std::optional<double>& value) {
 }  // namespace
 
 ImageScores score_images(const ScoreOptions& options) {
-  const auto read_all = [](const fs::path& file, const std::string& dataset) {
-    const Hdf5File opened = Hdf5File::open(file);
-    const std::uint64_t rows = opened.shape(dataset).at(0);
+  survive_reading(options.truth, [&] {
+    const Hdf5File truth = Hdf5File::open(options.truth);
+    const std::uint64_t rows = truth.shape(layout::conductivity).at(0);
     for (std::uint64_t r = 0; r < rows; r += block) {
-      opened.read_rows(dataset, r, std::min(block, rows - r), true);
+      truth.read_rows(layout::conductivity, r, std::min(block, rows - r), true);
     }
-  };
-  survive_reading(options.truth, [&] { read_all(options.truth, layout::conductivity); });
-  survive_reading(options.images, [&] {
-    read_all(options.images,
-             options.dataset.empty() ? std::string("/conductivity_change") : options.dataset);
   });
+  // All that is read of either file, by the same code.
+  survive_reading(options.images, [&] { ScoredFiles(options).score(); });
   return ScoredFiles(options).score();
 }
 

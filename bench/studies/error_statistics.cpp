@@ -26,8 +26,27 @@ Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals) {
   return cell;
 }
 
+GroupedErrors GroupedErrors::compact() const {
+  std::vector<std::size_t> place(groups_, 0);
+  for (const Value& value : values_) place[value.group] = 1;
+  std::size_t count = 0;
+  for (std::size_t& one : place) one = one > 0 ? count++ : 0;
+  GroupedErrors out(count);
+  for (const Value& value : values_) out.add(place[value.group], value.error);
+  return out;
+}
+
 std::optional<Estimate> GroupedErrors::mean(std::string_view name) const {
   if (values_.empty()) return std::nullopt;
+  return compact().mean_of_groups(name);
+}
+
+std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
+  if (values_.empty()) return std::nullopt;
+  return compact().quantile_of_groups(share, name);
+}
+
+Estimate GroupedErrors::mean_of_groups(std::string_view name) const {
   std::vector<double> sums(groups_, 0);
   std::vector<double> counts(groups_, 0);
   for (const Value& value : values_) {
@@ -41,15 +60,14 @@ std::optional<Estimate> GroupedErrors::mean(std::string_view name) const {
       sum += sums[group];
       count += counts[group];
     }
-    return count > 0 ? sum / count : 0;
+    return sum / count;
   };
   std::vector<std::size_t> all(groups_);
   for (std::size_t g = 0; g < groups_; ++g) all[g] = g;
   return Estimate{mean_of(all), bootstrap_interval_of_groups(groups_, mean_of, name)};
 }
 
-std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
-  if (values_.empty()) return std::nullopt;
+Estimate GroupedErrors::quantile_of_groups(double share, std::string_view name) const {
   std::vector<Value> sorted = values_;
   std::sort(sorted.begin(), sorted.end(),
             [](const Value& a, const Value& b) { return a.error < b.error; });

@@ -35,8 +35,8 @@ class GroupedErrors {
   std::size_t size() const { return values_.size(); }
   std::size_t undefined() const { return undefined_; }
 
-  // Nothing where there is no error. Intervals by the bootstrap over groups; `name` keys their
-  // random numbers.
+  // Nothing where there is no error. Intervals by the bootstrap over the groups that have errors;
+  // `name` keys their random numbers.
   std::optional<Estimate> mean(std::string_view name) const;
   /// The smallest error that at least that share of the errors does not exceed.
   std::optional<Estimate> quantile(double share, std::string_view name) const;
@@ -47,6 +47,11 @@ class GroupedErrors {
     double error;
     std::size_t group;
   };
+
+  /// The same without groups that have no error.
+  GroupedErrors compact() const;
+  Estimate mean_of_groups(std::string_view name) const;
+  Estimate quantile_of_groups(double share, std::string_view name) const;
 
   std::size_t groups_;
   std::vector<Value> values_;

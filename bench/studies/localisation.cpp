@@ -56,7 +56,8 @@ LocalisedSet localised_set(const StudyInput& input, const std::string& name) {
   for (int place = 0; place < touches.places->count(); ++place) {
     set.places.push_back(touches.places->place_mm(place));
   }
-  set.bound_mm = bounds_of(spec, touches);
+  // The bound is the same whatever was trained, and headlines have none of it.
+  if (input.training == 0) set.bound_mm = bounds_of(spec, touches);
   std::vector<std::size_t> place_of;
   for (std::uint64_t frame = 0; frame < spec.count; ++frame) {
     place_of.push_back(spec.scene_number(frame) % set.places.size());

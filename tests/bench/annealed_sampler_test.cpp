@@ -8,8 +8,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <numbers>
 
+#include "forward/sheet/rectangle_sheet.h"
 #include "tests/bench/limit_testing.h"
 
 namespace ertbench {
@@ -123,6 +125,28 @@ void expect_the_prior(const PosteriorSamples& posterior, double independent) {
 TEST(AnnealedSampler, LeavesThePriorAsItIs) {
   const KnownLikelihood flat([](const Scene&) { return 0.0; });
   expect_the_prior(anneal(prior_of(1, 3, 0.2), flat, many(), 1), 2000);
+}
+
+// The density of places depends on how much room a contact of its size has.
+TEST(AnnealedSampler, LeavesThePriorOfARectangleAsItIs) {
+  SceneDistribution scenes;
+  scenes.contacts = {1, 1};
+  const auto sheet = std::make_shared<const RectangleSheet>(Eigen::Vector2d(300, 150));
+  const KnownLikelihood flat([](const Scene&) { return 0.0; });
+  const PosteriorSamples posterior = anneal({scenes, sheet}, flat, many(), 9);
+  std::vector<double> sizes;
+  std::vector<double> across;
+  std::vector<double> up;
+  for (const PosteriorSample& sample : posterior.samples) {
+    const ContactDraw& c = sample.scene.front();
+    sizes.push_back((c.size - 0.06) / 0.34);
+    across.push_back((c.centre.x() / (1 - c.size) + 1) / 2);
+    up.push_back((c.centre.y() / (0.5 - c.size) + 1) / 2);
+  }
+  const double distance = 1.63 / std::sqrt(2000);
+  EXPECT_LT(distance_from_uniform(sizes), distance);
+  EXPECT_LT(distance_from_uniform(across), distance);
+  EXPECT_LT(distance_from_uniform(up), distance);
 }
 
 /// As likely as any other, with a rest that asks for something all the same.

@@ -82,6 +82,19 @@ TEST(Ladder, TakesGeometricMeansAndWholeNumbers) {
   std::vector<double> numbers;
   for (const LadderLevel& level : whole) numbers.push_back(level.level.number());
   EXPECT_EQ(numbers, (std::vector<double>{1, 4, 5, 6, 8}));
+  // By geometric means too, whose whole parts may be the ends themselves.
+  axis.logarithmic = true;
+  const auto in_steps = climb_ladder(axis, 0.05, by_size(5));
+  numbers.clear();
+  for (const LadderLevel& level : in_steps) numbers.push_back(level.level.number());
+  EXPECT_EQ(numbers, (std::vector<double>{1, 2, 4, 5, 6, 8}));
+  axis.levels = {4, 2};
+  const auto down = climb_ladder(
+      axis, 0.05, [&](const Level& level) { return level_of(level, level.number() < 4 ? 50 : 0); });
+  ASSERT_EQ(down.size(), 3u);
+  EXPECT_EQ(down[1].level.number(), 3);
+  axis.logarithmic = false;
+  axis.levels = {1, 8};
   // Nothing to be found between levels where none or all fail.
   EXPECT_EQ(climb_ladder(axis, 0.05, by_size(9)).size(), 2u);
   EXPECT_EQ(climb_ladder(axis, 0.05, by_size(0)).size(), 2u);

@@ -12,6 +12,7 @@
 #include "bench/limit/estimators.h"
 #include "forward/border/border_model.h"
 #include "forward/border/elliptic_contact.h"
+#include "forward/sheet/rectangle_sheet.h"
 #include "tests/bench/limit_testing.h"
 
 namespace ertbench {
@@ -156,6 +157,27 @@ TEST(LimitSamplers, AgreeOnADisc) {
     EXPECT_NEAR(mean[p], other_mean[p], 5 * deviation / std::sqrt(std::min(effective, 200.0))) << p;
     EXPECT_NEAR(other_deviation / deviation, 1, 0.3) << p;
   }
+}
+
+// Left and right, and up and down, are alike on a rectangle.
+TEST(PlaceMetric, HasTheSymmetryOfARectangle) {
+  Sensor sensor;
+  sensor.sheet = std::make_shared<const RectangleSheet>(Eigen::Vector2d(300, 150));
+  const PlaceMetric metric(sensor, 1e-3);
+  const auto at = [&](double x, double y) {
+    ContactDraw contact;
+    contact.centre = {x, y};
+    contact.size = 0.1;
+    contact.conductivity_ratio = 0.5;
+    return metric.information(contact);
+  };
+  const Eigen::Matrix3d one = at(0.7, 0.3);
+  for (const Eigen::Matrix3d& other : {at(-0.7, 0.3), at(0.7, -0.3), at(-0.7, -0.3)}) {
+    EXPECT_NEAR(other(2, 2) / one(2, 2), 1, 0.05);
+    EXPECT_NEAR(other(0, 0) / one(0, 0), 1, 0.05);
+  }
+  // Next to the border, where the electrodes are, more is known than in the middle.
+  EXPECT_GT(one(2, 2), 2 * at(0, 0)(2, 2));
 }
 
 // Without much noise the posterior is the Gaussian of least covariance: (J^T J)^-1 s^2.

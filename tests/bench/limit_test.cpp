@@ -169,10 +169,26 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   EXPECT_EQ(rows[3].label, limit_fair);
   const double least = *rows[2].metrics[Metric::RIE].mean;
   EXPECT_GT(least, 0);
-  rows[4].metrics[Metric::RIE].mean = 3 * least;
-  EXPECT_NEAR(*over_limit(rows[4], rows, Metric::RIE), 3, 1e-12);
-  EXPECT_FALSE(over_limit(rows[0], rows, Metric::RIE));
-  EXPECT_FALSE(over_limit(rows[2], rows, Metric::RIE));
+
+  // Two trainings with three times the limit's error in the mean, on the limit's frames; what is
+  // beyond these does not count.
+  FramesOfSeeds trials(2, std::vector<FrameMetrics>(20));
+  for (std::size_t f = 0; f < 20; ++f) {
+    const double limit = f < 12 ? *limits[0].frames[f].metrics.at("relative_error").error : 1000;
+    trials[0][f][Metric::relative_error] = 2 * limit;
+    trials[1][f][Metric::relative_error] = 4 * limit;
+  }
+  const std::vector<ScoredLabels> scored = {{"test", {"tsvd"}, {trials}}};
+  compare_with_limits(folder.path(), scored, rows);
+  ASSERT_TRUE(rows[4].over_limit);
+  EXPECT_NEAR(rows[4].over_limit->ratio, 3, 1e-12);
+  EXPECT_NEAR(rows[4].over_limit->ci95.low, 3, 1e-12);
+  EXPECT_NEAR(rows[4].over_limit->ci95.high, 3, 1e-12);
+  EXPECT_EQ(rows[4].over_limit->frames, 12);
+  EXPECT_FALSE(rows[0].over_limit);
+  EXPECT_FALSE(rows[2].over_limit);
+  const nlohmann::json written = to_json(rows[4]);
+  EXPECT_NEAR(result_row_from_json(JsonObject(written, "row", "")).over_limit->ratio, 3, 1e-12);
 
   // Of another set nothing is taken.
   nlohmann::json other = one_disc();

@@ -51,5 +51,16 @@ TEST(GroupedErrors, QuantileOfOneGroupNeedsNoInterval) {
   EXPECT_FALSE(GroupedErrors(3).mean("none"));
 }
 
+// A group without errors says nothing of them: neither that they might be nothing nor the worst.
+TEST(GroupedErrors, IntervalsAreOfTheGroupsThatHaveErrors) {
+  GroupedErrors errors(81);
+  for (int i = 0; i < 40; ++i) errors.add(7, 2 + 0.01 * i);
+  errors.add(7, 50);
+  const auto mean = errors.mean("few");
+  EXPECT_EQ(mean->ci95, (Interval{mean->value, mean->value}));
+  const auto median = errors.quantile(0.5, "few");
+  EXPECT_EQ(median->ci95, (Interval{median->value, median->value}));
+}
+
 }  // namespace
 }  // namespace ertbench

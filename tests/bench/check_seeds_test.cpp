@@ -1,0 +1,59 @@
+// The copy of an experiment that is trained over seeds: the same but for that.
+
+#include "bench/check/check_seeds.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bench/charts/chart_types.h"
+#include "bench/experiment/experiment.h"
+#include "core/atomic_file.h"
+#include "core/temporary_folder.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+Experiment read(const fs::path& file) {
+  SolverRegistry registry;
+  return read_experiment(file, registry, chart_types());
+}
+
+/// The experiment of a file by the copy that stands in another folder.
+Experiment copied(const Experiment& experiment, const fs::path& folder) {
+  const nlohmann::json copy = experiment_over_seeds(experiment, {"fcnn"}, 3);
+  write_file_atomically(folder / "copy.json", copy.dump());
+  return read(folder / "copy.json");
+}
+
+TEST(CheckSeeds, KeepWhatScoresDependOn) {
+  const TemporaryFolder folder("seeds");
+  const Experiment skin = read(fs::path(ERTBENCH_SOURCE_DIR) / "experiments" / "skin.json");
+  const Experiment copy = copied(skin, folder.path());  // reads its frames from where they are
+  ASSERT_EQ(copy.tests.size(), skin.tests.size());
+  for (std::size_t i = 0; i < copy.tests.size(); ++i) {
+    EXPECT_EQ(to_json(copy.tests[i]), to_json(skin.tests[i]));
+  }
+  EXPECT_EQ(copy.time_limit_s, skin.time_limit_s);
+  ASSERT_EQ(copy.solvers.size(), 3u);
+  for (const SolverEntry& entry : copy.solvers) EXPECT_EQ(entry.label, "fcnn");
+  EXPECT_TRUE(copy.studies.empty());
+}
+
+TEST(CheckSeeds, KeepHowContactsAreMatched) {
+  const TemporaryFolder folder("seeds");
+  const fs::path quick = fs::path(ERTBENCH_SOURCE_DIR) / "experiments" / "targets_quick.json";
+  const nlohmann::json closer = {{"extends", quick.string()}, {"contacts", {{"match_mm", 7}}}};
+  write_file_atomically(folder.path() / "closer.json", closer.dump());
+  const Experiment touch = read(folder.path() / "closer.json");
+  const Experiment copy = copied(touch, folder.path());
+  EXPECT_EQ(touch.contacts.match_mm, 7);
+  EXPECT_EQ(copy.contacts.match_mm, touch.contacts.match_mm);
+  EXPECT_EQ(copy.contacts.ospa_mm, touch.contacts.ospa_mm);
+}
+
+}  // namespace
+}  // namespace ertbench
