@@ -17,9 +17,11 @@ constexpr int panel_height = 250;
 constexpr int left_margin = 70;
 constexpr int gap = 34;
 constexpr int top = 62;
-constexpr int bar_top = top + panel_height + 92;
+constexpr int to_bars = panel_height + 62;  ///< from a panel's top
 constexpr int bar_height = 22;
-constexpr int height = bar_top + 3 * bar_height + 60;
+constexpr int row_height = to_bars + 3 * bar_height + 40;
+constexpr int most_across = 2;  ///< so that a page shows their letters at their size
+constexpr int notes_height = 100;
 
 constexpr LineStyle whisker_line{rgb(0x909090), 1};
 
@@ -41,7 +43,8 @@ class Drawing {
   explicit Drawing(const std::vector<FidelityRow>& rows)
       : rows_(rows),
         names_(datasets_of(rows)),
-        canvas_(left_margin + static_cast<int>(names_.size()) * (panel_width + gap) + 6, height) {
+        canvas_(left_margin + across() * (panel_width + gap) + 6,
+                top + down() * row_height + notes_height) {
     Span times;
     double least = INFINITY;
     double most = 0;
@@ -57,16 +60,21 @@ class Drawing {
 
   void draw(const std::string& title, const std::filesystem::path& stem) {
     canvas_.title(title);
-    for (std::size_t p = 0; p < names_.size(); ++p) {
-      const double left = left_margin + static_cast<double>(p) * (panel_width + gap);
-      plot(names_[p], Box::sized(left, top, panel_width, panel_height), p == 0);
-      sizes(names_[p], left);
+    for (int p = 0; p < static_cast<int>(names_.size()); ++p) {
+      const std::string& name = names_[static_cast<std::size_t>(p)];
+      const double left = left_margin + p % most_across * (panel_width + gap);
+      const double upper = top + p / most_across * row_height;
+      plot(name, Box::sized(left, upper, panel_width, panel_height), p % most_across == 0);
+      sizes(name, left, upper + to_bars);
     }
     legend();
     canvas_.draw(stem);
   }
 
  private:
+  int across() const { return std::min<int>(most_across, static_cast<int>(names_.size())); }
+  int down() const { return (static_cast<int>(names_.size()) + most_across - 1) / most_across; }
+
   std::vector<const FidelityRow*> rows_of(const std::string& dataset,
                                           const std::string& scenes) const {
     std::vector<const FidelityRow*> out;
@@ -125,8 +133,7 @@ class Drawing {
   }
 
   /// Stacked bars: which share of the scenes needs how many points.
-  void sizes(const std::string& dataset, double left) {
-    double y = bar_top;
+  void sizes(const std::string& dataset, double left, double y) {
     for (const char* scenes : {"smooth", "other", "all"}) {
       for (const FidelityRow* row : rows_of(dataset, scenes)) {
         if (row->sizes.empty()) continue;
@@ -157,15 +164,17 @@ class Drawing {
   }
 
   void legend() {
+    const double upper = top + down() * row_height - 8;
     Legend sizes(left_margin, canvas_.width());
-    sizes.add({"Share of the scenes of \"auto\" by points of the border equation:"});
+    sizes.add({"Bars: scenes of \"auto\" by points of the border equation:"});
+    sizes.new_line();
     for (std::size_t s = 0; s <= std::size(fidelity_sizes); ++s) {
       const bool last = s == std::size(fidelity_sizes);
       sizes.add({last ? "more" : "≤ " + std::to_string(fidelity_sizes[s]), {}, {}, shade(s)});
     }
-    sizes.draw(canvas_, bar_top - 16);
+    sizes.draw(canvas_, upper);
     const TextStyle style{.size = 9, .align = TextAlign::left, .colour = ink::note};
-    const double y = height - 36;
+    const double y = upper + sizes.height() + 4;
     canvas_.text(
         "Points: medians; whiskers up to the largest error, and from 5 to 95 % of the "
         "times. Dashed: the bound that \"auto\" promises.",

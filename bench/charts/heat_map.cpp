@@ -12,6 +12,7 @@
 namespace ertbench {
 namespace {
 
+constexpr double line_height = 12.5;  ///< of the rows' names, px
 constexpr LineStyle best_line{rgb(0xd40000), 1.8};
 constexpr LineStyle published_line{ink::black, 1.4, 3};
 
@@ -25,12 +26,13 @@ struct Layout {
   double notes_width;
   double left;          ///< of the first panel: the names of the rows stand there
   double names_height;  ///< of the columns, below each panel
+  double x_name;        ///< below the names of the columns
+  double y_name;        ///< left of the names of the rows
 
   static constexpr double top = 34;
   static constexpr double title = 26;
-  static constexpr double x_name = 34;  ///< below the names of the columns
-  static constexpr double bar = 84;     ///< colour bar with its ticks
-  static constexpr double notes = 52;   ///< what the marks mean
+  static constexpr double bar = 84;    ///< colour bar with its ticks
+  static constexpr double notes = 52;  ///< what the marks mean
 
   int across() const { return std::min(panels, 2); }
   double panel_width() const { return columns * cell_width; }
@@ -47,6 +49,21 @@ struct Layout {
   }
 };
 
+/// The name of a row, in the lines that it is written in.
+std::vector<std::string> lines_of(const std::string& name) {
+  constexpr std::size_t longest = 34;
+  return wrapped(name, longest);
+}
+
+/// What the widest of the texts in the cells needs.
+double widest_text(const HeatMap& map, int size) {
+  double widest = 0;
+  for (const HeatMapPanel& panel : map.panels) {
+    for (const std::string& text : panel.texts) widest = std::max(widest, text_width(text, size));
+  }
+  return widest;
+}
+
 Layout layout_for(const HeatMap& map) {
   Layout layout{};
   layout.columns = static_cast<int>(map.x_values.size());
@@ -54,11 +71,22 @@ Layout layout_for(const HeatMap& map) {
   layout.panels = static_cast<int>(map.panels.size());
   const bool texts = std::any_of(map.panels.begin(), map.panels.end(),
                                  [](const HeatMapPanel& panel) { return !panel.texts.empty(); });
-  layout.cell_width = std::clamp(420.0 / layout.columns, texts ? 66.0 : 12.0, texts ? 66.0 : 62.0);
-  layout.cell_height = std::clamp(320.0 / layout.rows, texts ? 19.0 : 12.0, 40.0);
+  layout.cell_width =
+      texts ? widest_text(map, 10) + 6 : std::clamp(420.0 / layout.columns, 12.0, 62.0);
   double longest = 0;
-  for (const std::string& value : map.y_values) longest = std::max(longest, text_width(value, 10));
-  layout.left = 38 + longest;
+  std::size_t lines = 1;
+  for (const std::string& value : map.y_values) {
+    lines = std::max(lines, lines_of(value).size());
+    for (const std::string& line : lines_of(value)) {
+      longest = std::max(longest, text_width(line, 10));
+    }
+  }
+  layout.cell_height =
+      std::clamp(320.0 / layout.rows,
+                 std::max(texts ? 19.0 : 12.0, line_height * static_cast<double>(lines)), 40.0);
+  layout.x_name = map.x_name.empty() ? 8 : 34;
+  layout.y_name = map.y_name.empty() ? 0 : 24;
+  layout.left = 14 + layout.y_name + longest;
   layout.names_height = CategoryNames(map.x_values, layout.cell_width).height();
   layout.notes_width = layout.left + 40 +
                        std::max(text_width(map.best_note, 10), text_width(map.published_note, 10));
@@ -193,10 +221,14 @@ class Drawing {
 
   void axes(const Box& box) {
     CategoryNames(map_.x_values, layout_.cell_width).draw(canvas_, box.left, box.bottom);
+    const TextStyle style{.size = layout_.cell_height >= 14 ? 10 : 8, .align = TextAlign::right};
     for (int y = 0; y < layout_.rows; ++y) {
-      canvas_.text(map_.y_values[static_cast<std::size_t>(y)], box.left - 5,
-                   cell_of(box, 0, y).centre(),
-                   {.size = layout_.cell_height >= 14 ? 10 : 8, .align = TextAlign::right});
+      const auto lines = lines_of(map_.y_values[static_cast<std::size_t>(y)]);
+      const double first =
+          cell_of(box, 0, y).centre() - line_height * (static_cast<double>(lines.size()) - 1) / 2;
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        canvas_.text(lines[i], box.left - 5, first + line_height * static_cast<double>(i), style);
+      }
     }
     canvas_.text(map_.x_name, box.middle(), box.bottom + layout_.names_height + 12, {.size = 11});
     canvas_.text(map_.y_name, box.left - layout_.left + 16, box.centre(),

@@ -56,15 +56,17 @@ class LevelAxis {
     high_ = axis.categories ? last_ + 0.5 : unscaled(scaled(last_) + margin * range);
   }
 
-  /// Where a level of the climb lies, a little beside those of the other series, so that marks of
-  /// one level do not hide each other.
+  /// Where a level of the climb lies: categories side by side, others where they are.
   double place(const LadderClimb& climb, std::size_t level, std::size_t series) const {
-    const double x =
-        axis_.categories ? static_cast<double>(level) : climb.levels[level].level.number();
-    const double step = axis_.categories ? 0.6 / static_cast<double>(series_)
-                                         : 0.004 * (scaled(last_) - scaled(first_));
-    const double middle = (static_cast<double>(series_) - 1) / 2;
-    return unscaled(scaled(x) + (static_cast<double>(series) - middle) * step);
+    if (!axis_.categories) return climb.levels[level].level.number();
+    return static_cast<double>(level) + 0.6 * beside(series);
+  }
+  /// The same of whiskers, which would hide each other: a little beside their marks.
+  double place_of_whisker(const LadderClimb& climb, std::size_t level, std::size_t series) const {
+    const double x = place(climb, level, series);
+    if (axis_.categories) return x;
+    constexpr double all = 0.018;  // of the axis
+    return unscaled(scaled(x) + all * (scaled(last_) - scaled(first_)) * beside(series));
   }
 
   /// With the levels' names, or without where another panel below has them.
@@ -90,6 +92,11 @@ class LevelAxis {
   }
 
  private:
+  /// -1/2 ... 1/2 from the first to the last of the series.
+  double beside(std::size_t series) const {
+    const double middle = (static_cast<double>(series_) - 1) / 2;
+    return (static_cast<double>(series) - middle) / static_cast<double>(series_);
+  }
   double scaled(double x) const { return axis_.logarithmic ? std::log(x) : x; }
   double unscaled(double x) const { return axis_.logarithmic ? std::exp(x) : x; }
   double of_file(std::size_t i) const {
@@ -186,8 +193,8 @@ class Drawing {
       const LadderLevel& level = series.climb->levels[i];
       const auto found = quantiles(level, value_);
       if (!found || !levels_.named(level)) continue;
-      whiskers.push_back(
-          {levels_.place(*series.climb, i, s), axis.capped(found->low), axis.capped(found->high)});
+      whiskers.push_back({levels_.place_of_whisker(*series.climb, i, s), axis.capped(found->low),
+                          axis.capped(found->high)});
     }
     panel.whiskers(whiskers, {series.colour().towards_white(0.45), 1});
   }

@@ -58,7 +58,7 @@ std::string cell_text(const Breakdown& found) {
 constexpr int side = 92;
 constexpr int gap = 4;           ///< between truth and image
 constexpr int pair_width = 214;  ///< with the space to the next
-constexpr int row_height = 146;  ///< title, images, two lines
+constexpr int row_height = 159;  ///< title, images, three lines
 constexpr int left_edge = 16;
 constexpr int top_edge = 12;
 constexpr std::size_t most_pairs = 4;
@@ -72,8 +72,12 @@ void draw_pair(Canvas& canvas, ImagePanels& panels, const Sensor& sensor, const 
                             (one.axis->unit.empty() ? "" : " " + one.axis->unit);
   const std::string failure = failure_text(*one.frame);
   constexpr TextStyle style{.size = 9, .align = TextAlign::left};
-  canvas.text(one_line(failure + " at " + level, 40), box.left, box.bottom + 10, style);
-  canvas.text(one_line(one.axis->title, 38), box.left, box.bottom + 23, style);
+  constexpr double line_height = 13;
+  double y = box.bottom + 10;
+  canvas.text(failure, box.left, y, style);
+  for (const std::string& line : wrapped(one.axis->title + ": " + level, 38)) {
+    canvas.text(line, box.left, y += line_height, style);
+  }
   canvas.tooltip(box, label + ", frame " + std::to_string(one.frame->frame) + "\n" +
                           one.axis->title + ": " + level + "\n" + failure);
   const double unit = largest(sensor, *one.frame);
@@ -101,8 +105,6 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
   std::reverse(axes.begin(), axes.end());  // the first on top
   HeatMap map;
   map.title = title;
-  map.x_name = "solver";
-  map.y_name = "axis";
   map.x_values = solvers;
   for (const LadderAxis* axis : axes) {
     map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
