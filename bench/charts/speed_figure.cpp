@@ -61,10 +61,14 @@ class Drawing {
     return static_cast<std::size_t>(std::find(types_.begin(), types_.end(), point.type) -
                                     types_.begin());
   }
+  /// The same shapes come again in darker colours, which are told apart in grey too.
+  static Colour colour_of(std::size_t type) {
+    return type < std::size(shapes) ? hue(type) : hue(type).towards_black(0.45);
+  }
   /// Filled, hollow or a cross.
   static MarkStyle mark(std::size_t type, Standing standing) {
-    if (standing == Standing::failed) return {cross, hue(type)};
-    return {standing == Standing::ok ? filled(type) : hollow(type), hue(type)};
+    if (standing == Standing::failed) return {cross, colour_of(type)};
+    return {standing == Standing::ok ? filled(type) : hollow(type), colour_of(type)};
   }
 
   void plot(const SpeedPanel& shown) {
@@ -95,7 +99,7 @@ class Drawing {
       type = type_index(point);
     }
     for (const auto& [family, line] : families) {
-      panel.line(line.first, {hue(line.second).towards_white(0.55), 1.2});
+      panel.line(line.first, {colour_of(line.second).towards_white(0.55), 1.2});
     }
   }
 

@@ -67,6 +67,11 @@ double chi_square_tail(double x, int degrees) {
   return std::clamp(1 - sum * std::exp(-z + a * std::log(z) - std::lgamma(a)), 0.0, 1.0);
 }
 
+json json_of(const LimitCalibration& calibration) {
+  return {{"squared_error_over_variance", calibration.squared_error_over_variance},
+          {"ci95", {calibration.ci95.low, calibration.ci95.high}}};
+}
+
 json set_json(const SetLimit& limit) {
   std::vector<FrameLimit> resolved;
   json unresolved = json::array();
@@ -106,8 +111,7 @@ json set_json(const SetLimit& limit) {
       {"without", summary_of(on_sphere, error_of("relative_error"), "relative_error")}};
   const LimitCalibration calibration = calibration_of(limit.frames);
   json& shown = out["calibration"];
-  shown = {{"squared_error_over_variance", calibration.squared_error_over_variance},
-           {"ci95", {calibration.ci95.low, calibration.ci95.high}}};
+  shown = json_of(calibration);
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
     const auto& p = calibration.p_values[r];
     shown["rank_p_values"][limit_ranks[r]] = p ? json(*p) : json(nullptr);
@@ -131,7 +135,9 @@ ResultRow row_of(const SetLimit& limit) {
     if (!frame.resolved) unresolved.push_back(frame.frame);
   }
   row.frames_not_converged = static_cast<int>(unresolved.size());
+  const LimitCalibration calibration = calibration_of(limit.frames);
   row.parameters = json{{"set", limit.key},
+                        {"calibration", json_of(calibration)},
                         {"prior", limit.prior},
                         {"model", limit.model},
                         {"unresolved", unresolved}};

@@ -10,7 +10,8 @@
 namespace ertbench {
 
 /// The frames of a set as a reference row of the results, "limit-oracle" or "limit-fair": each
-/// metric that has a limit, of all frames, unresolved ones among them.
+/// metric that has a limit, of all frames, unresolved ones among them. Among its parameters are
+/// `"calibration": {"squared_error_over_variance", "ci95"}` and the frames that are `"unresolved"`.
 ResultRow row_of(const SetLimit& limit);
 
 /// Whether the posteriors deserve belief.

@@ -14,6 +14,7 @@ struct Colour {
   int number() const;        ///< as gnuplot's `linecolor rgb variable` wants it
   double lightness() const;  ///< 0 black ... 1 white, as a grey printer would have it
   Colour towards_white(double fraction) const;
+  Colour towards_black(double fraction) const;
 };
 
 /// "0x440154" as a colour.

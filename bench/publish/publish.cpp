@@ -4,6 +4,7 @@
 
 #include "bench/pages/page.h"
 #include "bench/publish/latency_pairs.h"
+#include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
 #include "bench/run/stages.h"
 #include "bench/table/writers.h"
@@ -43,6 +44,14 @@ bool is_published(const fs::path& project, const fs::path& file) {
     if (fs::relative(page_of(page_template), project) == file) return true;
   }
   return false;
+}
+
+/// Copies what `ertbench limit` left beside the results where their rows are of it.
+void publish_limits(const ExperimentResults& results, const fs::path& from, const fs::path& to) {
+  if (std::none_of(results.rows.begin(), results.rows.end(), is_limit)) return;
+  for (const char* name : {limit_file, "limit_ranks.png", "limit_ranks.svg"}) {
+    if (fs::exists(from / name)) fs::copy_file(from / name, to / name);
+  }
 }
 
 /// Puts `made` in the place of `folder`, with the templates of pages that stand there.
@@ -115,6 +124,7 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
                        "as it was");
     }
   }
+  publish_limits(results, run.out, made);
   replace_folder(published, made);
   return results.failures;
 }

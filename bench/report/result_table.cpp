@@ -234,10 +234,12 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "relative error of δσ over that of limit-oracle, both on these frames; no method's mean "
         "can be expected below that.");
   }
-  out.emplace_back(
-      "p50, p99: time from the raw voltages to the image of one frame, one thread. frames/s: "
-      "throughput with a batch. fit: preparation before the first frame, once. memory: the most "
-      "that the process of the solver held.");
+  const std::string usual = usual_processor(rows);
+  out.push_back(
+      "p50, p99: time from the raw voltages to the image of one frame, one thread" +
+      (usual.empty() ? "" : " of " + printable(usual)) +
+      ". frames/s: throughput with a batch. fit: preparation before the first frame, once. "
+      "memory: the most that the process of the solver held.");
   if (has_pipes(rows)) {
     out.emplace_back(
         "pipe: of a solver that is a program of its own, the part of p50 that the way there and "

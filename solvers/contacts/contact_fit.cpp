@@ -153,7 +153,7 @@ void ContactFit::optimise(const VectorXd& changes, std::vector<EllipticContact> 
   measure(changes, contacts, workspace, point);
   if (!std::isfinite(point.objective)) return;
   linearise(workspace, point);
-  const auto pairs = static_cast<double>(model_.pairs());
+  const double pairs = pairs_in_use(workspace);
   double damping = 0.01;
   double gained = 0;
   std::vector<EllipticContact> next;

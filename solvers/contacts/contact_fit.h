@@ -48,6 +48,9 @@ class ContactFit {
     Result other;
     bool has_other = false;
     int iterations = 0;
+    /// Of the best, when numbers of contacts were compared last: in this frame or one followed
+    /// since.
+    double searched_misfit = 0;
   };
 
   /// Memory of one thread.
@@ -72,7 +75,9 @@ class ContactFit {
   /// `changes` [pairs] V: means of reciprocal pairs. Const and thread-safe.
   void fit(const Eigen::VectorXd& changes, Workspace& workspace, Found& found) const;
   /// The same begun at what was found in the frame before, which may be that of `found`: where its
-  /// contacts explain the frame and none of them has gone, no other number of contacts is tried.
+  /// contacts explain the frame, about as well as contacts did when their number was last looked
+  /// for, and none of them has gone, no other number is tried. `found` is that of the frames
+  /// before.
   void follow(const Eigen::VectorXd& changes, const Result& last, Workspace& workspace,
               Found& found) const;
 
@@ -96,6 +101,10 @@ class ContactFit {
     /// A trial that will not come to this much is given up.
     double least_evidence = -std::numeric_limits<double>::infinity();
   };
+  /// Pairs that are not left out of account.
+  double pairs_in_use(const Workspace& workspace) const {
+    return workspace.kept.size() > 0 ? workspace.kept.sum() : static_cast<double>(model_.pairs());
+  }
   void begin(const Eigen::VectorXd& changes, Workspace& workspace) const;
   const EllipseModel& model_in_use(const Workspace& workspace) const {
     return workspace.coarse ? coarse_ : model_;

@@ -41,10 +41,10 @@ constexpr double unexplained_by = 10;
 /// no closer than to a part of that is not looked at to the end.
 constexpr double negligible = 6;
 constexpr double hardly_counts = 2;
-/// The contacts of the frame before go on as long as they explain this frame as well, but for this
-/// factor, and each of them explains more of it than this much of the logarithm of the posterior:
-/// what its six numbers cost.
-constexpr double worse_than_last = 1.5;
+/// The contacts of the frame before go on as long as they explain this frame as well as contacts
+/// did when their number was last looked for, but for this factor, and each of them explains more
+/// of it than this much of the logarithm of the posterior: what its six numbers cost.
+constexpr double worse_than_searched = 1.5;
 constexpr double needed = 12;
 
 /// Misfit that so many standard deviations of chi^2 explain.
@@ -61,7 +61,7 @@ void ContactFit::begin(const VectorXd& changes, Workspace& workspace) const {
                               ? changes.squaredNorm() / (uniform_noise_ * uniform_noise_)
                               : (whitening_ * changes).squaredNorm();
   const double error = options_.model_error * options_.model_error * workspace.unexplained;
-  workspace.scale = 1 / std::sqrt(1 + error / static_cast<double>(model_.pairs()));
+  workspace.scale = 1 / std::sqrt(1 + error / pairs_in_use(workspace));
   set_weights(workspace);
 }
 
@@ -89,7 +89,7 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
     starts.back().push_back(start.contact);
   }
   if (starts.empty()) return false;
-  const auto pairs = static_cast<double>(model_.pairs());
+  const double pairs = pairs_in_use(workspace);
   if (options_.ellipses && from.misfit > explained(pairs, 3)) {
     for (std::size_t k = 0; k < from.contacts.size(); ++k) {
       if (from.contacts[k].log_size > prior_.log_size_mean ||
@@ -149,6 +149,7 @@ void ContactFit::drop_or_join(const VectorXd& changes, Workspace& workspace, Fou
         continue;
       fewer = contacts;
       fewer[k] = joined(contacts[k], contacts[other]);
+      if (!options_.ellipses) fewer[k].stretch.setZero();
       fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(other));
       consider(std::move(fewer));
     }
@@ -167,12 +168,14 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
     if (!add_one(changes, found.best, workspace, more)) break;
     // One contact in the place of two may explain a frame no better than none does, which says
     // nothing of two: a frame that is far from explained is not left without contacts.
-    const bool hopeful =
-        found.best.contacts.empty() &&
-        found.best.misfit > explained(static_cast<double>(model_.pairs()), unexplained_by);
-    const bool better = hopeful || more.log_evidence > found.best.log_evidence;
+    const bool hopeful = found.best.contacts.empty() &&
+                         found.best.misfit > explained(pairs_in_use(workspace), unexplained_by);
+    const bool by_evidence = more.log_evidence > found.best.log_evidence;
+    const bool better = hopeful || by_evidence;
     Result& rest = better ? found.best : more;
-    if (!found.has_other || rest.log_evidence > found.other.log_evidence || better) {
+    // No contact has no part in the image of a frame that is not left without contacts.
+    const bool next_best = !found.has_other || rest.log_evidence > found.other.log_evidence;
+    if (by_evidence || (!better && next_best)) {
       found.other = std::move(rest);
       found.has_other = true;
     }
@@ -187,18 +190,18 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
   found.has_other =
       found.has_other && found.best.log_evidence - found.other.log_evidence < negligible;
   found.iterations = workspace.iterations;
+  found.searched_misfit = found.best.misfit;
 }
 
 void ContactFit::follow(const VectorXd& changes, const Result& last, Workspace& workspace,
                         Found& found) const {
-  const double last_misfit = last.misfit;
   std::vector<EllipticContact> start = last.contacts;
   if (!start.empty()) {
     begin(changes, workspace);
     found.has_other = false;
     optimise(changes, std::move(start), {options_.most_iterations}, workspace, found.best);
-    const double enough =
-        std::max(explained(static_cast<double>(model_.pairs()), 4), worse_than_last * last_misfit);
+    const double enough = std::max(explained(pairs_in_use(workspace), 4),
+                                   worse_than_searched * found.searched_misfit);
     if (!found.best.contacts.empty() && found.best.misfit < enough &&
         are_needed(changes, found.best, workspace)) {
       found.iterations = workspace.iterations;

@@ -37,23 +37,40 @@ constexpr double least_known = 0.02;
 /// A set without noise is taken to have this part of the reference voltages, 80 dB.
 constexpr double least_noise = 1e-4;
 
-/// Of one channel, from what the two channels of a pair differ by; V.
-double noise_of(const DatasetFile& set) {
+/// Whether the frames were read and not generated, so that nobody knows what they would be without
+/// noise.
+bool is_measured(const DatasetFile& set) {
+  return nlohmann::json::parse(set.recipe(), nullptr, false).contains("file");
+}
+
+/// Of one channel, from what the two channels of a pair differ by, those of the `masked` electrodes
+/// left out; V. Nothing where no frame tells: measured ones whose channels are all different.
+std::optional<double> noise_of(const DatasetFile& set, ElectrodeSet masked) {
   const Frames voltages = set.voltages(0, std::min(set.size(), limit_frames));
   double sum = 0;
+  double count = 0;
   const auto pairs = reciprocal_pairs(set.sensor());
+  const auto electrodes = electrodes_of_pairs(set.sensor());
   const bool single = !is_reciprocal(set.sensor());
   // Where no two channels measure the same, the simulated set knows its noise.
   const Frames clean =
       single ? set.clean_voltages(0, std::min(set.size(), limit_frames)) : Frames();
   for (Index f = 0; f < voltages.rows(); ++f) {
-    if (single) sum += (voltages.row(f) - clean.row(f)).squaredNorm();
-    for (const auto& [a, b] : pairs) sum += std::pow(voltages(f, a) - voltages(f, b), 2) / 2;
+    if (single) {
+      sum += (voltages.row(f) - clean.row(f)).squaredNorm();
+      count += static_cast<double>(pairs.size());
+      continue;
+    }
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      if ((electrodes[p] & masked) != 0) continue;
+      sum += std::pow(voltages(f, pairs[p][0]) - voltages(f, pairs[p][1]), 2) / 2;
+      count += 1;
+    }
   }
-  const double count = static_cast<double>(voltages.rows()) * static_cast<double>(pairs.size());
+  if (single && is_measured(set)) return std::nullopt;
   const double least = least_noise * set.reference_voltages().norm() /
                        std::sqrt(static_cast<double>(set.reference_voltages().size()));
-  return std::max(least, std::sqrt(sum / count));
+  return std::max(least, std::sqrt(sum / std::max(1.0, count)));
 }
 
 /// Of the first `count` frames those whose contacts have the known ratio, or all where few have it:
@@ -169,7 +186,13 @@ void ContactSolver::fit(const FitInput& input) {
       throw InputError(noise_.place +
                        ": \"auto\" needs a validation set; give the noise of a channel in volts");
     }
-    noise_.value = noise_of(*input.validation);
+    noise_.value = noise_of(*input.validation, mask_.electrodes);
+    if (!noise_.value) {
+      throw InputError(
+          noise_.place +
+          ": \"auto\" cannot be told from measured frames of which no two channels are "
+          "reciprocal; give the noise of a channel in volts");
+    }
   }
   prepare(input.sensor);
   if (prior_weight_.automatic()) choose_prior_weight(input);
@@ -296,7 +319,11 @@ void ContactSolver::draw(const Fitted& fitted, Eigen::Ref<Eigen::RowVectorXd> im
   }
   report.iterations = found.iterations;
   report.level = fitted.level;
-  if (found.best.misfit > misfit_limit_ && misfit_limit_ > 0) report.reasons |= unexplained;
+  const Eigen::VectorXd& kept = fitted.workspace.kept;
+  const double in_use = kept.size() > 0 ? kept.mean() : 1;  // of all pairs
+  if (found.best.misfit > in_use * misfit_limit_ && misfit_limit_ > 0) {
+    report.reasons |= unexplained;
+  }
 }
 
 void ContactSolver::reconstruct(FramesView changes, ImagesView images,

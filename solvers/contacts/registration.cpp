@@ -23,6 +23,9 @@ std::vector<SolverType> contact_solvers() {
       {"noise",
        "standard deviation of a channel, V, or \"auto\" (the default): from what the reciprocal "
        "channels of the validation set differ by"},
+      {"conductivity_ratio",
+       "[low, high] of every contact's conductivity over the background's, both below 1 or both "
+       "above, where that is known; default none"},
       {"image",
        "\"mean\" (the default) of the posterior, or \"most-likely\": the contacts of its maximum"},
       {"nuisances",

@@ -96,6 +96,33 @@ TEST(Contacts, OfTwoFarApartAreNeverNone) {
   EXPECT_GE(both, 48);
 }
 
+/// Where one contact has to stand for several, the image shows the one that is listed, though none
+/// would have more evidence.
+TEST(Contacts, ThatAreListedAreInTheImage) {
+  const auto solver = solver_for(60, {{"most_contacts", 1}});
+  int listed = 0;
+  for (std::uint64_t f = 1; f <= 100; ++f) {
+    RandomStream random(22, key_of("one for two"), f, Purpose::scene);
+    Scene scene;
+    for (std::uint64_t k = 0; k < 2 + f % 4; ++k) {
+      const bool falls = random.uniform() < 0.5;
+      const double ratio = falls ? random.uniform(0.1, 0.9) : random.uniform(1.2, 8);
+      const double radius = random.uniform(0.05, 0.19);
+      const double y = random.uniform(-0.8, 0.8);
+      const double x = random.uniform(-0.8, 0.8);
+      scene.contacts.push_back(disc(x, y, radius, ratio));
+    }
+    const Frames frame = frame_of(scene, 60, f);
+    const std::vector<FoundContact> found = found_in(*solver, frame);
+    if (found.empty()) continue;
+    ++listed;
+    // A pixel's area is 1/144 of a square unit.
+    const double shown = reconstruct(*solver, frame).images.cwiseAbs().sum() / 144;
+    EXPECT_GT(shown, 0.3 * found[0].strength) << f;
+  }
+  EXPECT_GT(listed, 90);
+}
+
 TEST(Contacts, ExplainAFrameToItsNoiseAndNotWhatIsNoContact) {
   const auto solver = solver_for(50);
   const auto reasons = [&](const Frames& frame) {
@@ -236,6 +263,34 @@ TEST(Contacts, ThatAreFollowedComeAndGo) {
     EXPECT_EQ(stream->contacts()->size(), scenes[f].contacts.size()) << f;
     EXPECT_EQ(report[0].reasons & unexplained, 0) << f;
   }
+}
+
+/// One that presses in so slowly that no frame is much worse explained than the one before.
+TEST(Contacts, ThatPressInSlowlyAreFound) {
+  const auto solver = solver_for(50);
+  const auto stream = solver->open_stream();
+  const Contact resting = disc(-0.4, 0.2, 0.2, 0.5);
+  constexpr int frames = 200;
+  for (int f = 0; f < frames; ++f) {
+    const double pressed = static_cast<double>(f) / (frames - 1);
+    const Scene scene{{resting, disc(0.5, -0.3, 0.2, 1 - 0.5 * pressed)}};
+    Images image(1, Sensor{}.pixels());
+    std::vector<FrameReport> report(1);
+    stream->reconstruct(frame_of(scene, 50, 100 + static_cast<std::uint64_t>(f)), image, report);
+  }
+  EXPECT_EQ(stream->contacts()->size(), 2U);
+}
+
+/// Electrodes that are left out leave as many numbers less to be explained by noise.
+TEST(Contacts, OfFewerPairsAreLookedForAsThoroughly) {
+  const auto solver = solver_for(50, {{"channel_mask", {2, 7, 12}}});
+  const Frames frame = frame_of({{disc(0.3, 0.3, 0.25, 0.5), disc(-0.4, -0.2, 0.2, 0.3)}}, 50, 3);
+  const VectorXd reference = BorderModel{Sensor{}}.reference_voltages();
+  const auto reasons = [&](const Frames& one) {
+    return reconstruct(*solver, one).reports[0].reasons;
+  };
+  EXPECT_EQ(reasons(frame) & unexplained, 0);
+  EXPECT_EQ(reasons(frame + 0.03 * reference.transpose()) & unexplained, unexplained);
 }
 
 }  // namespace
