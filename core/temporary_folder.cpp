@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* prefix = "ertbench_";
+/// No folder that somebody makes by hand is called so: what begins with it may be removed.
+constexpr const char* prefix = ".ertbench_temporary_";
 
 /// Opens a folder and locks it; -1 where that cannot be, or another holds the lock.
 int lock_folder(const fs::path& folder) {

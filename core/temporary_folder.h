@@ -9,8 +9,8 @@ namespace ertbench {
 /// with all that it holds; where the owner was killed, with the next process that makes one.
 class TemporaryFolder {
  public:
-  /// `name` is a part of the folder's, for people who find it. Throws InputError where there is no
-  /// place for it.
+  /// `name` is a part of the folder's, `.ertbench_temporary_NAME_XXXXXX`, for people who find it.
+  /// Throws InputError where there is no place for it.
   explicit TemporaryFolder(const std::string& name = "work");
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;

@@ -93,26 +93,27 @@ void forget(const Experiment& experiment, const LimitOptions& options) {
 /// With what a file from an earlier call says of other sets and priors.
 nlohmann::json with_others(const std::filesystem::path& file, nlohmann::json now) {
   if (!std::filesystem::exists(file)) return now;
+  nlohmann::json all_of_it = now;
   nlohmann::json before;
+  const auto add = [&](const char* list, const char* first, const char* second) {
+    for (const nlohmann::json& old : before.value(list, nlohmann::json::array())) {
+      const nlohmann::json& all = all_of_it[list];
+      const bool replaced = std::any_of(all.begin(), all.end(), [&](const nlohmann::json& one) {
+        return one.at(first) == old.at(first) && one.at(second) == old.at(second);
+      });
+      if (!replaced) all_of_it[list].push_back(old);
+    }
+  };
   try {
-    before = read_json_file(file);
     read_limit_rows(file.parent_path());
+    before = read_json_file(file);
+    add("rows", "dataset", "type");
+    add("sets", "dataset", "prior");
   } catch (const std::exception& error) {
     spdlog::warn("{}: written anew, as it cannot be read: {}", file.string(), error.what());
     return now;
   }
-  const auto add = [&](const char* list, const char* first, const char* second) {
-    for (const nlohmann::json& old : before.value(list, nlohmann::json::array())) {
-      const nlohmann::json& all = now[list];
-      const bool replaced = std::any_of(all.begin(), all.end(), [&](const nlohmann::json& one) {
-        return one.at(first) == old.at(first) && one.at(second) == old.at(second);
-      });
-      if (!replaced) now[list].push_back(old);
-    }
-  };
-  add("rows", "dataset", "type");
-  add("sets", "dataset", "prior");
-  return now;
+  return all_of_it;
 }
 
 /// What other numbers of electrodes and less noise would buy, on the experiment's own sheet.

@@ -89,7 +89,7 @@ class Engine {
   std::string dependency_of(const std::string& part) const {
     std::vector<std::string> before = {"datasets"};
     if (part == "timing" || part == "ladders") before = {"accuracy"};
-    if (part == "report") before = {"datasets", "accuracy", "timing", "ladders"};
+    if (part == "report") before = {"datasets", "accuracy", "folds", "timing", "ladders"};
     if (part == "datasets") return "";
     std::string out;
     if (options_.dry_run) {

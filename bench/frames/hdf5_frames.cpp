@@ -56,6 +56,10 @@ class StoredArray {
                        " numbers, too many to be turned round in memory; save it in parts");
     }
     if (!reversed_ || shape_.size() < 2) return file_->read_rows(stored_, 0, first_stored());
+    if (shape_.size() > 3) {
+      throw InputError(file_->path().string() + ": " + name_ + ": has " +
+                       std::to_string(shape_.size()) + " dimensions; three can be turned round");
+    }
     const RowMajorMatrix raw = file_->read_rows(stored_, 0, first_stored());
     const auto rows = static_cast<Eigen::Index>(shape_.front());
     if (shape_.size() == 2) return raw.transpose();

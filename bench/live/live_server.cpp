@@ -1,5 +1,7 @@
 #include "bench/live/live_server.h"
 
+#include <arpa/inet.h>
+
 #include <atomic>
 #include <thread>
 
@@ -38,7 +40,11 @@ std::string host_of(const std::string& header) {
 }  // namespace
 
 bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host.starts_with("127.");
+  // A name may begin with "127." and stand for any machine: an address is what can be parsed as
+  // one.
+  in_addr address{};
+  const bool parsed = ::inet_pton(AF_INET, host.c_str(), &address) == 1;
+  return host == "localhost" || host == "::1" || (parsed && ntohl(address.s_addr) >> 24 == 127);
 }
 
 struct LiveServer::Parts {

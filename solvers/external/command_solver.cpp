@@ -72,6 +72,12 @@ void change_paths(json& request, const std::function<fs::path(const fs::path&)>&
   }
 }
 
+/// Also of words that can be no name of a file, as long ones are: those are none.
+bool is_file(const fs::path& file) {
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored);
+}
+
 }  // namespace
 
 CommandSolver::CommandSolver(JsonObject object)
@@ -85,7 +91,7 @@ CommandSolver::CommandSolver(JsonObject object)
   if (object.has("files")) {
     files_ = words_of(object, "files");
     for (const json& file : files_) {
-      if (!fs::is_regular_file(folder_ / file.get<std::string>())) {
+      if (!is_file(folder_ / file.get<std::string>())) {
         object.fail("files", printable_path(file.get<std::string>()) + " is no file in " +
                                  printable_path(folder_.string()));
       }
@@ -99,13 +105,13 @@ CommandSolver::CommandSolver(JsonObject object)
   name_ = one_line(fs::path(command_.front()).filename().string(), 40);
   const auto script =
       std::find_if(command_.begin() + 1, command_.end(),
-                   [this](const std::string& word) { return fs::is_regular_file(folder_ / word); });
+                   [this](const std::string& word) { return is_file(folder_ / word); });
   if (script != command_.end()) {
     name_ += " " + one_line(fs::path(*script).filename().string(), 60);
   }
   const fs::path program = command_.front();
   if (program.empty()) object.fail("command", "its first word, the program, is empty");
-  if (program.has_parent_path() && !fs::is_regular_file(folder_ / program)) {
+  if (program.has_parent_path() && !is_file(folder_ / program)) {
     object.fail("command", printable_path(program.string()) + " is no program in " +
                                printable_path(folder_.string()));
   }

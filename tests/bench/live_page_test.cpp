@@ -123,6 +123,9 @@ TEST(LivePage, NothingCanBeWrittenAndNothingComesFromElsewhere) {
     EXPECT_TRUE(answer->status == 405 || answer->status == 413) << answer->status;
   }
   // A page from elsewhere whose name leads to this machine.
+  const auto named = client.Get("/state", {{"Host", "127.evil.example:8080"}});
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->status, 403);
   const auto rebound = client.Get("/state", {{"Host", "evil.example"}});
   ASSERT_TRUE(rebound);
   EXPECT_EQ(rebound->status, 403);

@@ -248,7 +248,8 @@ TEST(LiveServer, KnowsWhatOnlyThisMachineReaches) {
   for (const char* own : {"127.0.0.1", "127.1.2.3", "localhost", "::1"}) {
     EXPECT_TRUE(is_loopback(own)) << own;
   }
-  for (const char* other : {"0.0.0.0", "192.168.1.2", "::", "evil.example"}) {
+  for (const char* other : {"0.0.0.0", "192.168.1.2", "::", "evil.example", "127.evil.example",
+                            "127.0.0.1.evil.example"}) {
     EXPECT_FALSE(is_loopback(other)) << other;
   }
 }
