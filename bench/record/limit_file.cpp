@@ -54,7 +54,7 @@ std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) 
   if (limit.build.scored.empty()) return why_stale(std::nullopt, now, Reuse::same_code);
   for (const BuildStamp& made : limit.build.scored) {
     // No run computes a limit again: what the same code found in another program stays.
-    const std::string why = why_stale(made, now, reuse == Reuse::clean ? reuse : Reuse::same_code);
+    std::string why = why_stale(made, now, reuse == Reuse::clean ? reuse : Reuse::same_code);
     if (!why.empty()) return why;
   }
   return "";
