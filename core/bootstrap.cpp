@@ -4,6 +4,7 @@
 #include <xxhash.h>
 
 #include <cstdint>
+#include <numeric>
 #include <stdexcept>
 #include <vector>
 
@@ -62,6 +63,25 @@ Interval bootstrap_interval_of_groups(
   std::vector<double> values;
   for (const auto& numbers : drawn) values.push_back(statistic(numbers));
   return interval_of(std::move(values));
+}
+
+std::optional<RatioOfSums> ratio_of_sums(std::span<const double> above,
+                                         std::span<const double> below, std::string_view name) {
+  const double all = std::accumulate(below.begin(), below.end(), 0.0);
+  if (!(all > 0)) return std::nullopt;
+  RatioOfSums out;
+  out.ratio = std::accumulate(above.begin(), above.end(), 0.0) / all;
+  const auto of_drawn = [&](std::span<const std::size_t> drawn) {
+    double over = 0;
+    double under = 0;
+    for (const std::size_t i : drawn) {
+      over += above[i];
+      under += below[i];
+    }
+    return under > 0 ? over / under : out.ratio;
+  };
+  out.ci95 = bootstrap_interval_of_groups(above.size(), of_drawn, name);
+  return out;
 }
 
 }  // namespace ertbench

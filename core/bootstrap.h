@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -25,5 +26,16 @@ Interval bootstrap_interval_of_mean(std::span<const double> values, std::string_
 Interval bootstrap_interval_of_groups(
     std::size_t groups, const std::function<double(std::span<const std::size_t>)>& statistic,
     std::string_view name);
+
+/// The sum of some values over that of others, which come in pairs: both of the same frame, say.
+struct RatioOfSums {
+  double ratio = 0;
+  Interval ci95;  ///< by the bootstrap over the pairs
+};
+
+/// As bootstrap_interval_of_groups. `below` >= 0, as many as `above`. Nothing where `below` sums to
+/// nothing; a resample of which that is so counts as the ratio itself.
+std::optional<RatioOfSums> ratio_of_sums(std::span<const double> above,
+                                         std::span<const double> below, std::string_view name);
 
 }  // namespace ertbench

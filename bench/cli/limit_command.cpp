@@ -90,30 +90,18 @@ void forget(const Experiment& experiment, const LimitOptions& options) {
   }
 }
 
-/// With what a file from an earlier call says of other sets and priors.
-nlohmann::json with_others(const std::filesystem::path& file, nlohmann::json now) {
-  if (!std::filesystem::exists(file)) return now;
-  nlohmann::json all_of_it = now;
-  nlohmann::json before;
-  const auto add = [&](const char* list, const char* first, const char* second) {
-    for (const nlohmann::json& old : before.value(list, nlohmann::json::array())) {
-      const nlohmann::json& all = all_of_it[list];
-      const bool replaced = std::any_of(all.begin(), all.end(), [&](const nlohmann::json& one) {
-        return one.at(first) == old.at(first) && one.at(second) == old.at(second);
-      });
-      if (!replaced) all_of_it[list].push_back(old);
+/// The file's text: the limits, and what an earlier call left there of other sets and priors.
+std::string text_of_file(const std::filesystem::path& file, const nlohmann::json& limits) {
+  nlohmann::json all = limits;
+  if (std::filesystem::exists(file)) {
+    try {
+      read_limit_rows(file.parent_path());
+      all = with_others(limits, read_json_file(file));
+    } catch (const std::exception& error) {
+      spdlog::warn("{}: written anew, as it cannot be read: {}", file.string(), error.what());
     }
-  };
-  try {
-    read_limit_rows(file.parent_path());
-    before = read_json_file(file);
-    add("rows", "dataset", "type");
-    add("sets", "dataset", "prior");
-  } catch (const std::exception& error) {
-    spdlog::warn("{}: written anew, as it cannot be read: {}", file.string(), error.what());
-    return now;
   }
-  return all_of_it;
+  return all.dump(1) + "\n";
 }
 
 /// What other numbers of electrodes and less noise would buy, on the experiment's own sheet.
@@ -149,8 +137,8 @@ ExitCode limit(const LimitArguments& arguments) {
   if (arguments.map) require_map(experiment);
   if (arguments.fresh) forget(experiment, options);
   const std::vector<SetLimit> limits = compute_limits(experiment, options);
-  const nlohmann::json json = with_others(folder / limit_file, limit_json(experiment.name, limits));
-  write_file_atomically(folder / limit_file, json.dump(1) + "\n");
+  write_file_atomically(folder / limit_file,
+                        text_of_file(folder / limit_file, limit_json(experiment.name, limits)));
   draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
                    folder / "limit_ranks");
   if (arguments.map) draw_map(experiment, folder / "limit_map");

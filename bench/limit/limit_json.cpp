@@ -152,19 +152,16 @@ ResultRow row_of(const SetLimit& limit) {
 
 LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
   LimitCalibration out;
-  const auto ratio = [&](std::span<const std::size_t> chosen) {
-    double error = 0;
-    double variance = 0;
-    for (const std::size_t i : chosen) {
-      error += frames[i].squared_error;
-      variance += frames[i].variance;
-    }
-    return variance > 0 ? error / variance : 1;
-  };
-  std::vector<std::size_t> all;
-  for (std::size_t i = 0; i < frames.size(); ++i) all.push_back(i);
-  out.squared_error_over_variance = ratio(all);
-  if (!all.empty()) out.ci95 = bootstrap_interval_of_groups(all.size(), ratio, "calibration");
+  std::vector<double> errors;
+  std::vector<double> variances;
+  for (const FrameLimit& frame : frames) {
+    errors.push_back(frame.squared_error);
+    variances.push_back(frame.variance);
+  }
+  // Where every frame determines its scene there is neither error nor variance.
+  const auto found = ratio_of_sums(errors, variances, "calibration");
+  out.squared_error_over_variance = found ? found->ratio : 1;
+  out.ci95 = found ? found->ci95 : Interval{1, 1};
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
     std::array<double, rank_bins> counts{};
     for (const FrameLimit& frame : frames) {
@@ -178,6 +175,21 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
     out.p_values[r] = chi_square_tail(chi_square, rank_bins - 1);
   }
   return out;
+}
+
+json with_others(json now, const json& before) {
+  const auto add = [&](const char* list, const char* first, const char* second) {
+    for (const json& old : before.at(list)) {
+      const json& all = now[list];
+      const bool replaced = std::any_of(all.begin(), all.end(), [&](const json& one) {
+        return one.at(first) == old.at(first) && one.at(second) == old.at(second);
+      });
+      if (!replaced) now[list].push_back(old);
+    }
+  };
+  add("rows", "dataset", "type");
+  add("sets", "dataset", "prior");
+  return now;
 }
 
 json limit_json(const std::string& experiment, std::span<const SetLimit> limits) {

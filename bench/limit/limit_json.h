@@ -33,4 +33,8 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames);
 /// "without": that of the same frames without it}, "calibration", "per_frame": [...]}]}`
 nlohmann::json limit_json(const std::string& experiment, std::span<const SetLimit> limits);
 
+/// `now` with what `before`, of an earlier call, says of other sets and priors. Throws
+/// nlohmann::json::exception where that is no such JSON.
+nlohmann::json with_others(nlohmann::json now, const nlohmann::json& before);
+
 }  // namespace ertbench

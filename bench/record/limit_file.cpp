@@ -3,10 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "core/bootstrap.h"
 #include "core/build.h"
@@ -123,20 +121,9 @@ std::optional<OverLimit> over_limit(const FramesOfSeeds& trials,
     errors.push_back(*error);
     least.push_back(limit);
   }
-  const auto ratio = [&](std::span<const std::size_t> chosen) {
-    double error = 0;
-    double limit = 0;
-    for (const std::size_t i : chosen) {
-      error += errors[i];
-      limit += least[i];
-    }
-    return error / limit;
-  };
-  std::vector<std::size_t> all(errors.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  if (all.empty() || !std::isfinite(ratio(all))) return std::nullopt;
-  return OverLimit{ratio(all), bootstrap_interval_of_groups(all.size(), ratio, name),
-                   static_cast<int>(all.size())};
+  const std::optional<RatioOfSums> found = ratio_of_sums(errors, least, name);
+  if (!found) return std::nullopt;
+  return OverLimit{found->ratio, found->ci95, static_cast<int>(errors.size())};
 }
 
 }  // namespace

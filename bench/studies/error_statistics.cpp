@@ -53,18 +53,8 @@ Estimate GroupedErrors::mean_of_groups(std::string_view name) const {
     sums[value.group] += value.error;
     counts[value.group] += 1;
   }
-  const auto mean_of = [&](std::span<const std::size_t> drawn) {
-    double sum = 0;
-    double count = 0;
-    for (const std::size_t group : drawn) {
-      sum += sums[group];
-      count += counts[group];
-    }
-    return sum / count;
-  };
-  std::vector<std::size_t> all(groups_);
-  for (std::size_t g = 0; g < groups_; ++g) all[g] = g;
-  return Estimate{mean_of(all), bootstrap_interval_of_groups(groups_, mean_of, name)};
+  const std::optional<RatioOfSums> mean = ratio_of_sums(sums, counts, name);
+  return {mean->ratio, mean->ci95};
 }
 
 Estimate GroupedErrors::quantile_of_groups(double share, std::string_view name) const {

@@ -52,6 +52,15 @@ ScenePrior prior_of(int least, int most, double blank = 0) {
   return {scenes, square_sheet()};
 }
 
+/// One disc of radius 0.2, whose place is open.
+ScenePrior prior_of_a_disc() {
+  SceneDistribution scenes;
+  scenes.contacts = {1, 1};
+  scenes.shapes = {DrawnShape::disc};
+  scenes.radius = {0.2, 0.2};
+  return {scenes, square_sheet()};
+}
+
 PosteriorSamples anneal(const ScenePrior& prior, const SceneLikelihood& likelihood,
                         const AnnealingOptions& options, std::uint64_t seed,
                         const EllipseModel* ellipses = nullptr) {
@@ -279,11 +288,7 @@ TEST(AnnealedSampler, IslandsThatAreGivenUpGoOnAtThePosterior) {
 // A sharp Gaussian in the place of the only contact: its mean and width come out, and the evidence
 // is the Gaussian's integral over the prior's density.
 TEST(AnnealedSampler, FindsANarrowPosterior) {
-  SceneDistribution scenes;
-  scenes.contacts = {1, 1};
-  scenes.shapes = {DrawnShape::disc};
-  scenes.radius = {0.2, 0.2};
-  const ScenePrior prior(scenes, square_sheet());
+  const ScenePrior prior = prior_of_a_disc();
   const Eigen::Vector2d centre(0.3, -0.4);
   constexpr double width = 0.004;
   const KnownLikelihood likelihood([&](const Scene& scene) {
@@ -307,11 +312,7 @@ TEST(AnnealedSampler, FindsANarrowPosterior) {
 // it: the islands that did go on from the other ones' scenes, and where one alone found it, that is
 // said.
 TEST(AnnealedSampler, SaysWhereOneIslandAloneFoundTheScenes) {
-  SceneDistribution scenes;
-  scenes.contacts = {1, 1};
-  scenes.shapes = {DrawnShape::disc};
-  scenes.radius = {0.2, 0.2};
-  const ScenePrior prior(scenes, square_sheet());
+  const ScenePrior prior = prior_of_a_disc();
   const Eigen::Vector2d good(0.3, -0.4);
   const Eigen::Vector2d poor(-0.5, 0.5);
   const KnownLikelihood likelihood([&](const Scene& scene) {

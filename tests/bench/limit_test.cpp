@@ -190,6 +190,16 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   const nlohmann::json written = to_json(rows[4]);
   EXPECT_NEAR(result_row_from_json(JsonObject(written, "row", "")).over_limit->ratio, 3, 1e-12);
 
+  // What an earlier call said of another set, or of a prior that was not asked for now, stays.
+  const nlohmann::json both = limit_json("small", limits);
+  nlohmann::json oracle = limit_json("small", std::span(limits).first(1));
+  EXPECT_EQ(with_others(oracle, both).at("rows").size(), 2u);
+  EXPECT_EQ(with_others(oracle, both).at("sets").size(), 2u);
+  EXPECT_EQ(with_others(both, oracle), both);
+  oracle["rows"][0]["frames"] = 1;
+  EXPECT_EQ(with_others(oracle, both)["rows"][0]["frames"], 1);
+  EXPECT_THROW(with_others(both, {{"rows", nlohmann::json::array()}}), nlohmann::json::exception);
+
   // Of another set nothing is taken.
   nlohmann::json other = one_disc();
   other["datasets"]["test"]["snr_db"] = 40;

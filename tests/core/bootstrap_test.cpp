@@ -78,6 +78,27 @@ TEST(Bootstrap, EachEndLiesWhereTheStandardErrorSays) {
   EXPECT_NEAR(above, 1.960, 4 * 0.0067 * 1.960);
 }
 
+TEST(Bootstrap, RatiosOfSumsHaveTheErrorOfTheDeltaMethod) {
+  std::mt19937_64 generator(kSeed);
+  const Values below = uniforms(generator, 1000);
+  Values above = uniforms(generator, 1000);
+  for (std::size_t i = 0; i < above.size(); ++i) above[i] += 2 * below[i];
+  const auto found = ratio_of_sums(above, below, "pairs");
+  EXPECT_NEAR(found->ratio, mean(above) / mean(below), 1e-12);
+  Values residuals;
+  for (std::size_t i = 0; i < above.size(); ++i) {
+    residuals.push_back((above[i] - found->ratio * below[i]) / mean(below));
+  }
+  const double standard_error = sample_deviation(residuals) / std::sqrt(1000);
+  EXPECT_NEAR((found->ci95.high - found->ci95.low) / standard_error, 2 * 1.96, 0.3);
+  // One value that is a multiple of the other leaves nothing to chance.
+  for (std::size_t i = 0; i < above.size(); ++i) above[i] = 3 * below[i];
+  EXPECT_NEAR(ratio_of_sums(above, below, "pairs")->ci95.high, 3, 1e-12);
+  const Values nothing = {0, 0};
+  EXPECT_FALSE(ratio_of_sums(nothing, nothing, "none"));
+  EXPECT_FALSE(ratio_of_sums({}, {}, "none"));
+}
+
 TEST(Bootstrap, IsDeterministicAndKeyedByTheName) {
   std::mt19937_64 generator(kSeed);
   const Values values = uniforms(generator, 37);
