@@ -208,8 +208,11 @@ class Drawing {
     const auto number = [&](const std::optional<double>& value) {
       return value && std::isfinite(*value) ? fixed(*value, panel.decimals) : "undefined";
     };
-    std::string text = map_.x_name + " = " + map_.x_values[static_cast<std::size_t>(x)] + ", " +
-                       map_.y_name + " = " + map_.y_values[static_cast<std::size_t>(y)] + "\n";
+    const auto named = [](const std::string& name, const std::string& value) {
+      return name.empty() ? value : name + " = " + value;
+    };
+    std::string text = named(map_.x_name, map_.x_values[static_cast<std::size_t>(x)]) + ", " +
+                       named(map_.y_name, map_.y_values[static_cast<std::size_t>(y)]) + "\n";
     if (const std::string& status = map_.statuses[index]; !status.empty()) return text + status;
     if (!panel.texts.empty()) return text + panel.texts[index];
     text += panel.title + ": " + number(panel.values[index]);

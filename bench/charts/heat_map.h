@@ -29,7 +29,7 @@ struct HeatMapCell {
 /// Results of a sweep over two parameters, a cell for each combination.
 struct HeatMap {
   std::string title;
-  std::string x_name;  ///< below the values; may be empty
+  std::string x_name;  ///< of what the columns are; may be empty, where the values say it
   std::string y_name;
   std::vector<std::string> x_values;  ///< from the left
   std::vector<std::string> y_values;  ///< from below

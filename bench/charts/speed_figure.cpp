@@ -160,9 +160,10 @@ class Drawing {
       taken.push_back({shown.box.right - 440, y - 16, shown.box.right, y + 2});
     }
     // A name under the line would read as better than anything can be.
-    if (chart_.limit)
-      taken.push_back(
-          {shown.box.left, shown.y_of(*chart_.limit) - 2, shown.box.right, shown.box.bottom});
+    if (chart_.limit) {
+      const double y = shown.y_of(*chart_.limit);
+      taken.push_back({shown.box.left, y - 2, shown.box.right, shown.box.bottom});
+    }
     panel.labels(labels_of(chart_, shown), std::move(taken));
     for (std::size_t i = 0; i < chart_.points.size(); ++i) {
       if (!shown.shows(chart_, i)) continue;

@@ -150,6 +150,12 @@ TEST_F(Charts, HeatMapMarksThePapersChoiceAndTheBest) {
   }
   EXPECT_EQ(count(text, "<title>"), 6u * 2u);
   EXPECT_EQ(count(text, "<title>alpha = 0.01, beta = 1\nAR: 1.050; |AR − 1|: 0.050<"), 1u);
+
+  // Values that say themselves what they are need no names.
+  HeatMap unnamed = map;
+  unnamed.x_name = unnamed.y_name = "";
+  draw_heat_map(unnamed, results() / "unnamed");
+  EXPECT_EQ(count(svg("unnamed"), "<title>0.01, 1\nAR: 1.050; |AR − 1|: 0.050<"), 1u);
 }
 
 TEST_F(Charts, HeatMapCrossesOutWhatFailedAndTakesTheBestOfTheRest) {
