@@ -6,9 +6,7 @@
 #include "bench/charts/chart_types.h"
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
-#include "core/atomic_file.h"
 #include "core/json_reader.h"
-#include "core/json_text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -38,17 +36,6 @@ bool makes_row(const Experiment& experiment, std::size_t entry,
       [&](const SolverEntry& one) { return one.path == path && labels.count(one.label) > 0; });
 }
 
-/// Makes the names of files that begin at `folder` absolute: "file", wherever it stands.
-void make_absolute(json& part, const fs::path& folder) {
-  for (auto& [key, value] : part.items()) {
-    if (key == "file" && value.is_string()) {
-      value = (folder / value.get<std::string>()).string();
-    } else if (value.is_structured()) {
-      make_absolute(value, folder);
-    }
-  }
-}
-
 /// The times stay those of the experiment's own run.
 void take_over_seeds(const ResultRow& trained, ResultRow& row) {
   row.metrics = trained.metrics;
@@ -60,29 +47,21 @@ void take_over_seeds(const ResultRow& trained, ResultRow& row) {
 
 }  // namespace
 
-json experiment_over_seeds(const Experiment& experiment, const std::set<std::string>& labels,
-                           int count) {
-  const ExperimentJson read = read_experiment_json(experiment.file);
-  const json& original = *read.content;
-  json out = original;
-  for (const char* key : {"$schema", "studies", "charts", "ladders", "folds", "right_sizing"}) {
-    out.erase(key);
-  }
-  out["solvers"] = json::array();
-  out["timing"] = {{"enabled", false}};
-  out["figure"] = {{"scenes", json::array()}};
-  const fs::path folder = fs::absolute(experiment.file).parent_path();
-  make_absolute(out, folder);
-  if (out.contains("calibration")) {
-    out["calibration"] = (folder / out.at("calibration").get<std::string>()).string();
-  }
-  if (out.contains("plugins")) out["plugins"] = json::array();
-  for (const fs::path& plugin : experiment.plugins) {
-    out["plugins"].push_back(fs::absolute(plugin).string());
-  }
-  const json& entries = original.at("solvers");
+std::vector<std::string> overrides_for_seeds(const Experiment& experiment,
+                                             const std::set<std::string>& labels, int count) {
+  const ExperimentJson read = read_experiment_json(experiment.file, experiment.overrides);
+  const json& entries = read.content->at("solvers");
+  json solvers = json::array();
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (makes_row(experiment, i, labels)) out["solvers"].push_back(with_seeds(entries[i], count));
+    if (makes_row(experiment, i, labels)) solvers.push_back(with_seeds(entries[i], count));
+  }
+  std::vector<std::string> out = experiment.overrides;
+  out.push_back("solvers=" + solvers.dump());
+  out.emplace_back("timing.enabled=false");
+  out.emplace_back("figure.scenes=[]");
+  // What is made of all rows, and takes long.
+  for (const char* key : {"studies", "charts", "ladders", "folds", "right_sizing"}) {
+    if (read.content->contains(key)) out.push_back(std::string(key) + "=null");
   }
   return out;
 }
@@ -98,12 +77,12 @@ int train_over_seeds(const Experiment& experiment, const std::set<std::string>& 
   RunOptions seeds = options;
   seeds.out = options.out / "seeds";
   fs::create_directories(seeds.out);
-  const fs::path file = seeds.out / (experiment.name + ".json");
-  write_file_atomically(file, json_text(experiment_over_seeds(experiment, few, count), 2) + "\n");
   SolverRegistry registry;  // into which no plugin has been loaded yet
-  const Experiment copy = read_experiment(file, registry, chart_types());
-  const ExperimentResults results = run_experiment(copy, cache, seeds);
-  report_experiment(copy, cache, results, seeds.out);
+  const Experiment again =
+      read_experiment(experiment.file, registry, chart_types(), SolverCheck::all,
+                      overrides_for_seeds(experiment, few, count));
+  const ExperimentResults results = run_experiment(again, cache, seeds);
+  report_experiment(again, cache, results, seeds.out);
   for (const ResultRow& trained : read_summary_rows(seeds.out)) {
     for (ResultRow& row : rows) {
       if (few.count(row.label) > 0 && row.label == trained.label && row.dataset == trained.dataset)

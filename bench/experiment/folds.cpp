@@ -48,8 +48,7 @@ DatasetSpec Folds::test(int fold) const {
 }
 
 std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) {
-  // null takes away those of a file, from the command line.
-  if (!root.has("folds") || root.raw("folds").is_null()) return std::nullopt;
+  if (!root.has("folds")) return std::nullopt;
   JsonObject object = root.object("folds");
   const DatasetSpec* train = experiment.training ? &*experiment.training : nullptr;
   if (train == nullptr || train->measured() == nullptr || !train->measured()->truth.places) {

@@ -131,6 +131,11 @@ json& member_of(json& object, const Override& one, std::size_t at) {
 }
 
 void apply_one(json& content, const Override& one) {
+  if (one.words.size() == 1 && one.value->is_null() && content.is_object() &&
+      content.contains(one.words[0])) {
+    content.erase(one.words[0]);
+    return;
+  }
   json* place = &content;
   for (std::size_t at = 0; at < one.words.size(); ++at) {
     if (place->is_array()) {

@@ -1,4 +1,4 @@
-// The copy of an experiment that is trained over seeds: the same but for that.
+// The experiment that is trained over seeds: the same but for that.
 
 #include "bench/check/check_seeds.h"
 
@@ -17,27 +17,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Experiment read(const fs::path& file) {
+Experiment read(const fs::path& file, const std::vector<std::string>& overrides = {}) {
   SolverRegistry registry;
-  return read_experiment(file, registry, chart_types());
+  return read_experiment(file, registry, chart_types(), SolverCheck::all, overrides);
 }
 
-/// The experiment of a file by the copy that stands in another folder.
-Experiment copied(const Experiment& experiment, const fs::path& folder) {
-  const nlohmann::json copy = experiment_over_seeds(experiment, {"fcnn"}, 3);
-  write_file_atomically(folder / "copy.json", copy.dump());
-  return read(folder / "copy.json");
+Experiment over_seeds(const Experiment& experiment) {
+  return read(experiment.file, overrides_for_seeds(experiment, {"fcnn"}, 3));
 }
 
 TEST(CheckSeeds, KeepWhatScoresDependOn) {
-  const TemporaryFolder folder("seeds");
-  const Experiment skin = read(fs::path(ERTBENCH_SOURCE_DIR) / "experiments" / "skin.json");
-  const Experiment copy = copied(skin, folder.path());  // reads its frames from where they are
+  const Experiment skin =
+      read(fs::path(ERTBENCH_SOURCE_DIR) / "experiments" / "skin.json", {"time_limit_s=77"});
+  const Experiment copy = over_seeds(skin);
   ASSERT_EQ(copy.tests.size(), skin.tests.size());
   for (std::size_t i = 0; i < copy.tests.size(); ++i) {
     EXPECT_EQ(to_json(copy.tests[i]), to_json(skin.tests[i]));
   }
-  EXPECT_EQ(copy.time_limit_s, skin.time_limit_s);
+  EXPECT_EQ(copy.time_limit_s, 77);
+  EXPECT_FALSE(copy.timing.enabled);
   ASSERT_EQ(copy.solvers.size(), 3u);
   for (const SolverEntry& entry : copy.solvers) EXPECT_EQ(entry.label, "fcnn");
   EXPECT_TRUE(copy.studies.empty());
@@ -49,7 +47,7 @@ TEST(CheckSeeds, KeepHowContactsAreMatched) {
   const nlohmann::json closer = {{"extends", quick.string()}, {"contacts", {{"match_mm", 7}}}};
   write_file_atomically(folder.path() / "closer.json", closer.dump());
   const Experiment touch = read(folder.path() / "closer.json");
-  const Experiment copy = copied(touch, folder.path());
+  const Experiment copy = over_seeds(touch);
   EXPECT_EQ(touch.contacts.match_mm, 7);
   EXPECT_EQ(copy.contacts.match_mm, touch.contacts.match_mm);
   EXPECT_EQ(copy.contacts.ospa_mm, touch.contacts.ospa_mm);

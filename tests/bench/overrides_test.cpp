@@ -37,6 +37,8 @@ TEST(Overrides, PutValuesIntoThePlacesThatTheirPathsName) {
   EXPECT_EQ(with(content, {"a.b=[1, 2]", "a.b.1=x=y"}).at("a").at("b"), json({1, "x=y"}));
   EXPECT_EQ(with(content, {"a.new=1"}).at("a").at("new"), 1);
   EXPECT_EQ(with(content, {"timing.enabled=false"}).at("timing").at("enabled"), false);
+  EXPECT_EQ(with(content, {"a=null"}), json::parse(R"({"e": "f"})"));
+  EXPECT_TRUE(with(content, {"a.b.0=null"}).at("a").at("b").at(0).is_null());
 }
 
 TEST(Overrides, PathsThatLeadNowhereAreRefusedWithTheNearest) {
