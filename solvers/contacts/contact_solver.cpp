@@ -11,6 +11,7 @@
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/check/frame_limits.h"
+#include "solvers/contacts/validation_set.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -18,8 +19,6 @@ namespace {
 
 using Eigen::Index;
 
-/// Frames of the validation set that the noise and the limit of the misfit are taken from.
-constexpr std::uint64_t limit_frames = 400;
 /// Chi^2 of a frame of the model itself exceeds its mean by this many standard deviations once in
 /// some hundred thousand frames.
 constexpr double unlikely = 5;
@@ -34,67 +33,6 @@ constexpr int most_factors = 4;
 constexpr double little = 0.1;
 /// What is known of the logarithm of a conductivity ratio is known no better than this.
 constexpr double least_known = 0.02;
-/// A set without noise is taken to have this part of the reference voltages, 80 dB.
-constexpr double least_noise = 1e-4;
-
-/// Whether the frames were read and not generated, so that nobody knows what they would be without
-/// noise.
-bool is_measured(const DatasetFile& set) {
-  return nlohmann::json::parse(set.recipe(), nullptr, false).contains("file");
-}
-
-/// Of one channel, from what the two channels of a pair differ by, those of the `masked` electrodes
-/// left out; V. Nothing where no frame tells: measured ones whose channels are all different.
-std::optional<double> noise_of(const DatasetFile& set, ElectrodeSet masked) {
-  const Frames voltages = set.voltages(0, std::min(set.size(), limit_frames));
-  double sum = 0;
-  double count = 0;
-  const auto pairs = reciprocal_pairs(set.sensor());
-  const auto electrodes = electrodes_of_pairs(set.sensor());
-  const bool single = !is_reciprocal(set.sensor());
-  // Where no two channels measure the same, the simulated set knows its noise.
-  const Frames clean =
-      single ? set.clean_voltages(0, std::min(set.size(), limit_frames)) : Frames();
-  for (Index f = 0; f < voltages.rows(); ++f) {
-    if (single) {
-      sum += (voltages.row(f) - clean.row(f)).squaredNorm();
-      count += static_cast<double>(pairs.size());
-      continue;
-    }
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-      if ((electrodes[p] & masked) != 0) continue;
-      sum += std::pow(voltages(f, pairs[p][0]) - voltages(f, pairs[p][1]), 2) / 2;
-      count += 1;
-    }
-  }
-  if (single && is_measured(set)) return std::nullopt;
-  const double least = least_noise * set.reference_voltages().norm() /
-                       std::sqrt(static_cast<double>(set.reference_voltages().size()));
-  return std::max(least, std::sqrt(sum / std::max(1.0, count)));
-}
-
-/// Of the first `count` frames those whose contacts have the known ratio, or all where few have it:
-/// what another contact leaves when it is fitted as one of this ratio says nothing of a frame.
-std::vector<Index> frames_like(const DatasetFile& set, std::uint64_t count,
-                               const std::optional<std::pair<double, double>>& ratio) {
-  constexpr std::size_t enough = 20;
-  std::vector<Index> like;
-  if (ratio) {
-    const std::vector<Scene> scenes = set.scenes(0, count);
-    for (std::size_t f = 0; f < scenes.size(); ++f) {
-      const auto& contacts = scenes[f].contacts;
-      const bool all = std::all_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
-        return contact.conductivity_ratio >= ratio->first &&
-               contact.conductivity_ratio <= ratio->second;
-      });
-      if (all) like.push_back(static_cast<Index>(f));
-    }
-  }
-  if (like.size() >= enough) return like;
-  like.resize(count);
-  std::iota(like.begin(), like.end(), Index{0});
-  return like;
-}
 
 FoundContact found_contact(const EllipticContact& contact, double background,
                            const Eigen::Matrix<double, 6, 6>& covariance) {
@@ -186,7 +124,7 @@ void ContactSolver::fit(const FitInput& input) {
       throw InputError(noise_.place +
                        ": \"auto\" needs a validation set; give the noise of a channel in volts");
     }
-    noise_.value = noise_of(*input.validation, mask_.electrodes);
+    noise_.value = noise_of_channel(*input.validation, mask_.electrodes);
     if (!noise_.value) {
       throw InputError(
           noise_.place +
@@ -243,7 +181,7 @@ void ContactSolver::set_misfit_limit(const FitInput& input) {
   const auto pairs = static_cast<double>(pairs_.size());
   misfit_limit_ = pairs + unlikely * std::sqrt(2 * pairs);
   if (input.validation == nullptr) return;
-  const std::uint64_t count = std::min(input.validation->size(), limit_frames);
+  const std::uint64_t count = std::min(input.validation->size(), judged_frames);
   const Frames voltages = input.validation->voltages(0, count);
   const std::vector<Index> frames = frames_like(*input.validation, count, known_ratio_);
   const Eigen::RowVectorXd reference = input.validation->reference_voltages().transpose();
