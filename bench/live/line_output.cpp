@@ -1,5 +1,6 @@
 #include "bench/live/line_output.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,15 +12,37 @@
 #include "core/json_text.h"
 
 namespace ertbench {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr milliseconds patience_at_the_end{1000};
+
+}  // namespace
+
+bool LineOutput::wait_for_reader() {
+  if (!until_ && stop_.wait_to_write(STDOUT_FILENO)) return true;
+  const auto now = std::chrono::steady_clock::now();
+  if (!until_) until_ = now + patience_at_the_end;
+  const auto left = std::chrono::duration_cast<milliseconds>(*until_ - now);
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&output, 1, static_cast<int>(std::max(left, milliseconds(0)).count())) > 0;
+}
 
 void LineOutput::line(const nlohmann::json& value) {
   const std::string text = json_text(value) + "\n";
   for (std::size_t at = 0; open_ && at < text.size();) {
     const std::size_t most = std::min<std::size_t>(PIPE_BUF, text.size() - at);
-    const ssize_t n =
-        stop_.wait_to_write(STDOUT_FILENO) ? ::write(STDOUT_FILENO, text.data() + at, most) : -1;
-    if (n > 0) at += static_cast<std::size_t>(n);
-    open_ = n > 0 || (n < 0 && errno == EINTR && !stop_.stopped());
+    if (!wait_for_reader()) {
+      open_ = false;
+      return;
+    }
+    const ssize_t n = ::write(STDOUT_FILENO, text.data() + at, most);
+    if (n > 0) {
+      at += static_cast<std::size_t>(n);
+    } else if (n == 0 || errno != EINTR) {
+      open_ = false;
+      error_ = n < 0 && errno != EPIPE ? errno : 0;
+    }
   }
 }
 

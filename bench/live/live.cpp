@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <thread>
 
 #include "bench/live/line_output.h"
@@ -65,7 +66,9 @@ class Stream {
         state_(state),
         mailbox_(options.places, options.lossless),
         output_(stop) {
-    if (!options.record.empty()) record_.emplace(options.record, solver_.sensor());
+    if (!options.record.empty()) {
+      record_.emplace(options.record, setup.files, solver_.sensor());
+    }
   }
 
   LiveSummary run(const std::string& parameters) {
@@ -92,13 +95,22 @@ class Stream {
     thread.join();
     if (!failure) failure = input_failure;
     count();
-    finish_record(parameters);
+    summary_.why = output_.error() != 0       ? "standard output cannot be written"
+                   : !output_.open() && !told ? "nobody reads the output any more"
+                   : failure                  ? "the input broke off, or the solver failed"
+                   : why.empty()              ? "it was told to end"
+                                              : why;
+    try {
+      finish_record(parameters);
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
     summary_.seconds = seconds_since(start_);
-    summary_.why = !output_.open() && !told ? "nobody reads the output any more"
-                   : failure                ? "the input broke off, or the solver failed"
-                   : why.empty()            ? "it was told to end"
-                                            : why;
     say_end();
+    if (!failure && output_.error() != 0) {
+      throw InputError("standard output cannot be written: " +
+                       std::generic_category().message(output_.error()));
+    }
     if (failure) std::rethrow_exception(failure);
     return summary_;
   }

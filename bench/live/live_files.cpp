@@ -58,8 +58,10 @@ FramesOfFile read_frames_of(const std::string& name, const std::string& option) 
   return out;
 }
 
+std::string quiet_file(const std::string& text) { return text.substr(0, text.rfind('@')); }
+
 QuietFrames read_quiet(const std::string& text, const Sensor& sensor) {
-  std::string name = text;
+  const std::string name = quiet_file(text);
   double rate = 0;
   if (const auto at = text.rfind('@'); at != std::string::npos) {
     const char* const end = text.data() + text.size();
@@ -67,7 +69,6 @@ QuietFrames read_quiet(const std::string& text, const Sensor& sensor) {
     if (read.ec != std::errc() || read.ptr != end || !(rate > 0)) {
       throw InputError("--quiet: must be FILE.h5 or FILE.h5@RATE, got \"" + printable(text) + "\"");
     }
-    name.resize(at);
   }
   const FramesOfFile frames = read_frames_of(name, "--quiet");
   QuietFrames out;

@@ -34,6 +34,8 @@ struct QuietFrames {
 /// `text` is FILE or FILE@RATE; without a rate `/time` tells it. Runs begin where the time goes
 /// back.
 QuietFrames read_quiet(const std::string& text, const Sensor& sensor);
+/// FILE of such a text.
+std::string quiet_file(const std::string& text);
 
 /// Frames of a dataset in which one touch of known force is the only one; the others are left out.
 struct ForceFrames {

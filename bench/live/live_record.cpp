@@ -1,5 +1,7 @@
 #include "bench/live/live_record.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,9 +40,9 @@ double or_nan(std::optional<double> value) {
 
 }  // namespace
 
-LiveRecord::LiveRecord(fs::path file, const Sensor& sensor)
+LiveRecord::LiveRecord(fs::path file, const std::vector<fs::path>& inputs, const Sensor& sensor)
     : file_(std::move(file)), sensor_(sensor) {
-  require_output(file_, {}, {"record of a stream (/frame_number)", holds_stream});
+  require_output(file_, inputs, {"record of a stream (/frame_number)", holds_stream});
   width_[frames] = 2 + static_cast<std::uint64_t>(sensor.channels());
   width_[answers] = answer_columns + static_cast<std::uint64_t>(sensor.pixels());
   width_[contacts] = recorded_contact_columns;
@@ -48,6 +50,7 @@ LiveRecord::LiveRecord(fs::path file, const Sensor& sensor)
   for (std::size_t p = 0; p < parts; ++p) {
     raw_[p] = aside_of(file_);
     raw_[p] += names[p];
+    streams_[p].rdbuf()->pubsetbuf(nullptr, 0);  // what is written is on its way to the disk
     streams_[p].open(raw_[p], std::ios::binary | std::ios::trunc);
     if (!streams_[p]) {
       throw InputError("--record: " + raw_[p].string() +
@@ -66,6 +69,7 @@ LiveRecord::~LiveRecord() {
     changed_.notify_all();
     writer_.join();
   }
+  if (raw_stays_) return;
   for (const fs::path& raw : raw_) {
     std::error_code ignored;
     fs::remove(raw, ignored);
@@ -121,7 +125,11 @@ void LiveRecord::write_rows() {
     lock.unlock();
     const auto bytes = static_cast<std::streamsize>(row.values.size() * sizeof(double));
     streams_[row.part].write(reinterpret_cast<const char*>(row.values.data()), bytes);
-    if (streams_[row.part]) written_[row.part] += row.values.size();
+    if (streams_[row.part]) {
+      written_[row.part] += row.values.size();
+    } else if (not_kept_++ == 0) {
+      spdlog::warn("--record: the disk refuses rows; make room, they are not kept");
+    }
     lock.lock();
   }
 }
@@ -152,53 +160,67 @@ bool LiveRecord::finish(const Eigen::RowVectorXd& reference, const std::string& 
     stream.close();
     whole &= !stream.fail();
   }
+  const std::string not_whole =
+      file_.string() + ": is not whole, as the disk refused some of it; make room";
+  if (rows_of(frames) == 0) {
+    if (!whole) throw InputError(not_whole);
+    return false;
+  }
+  try {
+    replace_file(file_, [&](const fs::path& place) { write_file(place, reference, solver); });
+  } catch (const std::exception& error) {
+    raw_stays_ = true;
+    throw InputError(file_.string() + ": cannot be written (" + error.what() +
+                     "); what came stays as rows of " + std::to_string(width_[frames]) +
+                     " doubles in " + raw_[frames].string() +
+                     ": the frame's number, its time in s, its voltages");
+  }
+  if (!whole) throw InputError(not_whole);
+  return true;
+}
+
+void LiveRecord::write_file(const fs::path& place, const Eigen::RowVectorXd& reference,
+                            const std::string& solver) const {
   const std::uint64_t came = rows_of(frames);
   const std::uint64_t answered = rows_of(answers);
-  if (came == 0) return false;
-  replace_file(file_, [&](const fs::path& place) {
-    Hdf5File out = Hdf5File::create(place);
-    out.write_text("/", "sensor", json_text(to_json(sensor_)));
-    out.write_text("/", "solver", solver);
-    out.write_number("/", "not_kept", static_cast<double>(not_kept_));
-    if (reference.size() > 0) {
-      out.write_vector(dataset_layout::reference_voltages, reference.transpose());
-    }
-    const auto channels = static_cast<std::uint64_t>(sensor_.channels());
-    out.create_dataset(dataset_layout::voltages, {came, channels});
-    out.create_dataset(dataset_layout::time, {came});
-    out.create_dataset(recorded_numbers, {came});
-    copy(frames, [&](std::uint64_t first, const RowMajorMatrix& rows) {
-      out.write_rows(recorded_numbers, first, rows.leftCols(1));
-      out.write_rows(dataset_layout::time, first, rows.col(1));
-      out.write_rows(dataset_layout::voltages, first, rows.rightCols(sensor_.channels()));
-    });
-    if (answered > 0) {
-      const auto image_rows = static_cast<std::uint64_t>(sensor_.image_rows());
-      const auto image_columns = static_cast<std::uint64_t>(sensor_.image_columns());
-      const char* const columns[answer_columns] = {"/answer/frame",  "/answer/latency",
-                                                   "/answer/status", "/answer/reason",
-                                                   "/answer/force",  "/answer/alarm"};
-      for (const char* column : columns) out.create_dataset(column, {answered});
-      out.create_dataset("/answer/conductivity_change", {answered, image_rows, image_columns});
-      copy(answers, [&](std::uint64_t first, const RowMajorMatrix& rows) {
-        for (Eigen::Index c = 0; c < answer_columns; ++c) {
-          out.write_rows(columns[c], first, rows.col(c));
-        }
-        out.write_rows("/answer/conductivity_change", first, rows.rightCols(sensor_.pixels()));
-      });
-    }
-    if (rows_of(contacts) > 0) {
-      out.create_dataset("/answer/contacts", {rows_of(contacts), width_[contacts]});
-      copy(contacts, [&](std::uint64_t first, const RowMajorMatrix& rows) {
-        out.write_rows("/answer/contacts", first, rows);
-      });
-    }
-    out.close();
-  });
-  if (!whole) {
-    throw InputError(file_.string() + ": is not whole, as the disk refused some of it; make room");
+  Hdf5File out = Hdf5File::create(place);
+  out.write_text("/", "sensor", json_text(to_json(sensor_)));
+  out.write_text("/", "solver", solver);
+  out.write_number("/", "not_kept", static_cast<double>(not_kept_));
+  if (reference.size() > 0) {
+    out.write_vector(dataset_layout::reference_voltages, reference.transpose());
   }
-  return true;
+  const auto channels = static_cast<std::uint64_t>(sensor_.channels());
+  out.create_dataset(dataset_layout::voltages, {came, channels});
+  out.create_dataset(dataset_layout::time, {came});
+  out.create_dataset(recorded_numbers, {came});
+  copy(frames, [&](std::uint64_t first, const RowMajorMatrix& rows) {
+    out.write_rows(recorded_numbers, first, rows.leftCols(1));
+    out.write_rows(dataset_layout::time, first, rows.col(1));
+    out.write_rows(dataset_layout::voltages, first, rows.rightCols(sensor_.channels()));
+  });
+  if (answered > 0) {
+    const auto image_rows = static_cast<std::uint64_t>(sensor_.image_rows());
+    const auto image_columns = static_cast<std::uint64_t>(sensor_.image_columns());
+    const char* const columns[answer_columns] = {"/answer/frame",  "/answer/latency",
+                                                 "/answer/status", "/answer/reason",
+                                                 "/answer/force",  "/answer/alarm"};
+    for (const char* column : columns) out.create_dataset(column, {answered});
+    out.create_dataset("/answer/conductivity_change", {answered, image_rows, image_columns});
+    copy(answers, [&](std::uint64_t first, const RowMajorMatrix& rows) {
+      for (Eigen::Index c = 0; c < answer_columns; ++c) {
+        out.write_rows(columns[c], first, rows.col(c));
+      }
+      out.write_rows("/answer/conductivity_change", first, rows.rightCols(sensor_.pixels()));
+    });
+  }
+  if (rows_of(contacts) > 0) {
+    out.create_dataset("/answer/contacts", {rows_of(contacts), width_[contacts]});
+    copy(contacts, [&](std::uint64_t first, const RowMajorMatrix& rows) {
+      out.write_rows("/answer/contacts", first, rows);
+    });
+  }
+  out.close();
 }
 
 }  // namespace ertbench

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -31,8 +32,10 @@ namespace ertbench {
 /// is not kept, and counted. All functions may be called from any thread but `finish`.
 class LiveRecord {
  public:
-  /// Throws InputError where the file may not be written: something else stands there.
-  LiveRecord(std::filesystem::path file, const Sensor& sensor);
+  /// Throws InputError where the file may not be written: something else stands there, or one of
+  /// the `inputs` of the stream.
+  LiveRecord(std::filesystem::path file, const std::vector<std::filesystem::path>& inputs,
+             const Sensor& sensor);
   LiveRecord(const LiveRecord&) = delete;
   LiveRecord& operator=(const LiveRecord&) = delete;
   ~LiveRecord();  ///< forgets all where `finish` was not called
@@ -40,8 +43,11 @@ class LiveRecord {
   void came(const ArrivedFrame& frame, double time_s);
   void answered(std::uint64_t frame, double latency_s, const LiveAnswer& answer);
 
-  /// Writes the file and returns whether there was any frame; without one there is no file.
+  /// Writes the file and returns whether there was any frame; without one there is no file. Throws
+  /// InputError where the disk refuses it; the raw files stay then, and the message says how they
+  /// are read.
   bool finish(const Eigen::RowVectorXd& reference, const std::string& solver);
+  /// Rows that found no place in the queue, or none on the disk.
   std::uint64_t not_kept() const { return not_kept_; }
 
  private:
@@ -53,6 +59,8 @@ class LiveRecord {
 
   void put(std::vector<Row> rows);
   void write_rows();
+  void write_file(const std::filesystem::path& place, const Eigen::RowVectorXd& reference,
+                  const std::string& solver) const;
   std::uint64_t rows_of(Part part) const { return written_[part] / width_[part]; }
   void copy(Part part, const std::function<void(std::uint64_t, const RowMajorMatrix&)>& take) const;
 
@@ -63,11 +71,12 @@ class LiveRecord {
   std::uint64_t width_[parts];      ///< numbers in a row
   std::uint64_t written_[parts]{};  ///< numbers
   std::uint64_t answered_ = 0;
-  std::uint64_t not_kept_ = 0;
+  std::atomic<std::uint64_t> not_kept_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Row> queue_;
   bool over_ = false;
+  bool raw_stays_ = false;
   std::thread writer_;
 };
 

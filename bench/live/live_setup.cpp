@@ -172,6 +172,16 @@ std::unique_ptr<LiveSource> source_for(const LiveOptions& options, const InputPl
   return replay_of({std::move(replay->voltages), options.repeat}, place.rate);
 }
 
+std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& place) {
+  std::vector<fs::path> out;
+  if (place.kind == InputPlace::Kind::replay) out.emplace_back(place.name);
+  if (options.reference != "model") out.emplace_back(options.reference);
+  out.emplace_back(quiet_file(options.quiet));
+  out.emplace_back(options.forces);
+  std::erase_if(out, [](const fs::path& file) { return file.empty(); });
+  return out;
+}
+
 }  // namespace
 
 LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
@@ -187,6 +197,7 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
 
   if (options.floor) ready.rule.floor = *options.floor / sensor.background;
   LiveSetup out;
+  out.files = files_of(options, place);
   out.solver_name = ready.name;
   out.parameters = json_text(printable_json(ready.solver->parameters()));
   out.checked = ready.solver->fit_report().frame_check.empty();

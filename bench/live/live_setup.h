@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bench/live/live_solver.h"
 #include "bench/live/live_source.h"
@@ -44,7 +45,8 @@ struct LiveSetup {
   std::string parameters;   ///< of the solver, JSON
   std::unique_ptr<LiveSolver> solver;
   std::unique_ptr<LiveSource> source;
-  bool checked = true;  ///< whether frames are checked for noise and range
+  bool checked = true;                       ///< whether frames are checked for noise and range
+  std::vector<std::filesystem::path> files;  ///< of frames that it reads, not to be written over
 };
 
 /// Reads, fits and opens all of it. The solver of an experiment comes from the cache, or is fitted

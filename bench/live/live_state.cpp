@@ -90,12 +90,10 @@ void LiveState::update(const LiveCounts& counts, double time_s, const ArrivedFra
   time_s_ = time_s;
   latency_.add(latency_s);
   if (time_s < shown_s_ + shown_every_s) return;
-  if (watchers > 0) {
-    answer_ = answer;
-    frame_ = frame.number;
-    latency_s_ = latency_s;
-    any_answer_ = true;
-  }
+  answer_ = answer;
+  frame_ = frame.number;
+  latency_s_ = latency_s;
+  any_answer_ = true;
   show();
 }
 

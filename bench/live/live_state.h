@@ -41,8 +41,8 @@ class LiveState {
  public:
   explicit LiveState(LiveHeading heading) : heading_(std::move(heading)) {}
 
-  /// By the one writer. Counts and the latency always; the answer, where there is one, only if
-  /// somebody looks and the last was shown long enough ago.
+  /// By the one writer. Counts and the latency always; the answer, where there is one, only if the
+  /// last was shown long enough ago.
   void update(const LiveCounts& counts, double time_s);
   void update(const LiveCounts& counts, double time_s, const ArrivedFrame& frame,
               const LiveAnswer& answer, double latency_s);
@@ -57,7 +57,7 @@ class LiveState {
   std::uint64_t wait_for_newer(std::uint64_t version) const;
   bool finished() const { return finished_; }
 
-  std::atomic<int> watchers = 0;  ///< clients that want answers
+  std::atomic<int> watchers = 0;  ///< clients that follow it
 
  private:
   void show();  ///< with the lock: there is a new version

@@ -25,6 +25,14 @@ void expect_closed(const fs::path& folder, const std::string& record) {
   }
 }
 
+/// The program between words of the shell.
+fs::path wrapped(const LiveFolder& folder, const std::string& before, const std::string& after) {
+  const fs::path script = folder / "wrapped";
+  write_text(script, "#!/bin/sh\n" + before + " " + quoted(ERTBENCH_PROGRAM) + " \"$@\" " + after);
+  fs::permissions(script, fs::perms::owner_all);
+  return script;
+}
+
 TEST(LiveProgram, ImagesAreThoseOfReconstruct) {
   const LiveFolder folder;
   const Outcome images = run_program(
@@ -61,6 +69,62 @@ TEST(LiveProgram, ARecordCanBeReplayedAndReconstructed) {
       folder.path(), "live --solver gn.json --input replay:record.h5 --record frames.h5");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.output.find("frames.h5"), std::string::npos) << refused.output;
+  const auto before = fs::file_size(folder / "record.h5");
+  const Outcome over_itself = run_program(
+      folder.path(), "live --solver gn.json --input replay:record.h5 --record ./record.h5");
+  EXPECT_EQ(over_itself.exit_code, 2);
+  EXPECT_NE(over_itself.output.find("record.h5"), std::string::npos) << over_itself.output;
+  EXPECT_EQ(fs::file_size(folder / "record.h5"), before);
+}
+
+TEST(LiveProgram, WhatADiskRefusesIsSaidAndNothingThatCameIsLost) {
+  const LiveFolder folder;
+  // Room for the voltages of some frames, for the images of fewer, and not for the file of both.
+  const Outcome outcome = run_program(
+      folder.path(), "live --solver gn.json --input replay:frames.h5 --lossless --record record.h5",
+      wrapped(folder, "trap '' XFSZ; ulimit -f 48; exec", ""));
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_NE(outcome.output.find("the disk refuses rows"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("what came stays as rows of 210 doubles"), std::string::npos)
+      << outcome.output;
+  EXPECT_NE(outcome.output.find("\"event\":\"end\""), std::string::npos) << outcome.output;
+  EXPECT_FALSE(fs::exists(folder / "record.h5"));
+  int kept = 0;
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    if (entry.path().extension() != ".frames") continue;
+    ++kept;
+    std::ifstream in(entry.path(), std::ios::binary);
+    std::vector<double> row(210);
+    in.read(reinterpret_cast<char*>(row.data()), 210 * sizeof(double));
+    for (Eigen::Index c = 0; c < 208; ++c) {
+      EXPECT_EQ(row[static_cast<std::size_t>(2 + c)], folder.voltages(0, c));
+    }
+  }
+  EXPECT_EQ(kept, 1);
+}
+
+TEST(LiveProgram, AnOutputThatCannotBeWrittenIsAFailure) {
+  const LiveFolder folder;
+  const Outcome outcome =
+      run_program(folder.path(), "live --solver gn.json --input replay:frames.h5 --lossless",
+                  wrapped(folder, "exec", "> /dev/full"));
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_NE(outcome.output.find("standard output cannot be written: No space left"),
+            std::string::npos)
+      << outcome.output;
+}
+
+TEST(LiveProgram, AReaderThatIsSlowHasTheEndToo) {
+  const LiveFolder folder;
+  RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input",
+                                         "replay:frames.h5@500", "--repeat", "1000", "--images"});
+  ASSERT_FALSE(program.event("begin").is_null()) << program.errors();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // until the pipe is full
+  program.signal(SIGTERM);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const std::vector<json> lines = program.lines();
+  EXPECT_EQ(program.exit_code(), 0) << program.errors();
+  EXPECT_EQ(lines.back().at("event"), "end");
 }
 
 TEST(LiveProgram, BinaryFramesAndLinesComeToTheSame) {
