@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <iterator>
 
 #include "core/errors.h"
@@ -92,6 +93,8 @@ std::vector<SlurmTask> tasks_from(const std::string& text) {
 
 std::vector<SlurmTask> live_tasks(std::span<const long> jobs) {
   if (jobs.empty()) return {};
+  // It cuts long lists of elements short, else; those left out would be submitted once more.
+  ::setenv("SLURM_BITSTR_LEN", "0", 1);
   // Not --jobs: squeue refuses the whole list for one number that the controller has forgotten.
   std::vector<SlurmTask> tasks =
       tasks_from(output_of({"squeue", "-h", "--me", "-o", "%F|%K|%T|%N"}));
