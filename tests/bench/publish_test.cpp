@@ -8,6 +8,7 @@
 #include "bench/charts/chart_types.h"
 #include "bench/publish/latency_pairs.h"
 #include "core/errors.h"
+#include "core/temporary_folder.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"
 
@@ -171,6 +172,21 @@ TEST(LatencyPairs, EachRoundHasTheUnitThatRanBesideIt) {
                   .agree);
   EXPECT_FALSE(
       latency_pairs({of("a", {100, 110}, {10, 11}), of("b", {190, 200}, {19, 20})}).front().agree);
+}
+
+/// A folder that is being made, or was left when a call was cut off, is no result.
+TEST(LatencyPairs, AreOfFinishedResults) {
+  namespace fs = std::filesystem;
+  const fs::path made = fs::path(ERTBENCH_SOURCE_DIR) / "results/published/quick/summary.json";
+  const TemporaryFolder folder("published");
+  std::vector<std::size_t> solvers;
+  for (const char* name : {"quick", "quick.part", "quick.before"}) {
+    fs::create_directory(folder / name);
+    fs::copy_file(made, folder / name / "summary.json");
+    solvers.push_back(timed_solvers(folder.path()).size());
+  }
+  EXPECT_GT(solvers[0], 0U);
+  EXPECT_EQ(solvers, std::vector<std::size_t>(3, solvers[0]));
 }
 
 /// Two published tables that time the same solver with the same settings agree, or say why not.
