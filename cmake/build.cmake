@@ -64,6 +64,7 @@ file(GLOB of_all_solvers RELATIVE ${ERTBENCH_FOLDER}
   ${ERTBENCH_FOLDER}/solvers/*.h ${ERTBENCH_FOLDER}/solvers/*.cpp)
 list(APPEND of_all_solvers solvers/check bench/experiment/fit_recipe.cpp
   bench/run/fitted_solver.cpp)
+file(STRINGS ${ERTBENCH_FOLDER}/cmake/same_fits.txt same_fits REGEX "^[^#]")
 # One line of C++ for each room of solvers: {"solvers/linear", "solvers/linear <hash>"},
 set(ERTBENCH_FIT_CODES "")
 file(STRINGS ${ERTBENCH_FOLDER}/cmake/fit_rooms.txt lines REGEX "^[^#].*:")
@@ -72,6 +73,10 @@ foreach(line ${lines})
   list(GET rooms 0 room)
   list(REMOVE_ITEM rooms solvers)  # its own files are among those of all
   hash_sources(code ${data} ${of_all_solvers} ${rooms})
+  string(REGEX MATCH "(^|;)${room} ${code} ([0-9a-f]+)(;|$)" same "${same_fits}")
+  if(same)
+    set(code ${CMAKE_MATCH_2})
+  endif()
   string(APPEND ERTBENCH_FIT_CODES "{\"${room}\", \"${room} ${code}\"}, ")
 endforeach()
 

@@ -90,6 +90,9 @@ void ChannelMask::check(const Sensor& sensor) const {
     throw InputError(place_ + ": must leave five electrodes or more, leaves " +
                      std::to_string(count - size_of(electrodes)));
   }
+  if (electrodes != 0 && pairs_without(sensor, electrodes).empty()) {
+    throw InputError(place_ + ": leaves no channel; every one of the sensor's uses one of these");
+  }
 }
 
 }  // namespace ertbench

@@ -54,7 +54,7 @@ void Dcnn::check(const Sensor& sensor) {
 }
 
 Dcnn::Dcnn(const Sensor& sensor, const std::array<int, 3>& widths)
-    : drives_(sensor.drives()), measurements_(sensor.measurements()) {
+    : channels_(sensor.channels()), drives_(sensor.drives()), measurements_(sensor.measurements()) {
   const auto [w0, w1, w2] = widths;
   append_convolution(layers_, 1, w0);
   layers_->push_back(nn::MaxPool2d(2));
@@ -86,13 +86,11 @@ std::unique_ptr<InferencePlan> Dcnn::plan(bool bfloat16) const {
   const torch::Tensor order = source_.contiguous();
   const std::int64_t* first = order.data_ptr<std::int64_t>();
   std::vector<int> sources;
-  int channels = 0;
   for (std::int64_t i = 0; i < order.numel(); ++i) {
-    sources.push_back(static_cast<int>(first[i]));
-    channels = std::max(channels, sources.back());  // one past the last stands for none
+    const int source = static_cast<int>(first[i]);
+    sources.push_back(source == channels_ ? PlanBuilder::none : source);
   }
-  for (int& source : sources) source = source == channels ? PlanBuilder::none : source;
-  const int map = plan.maps(plan.gather(plan.input(channels), sources), 1, drives_, measurements_);
+  const int map = plan.maps(plan.gather(plan.input(channels_), sources), 1, drives_, measurements_);
   return plan.finish(add_layers(plan, layers_, {map}, true));
 }
 

@@ -32,6 +32,7 @@ class Dcnn final : public Network {
  private:
   torch::nn::Sequential layers_;
   torch::Tensor source_;  ///< [map], which channel stands there; one past the last: none
+  int channels_;
   int drives_;
   int measurements_;
 };

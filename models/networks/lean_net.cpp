@@ -49,7 +49,8 @@ void LeanNet::check(const Sensor& sensor) {
 }
 
 LeanNet::LeanNet(const Sensor& sensor, const LeanShape& shape)
-    : rows_(sensor.image_rows() / 2),
+    : channels_(sensor.channels()),
+      rows_(sensor.image_rows() / 2),
       columns_(sensor.image_columns() / 2),
       pairs_(pairs_of(sensor)),
       start_(pairs_.size(0), (sub_pixels + shape.extra_maps) * rows_ * columns_),
@@ -143,8 +144,7 @@ std::unique_ptr<InferencePlan> LeanNet::plan(bool bfloat16) const {
   for (std::int64_t i = 0; i < order.numel(); ++i) {
     pairs.push_back(static_cast<int>(order.data_ptr<std::int64_t>()[i]));
   }
-  const int frame = plan.input(static_cast<int>(pairs.size()));
-  const int means = plan.means_of_pairs(frame, std::move(pairs));
+  const int means = plan.means_of_pairs(plan.input(channels_), std::move(pairs));
   const DenseWeights dense = weights_of(*start_, nullptr);
   const int start =
       plan.maps(plan.dense(means, dense, {}), dense.outputs / (rows_ * columns_), rows_, columns_);

@@ -53,6 +53,7 @@ class LeanNet final : public Network {
  private:
   torch::Tensor blocks(torch::nn::Sequential& convolutions, torch::Tensor maps);
 
+  int channels_;
   int rows_;  ///< of the maps at half the resolution
   int columns_;
   torch::Tensor pairs_;  ///< [pairs, 2] channels

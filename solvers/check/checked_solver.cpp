@@ -1,6 +1,7 @@
 #include "solvers/check/checked_solver.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -8,6 +9,8 @@
 #include "core/json_reader.h"
 #include "core/json_text.h"
 #include "core/text.h"
+#include "forward/data/dataset_file.h"
+#include "solvers/channel_mask.h"
 #include "solvers/check/checked_file.h"
 
 namespace ertbench {
@@ -75,21 +78,14 @@ FitReport CheckedSolver::fit_report() const {
 
 void CheckedSolver::fit(const FitInput& input) {
   ready_ = false;
+  for (const DatasetFile* set : {input.training, input.validation}) {
+    if (set && set->sensor() != input.sensor) {
+      throw InputError(set->path().string() + ": is of another sensor; generate it for this one");
+    }
+  }
   inner_->check(input.sensor);
   inner_->fit(input);
   become_ready(input.sensor, FrameCheck(input, inner_->masked_channels().electrodes));
-}
-
-void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
-  sensor_ = sensor;
-  masked_ = inner_->masked_channels();
-  check_ = std::move(check);
-  off_sheet_.clear();
-  const PixelGrid pixels = sensor.image();
-  for (int p = 0; p < pixels.count(); ++p) {
-    if (!pixels.on_sheet(p)) off_sheet_.push_back(p);
-  }
-  ready_ = true;
 }
 
 void CheckedSolver::reconstruct(FramesView changes, ImagesView images,
@@ -113,6 +109,64 @@ class CheckedSolver::Stream final : public FrameStream {
   const CheckedSolver& solver_;
   std::unique_ptr<FrameStream> inner_;
 };
+
+/// Contacts of frames of which some electrodes are dead come from a sequence of one frame, which is
+/// told so.
+class CheckedSolver::MaskingFinder final : public ContactFinder {
+ public:
+  MaskingFinder(const Solver& solver, const FrameCheck& check, Eigen::Index pixels)
+      : solver_(solver), check_(check), pixels_(pixels) {}
+
+  void find_contacts(FramesView changes,
+                     std::span<std::vector<FoundContact>> contacts) const override {
+    Images image(1, pixels_);
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      FrameReport report;
+      report.dead = check_.judge(changes.row(f).data()).dead;
+      const std::unique_ptr<FrameStream> alone =
+          report.dead != 0 ? solver_.open_stream() : std::unique_ptr<FrameStream>();
+      if (!alone) {
+        solver_.contact_finder()->find_contacts(changes.row(f),
+                                                contacts.subspan(static_cast<std::size_t>(f), 1));
+        continue;
+      }
+      alone->reconstruct(changes.row(f), image, {&report, 1});
+      if (alone->contacts()) contacts[static_cast<std::size_t>(f)] = *alone->contacts();
+    }
+  }
+
+ private:
+  const Solver& solver_;
+  const FrameCheck& check_;
+  Eigen::Index pixels_;
+};
+
+void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
+  sensor_ = sensor;
+  masked_ = inner_->masked_channels();
+  check_ = std::move(check);
+  off_sheet_.clear();
+  const PixelGrid pixels = sensor.image();
+  for (int p = 0; p < pixels.count(); ++p) {
+    if (!pixels.on_sheet(p)) off_sheet_.push_back(p);
+  }
+  taken_.clear();
+  if (masked_.electrodes != 0) {
+    const std::vector<std::array<int, 2>> pairs = reciprocal_pairs(sensor);
+    for (const Eigen::Index pair : pairs_without(sensor, masked_.electrodes)) {
+      for (const int channel : pairs[static_cast<std::size_t>(pair)]) taken_.push_back(channel);
+    }
+  }
+  finder_.reset();
+  if (masked_.detect && inner_->contact_finder()) {
+    finder_ = std::make_unique<MaskingFinder>(*inner_, check_, sensor.pixels());
+  }
+  ready_ = true;
+}
+
+const ContactFinder* CheckedSolver::contact_finder() const {
+  return finder_ ? finder_.get() : inner_->contact_finder();
+}
 
 std::unique_ptr<FrameStream> CheckedSolver::open_stream() const {
   if (!ready_) throw std::logic_error("open_stream: the solver is neither fitted nor loaded");
@@ -173,10 +227,11 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
 
 bool CheckedSolver::is_finite(const FramesView& changes, const ImagesView& images,
                               Eigen::Index frame) const {
-  // A network may make a finite image of a frame that is not; what masked channels read does not
-  // matter.
-  return all_finite(images.row(frame)) &&
-         (masked_.electrodes != 0 || all_finite(changes.row(frame)));
+  // A network may make a finite image of a frame that is not.
+  if (!all_finite(images.row(frame))) return false;
+  if (masked_.electrodes == 0) return all_finite(changes.row(frame));
+  return std::all_of(taken_.begin(), taken_.end(),
+                     [&](Eigen::Index channel) { return std::isfinite(changes(frame, channel)); });
 }
 
 void CheckedSolver::save(const std::filesystem::path& file) const {

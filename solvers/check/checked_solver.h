@@ -15,10 +15,12 @@ namespace ertbench {
 ///
 /// - Calls that break the contract are refused: an unfitted solver, shapes that do not fit.
 /// - Frames are given in blocks of the size that the solver wants.
-/// - A frame that is not finite, or whose image is not, is undefined.
+/// - A frame that is not finite, or whose image is not, is undefined; what channels read that the
+///   solver leaves out in every frame does not matter.
 /// - FrameCheck, fitted with the solver and kept in its file, says which frames are not to be
 ///   trusted, and, before they are imaged, to a solver that asks for it, which electrodes are dead.
-/// - A file of another type of solvers or another sensor is refused.
+/// - A file of another type of solvers or another sensor is refused, and so are datasets of another
+///   sensor.
 ///
 /// Adds nothing to the heap, and to the time of a frame that of the judgement (1 us).
 class CheckedSolver final : public Solver {
@@ -40,7 +42,8 @@ class CheckedSolver final : public Solver {
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
   MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
   std::unique_ptr<Solver> transport() const override { return inner_->transport(); }
-  const ContactFinder* contact_finder() const override { return inner_->contact_finder(); }
+  /// The solver's own; one that tells it the dead electrodes of each frame, where it asks for them.
+  const ContactFinder* contact_finder() const override;
   /// Never null.
   std::unique_ptr<FrameStream> open_stream() const override;
   void save(const std::filesystem::path& file) const override;
@@ -50,6 +53,7 @@ class CheckedSolver final : public Solver {
   CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames);
 
   class Stream;
+  class MaskingFinder;
 
   /// By the solver, or by a stream of it where that is not null.
   void reconstruct_with(FrameStream* stream, FramesView changes, ImagesView images,
@@ -66,6 +70,9 @@ class CheckedSolver final : public Solver {
   Sensor sensor_;
   MaskedChannels masked_;
   std::vector<Eigen::Index> off_sheet_;  ///< pixels, which no image changes
+  /// Channels that the solver takes, where it leaves some out in every frame; else empty.
+  std::vector<Eigen::Index> taken_;
+  std::unique_ptr<const ContactFinder> finder_;  ///< null: the solver's own
   FrameCheck check_;
 };
 

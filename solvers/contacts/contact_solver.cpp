@@ -195,6 +195,15 @@ void ContactSolver::set_misfit_limit(const FitInput& input) {
   misfit_limit_ = std::max(misfit_limit_, limit_margin * tail_limit(misfits, tail_share));
 }
 
+bool ContactSolver::is_finite(const double* changes, ElectrodeSet dead) const {
+  const ElectrodeSet masked = mask_.electrodes | dead;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    if ((electrodes_of_pairs_[p] & masked) != 0) continue;
+    if (!std::isfinite(changes[pairs_[p][0]] + changes[pairs_[p][1]])) return false;
+  }
+  return true;
+}
+
 void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead, bool followed,
                               Fitted& fitted) const {
   ContactFit::Workspace& workspace = fitted.workspace;
@@ -281,11 +290,11 @@ class ContactSolver::Stream final : public FrameStream {
   void reconstruct(FramesView changes, ImagesView images, std::span<FrameReport> reports) override {
     for (Index f = 0; f < changes.rows(); ++f) {
       contacts_.clear();
-      if (!changes.row(f).allFinite()) {
+      FrameReport& report = reports[static_cast<std::size_t>(f)];
+      if (!solver_.is_finite(changes.row(f).data(), report.dead)) {
         images.row(f).setZero();
         continue;
       }
-      FrameReport& report = reports[static_cast<std::size_t>(f)];
       solver_.fit_frame(changes.row(f).data(), report.dead, followed_, fitted_);
       followed_ = true;
       solver_.draw(fitted_, images.row(f), report);
@@ -326,7 +335,7 @@ void ContactSolver::find_contacts(FramesView changes,
   for (Index f = 0; f < changes.rows(); ++f) {
     std::vector<FoundContact>& out = contacts[static_cast<std::size_t>(f)];
     out.clear();
-    if (!changes.row(f).allFinite()) continue;
+    if (!is_finite(changes.row(f).data(), 0)) continue;
     fit_frame(changes.row(f).data(), 0, false, fitted);
     list_contacts(fitted.found, out);
   }

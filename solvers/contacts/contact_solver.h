@@ -55,6 +55,8 @@ class ContactSolver final : public Solver, private ContactFinder {
     ContactFit::Found found;
     double level = 0;  ///< see FrameReport::level
   };
+  /// Whether all channels of a frame are numbers but for those of masked and `dead` electrodes.
+  bool is_finite(const double* changes, ElectrodeSet dead) const;
   /// Fits one frame, a row of changes; `dead` electrodes are left out of account. `followed`: begun
   /// at what `fitted` holds of the frame before.
   void fit_frame(const double* changes, ElectrodeSet dead, bool followed, Fitted& fitted) const;

@@ -79,8 +79,13 @@ nlohmann::json GaussNewton::parameters() const {
   return out;
 }
 
-void GaussNewton::set_sensor(const Sensor& sensor) {
+void GaussNewton::check(const Sensor& sensor) const {
+  mask_.check(sensor);
   const ForwardModel model(sensor, sensor.image_grid);  // refuses what the grid does not serve
+}
+
+void GaussNewton::set_sensor(const Sensor& sensor) {
+  const ForwardModel model(sensor, sensor.image_grid);
   sensor_ = sensor;
   bounds_ = BoundedConductivity(sensor.background, low_, high_);
   background_jacobian_ = sensor.background * Reciprocity(sensor).reduce_rows(model.jacobian());

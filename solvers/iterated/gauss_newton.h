@@ -34,7 +34,7 @@ class GaussNewton final : public Solver {
   explicit GaussNewton(JsonObject parameters);
 
   nlohmann::json parameters() const override;
-  void check(const Sensor& sensor) const override { mask_.check(sensor); }
+  void check(const Sensor& sensor) const override;
   bool needs_training() const override { return prior_ == training; }
   void fit(const FitInput& input) override;
   void reconstruct(FramesView changes, ImagesView images,

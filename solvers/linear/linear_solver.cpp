@@ -42,7 +42,6 @@ Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciproci
   for (Eigen::Index p = 0; p < columns.cols(); ++p) {
     for (const int channel : reciprocity.pair(p)) out.col(channel) = columns.col(p);
   }
-  if (reciprocity.single()) out *= std::numbers::sqrt2;  // see Reciprocity::sum
   return out;
 }
 
@@ -74,7 +73,8 @@ void LinearSolver::set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixX
 
 void LinearSolver::finish() {
   masked_ = mask_.detect ? masked_inverse() : nullptr;
-  if (!inference_.averaging) {
+  // Channels without partners are all in the map already.
+  if (!inference_.averaging && !reciprocity_.single()) {
     full_ = map_.factored()
                 ? ImageMap<double>{map_.left, for_all_channels(map_.right, reciprocity_)}
                 : ImageMap<double>{for_all_channels(map_.left, reciprocity_), {}};

@@ -154,6 +154,27 @@ TEST(Rooms, TheCodeOfFitsIsAllThatTheSolversInclude) {
   }
 }
 
+TEST(Rooms, SameFitsAreOfRoomsAndHashes) {
+  const Rooms rooms = fit_rooms();
+  std::ifstream in(std::string(ERTBENCH_SOURCE_DIR) + "/cmake/same_fits.txt");
+  ASSERT_TRUE(in);
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream words(line);
+    std::string room;
+    std::string now;
+    std::string before;
+    std::string more;
+    words >> room >> now >> before;
+    EXPECT_TRUE(rooms.contains(room)) << line;
+    EXPECT_FALSE(words >> more) << line;
+    for (const std::string& hash : {now, before}) {
+      EXPECT_EQ(hash.size(), 32U) << line;
+      EXPECT_EQ(hash.find_first_not_of("0123456789abcdef"), std::string::npos) << line;
+    }
+  }
+}
+
 TEST(Rooms, EachRoomOfSolversHasItsCodeOfFits) {
   const Rooms rooms = fit_rooms();
   for (const auto& [room, below] : the_rooms()) {

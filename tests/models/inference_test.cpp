@@ -57,6 +57,22 @@ Sensor sensor_of(int electrodes, int grid) {
   return sensor;
 }
 
+/// Channels without partners: opposite drives.
+Sensor without_partners() {
+  Sensor sensor;
+  sensor.drive.kind = PairPattern::Kind::opposite;
+  return sensor;
+}
+
+/// Every measurement of every drive is a channel.
+Sensor all_measured() {
+  Sensor sensor;
+  sensor.electrode_model = ElectrodeModel::gap;
+  sensor.electrode_width = 0.1;
+  sensor.measures_driven = true;
+  return sensor;
+}
+
 /// The networks as they are by default, and with widths that leave lanes, tiles and groups unused.
 std::vector<Case> cases() {
   using Shape = GeneratorShape;
@@ -80,6 +96,7 @@ std::vector<Case> cases() {
       {"fcnn odd", fcnn({145, 36, 17})},
       {"dcnn", dcnn({64, 128, 256})},
       {"dcnn odd", dcnn({5, 9, 19})},
+      {"dcnn all measured", dcnn({8, 16, 16}), all_measured()},
       {"eit-nn", eit_nn({2304, 576, 576}, {32, 64})},
       {"eit-nn odd", eit_nn({64, 576}, {4, 3})},
       {"dd-ert", dd_ert({})},
@@ -91,6 +108,7 @@ std::vector<Case> cases() {
       {"lean-net linear", lean({.width = 24, .bounded = false})},
       {"lean-net width 3", lean({.width = 3, .blocks = 0, .bottom_blocks = 0, .extra_maps = 0})},
       {"lean-net deep", lean({.width = 20, .blocks = 2, .extra_maps = 7})},
+      {"lean-net without partners", lean({.width = 8}), without_partners()},
       {"lean-net grid 36", lean({.width = 16}), sensor_of(24, 36)}};
 }
 

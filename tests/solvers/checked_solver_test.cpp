@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
+#include "solvers/channel_mask.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {
@@ -20,6 +22,7 @@ using nlohmann::json;
 struct Behaviour {
   Eigen::Index block = 0;
   bool detect = false;
+  ElectrodeSet masked = 0;
   json parameters = json::object();
   FitReport report = {};
   /// Writes and reads the file of the solver; by default it saves nothing.
@@ -45,7 +48,7 @@ class Puppet final : public Solver {
     behaviour_.image(images, reports);
   }
   Eigen::Index block_frames() const override { return behaviour_.block; }
-  MaskedChannels masked_channels() const override { return {0, behaviour_.detect}; }
+  MaskedChannels masked_channels() const override { return {behaviour_.masked, behaviour_.detect}; }
   void save(const std::filesystem::path& file) const override { behaviour_.save(file); }
   void load(const std::filesystem::path& file, const Sensor&) override { behaviour_.load(file); }
 
@@ -173,6 +176,33 @@ TEST(CheckedSolver, WhatIsNotFiniteIsUndefined) {
   const Reconstruction out = reconstruct(*fitted_puppet(behaviour), changes);
   for (const std::size_t f : {2, 3, 4}) EXPECT_EQ(out.reports[f].status, FrameStatus::undefined);
   for (const std::size_t f : {0, 1}) EXPECT_EQ(out.reports[f].status, FrameStatus::ok);
+}
+
+TEST(CheckedSolver, WhatMaskedChannelsReadDoesNotMatterAndOthersDo) {
+  Behaviour behaviour;
+  behaviour.masked = 1U << 3;
+  Frames changes = fresh_changes(3);
+  const std::vector<ElectrodeSet> electrodes = electrodes_of_pairs(Sensor{});
+  const auto pairs = reciprocal_pairs(Sensor{});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if ((electrodes[p] & behaviour.masked) != 0) changes(1, pairs[p][0]) = nan;
+  }
+  const auto taken = std::find_if(electrodes.begin(), electrodes.end(),
+                                  [&](ElectrodeSet set) { return (set & behaviour.masked) == 0; });
+  changes(2, pairs[static_cast<std::size_t>(taken - electrodes.begin())][1]) = nan;
+  const Reconstruction out = reconstruct(*fitted_puppet(behaviour), changes);
+  EXPECT_NE(out.reports[0].status, FrameStatus::undefined);
+  EXPECT_NE(out.reports[1].status, FrameStatus::undefined);
+  EXPECT_EQ(out.reports[2].status, FrameStatus::undefined);
+}
+
+TEST(CheckedSolver, RefusesDatasetsOfAnotherSensor) {
+  static const ValidationFile validation(300);
+  Behaviour behaviour;
+  FitInput input = validation.input();
+  input.sensor.background *= 2;
+  EXPECT_THROW(make_puppet(behaviour)->fit(input), InputError);
 }
 
 TEST(CheckedSolver, RefusesCallsThatBreakTheContract) {

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "forward/border/border_model.h"
+#include "forward/data/uniform_sheet.h"
 #include "forward/sheet/rasterise.h"
+#include "solvers/channel_mask.h"
 #include "solvers/contacts/contact_fit.h"
 #include "solvers/contacts/contact_image.h"
 #include "solvers/contacts/nuisances.h"
@@ -98,6 +101,36 @@ TEST(Contacts, OfTwoFarApartAreNeverNone) {
 
 /// Where one contact has to stand for several, the image shows the one that is listed, though none
 /// would have more evidence.
+TEST(Contacts, AreFoundWithoutTheDeadElectrodes) {
+  const Scene scene{{disc(0.3, -0.2, 0.25, 0.5)}};
+  const Frames clean = frame_of(scene, 70, 1);
+  const std::vector<ElectrodeSet> electrodes = electrodes_of_pairs(Sensor{});
+  const auto pairs = reciprocal_pairs(Sensor{});
+
+  // Some that read zero are found out and told.
+  Frames zero = clean;
+  const Eigen::VectorXd reference = uniform_reference(Sensor{});
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if ((electrodes[p] & (1U << 4 | 1U << 5)) == 0) continue;
+    for (const int channel : pairs[p]) zero(0, channel) = -reference[channel];
+  }
+  const auto detecting = solver_for(70, {{"channel_mask", "detect"}});
+  const std::vector<FoundContact> told = found_in(*detecting, zero);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_LT((told[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 0.01);
+
+  // What a listed one reads may be anything.
+  Frames nan = clean;
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if ((electrodes[p] & 1U << 4) == 0) continue;
+    for (const int channel : pairs[p]) nan(0, channel) = std::numeric_limits<double>::quiet_NaN();
+  }
+  const auto masking = solver_for(70, {{"channel_mask", {4}}});
+  const std::vector<FoundContact> found = found_in(*masking, nan);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_LT((found[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 0.01);
+}
+
 TEST(Contacts, ThatAreListedAreInTheImage) {
   const auto solver = solver_for(60, {{"most_contacts", 1}});
   int listed = 0;

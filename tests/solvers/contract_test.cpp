@@ -384,6 +384,14 @@ TEST_P(MaskedFrames, RefusesAMaskThatIsNone) {
   EXPECT_EQ(
       message({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}).find("spec.json: /channel_mask: must leave"),
       0u);
+  Sensor one_drive;
+  one_drive.drive = {PairPattern::Kind::listed, 0, {{0, 1}}};
+  json spec = GetParam();
+  spec["channel_mask"] = {1};
+  EXPECT_EQ(message_of<InputError>([&] {
+              make_solver(spec)->check(one_drive);
+            }).find("spec.json: /channel_mask: leaves no channel"),
+            0u);
 }
 
 const json back_projection = {{"type", "back-projection"}};

@@ -42,6 +42,18 @@ TEST_P(LinearInferenceOf, AveragingReciprocalPairsIsExact) {
   }
 }
 
+/// Where channels have no partners there is nothing to average.
+TEST_P(LinearInferenceOf, AveragingIsNothingWherePairsAreSingle) {
+  Sensor sensor;
+  sensor.drive.kind = PairPattern::Kind::opposite;
+  json spec = GetParam();
+  if (spec.value("rank", 0) > sensor.channels()) spec["rank"] = sensor.channels();
+  const Frames changes = random_matrix(5, sensor.channels(), 3);
+  const Images expected = reconstruct(*fitted(spec, sensor), changes, sensor).images;
+  const auto all = fitted(with(spec, "inference_averaging", false), sensor);
+  EXPECT_LT(relative_difference(reconstruct(*all, changes, sensor).images, expected), 1e-12);
+}
+
 /// The file holds the fit alone: each reader applies it in its own way.
 TEST_P(LinearInferenceOf, IsNotInTheFittedFile) {
   const TemporaryFolder folder;
