@@ -33,7 +33,7 @@ struct ChannelMask : MaskedChannels {
   static ChannelMask from_json(JsonObject& object);
   void add_to(nlohmann::json& parameters) const;
   /// Throws InputError where the list names electrodes that the sensor has not, or leaves fewer
-  /// than five: the least that a sensor can have.
+  /// than five: the least that a sensor can have, or no channel.
   void check(const Sensor& sensor) const;
 
  private:

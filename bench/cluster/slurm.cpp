@@ -65,7 +65,7 @@ std::vector<int> elements_from(std::string text, const std::string& line) {
   text = text.substr(0, text.find('%'));
   std::vector<int> elements;
   for (const std::string& range : split(text, ",")) {
-    if (!range.empty() && range.find("...") == std::string::npos) add_range(range, line, elements);
+    if (!range.empty()) add_range(range, line, elements);
   }
   return elements;
 }

@@ -18,8 +18,8 @@ struct SlurmTask {
 };
 
 /// The words of `squeue -h -o "%F|%K|%T|%N"`: a line for each task, the elements of an array that
-/// wait in one line as ranges ("3,7-9%2", with a step "0-8:4", or cut short by "..."). Throws
-/// InputError for a line that is none.
+/// wait in one line as ranges ("3,7-9%2", with a step "0-8:4"). Throws InputError for a line that
+/// is none, or that is cut short ("...").
 std::vector<SlurmTask> tasks_from(const std::string& text);
 
 /// Those of these jobs that have not ended. Throws InputError where squeue fails.

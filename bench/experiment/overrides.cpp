@@ -131,8 +131,8 @@ json& member_of(json& object, const Override& one, std::size_t at) {
 }
 
 void apply_one(json& content, const Override& one) {
-  if (one.words.size() == 1 && one.value->is_null() && content.is_object() &&
-      content.contains(one.words[0])) {
+  if (one.words.size() == 1 && one.value->is_null() && content.is_object()) {
+    member_of(content, one, 0);  // refuses a slip
     content.erase(one.words[0]);
     return;
   }

@@ -18,7 +18,7 @@ struct BoundMap {
   Eigen::RowVectorXd place_mm, radius_mm;
 };
 
-/// Of a disc of `radius` (domain units) and `ratio` by BorderModel::derivatives.
+/// Of a disc of `radius` (domain units) and `ratio` by BorderModel::linearise.
 BoundMap bound_map(const Sensor& sensor, double radius, double ratio);
 
 inline constexpr double bound_map_db = 50;

@@ -21,11 +21,15 @@ constexpr milliseconds patience_at_the_end{1000};
 
 bool LineOutput::wait_for_reader() {
   if (!until_ && stop_.wait_to_write(STDOUT_FILENO)) return true;
-  const auto now = std::chrono::steady_clock::now();
-  if (!until_) until_ = now + patience_at_the_end;
-  const auto left = std::chrono::duration_cast<milliseconds>(*until_ - now);
+  if (!until_) until_ = std::chrono::steady_clock::now() + patience_at_the_end;
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
-  return ::poll(&output, 1, static_cast<int>(std::max(left, milliseconds(0)).count())) > 0;
+  int ready = 0;
+  do {
+    const auto left =
+        std::chrono::duration_cast<milliseconds>(*until_ - std::chrono::steady_clock::now());
+    ready = ::poll(&output, 1, static_cast<int>(std::max(left, milliseconds(0)).count()));
+  } while (ready < 0 && errno == EINTR);
+  return ready > 0;
 }
 
 void LineOutput::line(const nlohmann::json& value) {
@@ -41,7 +45,7 @@ void LineOutput::line(const nlohmann::json& value) {
       at += static_cast<std::size_t>(n);
     } else if (n == 0 || errno != EINTR) {
       open_ = false;
-      error_ = n < 0 && errno != EPIPE ? errno : 0;
+      error_ = n < 0 && errno != EPIPE && errno != ECONNRESET ? errno : 0;
     }
   }
 }

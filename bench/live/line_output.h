@@ -13,8 +13,8 @@ class LineOutput {
  public:
   explicit LineOutput(const Stop& stop) : stop_(stop) {}
 
-  /// Waits for a reader that is slow; beyond the end of the stream for a second in all, so that it
-  /// may still have the last lines.
+  /// Waits for a reader that is slow; once the stream was told to end, for a second in all, so that
+  /// it may still have the last lines.
   void line(const nlohmann::json& value);
   /// Whether all lines got out; nobody reads them any more, else, or `error` says why not.
   bool open() const { return open_; }
@@ -27,7 +27,7 @@ class LineOutput {
   const Stop& stop_;
   bool open_ = true;
   int error_ = 0;
-  std::optional<std::chrono::steady_clock::time_point> until_;  ///< once the stream has ended
+  std::optional<std::chrono::steady_clock::time_point> until_;  ///< once it was told to end
 };
 
 }  // namespace ertbench

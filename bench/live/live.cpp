@@ -84,13 +84,14 @@ class Stream {
       }
       mailbox_.close(stop_.stopped());
     });
+    bool ended = false;
     try {
-      answer_all();
+      ended = answer_all();
     } catch (...) {
       failure = std::current_exception();
     }
     const bool told = stop_.stopped();
-    stop_.stop();
+    if (!ended) stop_.stop();  // else a slow reader may take its time for the last lines
     mailbox_.close(true);
     thread.join();
     if (!failure) failure = input_failure;
@@ -102,8 +103,12 @@ class Stream {
                                               : why;
     try {
       finish_record(parameters);
-    } catch (...) {
-      if (!failure) failure = std::current_exception();
+    } catch (const std::exception& error) {
+      if (failure) {
+        spdlog::error("{}", error.what());  // beside what ends the program
+      } else {
+        failure = std::current_exception();
+      }
     }
     summary_.seconds = seconds_since(start_);
     say_end();
@@ -125,11 +130,12 @@ class Stream {
     summary_.counts.dropped = mailbox_.dropped() + source_.lost_before();
   }
 
-  void answer_all() {
+  /// Whether the input has ended and all of it was answered.
+  bool answer_all() {
     ArrivedFrame frame;
     while (output_.open()) {
       const Mailbox::Taken taken = mailbox_.take(frame, look_around);
-      if (taken == Mailbox::Taken::closed) return;
+      if (taken == Mailbox::Taken::closed) return true;
       count();
       if (taken == Mailbox::Taken::nothing) {
         listen();
@@ -144,6 +150,7 @@ class Stream {
       }
       say_damage();
     }
+    return false;
   }
 
   /// Takes a frame as one of the untouched skin.

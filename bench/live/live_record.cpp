@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
@@ -69,10 +70,9 @@ LiveRecord::~LiveRecord() {
     changed_.notify_all();
     writer_.join();
   }
-  if (raw_stays_) return;
-  for (const fs::path& raw : raw_) {
+  for (std::size_t p = 0; p < parts; ++p) {
     std::error_code ignored;
-    fs::remove(raw, ignored);
+    if (p != frames || !frames_stay_) fs::remove(raw_[p], ignored);
   }
 }
 
@@ -83,11 +83,7 @@ void LiveRecord::put(std::vector<Row> rows) {
       ++not_kept_;
       return;
     }
-    for (Row& row : rows) {
-      if (row.part == contacts) row.values[0] = static_cast<double>(answered_);
-      if (row.part == answers) ++answered_;  // behind its contacts
-      queue_.push_back(std::move(row));
-    }
+    for (Row& row : rows) queue_.push_back(std::move(row));
   }
   changed_.notify_all();
 }
@@ -101,37 +97,53 @@ void LiveRecord::came(const ArrivedFrame& frame, double time_s) {
 }
 
 void LiveRecord::answered(std::uint64_t frame, double latency_s, const LiveAnswer& answer) {
-  std::vector<Row> rows;
-  for (const ContactReading& one : answer.reading.contacts) {
-    rows.push_back(
-        {contacts, {0, one.place_mm.x(), one.place_mm.y(), one.strength, one.peak, one.area_mm2}});
-  }
   const auto alarm = answer.alarm ? std::optional(*answer.alarm ? 1.0 : 0.0) : std::nullopt;
   Row row{answers,
           {static_cast<double>(frame), latency_s, static_cast<double>(answer.report.status),
            static_cast<double>(answer.report.reasons), or_nan(answer.force_N), or_nan(alarm)}};
   row.values.insert(row.values.end(), answer.image.row(0).begin(), answer.image.row(0).end());
+  std::vector<Row> rows;
   rows.push_back(std::move(row));
+  for (const ContactReading& one : answer.reading.contacts) {
+    rows.push_back(
+        {contacts, {0, one.place_mm.x(), one.place_mm.y(), one.strength, one.peak, one.area_mm2}});
+  }
   put(std::move(rows));
 }
 
 void LiveRecord::write_rows() {
+  bool answer_is_kept = false;
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [&] { return over_ || !queue_.empty(); });
     if (queue_.empty()) return;
-    const Row row = std::move(queue_.front());
+    Row row = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    const auto bytes = static_cast<std::streamsize>(row.values.size() * sizeof(double));
-    streams_[row.part].write(reinterpret_cast<const char*>(row.values.data()), bytes);
-    if (streams_[row.part]) {
-      written_[row.part] += row.values.size();
-    } else if (not_kept_++ == 0) {
-      spdlog::warn("--record: the disk refuses rows; make room, they are not kept");
+    if (row.part == contacts) row.values[0] = static_cast<double>(rows_of(answers)) - 1;
+    if (row.part != contacts || answer_is_kept) {
+      const bool kept = write(row);
+      if (row.part == answers) answer_is_kept = kept;
     }
     lock.lock();
   }
+}
+
+bool LiveRecord::write(const Row& row) {
+  std::ofstream& stream = streams_[row.part];
+  const auto bytes = static_cast<std::streamsize>(row.values.size() * sizeof(double));
+  if (stream.write(reinterpret_cast<const char*>(row.values.data()), bytes)) {
+    written_[row.part] += row.values.size();
+    return true;
+  }
+  ++not_kept_;
+  if (!std::exchange(refused_, true)) {
+    spdlog::warn("--record: the disk refuses rows, which are not kept; make room");
+  }
+  // The next row takes the place of what there is of this one.
+  stream.clear();
+  stream.seekp(static_cast<std::streamoff>(written_[row.part] * sizeof(double)));
+  return false;
 }
 
 void LiveRecord::copy(Part part,
@@ -155,27 +167,28 @@ bool LiveRecord::finish(const Eigen::RowVectorXd& reference, const std::string& 
   }
   changed_.notify_all();
   writer_.join();
-  bool whole = true;
   for (std::ofstream& stream : streams_) {
     stream.close();
-    whole &= !stream.fail();
+    refused_ |= stream.fail();
   }
-  const std::string not_whole =
-      file_.string() + ": is not whole, as the disk refused some of it; make room";
   if (rows_of(frames) == 0) {
-    if (!whole) throw InputError(not_whole);
+    if (refused_) {
+      throw InputError(file_.string() + ": not written, as the disk refused it; make room");
+    }
     return false;
   }
   try {
     replace_file(file_, [&](const fs::path& place) { write_file(place, reference, solver); });
   } catch (const std::exception& error) {
-    raw_stays_ = true;
+    frames_stay_ = true;
     throw InputError(file_.string() + ": cannot be written (" + error.what() +
                      "); what came stays as rows of " + std::to_string(width_[frames]) +
                      " doubles in " + raw_[frames].string() +
                      ": the frame's number, its time in s, its voltages");
   }
-  if (!whole) throw InputError(not_whole);
+  if (refused_) {
+    throw InputError(file_.string() + ": is not whole, as the disk refused some of it; make room");
+  }
   return true;
 }
 

@@ -44,8 +44,8 @@ class LiveRecord {
   void answered(std::uint64_t frame, double latency_s, const LiveAnswer& answer);
 
   /// Writes the file and returns whether there was any frame; without one there is no file. Throws
-  /// InputError where the disk refuses it; the raw files stay then, and the message says how they
-  /// are read.
+  /// InputError where the disk refuses it; the raw file of the frames stays then, and the message
+  /// says how it is read.
   bool finish(const Eigen::RowVectorXd& reference, const std::string& solver);
   /// Rows that found no place in the queue, or none on the disk.
   std::uint64_t not_kept() const { return not_kept_; }
@@ -59,6 +59,7 @@ class LiveRecord {
 
   void put(std::vector<Row> rows);
   void write_rows();
+  bool write(const Row& row);
   void write_file(const std::filesystem::path& place, const Eigen::RowVectorXd& reference,
                   const std::string& solver) const;
   std::uint64_t rows_of(Part part) const { return written_[part] / width_[part]; }
@@ -70,13 +71,13 @@ class LiveRecord {
   std::ofstream streams_[parts];
   std::uint64_t width_[parts];      ///< numbers in a row
   std::uint64_t written_[parts]{};  ///< numbers
-  std::uint64_t answered_ = 0;
   std::atomic<std::uint64_t> not_kept_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Row> queue_;
   bool over_ = false;
-  bool raw_stays_ = false;
+  bool refused_ = false;  ///< the disk, some row
+  bool frames_stay_ = false;
   std::thread writer_;
 };
 

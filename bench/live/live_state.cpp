@@ -89,7 +89,8 @@ void LiveState::update(const LiveCounts& counts, double time_s, const ArrivedFra
   counts_ = counts;
   time_s_ = time_s;
   latency_.add(latency_s);
-  if (time_s < shown_s_ + shown_every_s) return;
+  if (time_s < answer_s_ + shown_every_s) return;
+  answer_s_ = time_s;
   answer_ = answer;
   frame_ = frame.number;
   latency_s_ = latency_s;

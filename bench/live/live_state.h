@@ -42,7 +42,7 @@ class LiveState {
   explicit LiveState(LiveHeading heading) : heading_(std::move(heading)) {}
 
   /// By the one writer. Counts and the latency always; the answer, where there is one, only if the
-  /// last was shown long enough ago.
+  /// last answer was shown long enough ago.
   void update(const LiveCounts& counts, double time_s);
   void update(const LiveCounts& counts, double time_s, const ArrivedFrame& frame,
               const LiveAnswer& answer, double latency_s);
@@ -71,6 +71,7 @@ class LiveState {
   LatencyHistogram latency_;
   double time_s_ = 0;
   double shown_s_ = -1;
+  double answer_s_ = -1;  ///< when the answer was taken
   double silent_s_ = 0;
   double latency_s_ = 0;
   std::uint64_t frame_ = 0;

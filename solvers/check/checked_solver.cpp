@@ -125,13 +125,13 @@ class CheckedSolver::MaskingFinder final : public ContactFinder {
       report.dead = check_.judge(changes.row(f).data()).dead;
       const std::unique_ptr<FrameStream> alone =
           report.dead != 0 ? solver_.open_stream() : std::unique_ptr<FrameStream>();
-      if (!alone) {
+      if (!alone || !alone->contacts()) {
         solver_.contact_finder()->find_contacts(changes.row(f),
                                                 contacts.subspan(static_cast<std::size_t>(f), 1));
         continue;
       }
       alone->reconstruct(changes.row(f), image, {&report, 1});
-      if (alone->contacts()) contacts[static_cast<std::size_t>(f)] = *alone->contacts();
+      contacts[static_cast<std::size_t>(f)] = *alone->contacts();
     }
   }
 
@@ -203,10 +203,12 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
       reports[static_cast<std::size_t>(f)].dead = verdict.dead;
     }
   }
+  const std::optional<Frames> cleared = without_masked(changes);
+  const FramesView given = cleared ? FramesView(*cleared) : changes;
   if (stream != nullptr) {
-    stream->reconstruct(changes, images, reports);
+    stream->reconstruct(given, images, reports);
   } else {
-    inner_->reconstruct(changes, images, reports);
+    inner_->reconstruct(given, images, reports);
   }
   for (const Eigen::Index pixel : off_sheet_) images.col(pixel).setZero();
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
@@ -223,6 +225,16 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
     const FrameCheck::Verdict verdict = masked_.detect ? before : verdict_of(f);
     FrameCheck::report(verdict, masked_.detect && verdict.dead != 0, report);
   }
+}
+
+std::optional<Frames> CheckedSolver::without_masked(FramesView changes) const {
+  if (masked_.electrodes == 0) return std::nullopt;
+  bool finite = true;
+  for (Eigen::Index f = 0; finite && f < changes.rows(); ++f) finite = all_finite(changes.row(f));
+  if (finite) return std::nullopt;
+  Frames out = Frames::Zero(changes.rows(), changes.cols());
+  for (const Eigen::Index channel : taken_) out.col(channel) = changes.col(channel);
+  return out;
 }
 
 bool CheckedSolver::is_finite(const FramesView& changes, const ImagesView& images,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ namespace ertbench {
 /// - A file of another type of solvers or another sensor is refused, and so are datasets of another
 ///   sensor.
 ///
-/// Adds nothing to the heap, and to the time of a frame that of the judgement (1 us).
+/// Adds nothing to the heap, and to the time of a frame that of the judgement (1 us), but where
+/// contacts are asked for of a frame with dead electrodes.
 class CheckedSolver final : public Solver {
  public:
   /// Takes its own keys from the object and leaves the rest to `info.make`.
@@ -42,7 +44,8 @@ class CheckedSolver final : public Solver {
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
   MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
   std::unique_ptr<Solver> transport() const override { return inner_->transport(); }
-  /// The solver's own; one that tells it the dead electrodes of each frame, where it asks for them.
+  /// The solver's own; one that tells it the dead electrodes of each frame, where it asks for them
+  /// and has streams.
   const ContactFinder* contact_finder() const override;
   /// Never null.
   std::unique_ptr<FrameStream> open_stream() const override;
@@ -61,6 +64,9 @@ class CheckedSolver final : public Solver {
   void reconstruct_block(FrameStream* stream, FramesView changes, ImagesView images,
                          std::span<FrameReport> reports) const;
   bool is_finite(const FramesView& changes, const ImagesView& images, Eigen::Index frame) const;
+  /// The frames with zeros for what the solver leaves out, where any of that is not finite; else
+  /// nothing.
+  std::optional<Frames> without_masked(FramesView changes) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
 
   std::string type_;

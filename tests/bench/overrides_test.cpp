@@ -38,6 +38,7 @@ TEST(Overrides, PutValuesIntoThePlacesThatTheirPathsName) {
   EXPECT_EQ(with(content, {"a.new=1"}).at("a").at("new"), 1);
   EXPECT_EQ(with(content, {"timing.enabled=false"}).at("timing").at("enabled"), false);
   EXPECT_EQ(with(content, {"a=null"}), json::parse(R"({"e": "f"})"));
+  EXPECT_EQ(with(content, {"folds=null"}), content);
   EXPECT_TRUE(with(content, {"a.b.0=null"}).at("a").at("b").at(0).is_null());
 }
 

@@ -1,8 +1,11 @@
 // The plans of single frames against libtorch: the same layers, nothing of ours.
 
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <torch/torch.h>
+#include <unistd.h>
 
+#include <cstring>
 #include <thread>
 
 #include "models/inference/plan_builder.h"
@@ -38,9 +41,33 @@ void disturb(Network& network, std::int64_t channels) {
   network.eval();
 }
 
+/// Numbers behind which nothing may be read.
+class GuardedNumbers {
+ public:
+  explicit GuardedNumbers(const torch::Tensor& numbers)
+      : page_(static_cast<std::size_t>(::sysconf(_SC_PAGESIZE))),
+        bytes_(static_cast<std::size_t>(numbers.numel()) * sizeof(float)),
+        pages_((bytes_ + page_ - 1) / page_ * page_),
+        place_(static_cast<char*>(::mmap(nullptr, pages_ + page_, PROT_READ | PROT_WRITE,
+                                         MAP_PRIVATE | MAP_ANONYMOUS, -1, 0))) {
+    ::mprotect(place_ + pages_, page_, PROT_NONE);
+    std::memcpy(place_ + pages_ - bytes_, numbers.contiguous().data_ptr<float>(), bytes_);
+  }
+  GuardedNumbers(const GuardedNumbers&) = delete;
+  GuardedNumbers& operator=(const GuardedNumbers&) = delete;
+  ~GuardedNumbers() { ::munmap(place_, pages_ + page_); }
+  const float* data() const { return reinterpret_cast<const float*>(place_ + pages_ - bytes_); }
+
+ private:
+  std::size_t page_;
+  std::size_t bytes_;
+  std::size_t pages_;
+  char* place_;
+};
+
 torch::Tensor run(const InferencePlan& plan, const torch::Tensor& frame, std::int64_t outputs) {
   const torch::Tensor image = torch::empty({outputs});
-  plan.run(frame.contiguous().data_ptr<float>(), image.data_ptr<float>());
+  plan.run(GuardedNumbers(frame).data(), image.data_ptr<float>());
   return image;
 }
 

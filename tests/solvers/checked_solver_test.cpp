@@ -31,6 +31,7 @@ struct Behaviour {
   std::function<void(ImagesView, std::span<FrameReport>)> image = [](ImagesView images, auto) {
     images.setConstant(-1);
   };
+  int fits = 0;
   std::vector<Eigen::Index> blocks;  ///< frames of each call
   std::vector<ElectrodeSet> dead;    ///< of each frame, as the solver was told
 };
@@ -40,7 +41,7 @@ class Puppet final : public Solver {
   explicit Puppet(Behaviour& behaviour) : behaviour_(behaviour) {}
   json parameters() const override { return behaviour_.parameters; }
   FitReport fit_report() const override { return behaviour_.report; }
-  void fit(const FitInput&) override {}
+  void fit(const FitInput&) override { ++behaviour_.fits; }
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override {
     behaviour_.blocks.push_back(changes.rows());
@@ -198,11 +199,17 @@ TEST(CheckedSolver, WhatMaskedChannelsReadDoesNotMatterAndOthersDo) {
 }
 
 TEST(CheckedSolver, RefusesDatasetsOfAnotherSensor) {
+  const TemporaryFolder folder;
+  Sensor other;
+  other.background *= 2;
+  generate_dataset(random_contacts(20, other), folder / "other.h5");
+  const DatasetFile training(folder / "other.h5");
   static const ValidationFile validation(300);
   Behaviour behaviour;
   FitInput input = validation.input();
-  input.sensor.background *= 2;
+  input.training = &training;
   EXPECT_THROW(make_puppet(behaviour)->fit(input), InputError);
+  EXPECT_EQ(behaviour.fits, 0);
 }
 
 TEST(CheckedSolver, RefusesCallsThatBreakTheContract) {

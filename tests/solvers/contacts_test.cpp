@@ -99,8 +99,6 @@ TEST(Contacts, OfTwoFarApartAreNeverNone) {
   EXPECT_GE(both, 48);
 }
 
-/// Where one contact has to stand for several, the image shows the one that is listed, though none
-/// would have more evidence.
 TEST(Contacts, AreFoundWithoutTheDeadElectrodes) {
   const Scene scene{{disc(0.3, -0.2, 0.25, 0.5)}};
   const Frames clean = frame_of(scene, 70, 1);
@@ -131,6 +129,8 @@ TEST(Contacts, AreFoundWithoutTheDeadElectrodes) {
   EXPECT_LT((found[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 0.01);
 }
 
+/// Where one contact has to stand for several, the image shows the one that is listed, though none
+/// would have more evidence.
 TEST(Contacts, ThatAreListedAreInTheImage) {
   const auto solver = solver_for(60, {{"most_contacts", 1}});
   int listed = 0;

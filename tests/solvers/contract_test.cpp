@@ -360,6 +360,14 @@ TEST_P(MaskedFrames, AreImagedWithoutTheirDeadElectrodes) {
     EXPECT_LE(relative_difference(reconstruct(*listed, changes.row(f)).images, one.images),
               linear() ? 1e-8 : 1e-2);
   }
+  const Reconstruction zeros = reconstruct(*listed, changes.row(1));
+  Frames without_numbers = changes.row(1);
+  for_dead_channels(without_numbers.row(0), 1u << 2 | 1u << 7, [](double& change, double) {
+    change = std::numeric_limits<double>::quiet_NaN();
+  });
+  const Reconstruction of_nan = reconstruct(*listed, without_numbers);
+  EXPECT_EQ(of_nan.images, zeros.images);
+  EXPECT_EQ(of_nan.reports[0].status, zeros.reports[0].status);
 }
 
 TEST_P(MaskedFrames, MayHaveNoLiveElectrode) {

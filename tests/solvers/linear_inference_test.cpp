@@ -47,7 +47,7 @@ TEST_P(LinearInferenceOf, AveragingIsNothingWherePairsAreSingle) {
   Sensor sensor;
   sensor.drive.kind = PairPattern::Kind::opposite;
   json spec = GetParam();
-  if (spec.value("rank", 0) > sensor.channels()) spec["rank"] = sensor.channels();
+  if (spec.value("rank", 0) > 70) spec["rank"] = 70;  // of a numerical rank of 76
   const Frames changes = random_matrix(5, sensor.channels(), 3);
   const Images expected = reconstruct(*fitted(spec, sensor), changes, sensor).images;
   const auto all = fitted(with(spec, "inference_averaging", false), sensor);
