@@ -148,10 +148,11 @@ std::vector<OperatingPoint> operating_curve(const Detector& detector,
     }
     out.push_back(point);
   }
-  const auto most = std::max_element(out.begin(), out.end(), [](const auto& a, const auto& b) {
+  // The last of the largest: an image that is either empty or a contact has as many at any factor.
+  const auto most = std::max_element(out.rbegin(), out.rend(), [](const auto& a, const auto& b) {
     return a.quiet.alarms < b.quiet.alarms;
   });
-  if (most->quiet.alarms > 0) out.erase(std::next(most), out.end());
+  if (most->quiet.alarms > 0) out.erase(most.base(), out.end());
   return out;
 }
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -308,6 +309,34 @@ TEST(CollisionDetectors, AThresholdForEachRegionFindsWhatOneForAllMisses) {
     EXPECT_GE(curve[i].found.count, curve[i - 1].found.count);
   }
   EXPECT_EQ(curve.back().found.count, curve.back().found.total);
+}
+
+TEST(CollisionDetectors, AnImageThatIsEmptyOrAContactKeepsTheFittedPointOfItsCurve) {
+  CollisionTruth truth;
+  truth.region_shares = {1};
+  truth.calibration = equal_runs(20, 1000);
+  truth.quiet = equal_runs(20, 1000);
+  DetectorSignals signals;
+  for (AlarmSignal* signal : {&signals.calibration, &signals.quiet}) {
+    signal->magnitude.assign(truth.quiet.frames(), 0.0);
+    signal->region.assign(truth.quiet.frames(), 0);
+  }
+  for (std::size_t f = 500; f < truth.quiet.frames(); f += 1000) signals.quiet.magnitude[f] = 50;
+  for (std::size_t p = 0; p < 60; ++p) {
+    truth.presses.push_back({1 + 0.01 * double(p), 0, p});
+    signals.presses.magnitude.push_back(p % 2 == 0 ? 50 : 0);
+    signals.presses.region.push_back(0);
+  }
+  Detector detector;
+  detector.thresholds.resize(1);
+  detector.thresholds[0].value = 0.001;
+  const ShareBin bin{1, 1.59, 1.3, {}};
+  const auto curve = operating_curve(detector, signals, truth, bin);
+  const auto fitted = std::find_if(curve.begin(), curve.end(),
+                                   [](const OperatingPoint& point) { return point.factor == 1; });
+  ASSERT_NE(fitted, curve.end());
+  EXPECT_EQ(fitted->quiet.alarms, 20);
+  EXPECT_EQ(fitted->found.count, 30);
 }
 
 }  // namespace
