@@ -148,11 +148,13 @@ std::vector<OperatingPoint> operating_curve(const Detector& detector,
     }
     out.push_back(point);
   }
-  // The last of the largest: an image that is either empty or a contact has as many at any factor.
-  const auto most = std::max_element(out.rbegin(), out.rend(), [](const auto& a, const auto& b) {
-    return a.quiet.alarms < b.quiet.alarms;
+  int most = 0;
+  for (const OperatingPoint& point : out) most = std::max(most, point.quiet.alarms);
+  // An image that is either empty or a contact has about as many alarms at any factor.
+  const auto last = std::find_if(out.rbegin(), out.rend(), [&](const OperatingPoint& point) {
+    return point.quiet.alarms >= 0.9 * most;
   });
-  if (most->quiet.alarms > 0) out.erase(most.base(), out.end());
+  if (most > 0) out.erase(last.base(), out.end());
   return out;
 }
 

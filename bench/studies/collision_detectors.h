@@ -106,7 +106,7 @@ Detector assess_detector(const std::string& label, AlarmRule rule, const Detecto
 std::optional<std::size_t> reference_bin(const std::vector<Detector>& detectors);
 
 /// False alarms and presses found in the bin, by threshold factor. Factors so low that alarms run
-/// into each other, and become fewer, are left out.
+/// into each other, and become fewer by a tenth and more, are left out.
 std::vector<OperatingPoint> operating_curve(const Detector& detector,
                                             const DetectorSignals& signals,
                                             const CollisionTruth& truth, const ShareBin& bin);

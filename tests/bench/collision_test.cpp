@@ -322,6 +322,9 @@ TEST(CollisionDetectors, AnImageThatIsEmptyOrAContactKeepsTheFittedPointOfItsCur
     signal->region.assign(truth.quiet.frames(), 0);
   }
   for (std::size_t f = 500; f < truth.quiet.frames(); f += 1000) signals.quiet.magnitude[f] = 50;
+  // Two alarms at a high threshold that are one at the fitted one.
+  signals.quiet.magnitude[501] = 0.002;
+  signals.quiet.magnitude[502] = 50;
   for (std::size_t p = 0; p < 60; ++p) {
     truth.presses.push_back({1 + 0.01 * double(p), 0, p});
     signals.presses.magnitude.push_back(p % 2 == 0 ? 50 : 0);
@@ -334,6 +337,7 @@ TEST(CollisionDetectors, AnImageThatIsEmptyOrAContactKeepsTheFittedPointOfItsCur
   const auto curve = operating_curve(detector, signals, truth, bin);
   const auto fitted = std::find_if(curve.begin(), curve.end(),
                                    [](const OperatingPoint& point) { return point.factor == 1; });
+  EXPECT_EQ(curve.front().quiet.alarms, 21);
   ASSERT_NE(fitted, curve.end());
   EXPECT_EQ(fitted->quiet.alarms, 20);
   EXPECT_EQ(fitted->found.count, 30);
