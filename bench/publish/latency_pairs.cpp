@@ -31,10 +31,7 @@ bool work_follows_frame(const ResultRow& row) {
   return iterates || adds_contacts || is_mixture;
 }
 
-/// Whether two ranges are nearer to each other than `latency_slack`.
-bool meet(const Interval& a, const Interval& b) {
-  return a.low <= b.high * (1 + latency_slack) && b.low <= a.high * (1 + latency_slack);
-}
+bool meet(const Interval& a, const Interval& b) { return a.low <= b.high && b.low <= a.high; }
 
 Interval range(const std::vector<double>& values) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
@@ -172,14 +169,13 @@ Table latency_table(const std::vector<LatencyPair>& pairs) {
   table.text =
       "Every latency in a table comes from the same stage: raw voltages to the finished image of "
       "one frame, one thread, in rounds that all solvers of an experiment share. Here is each pair "
-      "of results that time a solver with the same settings: the median of p50 over the rounds of "
-      "all "
+      "of "
+      "results that time a solver with the same settings: the median of p50 over the rounds of all "
       "their test sets, since what a frame costs does not depend on the set, and the interval from "
       "the least to the greatest. Solvers whose work is as much as a frame asks for (they iterate, "
       "add contacts or leave out components that weigh nothing) are paired where the test sets are "
-      "the same as well. Two agree where these meet to " +
-      fixed(100 * latency_slack, 0) +
-      " %, in µs or in units of the calibration loop that runs beside each round.";
+      "the same as well. Two agree where these meet, in µs or in units of the calibration loop "
+      "that runs beside each round.";
   TableSection& section = table.sections.emplace_back();
   section.columns = {{"solver", Align::left},    {"in", Align::left},
                      {"p50 (µs)", Align::right}, {"and in", Align::left},

@@ -28,17 +28,11 @@ struct TimedSolver {
   bool says_build = false;  ///< whether the rows themselves say which build timed them
 };
 
-/// Ranges of times that are this near to each other, relatively, agree: where nothing differs the
-/// ranges of three rounds each lie apart in one of ten pairs, and the clock of a machine that
-/// others use too is no steadier between two runs.
-constexpr double latency_slack = 0.02;
-
 /// Two results' times of one solver with the same settings.
 struct LatencyPair {
   TimedSolver first;
   TimedSolver second;
-  /// Whether their intervals meet, to `latency_slack`, in µs or in units of the calibration loop.
-  bool agree = false;
+  bool agree = false;  ///< whether their intervals meet, in µs or in units of the calibration loop
   std::string reason;  ///< why they may differ where they do: machine, build; empty: there is none
 };
 
