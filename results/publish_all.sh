@@ -4,11 +4,14 @@
 #   results/publish_all.sh --plan      what it will take
 #   results/publish_all.sh             all of it
 #   results/publish_all.sh NAME...     some of it, by the names of the experiments
+#   results/publish_all.sh --clocks    the times of all tables again, together on this machine
 #
 # It may be cut off at any time: the same command goes on where it stopped, since fits, records and
 # the frames of limits are kept in the cache and in results/. Each experiment is committed when it
 # is finished; that commit changes results alone, so that the next is still of the same sources.
-# Clocks are taken at the end of each experiment: leave the machine to it.
+# Clocks are taken at the end of each experiment: leave the machine to it. Where the experiments came
+# from several machines, or from one over days, --clocks makes their times comparable. (Studies of
+# touch count times in; their own stay. So do those of other people's programs.)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -49,12 +52,29 @@ experiments=(
   "peers"
 )
 
+clocks=(quick table_c1 table_c1_broad table_c1_fine table_c1_literal table_c1_continuous
+  speed_accuracy two_fingers)
+
+publish_clocks() {
+  local files=() name
+  for name in "${clocks[@]}"; do files+=("experiments/$name.json"); done
+  ./ertbench publish --clocks "${files[@]}"
+  commit_published "Published: the clocks of all tables"
+}
+
+# commit_published MESSAGE: what publishing has changed.
+commit_published() {
+  git add -A results/published README.md docs
+  git diff --cached --quiet || git commit --quiet --message "$1"
+}
+
 plan=false
 wanted=()
 for argument in "$@"; do
   case "$argument" in
     --plan) plan=true ;;
-    -*) echo "usage: results/publish_all.sh [--plan] [NAME...]" >&2; exit 2 ;;
+    --clocks) publish_clocks; exit 0 ;;
+    -*) echo "usage: results/publish_all.sh [--plan | --clocks | NAME...]" >&2; exit 2 ;;
     *) wanted+=("$argument") ;;
   esac
 done
@@ -85,6 +105,5 @@ for line in "${chosen[@]}"; do
     ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)" $options
   fi
   ./ertbench publish "experiments/$name.json"
-  git add -A results/published README.md docs
-  git diff --cached --quiet || git commit --quiet --message "Published: $name"
+  commit_published "Published: $name"
 done

@@ -4,6 +4,7 @@
 #include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
+#include "bench/publish/clocks.h"
 #include "bench/publish/publish.h"
 #include "bench/publish/publish_plan.h"
 #include "bench/run/machine_load.h"
@@ -21,6 +22,7 @@ struct PublishArguments {
   int jobs = usable_cores();
   bool pages = false;
   bool plan = false;
+  bool clocks = false;
 };
 
 /// Prints what fitting would take, and makes nothing.
@@ -43,12 +45,20 @@ ExitCode publish(const PublishArguments& arguments) {
     return done;
   }
   if (!arguments.experiments.empty()) require_committed(project);
+  const Cache cache = Cache::standard().with(Reuse::clean);
+  if (arguments.clocks) {
+    const Clocks clocks({arguments.experiments.begin(), arguments.experiments.end()}, project,
+                        cache);
+    clocks.take(arguments.jobs);
+    clocks.write();
+    publish_pages(project);
+    return done;
+  }
   int failures = 0;
   for (const std::string& file : arguments.experiments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
-    failures += publish_experiment(experiment, project, Cache::standard().with(Reuse::clean),
-                                   arguments.jobs);
+    failures += publish_experiment(experiment, project, cache, arguments.jobs);
     std::printf("published %s in %s\n", experiment.name.c_str(),
                 printable_path((project / "results/published" / experiment.name).string()).c_str());
   }
@@ -67,11 +77,17 @@ Action add_publish(CLI::App& command) {
   command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are");
   command.add_flag("--plan", arguments->plan,
                    "Print what fitting will take, as earlier fits took; make nothing");
+  command
+      .add_flag("--clocks", arguments->clocks,
+                "Take the times of what is published again, those of all experiments together")
+      ->needs(command.get_option("experiments"));
   command.footer(
       "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
       "Refuses a tree with changes that are not committed, and a program that was built of other\n"
       "sources. Runs what is missing; results of builds with changes are made again. Pages are\n"
-      "*.md.in: their numbers are references into results/published (bench/pages/page.h).");
+      "*.md.in: their numbers are references into results/published (bench/pages/page.h).\n"
+      "--clocks leaves all numbers but times as they were published, perhaps on another machine;\n"
+      "networks that the cache does not have are trained for the clock alone.");
   return [arguments] { return publish(*arguments); };
 }
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "bench/publish/publish.h"
+#include "bench/publish/published_folder.h"
 #include "core/json_reader.h"
 #include "core/quantile.h"
 #include "core/text.h"
@@ -92,7 +92,9 @@ std::vector<TimedSolver> timed_solvers(const std::string& result, const json& pr
                       timed_settings(row, test_sets),
                       {},
                       {},
-                      provenance.value("cpu", "unknown"),
+                      row.timed_on && !row.timed_on->cpu.empty()
+                          ? row.timed_on->cpu
+                          : provenance.value("cpu", "unknown"),
                       "commit " + provenance.value("commit", "unknown")};
     if (!row.build.timed.empty()) {
       const BuildStamp& build = row.build.timed.front();

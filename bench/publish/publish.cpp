@@ -4,6 +4,7 @@
 
 #include "bench/pages/page.h"
 #include "bench/publish/latency_pairs.h"
+#include "bench/publish/published_folder.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
 #include "bench/run/stages.h"
@@ -54,26 +55,6 @@ void publish_limits(const ExperimentResults& results, const fs::path& from, cons
   }
 }
 
-/// Puts `made` in the place of `folder`, with the templates of pages that stand there.
-void replace_folder(const fs::path& folder, const fs::path& made) {
-  fs::path before = folder;
-  before += before_ending;
-  // A call that was cut off between the two renames has left the templates there.
-  if (fs::exists(before) && !fs::exists(folder)) fs::rename(before, folder);
-  fs::remove_all(before);
-  if (fs::exists(folder)) {
-    for (const auto& entry : fs::directory_iterator(folder)) {
-      if (!entry.path().string().ends_with(".md.in")) continue;
-      fs::copy_file(entry.path(), made / entry.path().filename());
-      const fs::path page = page_of(entry.path());
-      if (fs::exists(page)) fs::copy_file(page, made / page.filename());
-    }
-    fs::rename(folder, before);
-  }
-  fs::rename(made, folder);
-  fs::remove_all(before);
-}
-
 }  // namespace
 
 void require_committed(const fs::path& project) {
@@ -110,10 +91,7 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   run.jobs = jobs;
   const ExperimentResults results = run_stages(stages, experiment, cache, run);
   const fs::path published = project / "results/published" / experiment.name;
-  fs::path made = published;
-  made += part_ending;
-  fs::remove_all(made);
-  fs::create_directories(made);
+  const fs::path made = part_of(published);
   if (of_models) {
     report_stages(stages, experiment, results, made);
   } else {

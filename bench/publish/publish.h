@@ -9,11 +9,6 @@
 
 namespace ertbench {
 
-/// Of a folder beside results/published/NAME while that is made, and of what it replaces: no
-/// results.
-inline constexpr const char* part_ending = ".part";
-inline constexpr const char* before_ending = ".before";
-
 /// Throws InputError where the project's tree is not what its last commit says, where the program
 /// was built of other sources, or where there is no git. Changes below results/published and of the
 /// rendered pages do not count: publishing makes them.

@@ -18,6 +18,7 @@ struct TableText {
   std::string command;                                      ///< makes the table again
   PublishedTable published;
   Builds builds;
+  std::string clocks;  ///< of times that were taken after all else, sentences; else empty
 };
 
 /// The rows as a table for people: a section for each test set, in the order of their first rows,

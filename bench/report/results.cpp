@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "bench/analysis/differences.h"
 #include "bench/charts/chart.h"
 #include "bench/charts/reconstruction_figure.h"
 #include "bench/plot/drawing.h"
 #include "bench/record/provenance.h"
+#include "bench/report/dataset_description.h"
 #include "bench/report/experiment_report.h"
 #include "bench/report/result_table.h"
 #include "bench/report/training_results.h"
@@ -24,72 +26,6 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string interval_text(const std::pair<double, double>& interval) {
-  char text[64];
-  if (interval.first == interval.second) {
-    std::snprintf(text, sizeof text, "%g", interval.first);
-  } else {
-    std::snprintf(text, sizeof text, "%g to %g", interval.first, interval.second);
-  }
-  return text;
-}
-
-std::string added_noise_text(const Noise& noise) {
-  char snr[64];
-  std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *noise.snr_db, name_of(noise.basis));
-  return snr;
-}
-
-std::string measured_description(const DatasetSpec& spec) {
-  const MeasuredFrames& frames = *spec.measured();
-  std::string text = std::to_string(spec.count) + " frames of " + frames.name + " (checksum " +
-                     frames.checksum + "), rows " + std::to_string(frames.first) + " to " +
-                     std::to_string(frames.last - 1);
-  if (const auto& fold = frames.fold) {
-    text += ", of fold " + std::to_string(fold->number + 1) + " of " + std::to_string(fold->count) +
-            (fold->held_out ? " the part held out" : " the rest");
-  }
-  if (!frames.truth.places) text += "; where contacts are is not known";
-  if (!frames.truth.images) text += "; true images are not known";
-  if (spec.noise.snr_db) text += "; noise that trainings add, " + added_noise_text(spec.noise);
-  return text;
-}
-
-/// A dataset in a sentence, for the tables' legends.
-std::string description(const DatasetSpec& spec) {
-  if (spec.measured()) return measured_description(spec);
-  std::string text = std::to_string(spec.count) + " scenes, ";
-  if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
-    std::string shapes;
-    for (const DrawnShape shape : d->shapes) {
-      shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
-    }
-    text += interval_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
-            interval_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() +
-            "), conductivity " + interval_text(d->conductivity_ratio) +
-            " of the background, placed " +
-            (d->inside ? "inside the sheet" : "with their centres inside the sheet");
-  } else {
-    text += "listed in the experiment";
-  }
-  if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
-    text += "; voltages from a " + std::to_string(grid->side) + " x " + std::to_string(grid->side) +
-            " grid" + (grid->side == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
-  } else {
-    char fraction[64];
-    std::snprintf(fraction, sizeof fraction, "%g",
-                  std::get<ContinuousSheet>(spec.model).model_error);
-    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
-  }
-  if (spec.noise.snr_db) {
-    text += added_noise_text(spec.noise);
-  } else {
-    text += "no noise";
-  }
-  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
-  return text + "; seed " + std::to_string(spec.seed);
-}
 
 /// Nothing where the file is no longer there.
 MissedPromise missed_promise_in(const fs::path& file, const DatasetSpec& spec) {
@@ -161,55 +97,101 @@ void write_differences(const ExperimentResults& results, const fs::path& folder)
   write_file_atomically(folder / "differences.md", markdown_of(difference_table(differences)));
 }
 
+/// What stands around the tables of a result, but for the builds.
+TableText table_text(const Experiment& experiment, const nlohmann::json& summary) {
+  TableText text;
+  text.title = experiment.title;
+  text.published = experiment.published;
+  text.command = summary.at("command");
+  const auto missed = summary.find("missed_promises");
+  for (const DatasetSpec& test : experiment.tests) {
+    std::string& sentence = text.dataset_descriptions[test.name] = description(test);
+    if (missed != summary.end() && missed->contains(test.name)) {
+      sentence += "; " + missed->at(test.name).at("sentence").get<std::string>();
+    }
+  }
+  return text;
+}
+
+/// What the page has beside the rows, their tables and charts.
+struct BesideRows {
+  std::vector<ReportFigure> training_curves;
+  std::vector<ReportSection> sections;
+  std::vector<std::string> undrawn;  ///< figures that could not be drawn
+};
+
+/// The tables, the charts, the page and summary.json. Returns how many figures could not be drawn.
+std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                       const TableText& text, BesideRows beside, nlohmann::json summary,
+                       const fs::path& folder) {
+  summary["rows"] = nlohmann::json::array();
+  for (const ResultRow& row : rows) summary["rows"].push_back(to_json(row));
+  const Table table = result_table(rows, text);
+  write_file_atomically(folder / "table.md", markdown_of(table));
+  write_file_atomically(folder / "table.csv", csv_of(result_data(rows, experiment.published)));
+  write_file_atomically(folder / "table.tex", latex_of(table));
+  for (const auto& chart : experiment.charts) {
+    const bool drawn =
+        draw_or_say(folder / chart->name(), [&] { chart->draw(rows, experiment.title, folder); });
+    if (!drawn) beside.undrawn.push_back(chart->name());
+    chart->summarise(rows, summary);
+  }
+  summary.erase("undrawn");
+  if (!beside.undrawn.empty()) summary["undrawn"] = beside.undrawn;
+  const Report report = report_of(experiment, rows, text, beside.training_curves, beside.sections,
+                                  summary.at("provenance"), folder);
+  write_file_atomically(folder / "report.html", report_html(report));
+  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
+  return beside.undrawn.size();
+}
+
+/// Each once, in the order of the alphabet, as ExperimentResults::training has them.
+std::set<std::string> labels_of(const std::vector<ResultRow>& rows) {
+  std::set<std::string> labels;
+  for (const ResultRow& row : rows) labels.insert(row.label);
+  return labels;
+}
+
+Builds builds_from_json(const nlohmann::json& json) {
+  Builds builds;
+  for (const auto& [what, stamps] : json.items()) {
+    for (const nlohmann::json& stamp : stamps) {
+      if (const auto build = build_stamp_from_json(stamp)) builds[what].push_back(*build);
+    }
+  }
+  return builds;
+}
+
 }  // namespace
 
 std::size_t write_results(const Experiment& experiment, const Cache& cache,
                           const ExperimentResults& results,
                           const std::vector<ReportSection>& sections, const fs::path& folder) {
-  TableText text;
-  text.title = experiment.title;
-  text.published = experiment.published;
-  text.builds = results.builds;
-  text.command = results.command.empty()
-                     ? "./ertbench run " + printable_path(experiment.file.string())
-                     : results.command;
-  nlohmann::json missed_promises = nlohmann::json::object();
+  nlohmann::json summary = {
+      {"schema", 1},
+      {"experiment", experiment.name},
+      {"title", experiment.title},
+      {"question", experiment.question},
+      {"command", results.command.empty()
+                      ? "./ertbench run " + printable_path(experiment.file.string())
+                      : results.command},
+      {"provenance", provenance(experiment, results.jobs, results.measured)},
+      {"builds", to_json(results.builds)}};
+  if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
   for (const DatasetSpec& test : experiment.tests) {
-    text.dataset_descriptions[test.name] = description(test);
     const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
     if (missed.scenes == 0) continue;
-    text.dataset_descriptions[test.name] += "; " + missed.sentence();
-    missed_promises[test.name] = {{"scenes", missed.scenes},
-                                  {"of", missed.of},
-                                  {"model_error", missed.model_error},
-                                  {"largest_error", missed.largest_error},
-                                  {"sentence", missed.sentence()}};
+    summary["missed_promises"][test.name] = {{"scenes", missed.scenes},
+                                             {"of", missed.of},
+                                             {"model_error", missed.model_error},
+                                             {"largest_error", missed.largest_error},
+                                             {"sentence", missed.sentence()}};
   }
-  nlohmann::json summary = {{"schema", 1},
-                            {"experiment", experiment.name},
-                            {"title", experiment.title},
-                            {"question", experiment.question},
-                            {"command", text.command},
-                            {"provenance", provenance(experiment, results.jobs, results.measured)},
-                            {"builds", to_json(results.builds)},
-                            {"rows", nlohmann::json::array()}};
-  if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
-  if (!missed_promises.empty()) summary["missed_promises"] = missed_promises;
-  for (const ResultRow& row : results.rows) summary["rows"].push_back(to_json(row));
-  const Table table = result_table(results.rows, text);
-  write_file_atomically(folder / "table.md", markdown_of(table));
-  write_file_atomically(folder / "table.csv",
-                        csv_of(result_data(results.rows, experiment.published)));
-  write_file_atomically(folder / "table.tex", latex_of(table));
+  TableText text = table_text(experiment, summary);
+  text.builds = results.builds;
   std::vector<std::string> undrawn = undrawn_of(sections);
   if (!draw_figure(experiment, cache, results, folder)) undrawn.emplace_back("reconstructions");
   write_differences(results, folder);
-  for (const auto& chart : experiment.charts) {
-    const bool drawn = draw_or_say(folder / chart->name(),
-                                   [&] { chart->draw(results.rows, experiment.title, folder); });
-    if (!drawn) undrawn.push_back(chart->name());
-    chart->summarise(results.rows, summary);
-  }
   std::vector<ReportFigure> training_curves;
   for (const auto& [label, sources] : results.training) {
     const auto figure = write_training_results(label, sources, folder / "training");
@@ -221,12 +203,24 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
     summary["studies"][study.name] = study.result->summary();
     summary["studies"][study.name]["type"] = study.type;
   }
-  if (!undrawn.empty()) summary["undrawn"] = undrawn;
-  const Report report = report_of(experiment, results.rows, text, training_curves, sections,
-                                  summary.at("provenance"), folder);
-  write_file_atomically(folder / "report.html", report_html(report));
-  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
-  return undrawn.size();
+  return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,
+                    folder);
+}
+
+std::size_t rewrite_results(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                            const std::string& clocks, nlohmann::json summary,
+                            const fs::path& folder) {
+  TableText text = table_text(experiment, summary);
+  text.builds = builds_from_json(summary.at("builds"));
+  text.builds.erase("timing");  // `clocks` says it
+  text.clocks = clocks;
+  std::vector<ReportFigure> training_curves;
+  for (const std::string& label : labels_of(rows)) {
+    if (const auto figure = training_figure(label, folder / "training")) {
+      training_curves.push_back(*figure);
+    }
+  }
+  return write_rows(experiment, rows, text, {training_curves, {}, {}}, std::move(summary), folder);
 }
 
 std::size_t report_results(const Experiment& experiment, const Cache& cache,

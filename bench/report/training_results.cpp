@@ -40,6 +40,11 @@ std::string harmless_csv(const fs::path& file) {
   return out;
 }
 
+ReportFigure curves_of(const std::string& label, const fs::path& folder) {
+  return {label, folder / (label + ".svg"),
+          "losses and validation error; dots mark the epochs that were kept"};
+}
+
 }  // namespace
 
 std::optional<ReportFigure> write_training_results(const std::string& label,
@@ -61,8 +66,14 @@ std::optional<ReportFigure> write_training_results(const std::string& label,
   if (chart.runs.empty()) return std::nullopt;
   const bool drawn =
       draw_or_say(folder / label, [&] { draw_training_chart(chart, folder / label); });
-  return ReportFigure{label, folder / (label + ".svg"),
-                      "losses and validation error; dots mark the epochs that were kept", drawn};
+  ReportFigure figure = curves_of(label, folder);
+  figure.drawn = drawn;
+  return figure;
+}
+
+std::optional<ReportFigure> training_figure(const std::string& label, const fs::path& folder) {
+  ReportFigure figure = curves_of(label, folder);
+  return fs::exists(figure.svg) ? std::optional(figure) : std::nullopt;
 }
 
 }  // namespace ertbench

@@ -1,0 +1,270 @@
+#include "bench/publish/clocks.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "bench/charts/chart_types.h"
+#include "bench/publish/clock_stage.h"
+#include "bench/publish/published_folder.h"
+#include "bench/record/provenance.h"
+#include "bench/report/results.h"
+#include "bench/run/builds.h"
+#include "bench/run/job_records.h"
+#include "bench/run/runner.h"
+#include "core/errors.h"
+#include "core/json_reader.h"
+#include "core/text.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Some solvers of an experiment, as they are fitted for the clock.
+struct Clocks::Part {
+  Experiment experiment;
+  std::set<std::string> labels;
+  fs::path folder;  ///< of its records
+};
+
+/// A published result with the rows that are to be timed.
+struct Clocks::Published {
+  Experiment experiment;
+  fs::path folder;
+  json summary;
+  std::vector<ResultRow> rows;
+  std::vector<Part> parts;
+  std::set<std::string> briefly_trained;  ///< labels
+
+  Published(const fs::path& file, const fs::path& project);
+
+  /// Puts what the clock said into rows and summary.
+  void collect(const Cache& cache);
+  /// Puts them into the place of what is published. `names`: of all that were timed together.
+  void write(const std::vector<std::string>& names, const std::string& date) const;
+};
+
+namespace {
+
+/// Throws InputError where the experiment is no longer the one that was published as `summary`, a
+/// file's, with these rows.
+void require_same(const Experiment& experiment, const std::string& where, const json& summary,
+                  const std::vector<ResultRow>& rows) {
+  if (!experiment.studies.empty() || experiment.ladders || experiment.folds) {
+    throw InputError(where +
+                     ": its studies, ladders or folds are made with the times, or take no "
+                     "times; publish " +
+                     experiment.name + " again as a whole");
+  }
+  if (!experiment.timing.enabled) {
+    throw InputError(where + ": " + experiment.name + " takes no times (/timing/enabled)");
+  }
+  const json& datasets = summary.at("provenance").at("datasets");
+  for (const DatasetSpec* spec : experiment.datasets()) {
+    if (datasets.value(spec->name, json()) == json(to_json(*spec))) continue;
+    throw InputError(where + ": the dataset \"" + spec->name + "\" of " + experiment.file.string() +
+                     " is no longer the one it was published with; "
+                     "publish it again");
+  }
+  for (const ResultRow& row : rows) {
+    if (!row.latency_us) continue;
+    const auto entry = std::find_if(experiment.solvers.begin(), experiment.solvers.end(),
+                                    [&](const SolverEntry& e) { return e.label == row.label; });
+    if (entry != experiment.solvers.end() && entry->type == row.type) continue;
+    throw InputError(where + ": " + experiment.file.string() + " has no solver \"" +
+                     printable(row.label) + "\" any more; publish it again");
+  }
+}
+
+/// Whether solvers of the type are trained from random numbers, epoch by epoch.
+bool is_trained(const std::string& type, SolverRegistry& registry) {
+  const SolverInfo* info = registry.find(type);
+  return info && info->comparison == ImageComparison::seeds && info->parameter("epochs");
+}
+
+/// The overrides that train the networks of `labels` as briefly as the clock needs.
+std::vector<std::string> brief_trainings(const Experiment& experiment,
+                                         const std::set<std::string>& labels) {
+  std::vector<std::string> out;
+  if (experiment.training && !experiment.training->measured()) {
+    out.push_back("datasets.train.count=" + std::to_string(clock_scenes));
+  }
+  std::set<std::string> paths;
+  for (const SolverEntry& entry : experiment.solvers) {
+    if (labels.count(entry.label) > 0) paths.insert(entry.path);
+  }
+  for (const std::string& path : paths) out.push_back(path + "/epochs=1");
+  return out;
+}
+
+/// What the legend and summary.json say of the times.
+std::string clocks_sentence(const json& clocks) {
+  std::string others;
+  for (const json& name : clocks.at("together_with")) {
+    others += (others.empty() ? "" : ", ") + name.get<std::string>();
+  }
+  std::string out = "Times: taken again at " + clocks.at("date").get<std::string>() + " by " +
+                    clocks.at("build").get<std::string>();
+  if (!others.empty()) out += ", in the same rounds as those of " + others;
+  out += "; all other numbers are as they were before.";
+  if (!clocks.at("briefly_trained").empty()) {
+    out += " For the clock the networks were trained for one epoch of " +
+           std::to_string(clock_scenes) + " scenes: what a frame costs does not depend on weights.";
+  }
+  return out;
+}
+
+/// The folder's files but for the templates of pages and their pages, which replace_folder keeps.
+void copy_results(const fs::path& from, const fs::path& to) {
+  for (const auto& entry : fs::directory_iterator(from)) {
+    fs::path page_template = entry.path();
+    page_template += ".in";
+    if (entry.path().string().ends_with(".md.in") || fs::exists(page_template)) continue;
+    fs::copy(entry.path(), to / entry.path().filename(), fs::copy_options::recursive);
+  }
+}
+
+}  // namespace
+
+Clocks::Published::Published(const fs::path& file, const fs::path& project) {
+  SolverRegistry registry;
+  experiment = read_experiment(file, registry, chart_types());
+  folder = project / "results/published" / experiment.name;
+  const std::string where = (folder / "summary.json").string();
+  if (!fs::exists(where)) {
+    throw InputError(where + ": there is no such result; ./ertbench publish " + file.string() +
+                     " makes it");
+  }
+  summary = read_json_file(where);
+  JsonObject root(summary, where, "");
+  for (const JsonObject& object : root.objects("rows")) {
+    rows.push_back(result_row_from_json(object));
+  }
+  require_same(experiment, where, summary, rows);
+  std::set<std::string> as_published;
+  for (const ResultRow& row : rows) {
+    if (!row.latency_us) continue;
+    (is_trained(row.type, registry) ? briefly_trained : as_published).insert(row.label);
+  }
+  const fs::path records = project / "results/clocks";
+  if (!as_published.empty()) {
+    parts.push_back({experiment, as_published, records / experiment.name});
+  }
+  if (!briefly_trained.empty()) {
+    parts.push_back({read_experiment(file, registry, {}, SolverCheck::all,
+                                     brief_trainings(experiment, briefly_trained)),
+                     briefly_trained, records / (experiment.name + "-trained")});
+  }
+  if (parts.empty()) throw InputError(where + ": none of its rows was timed");
+}
+
+void Clocks::Published::collect(const Cache& cache) {
+  ExperimentResults results;
+  results.rows = std::move(rows);
+  for (const Part& part : parts) {
+    const ClockStage stage(part.labels, std::nullopt, true);
+    const JobRecords records(stage, part.experiment, part.folder, cache.reuse());
+    for (const Job& job : stage.due(part.experiment, results)) {
+      if (records.read(job)) continue;
+      throw InputError(records.file(job).string() +
+                       ": there is no record of this round; all published times are as they were");
+    }
+    // What a training for the clock holds in memory says nothing of the published one.
+    std::vector<std::optional<double>> memory;
+    for (ResultRow& row : results.rows) {
+      memory.push_back(row.peak_rss_mb);
+      if (part.labels.count(row.label) > 0) row.build.timed.clear();
+    }
+    stage.collect(part.experiment, cache, records, results);
+    add_builds(stage, part.experiment, records, results);
+    for (std::size_t i = 0; i < memory.size(); ++i) results.rows[i].peak_rss_mb = memory[i];
+  }
+  rows = std::move(results.rows);
+  summary["builds"]["timing"] = to_json(results.builds).at("timing");
+}
+
+void Clocks::Published::write(const std::vector<std::string>& names,
+                              const std::string& date) const {
+  std::vector<std::string> others = names;
+  std::erase(others, experiment.name);
+  const BuildStamp build = stamp_of_records(experiment.plugins);
+  json changed = summary;
+  changed["clocks"] = {
+      {"date", date},
+      {"cpu", cpu_name()},
+      {"build", "commit " + build.commit_text() + ", program " + build.program.substr(0, 8)},
+      {"together_with", others},
+      {"briefly_trained", briefly_trained}};
+  const fs::path made = part_of(folder);
+  copy_results(folder, made);
+  if (rewrite_results(experiment, rows, clocks_sentence(changed.at("clocks")), changed, made) > 0) {
+    fs::remove_all(made);
+    throw InputError(folder.string() +
+                     ": a figure could not be drawn, as said above; what was published before is "
+                     "as it was");
+  }
+  replace_folder(folder, made);
+}
+
+Clocks::Clocks(const std::vector<fs::path>& experiments, fs::path project, const Cache& cache)
+    : cache_(cache) {
+  std::set<std::string> names;
+  for (const fs::path& file : experiments) {
+    results_.emplace_back(file, project);
+    if (names.insert(results_.back().experiment.name).second) continue;
+    throw InputError(file.string() + ": named twice");
+  }
+}
+
+Clocks::~Clocks() = default;
+
+void Clocks::take(int jobs) const {
+  /// Runs a round, or all, of a part's jobs.
+  const auto run = [&](const Part& part, int round, bool alone) {
+    Stages stages;
+    stages.push_back(std::make_unique<ClockStage>(part.labels, round, alone));
+    RunOptions options;
+    options.out = part.folder;
+    options.jobs = jobs;
+    if (run_stages(stages, part.experiment, cache_, options).failures == 0) return;
+    throw InputError(part.folder.string() +
+                     ": a solver could not be fitted or timed, as said above; all published times "
+                     "are as they were");
+  };
+  const auto for_all_parts = [&](const auto& work) {
+    for (const Published& result : results_) {
+      std::for_each(result.parts.begin(), result.parts.end(), work);
+    }
+  };
+  int rounds = 0;
+  for_all_parts([&](const Part& part) {
+    fs::remove_all(part.folder);
+    rounds = std::max(rounds, part.experiment.timing.rounds);
+    run(part, 0, false);  // what is not in the cache is fitted here
+    fs::remove_all(part.folder);
+  });
+  for (int round = 0; round < rounds; ++round) {
+    spdlog::info("clocks: round {} of {}", round + 1, rounds);
+    for_all_parts([&](const Part& part) {
+      if (round < part.experiment.timing.rounds) run(part, round, true);
+    });
+  }
+}
+
+void Clocks::write() const {
+  std::vector<Published> timed = results_;
+  std::vector<std::string> names;
+  for (Published& result : timed) {
+    result.collect(cache_);
+    names.push_back(result.experiment.name);
+  }
+  const std::string date = utc_now();
+  for (const Published& result : timed) result.write(names, date);
+}
+
+}  // namespace ertbench
