@@ -4,6 +4,7 @@
 
 #include "bench/pages/page.h"
 #include "bench/publish/latency_pairs.h"
+#include "bench/publish/origins.h"
 #include "bench/publish/published_folder.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
@@ -117,6 +118,7 @@ std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& pro
   }
   out.emplace_back(results / "latencies.md",
                    markdown_of(latency_table(latency_pairs(timed_solvers(results)))));
+  out.emplace_back(results / "builds.md", markdown_of(origins_table(results)));
   return out;
 }
 

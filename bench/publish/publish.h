@@ -21,8 +21,9 @@ void require_committed(const std::filesystem::path& project);
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
                        const Cache& cache, int jobs);
 
-/// Renders every page of the project, and the page of the latencies. All of them or none: throws
-/// InputError naming the first place that cannot be rendered or has a number typed by hand.
+/// Renders every page of the project, and the pages of the latencies and of the builds. All of them
+/// or none: throws InputError naming the first place that cannot be rendered or has a number typed
+/// by hand.
 void publish_pages(const std::filesystem::path& project);
 
 /// The pages with their texts, as they ought to stand.

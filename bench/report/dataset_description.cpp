@@ -50,9 +50,8 @@ std::string description(const DatasetSpec& spec) {
       shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
     }
     text += range_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
-            range_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() +
-            "), conductivity " + range_text(d->conductivity_ratio) +
-            " of the background, placed " +
+            range_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() + "), conductivity " +
+            range_text(d->conductivity_ratio) + " of the background, placed " +
             (d->inside ? "inside the sheet" : "with their centres inside the sheet");
   } else {
     text += "listed in the experiment";

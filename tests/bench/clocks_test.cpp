@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "bench/charts/chart_types.h"
 #include "bench/publish/publish.h"
 #include "core/errors.h"
@@ -18,6 +20,8 @@ using nlohmann::json;
 class ClocksTest : public ::testing::Test {
  protected:
   ClocksTest() {
+    // That of the learned solvers stands beside the program, which this test is not.
+    ::setenv("ERTBENCH_PLUGINS", fs::path(ERTBENCH_PROGRAM).parent_path().c_str(), 1);
     json experiment = small_experiment();
     experiment["datasets"]["train"] = {{"count", 600},
                                        {"seed", 1},
@@ -46,6 +50,8 @@ class ClocksTest : public ::testing::Test {
     }
     write_text(published() / "summary.json", summary.dump());
   }
+
+  ~ClocksTest() override { ::unsetenv("ERTBENCH_PLUGINS"); }
 
   /// What take() does, which has to be the program for that.
   void measure() const {

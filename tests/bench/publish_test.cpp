@@ -7,6 +7,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/publish/latency_pairs.h"
+#include "bench/publish/origins.h"
 #include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "solvers/registry/registry.h"
@@ -200,13 +201,45 @@ TEST(LatencyPairs, AllOfThePublishedOnesAgreeOrHaveAReason) {
   }
 }
 
-TEST(ProjectPages, TheLatenciesStandAsTheResultsHaveThem) {
+TEST(Origins, NameEachResultsCodeAndClocks) {
+  const TemporaryFolder folder("origins");
+  const nlohmann::json build = {{"commit", "0123456789ab"}, {"code", "models abcdefghij"}};
+  nlohmann::json summary = {
+      {"provenance", {{"commit", "1"}, {"cpu", "first"}, {"date", "2026-01-02T03:04:05Z"}}},
+      {"builds",
+       {{"fits", {build}},
+        {"accuracy", {{{"commit", "222222222222"}, {"code", "klmnopqrst"}}}},
+        {"timing", {{{"commit", "333333333333"}, {"code", "klmnopqrst"}}}}}},
+      {"rows", {{{"latency_us", {{"p50", 1}}}, {"timed_on", {{"cpu", "second"}}}}}},
+      {"clocks", {{"date", "2026-05-06T07:08:09Z"}}}};
+  for (const char* name : {"a", "b", "c", "c.part"}) {
+    std::filesystem::create_directories(folder / name);
+  }
+  testing::write_text(folder / "a/summary.json", summary.dump());
+  testing::write_text(folder / "c.part/summary.json", summary.dump());
+  testing::write_text(folder / "c/provenance.json", summary.at("provenance").dump());
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& cells : origins_table(folder.path()).sections.at(0).rows) {
+    std::vector<std::string>& row = rows.emplace_back();
+    for (const Cell& cell : cells) row.push_back(cell.text);
+  }
+  const std::vector<std::vector<std::string>> expected = {
+      {"a", "0123456789ab, 222222222222", "klmnopqr", "abcdefgh", "2026-01-02", "first",
+       "2026-05-06", "second"},
+      {"c", "1", "—", "—", "2026-01-02", "first", "—", "—"}};
+  EXPECT_EQ(rows, expected);
+}
+
+TEST(ProjectPages, LatenciesAndBuildsStandAsTheResultsHaveThem) {
   const std::filesystem::path project = ERTBENCH_SOURCE_DIR;
+  int found = 0;
   for (const auto& [page, text] : rendered_pages(project)) {
-    if (page.filename() == "latencies.md") {
+    if (page.filename() == "latencies.md" || page.filename() == "builds.md") {
       EXPECT_EQ(testing::read_text(page), text);
+      ++found;
     }
   }
+  EXPECT_EQ(found, 2);
 }
 
 }  // namespace
