@@ -219,7 +219,8 @@ TEST(Origins, NameEachResultsCodeAndClocks) {
   testing::write_text(folder / "c.part/summary.json", summary.dump());
   testing::write_text(folder / "c/provenance.json", summary.at("provenance").dump());
   std::vector<std::vector<std::string>> rows;
-  for (const auto& cells : origins_table(folder.path()).sections.at(0).rows) {
+  const Table table = origins_table(folder.path());
+  for (const auto& cells : table.sections.at(0).rows) {
     std::vector<std::string>& row = rows.emplace_back();
     for (const Cell& cell : cells) row.push_back(cell.text);
   }
