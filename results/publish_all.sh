@@ -15,7 +15,8 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# Experiment, whether its limit is computed, of how many frames, and with which options. (What the
+# Experiment; "fidelity" where the sheet's models are compared on its scenes; "limit" where its limit is
+# computed, of how many frames and with which options. (What the
 # training sets of the broad readings allow takes minutes a frame, and is left to who asks for it.)
 experiments=(
   "quick"
@@ -34,7 +35,7 @@ experiments=(
   "shared_grid_24"
   "shared_grid_192"
   "shared_grid_auto"
-  "fidelity"
+  "fidelity fidelity"
   "training_budget"
   "adversarial"
   "localisation"
@@ -68,42 +69,51 @@ commit_published() {
   git diff --cached --quiet || git commit --quiet --message "$1"
 }
 
-plan=false
-wanted=()
-for argument in "$@"; do
-  case "$argument" in
-    --plan) plan=true ;;
-    --clocks) publish_clocks; exit 0 ;;
-    -*) echo "usage: results/publish_all.sh [--plan | --clocks | NAME...]" >&2; exit 2 ;;
-    *) wanted+=("$argument") ;;
-  esac
-done
+# A function, which the shell has read whole before it begins: this file may change meanwhile, as
+# commits come in.
+main() {
+  plan=false
+  wanted=()
+  for argument in "$@"; do
+    case "$argument" in
+      --plan) plan=true ;;
+      --clocks) publish_clocks; exit 0 ;;
+      -*) echo "usage: results/publish_all.sh [--plan | --clocks | NAME...]" >&2; exit 2 ;;
+      *) wanted+=("$argument") ;;
+    esac
+  done
 
-chosen=()
-for line in "${experiments[@]}"; do
-  name="${line%% *}"
-  if [[ ${#wanted[@]} -eq 0 ]] || printf '%s\n' "${wanted[@]}" | grep -qxF "$name"; then
-    chosen+=("$line")
-  fi
-done
-for name in "${wanted[@]}"; do
-  if ! printf '%s\n' "${experiments[@]%% *}" | grep -qxF "$name"; then
-    echo "results/publish_all.sh: no published experiment is called \"$name\"" >&2
-    exit 2
-  fi
-done
+  chosen=()
+  for line in "${experiments[@]}"; do
+    name="${line%% *}"
+    if [[ ${#wanted[@]} -eq 0 ]] || printf '%s\n' "${wanted[@]}" | grep -qxF "$name"; then
+      chosen+=("$line")
+    fi
+  done
+  for name in "${wanted[@]}"; do
+    if ! printf '%s\n' "${experiments[@]%% *}" | grep -qxF "$name"; then
+      echo "results/publish_all.sh: no published experiment is called \"$name\"" >&2
+      exit 2
+    fi
+  done
 
-files=()
-for line in "${chosen[@]}"; do files+=("experiments/${line%% *}.json"); done
-./ertbench publish --plan "${files[@]}"
-$plan && exit 0
+  files=()
+  for line in "${chosen[@]}"; do files+=("experiments/${line%% *}.json"); done
+  ./ertbench publish --plan "${files[@]}"
+  $plan && exit 0
 
-for line in "${chosen[@]}"; do
-  read -r name what frames options <<< "$line"
-  if [[ "$what" == limit ]]; then
-    # shellcheck disable=SC2086  # options are words
-    ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)" $options
-  fi
-  ./ertbench publish "experiments/$name.json"
-  commit_published "Published: $name"
-done
+  for line in "${chosen[@]}"; do
+    read -r name what frames options <<< "$line"
+    if [[ "$what" == limit ]]; then
+      # shellcheck disable=SC2086  # options are words
+      ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)" $options
+    fi
+    how=()
+    if [[ "$what" == fidelity ]]; then how=(--fidelity); fi
+    ./ertbench publish "${how[@]}" "experiments/$name.json"
+    commit_published "Published: $name"
+  done
+}
+
+main "$@"
+exit

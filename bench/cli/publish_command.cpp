@@ -23,6 +23,7 @@ struct PublishArguments {
   bool pages = false;
   bool plan = false;
   bool clocks = false;
+  bool fidelity = false;
 };
 
 /// Prints what fitting would take, and makes nothing.
@@ -58,7 +59,7 @@ ExitCode publish(const PublishArguments& arguments) {
   for (const std::string& file : arguments.experiments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
-    failures += publish_experiment(experiment, project, cache, arguments.jobs);
+    failures += publish_experiment(experiment, project, cache, arguments.jobs, arguments.fidelity);
     std::printf("published %s in %s\n", experiment.name.c_str(),
                 printable_path((project / "results/published" / experiment.name).string()).c_str());
   }
@@ -77,17 +78,22 @@ Action add_publish(CLI::App& command) {
   command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are");
   command.add_flag("--plan", arguments->plan,
                    "Print what fitting will take, as earlier fits took; make nothing");
+  CLI::Option* const clocks = command.add_flag(
+      "--clocks", arguments->clocks,
+      "Take the times of what is published again, those of all experiments together");
+  clocks->needs(command.get_option("experiments"));
   command
-      .add_flag("--clocks", arguments->clocks,
-                "Take the times of what is published again, those of all experiments together")
-      ->needs(command.get_option("experiments"));
+      .add_flag("--fidelity", arguments->fidelity,
+                "What `fidelity` makes of the experiments, in place of what `run` does")
+      ->excludes(clocks);
   command.footer(
       "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
       "Refuses a tree with changes that are not committed, and a program that was built of other\n"
       "sources. Runs what is missing; results of builds with changes are made again. Pages are\n"
       "*.md.in: their numbers are references into results/published (bench/pages/page.h).\n"
       "--clocks leaves all numbers but times as they were published, perhaps on another machine;\n"
-      "networks that the cache does not have are trained for the clock alone.");
+      "networks are trained for the clock alone, as what a frame costs does not depend on "
+      "weights.");
   return [arguments] { return publish(*arguments); };
 }
 

@@ -83,9 +83,7 @@ void require_committed(const fs::path& project) {
 }
 
 int publish_experiment(const Experiment& experiment, const fs::path& project, const Cache& cache,
-                       int jobs) {
-  // Models of the sheet are compared on an experiment that has no solver.
-  const bool of_models = experiment.solvers.empty();
+                       int jobs, bool of_models) {
   const Stages stages = of_models ? stages_of_fidelity(fidelity_usual_scenes) : stages_of_run();
   RunOptions run;
   run.out = project / "results" / experiment.name;

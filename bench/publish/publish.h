@@ -17,9 +17,10 @@ void require_committed(const std::filesystem::path& project);
 /// Runs what is missing of the experiment, with `jobs` at a time, and puts its results into
 /// results/published/NAME of the project, whole or not at all. What may be reused of earlier runs
 /// is the cache's to say (Cache::reuse). Templates of pages in that folder stay. Returns the number
-/// of jobs that failed; they stay in the results with what happened.
+/// of jobs that failed; they stay in the results with what happened. `of_models`: the comparison of
+/// the sheet's models on its scenes, as `ertbench fidelity` makes it, in place of its solvers'.
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
-                       const Cache& cache, int jobs);
+                       const Cache& cache, int jobs, bool of_models = false);
 
 /// Renders every page of the project, and the pages of the latencies and of the builds. All of them
 /// or none: throws InputError naming the first place that cannot be rendered or has a number typed
