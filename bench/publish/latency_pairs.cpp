@@ -76,6 +76,11 @@ std::string timed_settings(const ResultRow& row, const json& test_sets) {
     }
   }
   settings.erase("contacts");  // are read out of the finished image
+  // A frame has as many voltages as the electrodes give, and an image its pixels.
+  const json sensor = test_sets.value(row.dataset, json::object()).value("sensor", json::object());
+  for (const char* size : {"electrode_count", "image_grid"}) {
+    if (sensor.contains(size)) settings["sensor"][size] = sensor.at(size);
+  }
   settings["type"] = row.type;
   return settings.dump();
 }

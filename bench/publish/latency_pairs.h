@@ -41,10 +41,11 @@ struct LatencyPair {
 /// doing, and part of the interval.
 Interval latency_interval(const TimedSolver& solver);
 
-/// What a frame's time depends on, in canonical JSON: the type and the settings, without those of
-/// the training and of the regularisation. Of a solver whose work is as much as the frame asks for
-/// (it iterates, adds contacts, leaves out components that weigh nothing) all settings, and the
-/// frames: which of `test_sets` {name: description of the data set} they are of, and how many.
+/// What a frame's time depends on, in canonical JSON: the type, the sensor's electrodes and pixels,
+/// and the settings, without those of the training and of the regularisation. Of a solver whose
+/// work is as much as the frame asks for (it iterates, adds contacts, leaves out components that
+/// weigh nothing) all settings, and the frames: which of `test_sets` {name: description of the data
+/// set} they are of, and how many.
 std::string timed_settings(const ResultRow& row, const nlohmann::json& test_sets);
 
 /// A result's rows, put together by their settings, in the order of their first rows. Rows without

@@ -160,6 +160,19 @@ TEST(LatencyPairs, SolversWhoseWorkFollowsTheFrameAreHeldAgainstTheSameFrames) {
   EXPECT_EQ(latency_pairs({of("a", product, 0.4), of("b", product, 0.2)}).size(), 1U);
 }
 
+TEST(LatencyPairs, AFrameOfMoreElectrodesIsAnotherFrame) {
+  const auto of = [](int electrodes) {
+    const nlohmann::json test_set = {
+        {"sensor", {{"electrode_count", electrodes}, {"background", 0.01 * electrodes}}}};
+    return timed_solvers("any", {{"datasets", {{"test", test_set}}}},
+                         {timed_row("net", {{"width", 24}}, {100, 110}, 10)})
+        .front()
+        .settings;
+  };
+  EXPECT_EQ(of(16), of(16));
+  EXPECT_NE(of(16), of(32));
+}
+
 TEST(LatencyPairs, EachRoundHasTheUnitThatRanBesideIt) {
   // The machine ran at half its speed for a round of the second; only the round's unit tells.
   const auto of = [](const std::string& result, std::vector<double> rounds,
