@@ -98,8 +98,10 @@ main() {
   done
 
   files=()
-  for line in "${chosen[@]}"; do files+=("experiments/${line%% *}.json"); done
-  ./ertbench publish --plan "${files[@]}"
+  for line in "${chosen[@]}"; do
+    [[ "$line" == *" fidelity" ]] || files+=("experiments/${line%% *}.json")  # it fits nothing
+  done
+  if ((${#files[@]})); then ./ertbench publish --plan "${files[@]}"; fi
   $plan && exit 0
 
   for line in "${chosen[@]}"; do
