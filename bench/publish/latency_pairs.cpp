@@ -131,16 +131,10 @@ std::vector<TimedSolver> timed_solvers(const std::string& result, const json& pr
 }
 
 std::vector<TimedSolver> timed_solvers(const fs::path& published) {
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(published)) {
-    const std::string ending = entry.path().extension().string();
-    if (ending == part_ending || ending == before_ending) continue;
-    if (fs::exists(entry.path() / "summary.json")) folders.push_back(entry.path());
-  }
-  std::sort(folders.begin(), folders.end());
   std::vector<TimedSolver> out;
-  for (const fs::path& folder : folders) {
+  for (const fs::path& folder : published_folders(published)) {
     const fs::path file = folder / "summary.json";
+    if (!fs::exists(file)) continue;
     const json summary = read_json_file(file);
     const json& provenance = summary.at("provenance");
     JsonObject root(summary, file.string(), "");

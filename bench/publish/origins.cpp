@@ -1,6 +1,5 @@
 #include "bench/publish/origins.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -90,23 +89,17 @@ Table origins_table(const fs::path& published) {
   table.title = "What made each result";
   table.text =
       "Numbers of the same code are the numbers of one program, whatever commit it was built of: "
-      "the "
-      "hashes are over all sources that scores, and trainings of networks, depend on. \"—\": there "
-      "is none, or the result is from before results said it. Times may have been taken later than "
-      "all else, and on another machine (publish --clocks).";
+      "the hashes are over all sources that scores, and trainings of networks, depend on. \"—\": "
+      "there is none, or the result is from before results said it. Times may have been taken "
+      "later than all else, and on another machine (publish --clocks).";
   TableSection& section = table.sections.emplace_back();
   for (const char* title : {"result", "commits", "code of scores", "code of networks", "measured",
                             "on", "times taken", "on"}) {
     section.columns.push_back({title, Align::left});
   }
-  std::set<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(published)) {
-    const std::string ending = entry.path().extension().string();
-    if (ending == part_ending || ending == before_ending) continue;
-    if (!origin_of(entry.path()).is_null()) folders.insert(entry.path());
-  }
-  for (const fs::path& folder : folders) {
+  for (const fs::path& folder : published_folders(published)) {
     const json summary = origin_of(folder);
+    if (summary.is_null()) continue;
     const json& provenance = summary.at("provenance");
     const json builds = summary.value("builds", json::object());
     const std::vector<std::string> clocks = clocks_of(summary);

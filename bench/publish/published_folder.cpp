@@ -1,10 +1,23 @@
 #include "bench/publish/published_folder.h"
 
+#include <algorithm>
+
 #include "bench/pages/page.h"
 
 namespace ertbench {
 
 namespace fs = std::filesystem;
+
+std::vector<fs::path> published_folders(const fs::path& published) {
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(published)) {
+    const std::string ending = entry.path().extension().string();
+    if (ending == part_ending || ending == before_ending) continue;
+    if (entry.is_directory()) folders.push_back(entry.path());
+  }
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
 
 fs::path part_of(const fs::path& folder) {
   fs::path part = folder;

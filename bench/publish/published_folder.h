@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 namespace ertbench {
 
@@ -8,6 +9,10 @@ namespace ertbench {
 /// results.
 inline constexpr const char* part_ending = ".part";
 inline constexpr const char* before_ending = ".before";
+
+/// Those below a folder of published results, by their names, without what is being made or
+/// replaced.
+std::vector<std::filesystem::path> published_folders(const std::filesystem::path& published);
 
 /// An empty folder in which what is to stand in `folder` is made.
 std::filesystem::path part_of(const std::filesystem::path& folder);
