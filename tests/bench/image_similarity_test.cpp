@@ -13,14 +13,14 @@ namespace {
 
 using Eigen::RowVectorXd;
 
-const Sensor kSensor;
-const int kGrid = kSensor.image_grid;
+const Sensor kSquare;
+const int kGrid = kSquare.image_grid;
 
 /// One metric of `change` where the truth is `true_change` [pixels] S/m.
 std::optional<double> score(Metric metric, const RowVectorXd& true_change,
                             const RowVectorXd& change) {
-  const RowVectorXd conductivity = true_change.array() + kSensor.background;
-  return frame_metrics(kSensor, conductivity, change, Scene{})[metric];
+  const RowVectorXd conductivity = true_change.array() + kSquare.background;
+  return frame_metrics(kSquare, conductivity, change, Scene{})[metric];
 }
 
 /// Smooth waves, other ones for every `phase`; S/m.
