@@ -93,12 +93,13 @@ class RowComparison {
           now ? with_digits(*now) : "-", "", verdict);
       return;
     }
-    const int seeds_now = now_.seeds ? static_cast<int>(now_.seeds->values.size()) : 1;
+    TodaysMean today{*now, {}};
+    if (now_.seeds) today.seeds = now_.seeds->means[metric];
+    const BaselineMean mean = mean_of(before_, metric, context_.sensor);
     const double before = centre_of(values);
-    const double allowed =
-        allowed_change(before_.tolerance, mean_of(before_, metric, context_.sensor), seeds_now);
+    const double allowed = allowed_change(before_.tolerance, mean, today.trainings());
     Verdict verdict = Verdict::ok;
-    if (!(std::abs(*now - before) <= allowed)) {
+    if (is_beyond(before_.tolerance, mean, today)) {
       const bool better = before_.tolerance.type != ToleranceClass::exact &&
                           distance(metric, *now) < distance(metric, before);
       verdict = better ? Verdict::better : Verdict::worse;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <stdexcept>
 
 #include "core/moments.h"
@@ -56,6 +57,32 @@ double one_pixel(const BaselineMean& before) {
   return 0;
 }
 
+bool is_of_contacts(Metric metric) { return entry_of(metric).threshold == Threshold::contact; }
+
+/// Twice the rank of each value, so that equal ones share a whole number.
+std::vector<std::size_t> doubled_ranks(std::span<const double> values) {
+  std::vector<std::size_t> out;
+  for (const double value : values) {
+    std::size_t below = 0;
+    std::size_t equal = 0;
+    for (const double other : values) {
+      below += other < value;
+      equal += other == value;
+    }
+    out.push_back(2 * below + equal + 1);
+  }
+  return out;
+}
+
+/// The smallest chance that a rank sum of `now` of `all` values can have: one choice of all.
+double smallest_chance(std::size_t now, std::size_t all) {
+  double choices = 1;
+  for (std::size_t i = 1; i <= now; ++i) {
+    choices *= static_cast<double>(all - now + i) / static_cast<double>(i);
+  }
+  return 1 / choices;
+}
+
 }  // namespace
 
 const char* name_of(ToleranceClass type) {
@@ -105,14 +132,52 @@ double allowed_change(const Tolerance& tolerance, const BaselineMean& before, in
     const auto n = static_cast<int>(before.values.size());
     const double deviation = std::max(sample_deviation(before.values), tolerance.relative * centre);
     const double t = student_t_quantile(0.5 + confidence / 2, n - 1);
-    const bool counts = entry_of(before.metric).threshold == Threshold::contact;
     return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n) +
-           (counts ? one_pixel(before) : 0);
+           (is_of_contacts(before.metric) ? one_pixel(before) : 0);
   }
   const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);
   return std::max(tolerance.relative * centre, std::min(tolerance.relative, linear_images) *
                                                    size_of(entry_of(before.metric).quantity)) +
          pixel;
+}
+
+double rank_sum_chance(std::span<const double> before, std::span<const double> now) {
+  std::vector<double> all(now.begin(), now.end());
+  all.insert(all.end(), before.begin(), before.end());
+  const std::vector<std::size_t> ranks = doubled_ranks(all);
+  const auto first = ranks.begin();
+  const auto sum =
+      std::accumulate(first, first + static_cast<std::ptrdiff_t>(now.size()), std::size_t{0});
+  // choices[k][s]: of k of the values so far whose doubled ranks sum up to s.
+  const std::size_t most = std::accumulate(ranks.begin(), ranks.end(), std::size_t{0});
+  std::vector<std::vector<double>> choices(now.size() + 1, std::vector<double>(most + 1, 0.0));
+  choices[0][0] = 1;
+  for (const std::size_t rank : ranks) {
+    for (std::size_t k = now.size(); k > 0; --k) {
+      for (std::size_t s = rank; s <= most; ++s) choices[k][s] += choices[k - 1][s - rank];
+    }
+  }
+  const std::vector<double>& sums = choices[now.size()];
+  const auto at = sums.begin() + static_cast<std::ptrdiff_t>(sum);
+  const double below = std::accumulate(sums.begin(), at + 1, 0.0);
+  const double above = std::accumulate(at, sums.end(), 0.0);
+  return std::min(below, above) / std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+bool is_beyond(const Tolerance& tolerance, const BaselineMean& before, const TodaysMean& now) {
+  const double change = std::abs(now.mean - centre_of(before.values));
+  if (change <= allowed_change(tolerance, before, now.trainings())) return false;
+  const bool ranked = tolerance.type == ToleranceClass::seeds && before.values.size() > 1 &&
+                      now.seeds.size() > 1 && is_of_contacts(before.metric);
+  if (!ranked) return true;
+  std::vector<double> values;
+  for (const std::optional<double>& value : now.seeds) {
+    if (!value || !std::isfinite(*value)) return true;  // that training has no mean at all
+    values.push_back(*value);
+  }
+  const double least = smallest_chance(values.size(), values.size() + before.values.size());
+  // The sums of the distribution are rounded.
+  return rank_sum_chance(before.values, values) <= std::max((1 - confidence) / 2, 1.0001 * least);
 }
 
 }  // namespace ertbench

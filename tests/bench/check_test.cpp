@@ -198,6 +198,41 @@ TEST(Check, OneContactInOneFrameIsNoRegressionAndTwoAre) {
   EXPECT_LT(allowed_change(exact, {Metric::found, one, 200}), 1e-9) << "none of the truth";
 }
 
+// As tables of the test print it: of 252 choices of five of ten, 1 + 1 + 2 have a U of 0, 1 and 2.
+TEST(Check, ARankSumHasTheChanceOfThePrintedTables) {
+  const auto chance = [](const std::vector<double>& before, const std::vector<double>& now) {
+    return rank_sum_chance(before, now);
+  };
+  EXPECT_DOUBLE_EQ(chance({1, 2, 3, 4, 7}, {5, 6, 8, 9, 10}), 4.0 / 252);
+  EXPECT_DOUBLE_EQ(chance({5, 6, 8, 9, 10}, {1, 2, 3, 4, 7}), 4.0 / 252);
+  EXPECT_DOUBLE_EQ(chance({1, 1, 1}, {1, 1}), 1);
+  // Ranks 2.5 four times, 5 and 6: of 15 pairs, four have 2.5 + 6 and one has 5 + 6.
+  EXPECT_DOUBLE_EQ(chance({0, 0, 0, 1}, {2, 0}), 5.0 / 15);
+}
+
+TEST(Check, OneTrainingWithManyGhostsIsNoWorseningOfAll) {
+  const std::vector<double> before = {.015, .02,  .02, .025, .025, .025,
+                                      .02,  .015, .03, .02,  .025, .02};
+  std::vector<std::optional<double>> now = {.03, .02, .02, .025, .025, .3, .025, .015};
+  const auto beyond = [&](Metric metric) {
+    double sum = 0;
+    for (const std::optional<double>& value : now) sum += *value;
+    return is_beyond({ToleranceClass::seeds, 1e-4}, {metric, before, 200},
+                     {sum / static_cast<double>(now.size()), now});
+  };
+  EXPECT_TRUE(beyond(Metric::relative_error)) << "which no rare event makes";
+  EXPECT_FALSE(beyond(Metric::ghosts));
+  for (std::optional<double>& value : now) *value += 0.03;
+  EXPECT_TRUE(beyond(Metric::ghosts)) << "all of them have more";
+}
+
+TEST(Check, ATrainingWithoutAMeanIsNotRanked) {
+  const std::vector<double> before = {0, 0, 0, 0, 0};
+  const std::vector<std::optional<double>> now = {0.0, 0.0, std::nullopt};
+  const Tolerance seeds{ToleranceClass::seeds, 1e-4};
+  EXPECT_TRUE(is_beyond(seeds, {Metric::ghosts, before, 200}, {0.1, now}));
+}
+
 TEST(Check, TheIntervalIsNarrowerForMoreSeedsAndNeverVanishes) {
   const double values[] = {0.4, 0.41, 0.42, 0.43, 0.44, 0.41, 0.42, 0.43};
   const Tolerance seeds{ToleranceClass::seeds, 1e-4};
