@@ -87,11 +87,11 @@ class ANewTypeOfChart : public testing::FigureTest {
   SolverRegistry registry_;
 };
 
-const json good = {{"type", "count"}, {"name", "number"}, {"unit", "pieces"}};
+const json good_chart = {{"type", "count"}, {"name", "number"}, {"unit", "pieces"}};
 
 /// Its class and its line in the list are all that it takes.
 TEST_F(ANewTypeOfChart, IsReadDrawnReportedAndSummarised) {
-  const Experiment experiment = read(good, types_with_count());
+  const Experiment experiment = read(good_chart, types_with_count());
   ExperimentResults made;
   ResultRow row;
   row.label = "tsvd";
@@ -107,17 +107,17 @@ TEST_F(ANewTypeOfChart, IsReadDrawnReportedAndSummarised) {
 }
 
 TEST_F(ANewTypeOfChart, IsCheckedAsTheOthersAre) {
-  json chart = good;
+  json chart = good_chart;
   EXPECT_EQ(refusal(chart, types_with_count()), "");
   chart["unti"] = "pieces";
   EXPECT_NE(refusal(chart, types_with_count()).find("/charts/0/unti"), std::string::npos);
-  chart = good;
+  chart = good_chart;
   chart["solvers"] = json::array({"absent"});
   EXPECT_NE(refusal(chart, types_with_count()).find("/charts/0/solvers/0"), std::string::npos);
-  chart = good;
+  chart = good_chart;
   chart["type"] = "cuont";
   EXPECT_NE(refusal(chart, types_with_count()).find("\"count\""), std::string::npos);
-  EXPECT_NE(refusal(good, chart_types()).find("/charts/0/type"), std::string::npos);
+  EXPECT_NE(refusal(good_chart, chart_types()).find("/charts/0/type"), std::string::npos);
 }
 
 TEST_F(ANewTypeOfChart, IsLeftUnreadByAProcessThatDrawsNothing) {

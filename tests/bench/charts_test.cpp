@@ -30,7 +30,7 @@ class Charts : public testing::FigureTest {
   }
 };
 
-ResultRow row_of(const std::string& label, double ar, double error) {
+ResultRow made_row(const std::string& label, double ar, double error) {
   ResultRow row;
   row.label = label;
   row.type = "dd-ert";
@@ -44,7 +44,7 @@ ResultRow row_of(const std::string& label, double ar, double error) {
 }
 
 ResultRow truth() {
-  ResultRow row = row_of("truth", 1, 0);
+  ResultRow row = made_row("truth", 1, 0);
   row.type = "truth";
   row.metrics[Metric::RES].mean = 82.78;
   return row;
@@ -56,8 +56,8 @@ BarChart bars(std::vector<std::string> labels) {
 }
 
 TEST_F(Charts, BarsShowEveryVariantAndItsValue) {
-  const std::vector<ResultRow> rows = {truth(), row_of("L1", 0.9, 0.7),
-                                       row_of("L1 + adversarial", 1.123, 0.6)};
+  const std::vector<ResultRow> rows = {truth(), made_row("L1", 0.9, 0.7),
+                                       made_row("L1 + adversarial", 1.123, 0.6)};
   const BarChart chart = bars({"L1", "L1 + adversarial"});
   const Bars shown = chart.bars_of(rows, "Ablation");
   ASSERT_EQ(shown.panels.size(), 4u);
@@ -79,9 +79,9 @@ TEST_F(Charts, BarsKeepWhatFailedOrIsMissing) {
   failed.label = "frozen";
   failed.dataset = "test";
   failed.status = "timed out";
-  ResultRow diverged = row_of("random", 3, 2);
+  ResultRow diverged = made_row("random", 3, 2);
   diverged.status = "diverged";
-  ResultRow undefined = row_of("empty", 0, 1);
+  ResultRow undefined = made_row("empty", 0, 1);
   undefined.metrics[Metric::PE] = {};
   const std::vector<ResultRow> rows = {failed, diverged, undefined};
   bars({"frozen", "random", "empty", "absent"}).draw(rows, "Ablation", results());
@@ -98,7 +98,7 @@ TEST_F(Charts, BarsOfManyVariantsAndOfNone) {
   std::vector<std::string> labels;
   for (int i = 0; i < 24; ++i) {
     labels.push_back("dd-ert alpha=0.000" + std::to_string(i));
-    rows.push_back(row_of(labels.back(), 1 + 0.01 * i, 0.5));
+    rows.push_back(made_row(labels.back(), 1 + 0.01 * i, 0.5));
   }
   bars(labels).draw(rows, "Many", results());
   EXPECT_EQ(count(svg("ablation"), ">dd-ert alpha=0.0007<"), 4u);
@@ -117,7 +117,7 @@ struct Sweep {
     for (const double alpha : {0.01, 0.001, 10.0}) {
       for (const double beta : {0.1, 1.0}) {
         const double error = 0.5 + std::abs(alpha - 0.01) + std::abs(beta - 1);
-        ResultRow row = row_of("net " + std::to_string(rows.size()), 1 + error / 10, error);
+        ResultRow row = made_row("net " + std::to_string(rows.size()), 1 + error / 10, error);
         row.sweep = nlohmann::json{{"alpha", alpha}, {"beta", beta}};
         labels.push_back(row.label);
         rows.push_back(std::move(row));

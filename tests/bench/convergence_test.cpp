@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-ResultRow row_of(const std::string& label, json parameters) {
+ResultRow made_row(const std::string& label, json parameters) {
   ResultRow row;
   row.label = label;
   row.dataset = "test";
@@ -31,7 +31,7 @@ json cut_off() {
 }
 
 ResultRow row_of_seeds() {
-  ResultRow row = row_of("net", cut_off());
+  ResultRow row = made_row("net", cut_off());
   row.seeds.emplace().values = {1, 2, 3};
   row.seeds->parameters = json::array({{{"training", cut_off().at("training")}},
                                        {{"training", {{"best_epoch", 19}}}},
@@ -44,12 +44,12 @@ std::string table_of(const std::vector<ResultRow>& rows) {
 }
 
 TEST(Convergence, IsReadFromWhatTheTrainingSaid) {
-  EXPECT_EQ(convergence_of(row_of("gn", {{"lambda", 1}})).runs, 0);
-  EXPECT_EQ(convergence_of(row_of("early", trained(12))).runs, 1);
-  EXPECT_TRUE(convergence_of(row_of("early", trained(12))).all());
-  EXPECT_FALSE(convergence_of(row_of("late", cut_off())).all());
+  EXPECT_EQ(convergence_of(made_row("gn", {{"lambda", 1}})).runs, 0);
+  EXPECT_EQ(convergence_of(made_row("early", trained(12))).runs, 1);
+  EXPECT_TRUE(convergence_of(made_row("early", trained(12))).all());
+  EXPECT_FALSE(convergence_of(made_row("late", cut_off())).all());
   // A program from before trainings said so themselves.
-  EXPECT_FALSE(convergence_of(row_of("older", trained(20))).all());
+  EXPECT_FALSE(convergence_of(made_row("older", trained(20))).all());
 }
 
 TEST(Convergence, IsCountedOverTheSeeds) {
@@ -60,12 +60,12 @@ TEST(Convergence, IsCountedOverTheSeeds) {
 
 TEST(Convergence, TheFootOfTheTableNamesWhoHadNot) {
   const std::string foot = "had not converged: ";
-  EXPECT_EQ(table_of({row_of("gn", {}), row_of("early", trained(12))}).find(foot),
+  EXPECT_EQ(table_of({made_row("gn", {}), made_row("early", trained(12))}).find(foot),
             std::string::npos);
-  ResultRow elsewhere = row_of("late", cut_off());
+  ResultRow elsewhere = made_row("late", cut_off());
   elsewhere.dataset = "edge";  // the same network on another test set is named once
-  const std::string text = table_of({row_of("early", trained(12)), row_of("late", cut_off()),
-                                     elsewhere, row_of("older", trained(20)), row_of_seeds()});
+  const std::string text = table_of({made_row("early", trained(12)), made_row("late", cut_off()),
+                                     elsewhere, made_row("older", trained(20)), row_of_seeds()});
   EXPECT_NE(text.find(foot + "late, older, net (2 of 3 seeds). "), std::string::npos) << text;
 }
 

@@ -17,7 +17,7 @@ using testing::write_text;
 
 json content(const fs::path& file) { return *read_experiment_json(file).content; }
 
-std::string refusal(const fs::path& file) {
+std::string refusal_of(const fs::path& file) {
   try {
     read_experiment_json(file);
   } catch (const InputError& e) {
@@ -69,28 +69,30 @@ TEST_F(ExperimentJsonFiles, NamesAreRelativeToTheFileThatSaysThem) {
 
 TEST_F(ExperimentJsonFiles, WhatCannotBeExtendedIsRefusedWithItsPlace) {
   const fs::path file = write("a.json", R"({"extends": "absent.json"})");
-  EXPECT_EQ(refusal(file), file.string() + ": /extends: " + (folder_ / "absent.json").string() +
-                               ": cannot be opened: there is no such file; check the name");
+  EXPECT_EQ(refusal_of(file), file.string() + ": /extends: " + (folder_ / "absent.json").string() +
+                                  ": cannot be opened: there is no such file; check the name");
   write("a.json", R"({"extends": ["b.json"]})");
-  EXPECT_EQ(refusal(file),
+  EXPECT_EQ(refusal_of(file),
             file.string() + R"(: /extends: must be a string that is not empty, got ["b.json"])");
   write("b.json", "[1]");
   write("a.json", R"({"extends": "b.json"})");
-  EXPECT_EQ(refusal(file), file.string() + ": /extends: " + (folder_ / "b.json").string() +
-                               " is not an experiment");
+  EXPECT_EQ(refusal_of(file), file.string() + ": /extends: " + (folder_ / "b.json").string() +
+                                  " is not an experiment");
   write("b.json", "{");
-  EXPECT_EQ(refusal(file).rfind(file.string() + ": /extends: " + (folder_ / "b.json").string(), 0),
-            0u);
+  EXPECT_EQ(
+      refusal_of(file).rfind(file.string() + ": /extends: " + (folder_ / "b.json").string(), 0),
+      0u);
 }
 
 TEST_F(ExperimentJsonFiles, CirclesAreRefused) {
   const fs::path self = write("self.json", R"({"extends": "./self.json"})");
-  EXPECT_NE(refusal(self).find("/extends: goes in a circle"), std::string::npos) << refusal(self);
+  EXPECT_NE(refusal_of(self).find("/extends: goes in a circle"), std::string::npos)
+      << refusal_of(self);
   write("a.json", R"({"extends": "b.json"})");
   write("b.json", R"({"extends": "c.json"})");
   const fs::path last = write("c.json", R"({"extends": "folder/../b.json"})");
   fs::create_directory(folder_ / "folder");
-  const std::string message = refusal(folder_ / "a.json");
+  const std::string message = refusal_of(folder_ / "a.json");
   EXPECT_NE(message.find("c.json: /extends: goes in a circle"), std::string::npos) << message;
 }
 
@@ -103,9 +105,9 @@ TEST_F(ExperimentJsonFiles, ChainsHaveAnEnd) {
   write("e5.json", R"({"extends": "e4.json"})");
   EXPECT_EQ(content(folder_ / "e4.json"), json({{"title", "t"}}));
   EXPECT_NE(
-      refusal(folder_ / "e5.json").find("e1.json: /extends: is one too many: at most 4 files"),
+      refusal_of(folder_ / "e5.json").find("e1.json: /extends: is one too many: at most 4 files"),
       std::string::npos)
-      << refusal(folder_ / "e5.json");
+      << refusal_of(folder_ / "e5.json");
 }
 
 }  // namespace

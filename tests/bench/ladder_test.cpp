@@ -30,7 +30,7 @@ Experiment read(const json& object) {
   return read_experiment(folder / "x.json", registry, {});
 }
 
-std::string refusal(const json& axis) {
+std::string refusal_of(const json& axis) {
   try {
     read(with_axis(axis));
   } catch (const InputError& e) {
@@ -136,11 +136,11 @@ TEST(Ladder, ParametersGoIntoTheEntry) {
 
 TEST(Ladder, SaysWhatIsWrong) {
   const json axis = {{"name", "snr"}, {"vary", "/snr_db"}, {"levels", {80, 40}}};
-  EXPECT_EQ(refusal(axis), "accepted");
+  EXPECT_EQ(refusal_of(axis), "accepted");
   const auto with = [&](const char* key, const json& value) {
     json changed = axis;
     changed[key] = value;
-    return refusal(changed);
+    return refusal_of(changed);
   };
   EXPECT_NE(with("levels", {40, 80, 60}).find("/ladders/axes/0/levels: must rise, or fall"),
             std::string::npos);

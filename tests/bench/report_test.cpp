@@ -176,7 +176,7 @@ TEST_F(ReportPage, NamesAChartThatIsNotThere) {
   }
 }
 
-ResultRow row_of(const std::string& label, const std::string& dataset) {
+ResultRow made_row(const std::string& label, const std::string& dataset) {
   ResultRow row;
   row.label = row.type = label;
   row.dataset = dataset;
@@ -203,9 +203,9 @@ TEST_F(ReportPage, OfAnExperimentKeepsEveryRowWithItsNumbers) {
   text.published.source = "Zheng et al., Table C1";
   text.published.rows = {{"gn", {}}};
   text.published.rows[0].values[Metric::AR] = 1.231;
-  std::vector<ResultRow> rows = {row_of("truth", "test"), row_of("no-contact", "test"),
-                                 row_of("gn", "test"),    row_of("net", "test"),
-                                 row_of("lost", "test"),  row_of("gn", "edge")};
+  std::vector<ResultRow> rows = {made_row("truth", "test"), made_row("no-contact", "test"),
+                                 made_row("gn", "test"),    made_row("net", "test"),
+                                 made_row("lost", "test"),  made_row("gn", "edge")};
   rows[3].seeds = SeedSpread{};
   rows[3].seeds->values = {1, 2, 3};
   rows[3].seeds->deviation[Metric::AR] = 0.004;

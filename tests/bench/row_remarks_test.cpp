@@ -9,7 +9,8 @@
 namespace ertbench {
 namespace {
 
-ResultRow row_of(const std::string& label, double error, const std::string& cpu, double busy = 0) {
+ResultRow made_row(const std::string& label, double error, const std::string& cpu,
+                   double busy = 0) {
   ResultRow row;
   row.label = row.family = label;
   row.type = label == "no-contact" ? label : "tsvd";
@@ -25,9 +26,9 @@ ResultRow row_of(const std::string& label, double error, const std::string& cpu,
 }
 
 const std::vector<ResultRow>& rows() {
-  static const std::vector<ResultRow> all = {row_of("no-contact", 1, ""), row_of("a", 0.5, "Xeon"),
-                                             row_of("b", 0.6, "Epyc", 1.5),
-                                             row_of("c", 1.01, "Xeon"), row_of("d", 1, "")};
+  static const std::vector<ResultRow> all = {
+      made_row("no-contact", 1, ""), made_row("a", 0.5, "Xeon"), made_row("b", 0.6, "Epyc", 1.5),
+      made_row("c", 1.01, "Xeon"), made_row("d", 1, "")};
   return all;
 }
 

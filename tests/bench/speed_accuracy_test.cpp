@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using testing::count;
 
-ResultRow row_of(const std::string& label, double p50, double error, double validation = 0) {
+ResultRow made_row(const std::string& label, double p50, double error, double validation = 0) {
   ResultRow row;
   row.label = label;
   row.type = row.family = label.substr(0, label.find(' '));
@@ -42,12 +42,12 @@ struct Sample {
   SpeedQuestion question;
 
   Sample() {
-    rows = {row_of("no-contact", 1, 1),     row_of("gn", 4, 0.7, 0.72),
-            row_of("svd 10", 1, 0.9, 0.93), row_of("svd 20", 2, 0.81, 0.8),
-            row_of("svd 40", 3, 0.8, 0.79), row_of("net small", 100, 0.5, 0.51),
-            row_of("net", 600, 0.4, 0.42),  row_of("net wide", 700, 0.41, 0.41),
-            row_of("tv few", 1200, 0.3),    row_of("tv", 2000, 0.65),
-            row_of("broken", 0.5, 0.1)};
+    rows = {made_row("no-contact", 1, 1),     made_row("gn", 4, 0.7, 0.72),
+            made_row("svd 10", 1, 0.9, 0.93), made_row("svd 20", 2, 0.81, 0.8),
+            made_row("svd 40", 3, 0.8, 0.79), made_row("net small", 100, 0.5, 0.51),
+            made_row("net", 600, 0.4, 0.42),  made_row("net wide", 700, 0.41, 0.41),
+            made_row("tv few", 1200, 0.3),    made_row("tv", 2000, 0.65),
+            made_row("broken", 0.5, 0.1)};
     rows.front().latency_us.reset();
     rows[8].frames_not_converged = 11;  // more than 1 %
     rows[9].frames_not_converged = 10;
@@ -76,7 +76,7 @@ TEST(SpeedAccuracy, TheFrontierHoldsWhatNothingFasterBeats) {
 
 TEST(SpeedAccuracy, AThousandthIsNoGain) {
   Sample sample;
-  sample.rows.push_back(row_of("gn exact", 5, 0.7 * (1 - 5e-4)));
+  sample.rows.push_back(made_row("gn exact", 5, 0.7 * (1 - 5e-4)));
   sample.question.labels.push_back("gn exact");
   sample.question.budgets_us = {8};
   const SpeedAccuracy chart = sample.chart();
@@ -176,7 +176,7 @@ TEST(SpeedAccuracy, TheStaircaseGoesDownAndOutToTheFarSide) {
 
 TEST(SpeedAccuracy, AnErrorBeyondDoingNothingDoesNotStretchTheScale) {
   Sample sample;
-  sample.rows.push_back(row_of("svd 104", 4.5, 9752));
+  sample.rows.push_back(made_row("svd 104", 4.5, 9752));
   sample.question.labels.push_back("svd 104");
   const SpeedPanel panel = latency_panel(sample.chart(), {0, 0, 600, 400});
   EXPECT_LT(panel.errors.high, 1.2);

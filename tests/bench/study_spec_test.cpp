@@ -38,7 +38,7 @@ Experiment read(const json& value) {
   return read_experiment(folder / "e.json", registry, chart_types());
 }
 
-std::string refusal(const json& value) {
+std::string refusal_of(const json& value) {
   try {
     read(value);
   } catch (const InputError& error) {
@@ -59,22 +59,23 @@ TEST(StudySpec, IsReadWithItsDefaults) {
 TEST(StudySpec, RefusesSetsOfAnotherKind) {
   json value = touch_experiment();
   value["studies"][0]["sets"] = {"writing"};
-  EXPECT_NE(refusal(value).find("/studies/0/sets"), std::string::npos) << refusal(value);
+  EXPECT_NE(refusal_of(value).find("/studies/0/sets"), std::string::npos) << refusal_of(value);
   value["studies"][0] = {{"type", "tracking"}, {"sets", {"writing"}}};
-  EXPECT_EQ(refusal(value), "");
+  EXPECT_EQ(refusal_of(value), "");
   value["studies"][0] = {{"type", "collision"}, {"quiet", "writing"}};
-  EXPECT_NE(refusal(value), "");
+  EXPECT_NE(refusal_of(value), "");
   value["studies"][0] = {{"type", "tracking"}, {"sets", {"absent"}}};
-  EXPECT_NE(refusal(value), "");
+  EXPECT_NE(refusal_of(value), "");
 }
 
 TEST(StudySpec, TouchesNeedASkinAndAGrid) {
   json value = touch_experiment();
   value["datasets"]["places"]["grid"] = "auto";
-  EXPECT_NE(refusal(value).find("/datasets/places/grid"), std::string::npos) << refusal(value);
+  EXPECT_NE(refusal_of(value).find("/datasets/places/grid"), std::string::npos)
+      << refusal_of(value);
   value = touch_experiment();
   value.erase("sensor");
-  EXPECT_NE(refusal(value).find("skin"), std::string::npos) << refusal(value);
+  EXPECT_NE(refusal_of(value).find("skin"), std::string::npos) << refusal_of(value);
 }
 
 }  // namespace

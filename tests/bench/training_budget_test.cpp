@@ -15,8 +15,8 @@ namespace {
 using nlohmann::json;
 using testing::count;
 
-ResultRow row_of(const std::string& family, int epochs, double fit_s, double error,
-                 int best_epoch) {
+ResultRow made_row(const std::string& family, int epochs, double fit_s, double error,
+                   int best_epoch) {
   ResultRow row;
   row.label = family + " epochs=" + std::to_string(epochs);
   row.family = family;
@@ -31,13 +31,13 @@ ResultRow row_of(const std::string& family, int epochs, double fit_s, double err
 }
 
 struct Budgets {
-  std::vector<ResultRow> rows = {row_of("net", 10, 20, 0.5, 8), row_of("net", 1, 2, 0.8, 1),
-                                 row_of("deep", 1, 9, 0.7, 1), row_of("deep", 10, 90, 0.4, 10)};
+  std::vector<ResultRow> rows = {made_row("net", 10, 20, 0.5, 8), made_row("net", 1, 2, 0.8, 1),
+                                 made_row("deep", 1, 9, 0.7, 1), made_row("deep", 10, 90, 0.4, 10)};
   BudgetQuestion question;
 
   Budgets() {
     question.dataset = "test";
-    ResultRow failed = row_of("deep", 100, 900, 0.3, 90);
+    ResultRow failed = made_row("deep", 100, 900, 0.3, 90);
     failed.status = "timed out";
     rows.push_back(failed);
     ResultRow linear;

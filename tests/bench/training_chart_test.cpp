@@ -68,7 +68,7 @@ TEST(Program, AFigureThatCannotBeDrawnEndsNothing) {
       << outcome.output;
   const json summary = summary_of(folder / "results/small");
   EXPECT_EQ(summary.at("undrawn"), json::array({"reconstructions"}));
-  EXPECT_EQ(testing::row_of(summary, "tsvd").at("status"), "ok");
+  EXPECT_EQ(row_of(summary, "tsvd").at("status"), "ok");
   const std::string page = read_text(folder / "results/small/report.html");
   EXPECT_NE(page.find("This figure could not be drawn"), std::string::npos);
   // The next run draws it.
