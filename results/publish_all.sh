@@ -15,8 +15,8 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# Experiment; "fidelity" where the sheet's models are compared on its scenes; "limit" where its limit is
-# computed, of how many frames and with which options. (What the
+# Experiment; "fidelity" where the sheet's models are compared on its scenes, "load" where rates of frames
+# are measured; "limit" where its limit is computed, of how many frames and with which options. (What the
 # training sets of the broad readings allow takes minutes a frame, and is left to who asks for it.)
 experiments=(
   "quick"
@@ -25,6 +25,7 @@ experiments=(
   "table_c1_fine limit 200 --prior oracle"
   "table_c1_literal limit 200 --prior oracle"
   "table_c1_continuous limit 200 --prior oracle"
+  "load load"
   "speed_accuracy limit 100"
   "two_fingers"
   "stability"
@@ -111,7 +112,7 @@ main() {
       ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)" $options
     fi
     how=()
-    if [[ "$what" == fidelity ]]; then how=(--fidelity); fi
+    if [[ "$what" == fidelity || "$what" == load ]]; then how=("--$what"); fi
     ./ertbench publish "${how[@]}" "experiments/$name.json"
     commit_published "Published: $name"
   done

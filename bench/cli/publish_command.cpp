@@ -24,6 +24,7 @@ struct PublishArguments {
   bool plan = false;
   bool clocks = false;
   bool fidelity = false;
+  bool load = false;
 };
 
 /// Prints what fitting would take, and makes nothing.
@@ -59,7 +60,9 @@ ExitCode publish(const PublishArguments& arguments) {
   for (const std::string& file : arguments.experiments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
-    failures += publish_experiment(experiment, project, cache, arguments.jobs, arguments.fidelity);
+    failures += arguments.load ? publish_load(experiment, registry, project, cache)
+                               : publish_experiment(experiment, project, cache, arguments.jobs,
+                                                    arguments.fidelity);
     std::printf("published %s in %s\n", experiment.name.c_str(),
                 printable_path((project / "results/published" / experiment.name).string()).c_str());
   }
@@ -82,10 +85,16 @@ Action add_publish(CLI::App& command) {
       "--clocks", arguments->clocks,
       "Take the times of what is published again, those of all experiments together");
   clocks->needs(command.get_option("experiments"));
+  CLI::Option* const fidelity =
+      command
+          .add_flag("--fidelity", arguments->fidelity,
+                    "What `fidelity` makes of the experiments, in place of what `run` does")
+          ->excludes(clocks);
   command
-      .add_flag("--fidelity", arguments->fidelity,
-                "What `fidelity` makes of the experiments, in place of what `run` does")
-      ->excludes(clocks);
+      .add_flag("--load", arguments->load,
+                "What `timing load` makes of them, with its usual deadlines")
+      ->excludes(clocks)
+      ->excludes(fidelity);
   command.footer(
       "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
       "Refuses a tree with changes that are not committed, and a program that was built of other\n"

@@ -144,7 +144,7 @@ class LoadFigure {
 
 nlohmann::json load_json(const LoadResults& results) {
   nlohmann::json out = {
-      {"schema", 1},
+      {"schema", 2},
       {"provenance", machine_provenance()},
       {"note",
        "frames_per_s is the highest rate at which the share of the frames was finished within the "
@@ -159,8 +159,8 @@ nlohmann::json load_json(const LoadResults& results) {
       {"resolution", RateSearch{}.resolution},
       {"seed", results.seed},
       {"deadlines_s", results.deadlines_s},
-      {"solvers", nlohmann::json::array()}};
-  for (const SolverLoad& solver : results.solvers) out["solvers"].push_back(to_json(solver));
+      {"rows", nlohmann::json::array()}};
+  for (const SolverLoad& solver : results.solvers) out["rows"].push_back(to_json(solver));
   return out;
 }
 

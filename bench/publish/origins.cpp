@@ -65,7 +65,8 @@ std::vector<std::string> clocks_of(const json& summary) {
   std::set<std::string> processors;
   bool timed = false;
   for (const json& row : summary.value("rows", json::array())) {
-    if (!row.contains("latency_us") || row.at("latency_us").is_null()) continue;
+    const bool of_load = row.contains("service_us");
+    if (!of_load && row.value("latency_us", json()).is_null()) continue;
     timed = true;
     if (row.contains("timed_on")) processors.insert(row.at("timed_on").value("cpu", ""));
   }
@@ -75,11 +76,14 @@ std::vector<std::string> clocks_of(const json& summary) {
   return {taken.value("date", dash).substr(0, 10), joined(processors)};
 }
 
-/// summary.json; of a comparison of the sheet's models, which has none, the like of it; else null.
+/// summary.json; of a comparison of the sheet's models and of rates of frames, which have none, the
+/// like of it; else null.
 json origin_of(const fs::path& folder) {
   if (fs::exists(folder / "summary.json")) return read_json_file(folder / "summary.json");
   const fs::path provenance = folder / "provenance.json";
-  return fs::exists(provenance) ? json{{"provenance", read_json_file(provenance)}} : json();
+  if (fs::exists(provenance)) return {{"provenance", read_json_file(provenance)}};
+  const fs::path load = folder / "load.json";
+  return fs::exists(load) ? read_json_file(load) : json();
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bench/load/load_report.h"
+#include "bench/load/load_run.h"
 #include "bench/pages/page.h"
 #include "bench/publish/latency_pairs.h"
 #include "bench/publish/origins.h"
@@ -104,6 +106,18 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   publish_limits(results, run.out, made);
   replace_folder(published, made);
   return results.failures;
+}
+
+int publish_load(const Experiment& experiment, SolverRegistry& registry, const fs::path& project,
+                 const Cache& cache) {
+  const LoadResults results = run_load(experiment, cache, registry, {});
+  const fs::path published = project / "results/published" / experiment.name;
+  const fs::path made = part_of(published);
+  write_load(results, made);
+  replace_folder(published, made);
+  return static_cast<int>(
+      std::count_if(results.solvers.begin(), results.solvers.end(),
+                    [](const SolverLoad& solver) { return !solver.failure.empty(); }));
 }
 
 std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& project) {

@@ -9,6 +9,8 @@
 
 namespace ertbench {
 
+class SolverRegistry;
+
 /// Throws InputError where the project's tree is not what its last commit says, where the program
 /// was built of other sources, or where there is no git. Changes below results/published and of the
 /// rendered pages do not count: publishing makes them.
@@ -21,6 +23,12 @@ void require_committed(const std::filesystem::path& project);
 /// the sheet's models on its scenes, as `ertbench fidelity` makes it, in place of its solvers'.
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
                        const Cache& cache, int jobs, bool of_models = false);
+
+/// The same of what `ertbench timing load` makes of the experiment with its usual deadlines, each
+/// solver measured again, one after the other. `registry`: that the experiment was read with.
+/// Returns the number of solvers that failed.
+int publish_load(const Experiment& experiment, SolverRegistry& registry,
+                 const std::filesystem::path& project, const Cache& cache);
 
 /// Renders every page of the project, and the pages of the latencies and of the builds. All of them
 /// or none: throws InputError naming the first place that cannot be rendered or has a number typed

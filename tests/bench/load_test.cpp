@@ -192,8 +192,8 @@ TEST_F(LoadFigureTest, TableAndFigureSayWhatWasAndWhatWasNot) {
     EXPECT_NE(svg.find(part), std::string::npos) << part;
   }
   const nlohmann::json written = nlohmann::json::parse(read("load.json"));
-  EXPECT_EQ(solver_load_from_json(written.at("solvers").at(0)).deadlines[1].poisson.per_s, 60000);
-  EXPECT_FALSE(solver_load_from_json(written.at("solvers").at(1)).deadlines[0].fixed.per_s);
+  EXPECT_EQ(solver_load_from_json(written.at("rows").at(0)).deadlines[1].poisson.per_s, 60000);
+  EXPECT_FALSE(solver_load_from_json(written.at("rows").at(1)).deadlines[0].fixed.per_s);
 }
 
 // The whole way, with a solver that takes its process down. Whether the other keeps a deadline is
@@ -211,13 +211,13 @@ TEST(LoadProgram, ASolverThatCrashesCostsItsOwnRates) {
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
   EXPECT_NE(outcome.output.find("Aborted"), std::string::npos) << outcome.output;
   const nlohmann::json result = nlohmann::json::parse(testing::read_text(folder / "out/load.json"));
-  const nlohmann::json& rate = result.at("solvers").at(0).at("rates").at(0);
+  const nlohmann::json& rate = result.at("rows").at(0).at("rates").at(0);
   EXPECT_EQ(rate.at("arrivals"), "fixed");
   if (rate.at("frames_per_s").is_number()) {
     EXPECT_LE(rate.at("p99_s").get<double>(), 0.01);
     EXPECT_LT(rate.at("utilisation").get<double>(), 1);
   }
-  EXPECT_GT(result.at("solvers").at(0).at("service_us").at("p50").get<double>(), 0);
+  EXPECT_GT(result.at("rows").at(0).at("service_us").at("p50").get<double>(), 0);
 
   const Outcome unknown =
       testing::run_program(folder.path(), "timing load e.json --only gn --out out");

@@ -90,6 +90,42 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
 }
 
+TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
+  nlohmann::json small = testing::small_experiment();
+  small["datasets"]["test"]["count"] = 5;
+  small["datasets"]["validation"]["count"] = 2;
+  testing::write_text(project() / "e.json", small.dump());
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(project() / "e.json", registry, chart_types());
+  const auto run = testing::run_program(project(), "fidelity e.json --out results/e");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_EQ(publish_experiment(experiment, project(), Cache(project() / "cache"), 1, true), 0);
+  const auto published = project() / "results/published/e";
+  EXPECT_EQ(testing::read_text(published / "fidelity.csv"),
+            testing::read_text(project() / "results/e/fidelity.csv"));
+  EXPECT_TRUE(std::filesystem::exists(published / "provenance.json"));
+  EXPECT_FALSE(std::filesystem::exists(published / "summary.json"));
+  EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
+}
+
+TEST_F(PublishTest, PutsRatesOfFramesIntoTheirPlaceWithWhatFailed) {
+  nlohmann::json small = testing::small_experiment();
+  small["plugins"] = {ERTBENCH_MISBEHAVING_PLUGIN};
+  small["solvers"] = {{{"type", "misbehaving"}, {"label", "lost"}, {"how", "crash"}}};
+  testing::write_text(project() / "e.json", small.dump());
+  SolverRegistry registry;
+  const Experiment experiment =
+      read_experiment(project() / "e.json", registry, {}, SolverCheck::none);
+  EXPECT_EQ(publish_load(experiment, registry, project(), Cache(project() / "cache")), 1);
+  const auto published = project() / "results/published/e";
+  const nlohmann::json load = nlohmann::json::parse(testing::read_text(published / "load.json"));
+  ASSERT_EQ(load.at("rows").size(), 1u);
+  const auto failure = load.at("rows").at(0).at("failure").get<std::string>();
+  EXPECT_NE(failure.find("Aborted"), std::string::npos) << failure;
+  EXPECT_TRUE(std::filesystem::exists(published / "load.svg"));
+  EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
+}
+
 ResultRow timed_row(const std::string& type, nlohmann::json parameters, std::vector<double> rounds,
                     double calibration) {
   ResultRow row;
@@ -225,12 +261,15 @@ TEST(Origins, NameEachResultsCodeAndClocks) {
         {"timing", {{{"commit", "333333333333"}, {"code", "klmnopqrst"}}}}}},
       {"rows", {{{"latency_us", {{"p50", 1}}}, {"timed_on", {{"cpu", "second"}}}}}},
       {"clocks", {{"date", "2026-05-06T07:08:09Z"}}}};
-  for (const char* name : {"a", "b", "c", "c.part"}) {
+  for (const char* name : {"a", "b", "c", "c.part", "d"}) {
     std::filesystem::create_directories(folder / name);
   }
   testing::write_text(folder / "a/summary.json", summary.dump());
   testing::write_text(folder / "c.part/summary.json", summary.dump());
   testing::write_text(folder / "c/provenance.json", summary.at("provenance").dump());
+  const nlohmann::json load = {{"provenance", summary.at("provenance")},
+                               {"rows", {{{"service_us", {{"p50", 1}}}}}}};
+  testing::write_text(folder / "d/load.json", load.dump());
   std::vector<std::vector<std::string>> rows;
   const Table table = origins_table(folder.path());
   for (const auto& cells : table.sections.at(0).rows) {
@@ -240,7 +279,8 @@ TEST(Origins, NameEachResultsCodeAndClocks) {
   const std::vector<std::vector<std::string>> expected = {
       {"a", "0123456789ab, 222222222222", "klmnopqr", "abcdefgh", "2026-01-02", "first",
        "2026-05-06", "second"},
-      {"c", "1", "—", "—", "2026-01-02", "first", "—", "—"}};
+      {"c", "1", "—", "—", "2026-01-02", "first", "—", "—"},
+      {"d", "1", "—", "—", "2026-01-02", "first", "2026-01-02", "first"}};
   EXPECT_EQ(rows, expected);
 }
 
