@@ -28,7 +28,50 @@ bool inside(const Box& box, const Box& area) {
          box.bottom <= area.bottom;
 }
 
+/// On which side of the line through a segment a point lies: the sign of their cross product.
+double side_of(const Segment& line, double x, double y) {
+  return (line.x2 - line.x1) * (y - line.y1) - (line.y2 - line.y1) * (x - line.x1);
+}
+
+/// The labels that have a place, with the lines to their points.
+class PlacedLabels {
+ public:
+  bool free_for(const Box& box, const std::optional<Segment>& leader) const {
+    const auto crossed = [&](const auto& other) { return leader && leader->crosses(other); };
+    return std::none_of(boxes_.begin(), boxes_.end(), crossed) &&
+           std::none_of(leaders_.begin(), leaders_.end(),
+                        [&](const Segment& other) { return other.crosses(box) || crossed(other); });
+  }
+  void add(const Box& box, const std::optional<Segment>& leader) {
+    boxes_.push_back(box);
+    if (leader) leaders_.push_back(*leader);
+  }
+
+ private:
+  std::vector<Box> boxes_;
+  std::vector<Segment> leaders_;
+};
+
 }  // namespace
+
+bool Segment::crosses(const Segment& other) const {
+  return side_of(*this, other.x1, other.y1) * side_of(*this, other.x2, other.y2) < 0 &&
+         side_of(other, x1, y1) * side_of(other, x2, y2) < 0;
+}
+
+bool Segment::crosses(const Box& box) const {
+  const auto within = [&](double x, double y) {
+    return x > box.left && x < box.right && y > box.top && y < box.bottom;
+  };
+  return within(x1, y1) || within(x2, y2) ||
+         crosses(Segment{box.left, box.top, box.right, box.bottom}) ||
+         crosses(Segment{box.left, box.bottom, box.right, box.top});
+}
+
+Segment leader_of(const PointLabel& label, const Box& place) {
+  return {label.x, label.y, std::clamp(label.x, place.left, place.right),
+          std::clamp(label.y, place.top, place.bottom)};
+}
 
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
@@ -36,6 +79,7 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
   std::vector<std::optional<PlacedLabel>> out(labels.size());
   // Right, left, above, below, then what lies between.
   constexpr int order[directions] = {0, 8, 12, 4, 14, 2, 10, 6, 15, 1, 9, 7, 13, 11, 3, 5};
+  PlacedLabels placed;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const double width = text_width(labels[i].text, font_size) + 4;
     const double height = font_size + 3;
@@ -45,9 +89,12 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
         if (!inside(box, area)) continue;
         const bool free = std::none_of(taken.begin(), taken.end(),
                                        [&](const Box& other) { return box.overlaps(other); });
-        if (!free) continue;
-        out[i] = PlacedLabel{box, distance > nearest + 6};
+        const bool far = distance > nearest + 6;
+        const auto leader = far ? std::optional(leader_of(labels[i], box)) : std::nullopt;
+        if (!free || !placed.free_for(box, leader)) continue;
+        out[i] = PlacedLabel{box, far};
         taken.push_back(box);
+        placed.add(box, leader);
         break;
       }
     }

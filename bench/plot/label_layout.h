@@ -20,9 +20,21 @@ struct PlacedLabel {
   bool leader = false;  ///< far enough from the point to need a line to it
 };
 
+/// A straight line between two points, px.
+struct Segment {
+  double x1, y1;
+  double x2, y2;
+
+  bool crosses(const Segment& other) const;
+  bool crosses(const Box& box) const;  ///< or lies within
+};
+
+/// From the point to the nearest place of its label.
+Segment leader_of(const PointLabel& label, const Box& place);
+
 /// Finds a place for each label, the first ones first: beside its point if that is free, else
-/// farther away, within `area` and clear of `taken` and of the other labels. A label for which
-/// nothing is free has no value.
+/// farther away, within `area` and clear of `taken` and of the other labels; no line to a point
+/// crosses another one or a label. A label for which nothing is free has no value.
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
                                                      std::vector<Box> taken);

@@ -65,6 +65,14 @@ std::string label(const Axis& axis, const std::string& name, const std::string& 
   return "set " + name + "label " + gnuplot_string(axis.title) + " offset " + offset + "\n";
 }
 
+/// How far gnuplot's place of the upright axis's title is moved to the right, in characters. It
+/// leaves room for the ticks by their characters' number, which is more than long numbers need.
+std::string title_offset(const Axis& y) {
+  std::size_t most = 0;
+  for (const Tick& tick : y.ticks) most = std::max(most, character_count(tick.text));
+  return most < 3 ? "0.3,0" : "1,0";
+}
+
 }  // namespace
 
 Panel::Panel(Canvas& canvas, const Box& box, Axis x, Axis y)
@@ -127,8 +135,8 @@ void Panel::labels(const std::vector<PointLabel>& labels, std::vector<Box> taken
     if (!places[i]) continue;
     const Box& place = places[i]->box;
     if (places[i]->leader) {
-      canvas_.line(labels[i].x, labels[i].y, std::clamp(labels[i].x, place.left, place.right),
-                   std::clamp(labels[i].y, place.top, place.bottom), {ink::light, 0.6});
+      const Segment leader = leader_of(labels[i], place);
+      canvas_.line(leader.x1, leader.y1, leader.x2, leader.y2, {ink::light, 0.6});
     }
     canvas_.text(labels[i].text, place.middle(), place.centre(), {.size = size});
   }
@@ -143,7 +151,7 @@ void Panel::draw() {
   canvas_.plots() << "unset key\nset border 3 linecolor '#606060'\n"
                   << "set tics nomirror scale 0.5 font ',10'\n"
                   << commands(x_, "x") << commands(y_, "y") << label(x_, "x", "0,0.3")
-                  << label(y_, "y", "1,0") << "plot " << plots_ << "NaN notitle\n"
+                  << label(y_, "y", title_offset(y_)) << "plot " << plots_ << "NaN notitle\n"
                   << "unset logscale\nunset grid\nunset xlabel\nunset ylabel\nunset border\n";
 }
 

@@ -252,7 +252,7 @@ std::vector<ReportSection> Collision::report(const std::string& title,
   ReportSection section;
   section.title = "Collision (D.5)";
   section.text = collision_text(results_);
-  section.figures = collision_figures(results_, title, folder / name_);
+  section.figures = collision_figures(results_, without_law(title), folder / name_);
   section.tables = collision_tables(results_);
   section.notes = collision_notes(results_);
   write_file_atomically(folder / (name_ + ".md"),

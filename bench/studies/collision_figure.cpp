@@ -115,18 +115,21 @@ void draw_curve_figure(const CollisionResults& results, const std::string& title
       stem);
 }
 
-/// Runs of about the same speed: medians of speed and peak force, 5 and 95 % of the latter.
+/// Runs of about the same speed: its median, and the peak force over that of a stop without delay
+/// at each run's own speed, median and 5 and 95 %.
 struct SpeedBin {
   double speed_m_s;
-  double low_N, median_N, high_N;
+  double low, median, high;
+  double median_N;
 };
 
-std::vector<SpeedBin> speed_bins(const ArmOutcome& arm, double limit_N) {
+std::vector<SpeedBin> speed_bins(const ArmOutcome& arm, const ArmSettings& settings) {
   constexpr std::size_t most = 8;
   constexpr std::size_t least_runs = 10;
   std::vector<std::pair<double, double>> runs;  // speed, peak force
   for (const ArmRun& run : arm.runs) {
     if (run.needless_stop) continue;
+    const double limit_N = settings.limit_N;
     runs.emplace_back(run.truth.speed_m_s, std::min(run.peak_N.value_or(limit_N), limit_N));
   }
   std::sort(runs.begin(), runs.end());
@@ -137,15 +140,30 @@ std::vector<SpeedBin> speed_bins(const ArmOutcome& arm, double limit_N) {
     const std::size_t end = (b + 1) * runs.size() / count;
     std::vector<double> speeds;
     std::vector<double> peaks;
+    std::vector<double> ratios;
     for (std::size_t r = first; r < end; ++r) {
-      speeds.push_back(runs[r].first);
-      peaks.push_back(runs[r].second);
+      const auto& [speed, peak_N] = runs[r];
+      speeds.push_back(speed);
+      peaks.push_back(peak_N);
+      ratios.push_back(peak_N / settings.peak_force_N(speed, 0));
     }
-    const SortedValues sorted = peaks;
+    const SortedValues sorted = ratios;
     bins.push_back({median(speeds), interpolated_quantile(sorted, 0.05), median(sorted),
-                    interpolated_quantile(sorted, 0.95)});
+                    interpolated_quantile(sorted, 0.95), median(peaks)});
   }
   return bins;
+}
+
+/// Where a force lies over that of a stop without delay, as far as both axes reach.
+Points ratio_curve(double force_N, const ArmSettings& arm, const Span& speeds, const Span& ratios) {
+  constexpr int steps = 200;
+  Points out;
+  for (int i = 0; i <= steps; ++i) {
+    const double speed = speeds.low * std::pow(speeds.high / speeds.low, double(i) / steps);
+    const double ratio = force_N / arm.peak_force_N(speed, 0);
+    if (ratio >= ratios.low && ratio <= ratios.high) out.emplace_back(speed, ratio);
+  }
+  return out;
 }
 
 void draw_arm_figure(const CollisionResults& results, const std::string& title,
@@ -154,41 +172,35 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
   for (const ArmRun& run : results.undelayed.runs) speeds.extend(run.truth.speed_m_s);
   if (speeds.empty()) throw std::invalid_argument("no arm ran into anything");
   speeds = {speeds.low / 1.15, speeds.high * 1.15};
-  Span forces;
-  forces.extend(results.arm.aim_N);
-  forces.extend(results.arm.limit_N);
-  forces.extend(results.arm.peak_force_N(speeds.low, 0));
-  forces.extend(results.arm.peak_force_N(speeds.high, 0));
-  Axis y = Axis::logarithms({forces.low / 1.3, forces.high * 1.25}, "peak force (N)");
-  CollisionPair pair(results, {Axis::logarithms(speeds, "speed (m/s)"), y});
-  pair.explain("no delay: no skin does better", undelayed_line);
+  Span ratios;
+  ratios.extend(1);
+  for (const Detector& detector : results.detectors) {
+    for (const SpeedBin& bin : speed_bins(detector.arm, results.arm)) ratios.extend(bin.median);
+  }
+  ratios = {0.96 * ratios.low, 1.1 * ratios.high};
+  CollisionPair pair(results, {Axis::logarithms(speeds, "speed (m/s)"),
+                               Axis::logarithms(ratios, "peak force over that without delay")});
+  pair.explain("1: no delay, no skin does better", undelayed_line);
   pair.explain("aim, " + number_text(results.arm.aim_N) + " N", aimed_line);
   pair.explain("limit, " + number_text(results.arm.limit_N) + " N, or more", limit_of_arm_line);
-  pair.explain("whiskers: 5 to 95 % of the runs", std::nullopt);
   pair.draw(
       title + ": median peak force, " + results.condition,
       [&](Panel& panel) {
-        Points bound;  // a straight line between logarithmic axes
-        for (const double speed : {speeds.low, speeds.high}) {
-          bound.emplace_back(speed, results.arm.peak_force_N(speed, 0));
-        }
-        panel.line(bound, undelayed_line);
-        panel.level(results.arm.aim_N, aimed_line);
-        panel.level(results.arm.limit_N, limit_of_arm_line);
+        panel.level(1, undelayed_line);
+        panel.line(ratio_curve(results.arm.aim_N, results.arm, speeds, ratios), aimed_line);
+        panel.line(ratio_curve(results.arm.limit_N, results.arm, speeds, ratios),
+                   limit_of_arm_line);
       },
-      [&](Panel& panel, const Detector& detector, const DetectorStyle& style, double place) {
+      [&](Panel& panel, const Detector& detector, const DetectorStyle& style, double) {
         Points points;
-        std::vector<Whisker> whiskers;
-        for (const SpeedBin& bin : speed_bins(detector.arm, results.arm.limit_N)) {
-          const double x = bin.speed_m_s * std::exp(0.04 * place);
-          points.emplace_back(x, y.capped(bin.median_N));
-          whiskers.push_back({x, y.capped(bin.low_N), y.capped(bin.high_N)});
-          panel.tooltip(x, y.capped(bin.median_N),
+        for (const SpeedBin& bin : speed_bins(detector.arm, results.arm)) {
+          points.emplace_back(bin.speed_m_s, bin.median);
+          panel.tooltip(bin.speed_m_s, bin.median,
                         detector.name() + "\n" + fixed(bin.speed_m_s, 3) + " m/s: median " +
-                            fixed(bin.median_N, 1) + " N, 5 to 95 % " + fixed(bin.low_N, 1) +
-                            " to " + fixed(bin.high_N, 1) + " N");
+                            fixed(bin.median_N, 1) + " N, " + fixed(bin.median, 2) +
+                            " times that without delay, 5 to 95 % " + fixed(bin.low, 2) + " to " +
+                            fixed(bin.high, 2) + " times");
         }
-        panel.whiskers(whiskers, {style.line.colour.towards_white(0.6), 0.8});
         panel.line(points, style.line);
         panel.marks(points, style.mark);
       },
@@ -215,7 +227,10 @@ std::vector<ReportFigure> collision_figures(const CollisionResults& results,
           results.condition,
       draw_curve_figure);
   add("_arm", "Peak force on the obstacle against the arm's speed",
-      "medians over runs of about the same speed; " + results.condition, draw_arm_figure);
+      "over the peak force of a stop without delay at the same speed; medians over runs of about "
+      "the same speed; " +
+          results.condition,
+      draw_arm_figure);
   return figures;
 }
 

@@ -282,11 +282,11 @@ std::vector<ReportSection> Localisation::report(const std::string& title,
   for (const LocalisedSet& set : sets_) {
     section.tables.push_back(table_of(set, law_));
     if (std::find(maps_.begin(), maps_.end(), set.name) == maps_.end()) continue;
-    section.figures.push_back(
-        localisation_map(set, side_mm_, law_, title, folder / (name_ + "_map_" + set.name)));
+    section.figures.push_back(localisation_map(set, side_mm_, law_, without_law(title),
+                                               folder / (name_ + "_map_" + set.name)));
   }
   section.figures.insert(section.figures.begin(),
-                         localisation_overview(sets_, law_, title, folder / name_));
+                         localisation_overview(sets_, law_, without_law(title), folder / name_));
   write_study_tables({title, section.text, section.tables, {}, {}}, error_rows(sets_), folder,
                      name_);
   return {section};

@@ -295,10 +295,10 @@ std::vector<ReportSection> Sensitivity::report(const std::string& title,
   for (const SensitivitySet& set : sets_) {
     section.tables.push_back(force_table(set, law_));
     section.tables.push_back(strength_table(set, law_, background_));
-    section.figures.push_back(sensitivity_curves(set, region_of_, background_, law_, title,
-                                                 folder / (name_ + "_" + set.name)));
+    section.figures.push_back(sensitivity_curves(
+        set, region_of_, background_, law_, without_law(title), folder / (name_ + "_" + set.name)));
     section.figures.push_back(
-        force_errors(set, law_, title, folder / (name_ + "_force_" + set.name)));
+        force_errors(set, law_, without_law(title), folder / (name_ + "_force_" + set.name)));
   }
   write_study_tables({title, section.text, section.tables, {}, {}}, response_rows(sets_), folder,
                      name_);

@@ -17,6 +17,13 @@ std::string noise_text(const Noise& noise) {
   return number_text(*noise.snr_db) + " dB " + name_of(noise.basis);
 }
 
+std::string without_law(const std::string& title) {
+  for (const std::string end : {", rising law", ", falling law"}) {
+    if (title.ends_with(end)) return title.substr(0, title.size() - end.size());
+  }
+  return title;
+}
+
 void write_study_tables(const Table& table, const TableSection& rows,
                         const std::filesystem::path& folder, const std::string& name) {
   write_file_atomically(folder / (name + ".md"), markdown_of(table));

@@ -14,6 +14,9 @@ namespace ertbench {
 
 std::string force_text(const std::pair<double, double>& force_N);  ///< "5 N", "1 to 10 N"
 std::string noise_text(const Noise& noise);                        ///< "50 dB absolute", "no noise"
+/// An experiment's title for the heading of a figure, which names the law among its conditions:
+/// "Collision" of "Collision, rising law".
+std::string without_law(const std::string& title);
 
 /// Writes `folder`/`name`.md, and `rows` for programs: `folder`/`name`.csv.
 void write_study_tables(const Table& table, const TableSection& rows,

@@ -199,8 +199,8 @@ std::vector<ReportSection> Targets::report(const std::string& title,
   section.tables = {targets_count_table(circumstances_, results_),
                     targets_gap_table(circumstances_, results_)};
   section.notes = targets_notes(circumstances_);
-  section.figures = {targets_chart(circumstances_, results_, title, folder),
-                     targets_gallery(circumstances_, results_, title, folder)};
+  section.figures = {targets_chart(circumstances_, results_, without_law(title), folder),
+                     targets_gallery(circumstances_, results_, without_law(title), folder)};
   write_targets_files(circumstances_, {title, section.text, section.tables, section.notes, {}},
                       results_, folder);
   return {section};

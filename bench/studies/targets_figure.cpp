@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
@@ -97,10 +98,16 @@ class TargetsChart {
 
   void draw_counts(const std::string& key, const Box& box) {
     const std::string title = key == "recall" ? "recall" : "ghosts a frame";
-    Panel axes(canvas_, box, number_axis(), value_axis(key, title));
+    const Axis values = value_axis(key, title);
+    Panel axes(canvas_, box, number_axis(), values);
     axes.title(key == "recall" ? "Share of the contacts that were found"
                                : "Found contacts that are none");
     const double step = std::min(0.1, 0.6 / static_cast<double>(results_.solvers.size()));
+    for (std::size_t n = 1; n < results_.numbers.size(); ++n) {
+      // Between two numbers, whose marks stand side by side and mean no fractions.
+      const double border = (results_.numbers[n - 1] + results_.numbers[n]) / 2.0;
+      axes.line({{border, values.low}, {border, values.high}}, {rgb(0xd0d0d0), 0.8});
+    }
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
       const TargetSolver& solver = results_.solvers[s];
       Points points;
@@ -122,22 +129,29 @@ class TargetsChart {
     axes.draw();
   }
 
+  /// Says under the last bin, the place of all wider gaps, from which on it holds them.
+  static void name_last_bin(Axis& axis, double low) {
+    std::erase_if(axis.ticks, [&](const Tick& tick) { return tick.value >= low; });
+    axis.ticks.push_back({low, ""});
+    axis.ticks.push_back({(low + axis.high) / 2, "≥ " + number_text(low)});
+  }
+
   /// Of all bins; a last one that is wider than the others ends where they would.
   Axis gap_axis() const {
     Span span;
-    bool wider = false;
+    std::optional<double> wider;  // where a wider bin begins
     for (const TargetSolver& solver : results_.solvers) {
       for (const GapBin& bin : solver.gaps.bins) {
         const GapBin& first = solver.gaps.bins.front();
         const double usual = first.high_mm - first.low_mm;
-        wider = wider || bin.high_mm - bin.low_mm > 1.5 * usual;
+        if (bin.high_mm - bin.low_mm > 1.5 * usual) wider = bin.low_mm;
         span.extend(bin.low_mm);
         span.extend(std::min(bin.high_mm, bin.low_mm + usual));
       }
     }
     if (span.empty()) span = {0, 1};
     Axis axis = Axis::even(span, "gap between two contacts, mm");
-    if (wider) axis.cap();
+    if (wider) name_last_bin(axis, *wider);
     return axis;
   }
 
@@ -153,6 +167,7 @@ class TargetsChart {
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
       Points fit;
       for (const IsotonicBlock& block : results_.solvers[s].gaps.fit) {
+        if (block.first > gaps.high) break;  // drawn at the edge it would look like a jump
         fit.emplace_back(gaps.capped(block.first), block.value);
         fit.emplace_back(gaps.capped(block.last), block.value);
       }

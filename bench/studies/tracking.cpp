@@ -169,9 +169,10 @@ std::vector<ReportSection> Tracking::report(const std::string& title,
   ReportSection section;
   section.title = "Tracking (D.4)";
   section.text = tracking_text;
+  const std::string heading = without_law(title);
   section.figures = {
-      tracking_sweep(conditions_, law_, title, folder / name_),
-      tracking_gallery(conditions_.front(), law_, title, folder / (name_ + "_characters"))};
+      tracking_sweep(conditions_, law_, heading, folder / name_),
+      tracking_gallery(conditions_.front(), law_, heading, folder / (name_ + "_characters"))};
   section.notes = {
       "Intervals: 95 %, by the bootstrap over characters; of the share read back Wilson's."};
   for (const TrackingCondition& condition : conditions_) {

@@ -208,6 +208,36 @@ TEST(LabelLayout, LabelsMeetNeitherEachOtherNorWhatIsTaken) {
   EXPECT_GE(placed, 10);
 }
 
+TEST(LabelLayout, LinesToPointsCrossNeitherEachOtherNorLabels) {
+  std::vector<PointLabel> labels;
+  for (int i = 0; i < 14; ++i) {
+    labels.push_back({"configuration " + std::to_string(i), 200 + 6.0 * (i % 4), 150 + 3.0 * i});
+  }
+  const auto places = place_labels(labels, 10, {0, 0, 500, 320}, {});
+  int leaders = 0;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!places[i] || !places[i]->leader) continue;
+    ++leaders;
+    const Segment leader = leader_of(labels[i], places[i]->box);
+    for (std::size_t j = 0; j < labels.size(); ++j) {
+      if (j == i || !places[j]) continue;
+      EXPECT_FALSE(leader.crosses(places[j]->box)) << i << " through the name of " << j;
+      EXPECT_FALSE(places[j]->leader && leader.crosses(leader_of(labels[j], places[j]->box)))
+          << i << " " << j;
+    }
+  }
+  EXPECT_GE(leaders, 4);
+}
+
+TEST(LabelLayout, SegmentsCross) {
+  const Segment rising{0, 0, 10, 10};
+  EXPECT_TRUE(rising.crosses(Segment{0, 10, 10, 0}));
+  EXPECT_FALSE(rising.crosses(Segment{0, 10, 4, 6}));  // would, if it went on
+  EXPECT_TRUE(rising.crosses(Box{4, 0, 6, 20}));
+  EXPECT_TRUE(rising.crosses(Box{-1, -1, 20, 20}));  // lies within
+  EXPECT_FALSE(rising.crosses(Box{6, 0, 9, 4}));
+}
+
 class SpeedChart : public testing::FigureTest {};
 
 TEST_F(SpeedChart, EveryConfigurationIsThereWithItsValues) {
