@@ -176,7 +176,11 @@ Table latency_table(const std::vector<LatencyPair>& pairs) {
       "the least to the greatest. Solvers whose work is as much as a frame asks for (they iterate, "
       "add contacts or leave out components that weigh nothing) are paired where the test sets are "
       "the same as well. Two agree where these meet, in µs or in units of the calibration loop "
-      "that runs beside each round.";
+      "that runs beside each round. A machine is known by the name of its processor, which may "
+      "stand "
+      "for several generations (\"AMD EPYC\"): they can differ in how wide their vector units are, "
+      "by "
+      "which networks run at other times while the loop does not.";
   TableSection& section = table.sections.emplace_back();
   section.columns = {{"solver", Align::left},    {"in", Align::left},
                      {"p50 (µs)", Align::right}, {"and in", Align::left},
