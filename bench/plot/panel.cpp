@@ -70,7 +70,7 @@ std::string label(const Axis& axis, const std::string& name, const std::string& 
 std::string title_offset(const Axis& y) {
   std::size_t most = 0;
   for (const Tick& tick : y.ticks) most = std::max(most, character_count(tick.text));
-  return most < 3 ? "0.3,0" : "1,0";
+  return most < 3 ? "0.3,0" : most == 3 ? "0.6,0" : "1,0";
 }
 
 }  // namespace
