@@ -80,10 +80,10 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
   // Right, left, above, below, then what lies between.
   constexpr int order[directions] = {0, 8, 12, 4, 14, 2, 10, 6, 15, 1, 9, 7, 13, 11, 3, 5};
   PlacedLabels placed;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
+  const auto place = [&](std::size_t i, bool may_cross) {
     const double width = text_width(labels[i].text, font_size) + 4;
     const double height = font_size + 3;
-    for (double distance = nearest; distance <= farthest && !out[i]; distance += 6) {
+    for (double distance = nearest; distance <= farthest; distance += 6) {
       for (const int direction : order) {
         const Box box = box_at(labels[i], width, height, distance, direction);
         if (!inside(box, area)) continue;
@@ -91,13 +91,17 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
                                        [&](const Box& other) { return box.overlaps(other); });
         const bool far = distance > nearest + 6;
         const auto leader = far ? std::optional(leader_of(labels[i], box)) : std::nullopt;
-        if (!free || !placed.free_for(box, leader)) continue;
+        if (!free || !(may_cross || placed.free_for(box, leader))) continue;
         out[i] = PlacedLabel{box, far};
         taken.push_back(box);
         placed.add(box, leader);
-        break;
+        return;
       }
     }
+  };
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    place(i, false);
+    if (!out[i]) place(i, true);
   }
   return out;
 }

@@ -48,6 +48,8 @@ LatencyPair pair_of(const TimedSolver& a, const TimedSolver& b) {
     pair.reason = "made before results said which build timed them: " + a.build + "; " + b.build;
   } else if (a.cpu != b.cpu) {
     pair.reason = "other machines: " + a.cpu + "; " + b.cpu;
+  } else if (!a.system.empty() && !b.system.empty() && a.system != b.system) {
+    pair.reason = "other machines of one name, " + a.cpu + ": " + a.system + "; " + b.system;
   } else if (a.build != b.build) {
     pair.reason = "other builds: " + a.build + "; " + b.build;
   }
@@ -105,6 +107,9 @@ std::vector<TimedSolver> timed_solvers(const std::string& result, const json& pr
       const BuildStamp& build = row.build.timed.front();
       timed.build = "commit " + build.commit_text() + ", program " + build.program.substr(0, 8);
       timed.says_build = true;
+    }
+    if (timed.cpu == provenance.value("cpu", "unknown")) {
+      timed.system = provenance.value("system", "");
     }
     auto found = std::find_if(out.begin(), out.end(), [&](const TimedSolver& other) {
       return other.settings == timed.settings && other.build == timed.build;

@@ -26,6 +26,9 @@ struct TimedSolver {
   /// "commit 0123456789ab, program 01234567"; of results that do not say it the commit alone.
   std::string build;
   bool says_build = false;  ///< whether the rows themselves say which build timed them
+  /// "Linux 6.1.0-18-amd64", by which machines of one processor's name may be told apart; empty
+  /// where it is not known of the machine that took the times.
+  std::string system = {};
 };
 
 /// Two results' times of one solver with the same settings.
@@ -33,7 +36,8 @@ struct LatencyPair {
   TimedSolver first;
   TimedSolver second;
   bool agree = false;  ///< whether their intervals meet, in µs or in units of the calibration loop
-  std::string reason;  ///< why they may differ where they do: machine, build; empty: there is none
+  std::string
+      reason;  ///< why they may differ where they do: machine, system, build; empty: there is none
 };
 
 /// From the least to the greatest of the rounds, µs. What a frame costs does not depend on what is
@@ -49,7 +53,7 @@ Interval latency_interval(const TimedSolver& solver);
 std::string timed_settings(const ResultRow& row, const nlohmann::json& test_sets);
 
 /// A result's rows, put together by their settings, in the order of their first rows. Rows without
-/// a latency are left out. `provenance` is the result's: "cpu", "commit", "datasets".
+/// a latency are left out. `provenance` is the result's: "cpu", "system", "commit", "datasets".
 std::vector<TimedSolver> timed_solvers(const std::string& result, const nlohmann::json& provenance,
                                        const std::vector<ResultRow>& rows);
 /// Those of every result below a folder.

@@ -141,14 +141,14 @@ ResultRow timed_row(const std::string& type, nlohmann::json parameters, std::vec
 TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
   const auto timed = [](const std::string& result, const nlohmann::json& parameters,
                         const std::vector<std::vector<double>>& rounds, double calibration,
-                        const std::string& commit = "1") {
+                        const std::string& commit = "1", const std::string& system = "Linux 1") {
     std::vector<ResultRow> rows;
     for (const auto& of_row : rounds) {
       rows.push_back(timed_row("net", parameters, of_row, calibration));
       rows.back().build.timed.front().commit = commit;
     }
     const std::vector<TimedSolver> solvers =
-        timed_solvers(result, {{"cpu", "cpu"}, {"commit", commit}}, rows);
+        timed_solvers(result, {{"cpu", "cpu"}, {"commit", commit}, {"system", system}}, rows);
     EXPECT_EQ(solvers.size(), 1U);
     return solvers.front();
   };
@@ -159,7 +159,8 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
       timed("c", {{"width", 24}}, {{200, 220}}, 20),
       timed("d", {{"width", 24}}, {{300, 310}}, 10, "2"),
       timed("e", {{"width", 24}}, {{400, 410}}, 10, "2"),
-      timed("f", {{"width", 12}}, {{50, 51}}, 10)};
+      timed("f", {{"width", 12}}, {{50, 51}}, 10),
+      timed("g", {{"width", 24}}, {{500, 510}}, 10, "2", "Linux 2")};
   EXPECT_EQ(latency_interval(rows[1]).high, 140);
   const std::vector<LatencyPair> pairs = latency_pairs(rows);
   const auto pair = [&](const std::string& a, const std::string& b) {
@@ -167,7 +168,7 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
       return one.first.result == a && one.second.result == b;
     });
   };
-  EXPECT_EQ(pairs.size(), 10U);  // of a to e; f is of another width
+  EXPECT_EQ(pairs.size(), 15U);  // of a to e and g; f is of another width
   EXPECT_TRUE(pair("a", "b").agree);
   EXPECT_TRUE(pair("a", "c").agree);  // in units of the calibration loop
   EXPECT_FALSE(pair("a", "d").agree);
@@ -175,6 +176,7 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
             "other builds: commit 1, program program; commit 2, program program");
   EXPECT_FALSE(pair("d", "e").agree);
   EXPECT_EQ(pair("d", "e").reason, "");
+  EXPECT_EQ(pair("e", "g").reason, "other machines of one name, cpu: Linux 1; Linux 2");
   EXPECT_NE(rows[0].settings, rows[5].settings);
 }
 

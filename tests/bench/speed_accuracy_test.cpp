@@ -210,10 +210,12 @@ TEST(LabelLayout, LabelsMeetNeitherEachOtherNorWhatIsTaken) {
 
 TEST(LabelLayout, LinesToPointsCrossNeitherEachOtherNorLabels) {
   std::vector<PointLabel> labels;
-  for (int i = 0; i < 14; ++i) {
-    labels.push_back({"configuration " + std::to_string(i), 200 + 6.0 * (i % 4), 150 + 3.0 * i});
+  std::vector<Box> taken;
+  for (int i = 0; i < 10; ++i) {
+    labels.push_back({"configuration " + std::to_string(i), 200 + 6.0 * (i % 4), 150 + 6.0 * i});
+    taken.push_back(Box::around(labels.back().x, labels.back().y, 5));
   }
-  const auto places = place_labels(labels, 10, {0, 0, 500, 320}, {});
+  const auto places = place_labels(labels, 10, {0, 0, 500, 400}, taken);
   int leaders = 0;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (!places[i] || !places[i]->leader) continue;
