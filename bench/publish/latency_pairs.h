@@ -35,7 +35,8 @@ struct TimedSolver {
 struct LatencyPair {
   TimedSolver first;
   TimedSolver second;
-  bool agree = false;  ///< whether their intervals meet, in µs or in units of the calibration loop
+  bool agree = false;  ///< whether their intervals meet or nearly so, in µs or in the calibration
+                       ///< loop's units
   std::string
       reason;  ///< why they may differ where they do: machine, system, build; empty: there is none
 };

@@ -178,6 +178,10 @@ TEST(LatencyPairs, AgreeWhereTheirIntervalsMeetOrHaveAReason) {
   EXPECT_EQ(pair("d", "e").reason, "");
   EXPECT_EQ(pair("e", "g").reason, "other machines of one name, cpu: Linux 1; Linux 2");
   EXPECT_NE(rows[0].settings, rows[5].settings);
+  const std::vector<TimedSolver> near = {rows[3], timed("h", {{"width", 24}}, {{312}}, 10, "2"),
+                                         timed("i", {{"width", 24}}, {{315}}, 10, "2")};
+  EXPECT_TRUE(latency_pairs(near)[0].agree) << "by less than a hundredth of 310";
+  EXPECT_FALSE(latency_pairs(near)[1].agree);
 }
 
 TEST(LatencyPairs, SolversWhoseWorkFollowsTheFrameAreHeldAgainstTheSameFrames) {
