@@ -7,6 +7,7 @@
 #include "bench/charts/chart_types.h"
 #include "bench/report/report.h"
 #include "bench/studies/study.h"
+#include "bench/studies/study_text.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/program.h"
 
@@ -112,6 +113,12 @@ TEST(StudyTrainings, OfOneTrainingThereIsNothingToTell) {
   const TrainingsOfAStudy one({{3}, {4}});
   EXPECT_FALSE(one.study()->summary().contains("trainings"));
   EXPECT_EQ(one.study()->report("t", one.folder()).size(), 1u);
+}
+
+TEST(StudyText, AHeadingNamesTheLawOnce) {
+  EXPECT_EQ(without_law("Collision, rising law"), "Collision");
+  EXPECT_EQ(without_law("Collision"), "Collision");
+  EXPECT_EQ(without_law("The rising law, a collision"), "The rising law, a collision");
 }
 
 }  // namespace
