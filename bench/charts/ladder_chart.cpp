@@ -12,10 +12,14 @@ namespace ertbench {
 namespace {
 
 // Places and sizes in px.
-constexpr int width = 760;
-constexpr Box share_box{70, 44, 740, 244};
-constexpr Box error_box{70, 270, 740, 490};
+constexpr double left_edge = 70;   ///< for the names of the axes that stand up
+constexpr double right_edge = 20;  ///< right of the last panel
+constexpr double between = 24;     ///< columns
+constexpr double share_top = 44, share_bottom = 244;
+constexpr double error_top = 270, error_bottom = 490;
 constexpr double legend_top = 556;
+/// More curves than these cannot be told apart: they are shared out over several columns.
+constexpr std::size_t most_curves = 8;
 
 constexpr LineStyle limit_line{ink::dark, 1.2, 3};
 
@@ -47,7 +51,9 @@ std::vector<Series> series_of(const LadderAxis& axis, const std::vector<LadderOu
 /// The levels, from the mildest on the left.
 class LevelAxis {
  public:
-  LevelAxis(const LadderAxis& axis, std::size_t series) : axis_(axis), series_(series) {
+  /// `series` stand beside each other in a panel `width` px wide.
+  LevelAxis(const LadderAxis& axis, std::size_t series, double width)
+      : axis_(axis), series_(series), width_(width) {
     first_ = of_file(0);
     last_ = of_file(axis.levels.size() - 1);
     const double range = scaled(last_) - scaled(first_);
@@ -77,7 +83,7 @@ class LevelAxis {
     for (std::size_t i = 0; i < axis_.levels.size(); ++i) {
       std::string text = names ? one_line(axis_.levels[i].text(), 16) : "";
       const double half = out.slanted ? 9 : text_width(text, 11) / 2 + 1;
-      const double middle = error_box.width() * out.share(of_file(i));
+      const double middle = width_ * out.share(of_file(i));
       if (middle - half < taken) text.clear();
       if (!text.empty()) taken = middle + half;
       out.ticks.push_back({of_file(i), text});
@@ -105,10 +111,21 @@ class LevelAxis {
 
   const LadderAxis& axis_;
   std::size_t series_;
+  double width_;
   double first_ = 0;
   double last_ = 1;
   double low_ = 0;
   double high_ = 1;
+};
+
+/// Some of the series, one below the other in panels of their own, and what their marks mean.
+struct Column {
+  std::size_t first;  ///< series
+  std::size_t count;
+  double left;
+  double right;
+  LevelAxis levels;
+  Legend legend;
 };
 
 class Drawing {
@@ -118,9 +135,8 @@ class Drawing {
       : ladders_(ladders),
         axis_(axis),
         series_(series_of(axis, outcomes)),
-        levels_(axis, series_.size()),
-        legend_(legend()),
-        canvas_(width, legend_top + legend_.height()) {
+        columns_(columns()),
+        canvas_(columns_.back().right + right_edge, legend_top + legend_height()) {
     const bool any = std::any_of(series_.begin(), series_.end(), [](const Series& series) {
       const auto& levels = series.climb->levels;
       return std::any_of(levels.begin(), levels.end(), [](const LadderLevel& level) {
@@ -132,33 +148,77 @@ class Drawing {
 
   void draw(const std::filesystem::path& stem) {
     canvas_.title(axis_.title);
-    shares();
-    errors();
-    legend_.draw(canvas_, legend_top);
+    for (const Column& column : columns_) {
+      shares(column);
+      errors(column);
+      column.legend.draw(canvas_, legend_top);
+    }
     canvas_.draw(stem);
   }
 
  private:
-  void shares() {
+  std::vector<Column> columns() const {
+    const std::size_t count =
+        std::max<std::size_t>(1, (series_.size() + most_curves - 1) / most_curves);
+    const std::size_t each = (series_.size() + count - 1) / count;
+    const double panel_width = count == 1 ? 670 : 440;
+    std::vector<Column> out;
+    for (std::size_t c = 0; c < count; ++c) {
+      const double left = left_edge + static_cast<double>(c) * (panel_width + between);
+      const std::size_t first = c * each;
+      const std::size_t here = std::min(each, series_.size() - first);
+      Column column{first,
+                    here,
+                    left,
+                    left + panel_width,
+                    LevelAxis(axis_, here, panel_width),
+                    Legend(left - 20, left + panel_width + 15, count == 1 ? 3 : 2)};
+      for (std::size_t s = first; s < first + here; ++s) {
+        column.legend.add({series_[s].label, series_[s].line(), series_[s].mark()});
+      }
+      if (c == 0) column.legend.add({"limits; whiskers: 5 to 95 %", limit_line});
+      out.push_back(std::move(column));
+    }
+    return out;
+  }
+
+  double legend_height() const {
+    double height = 0;
+    for (const Column& column : columns_) height = std::max(height, column.legend.height());
+    return height;
+  }
+
+  /// The axis that stands up, whose names are written in the first column alone.
+  static Axis upright(Axis axis, const Column& column) {
+    if (column.first == 0) return axis;
+    axis.title.clear();
+    for (auto& tick : axis.ticks) tick.text.clear();
+    return axis;
+  }
+
+  void shares(const Column& column) {
     Axis axis{-2, 102, false, {}, "failing frames (%)"};
     for (int percent = 0; percent <= 100; percent += 25) {
       axis.ticks.push_back({double(percent), std::to_string(percent)});
     }
-    Panel panel(canvas_, share_box, levels_.axis(false), axis);
+    Panel panel(canvas_, {column.left, share_top, column.right, share_bottom},
+                column.levels.axis(false), upright(axis, column));
     panel.level(100 * ladders_.failure.share, limit_line);
-    for (std::size_t s = 0; s < series_.size(); ++s) {
-      add(panel, s, [](const LadderLevel& level) { return std::optional(100 * level.share()); });
+    for (std::size_t s = 0; s < column.count; ++s) {
+      add(panel, column, s,
+          [](const LadderLevel& level) { return std::optional(100 * level.share()); });
     }
     panel.draw();
   }
 
-  void errors() {
+  void errors(const Column& column) {
     const Axis axis = error_axis();
-    Panel panel(canvas_, error_box, levels_.axis(true), axis);
+    Panel panel(canvas_, {column.left, error_top, column.right, error_bottom},
+                column.levels.axis(true), upright(axis, column));
     panel.level(limit(), limit_line);
-    for (std::size_t s = 0; s < series_.size(); ++s) {
-      add_whiskers(panel, s, axis);
-      add(panel, s, [&](const LadderLevel& level) {
+    for (std::size_t s = 0; s < column.count; ++s) {
+      add_whiskers(panel, column, s, axis);
+      add(panel, column, s, [&](const LadderLevel& level) {
         const auto found = quantiles(level, value_);
         return found ? std::optional(axis.capped(found->median)) : std::nullopt;
       });
@@ -166,19 +226,19 @@ class Drawing {
     panel.draw();
   }
 
-  /// The curve of a series, and marks at the levels that the file names.
+  /// The curve of a column's series, and marks at the levels that the file names.
   template <typename Value>
-  void add(Panel& panel, std::size_t s, const Value& value_of) {
-    const Series& series = series_[s];
+  void add(Panel& panel, const Column& column, std::size_t s, const Value& value_of) {
+    const Series& series = series_[column.first + s];
     Points line;
     Points marks;
     for (std::size_t i = 0; i < series.climb->levels.size(); ++i) {
       const LadderLevel& level = series.climb->levels[i];
       const std::optional<double> value = value_of(level);
       if (!value) continue;
-      const double x = levels_.place(*series.climb, i, s);
+      const double x = column.levels.place(*series.climb, i, s);
       line.emplace_back(x, *value);
-      if (!levels_.named(level)) continue;
+      if (!column.levels.named(level)) continue;
       marks.emplace_back(x, *value);
       panel.tooltip(x, *value, description(series, level));
     }
@@ -186,15 +246,15 @@ class Drawing {
     panel.marks(marks, series.mark());
   }
 
-  void add_whiskers(Panel& panel, std::size_t s, const Axis& axis) const {
-    const Series& series = series_[s];
+  void add_whiskers(Panel& panel, const Column& column, std::size_t s, const Axis& axis) const {
+    const Series& series = series_[column.first + s];
     std::vector<Whisker> whiskers;
     for (std::size_t i = 0; i < series.climb->levels.size(); ++i) {
       const LadderLevel& level = series.climb->levels[i];
       const auto found = quantiles(level, value_);
-      if (!found || !levels_.named(level)) continue;
-      whiskers.push_back({levels_.place_of_whisker(*series.climb, i, s), axis.capped(found->low),
-                          axis.capped(found->high)});
+      if (!found || !column.levels.named(level)) continue;
+      whiskers.push_back({column.levels.place_of_whisker(*series.climb, i, s),
+                          axis.capped(found->low), axis.capped(found->high)});
     }
     panel.whiskers(whiskers, {series.colour().towards_white(0.45), 1});
   }
@@ -236,19 +296,11 @@ class Drawing {
     return text;
   }
 
-  Legend legend() const {
-    Legend legend(share_box.left - 20, share_box.right + 15, 3);
-    for (const Series& series : series_) legend.add({series.label, series.line(), series.mark()});
-    legend.add({"limits; whiskers: 5 to 95 %", limit_line});
-    return legend;
-  }
-
   const Ladders& ladders_;
   const LadderAxis& axis_;
   std::vector<Series> series_;
-  LevelAxis levels_;
+  std::vector<Column> columns_;
   std::optional<double> JudgedFrame::*value_ = &JudgedFrame::error;  ///< of the lower panel
-  Legend legend_;
   Canvas canvas_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/plot/image_panel.h"
@@ -48,8 +49,15 @@ double largest(const Sensor& sensor, const WorstFrame& worst) {
   return truth > rounding ? std::clamp(image, truth, 3 * truth) : std::max(image, rounding);
 }
 
+/// As many digits as a cell has room for: three, of what is less than a tenth two.
+std::string brief_digits(double level) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", std::abs(level) < 0.1 ? 2 : 3, std::abs(level));
+  return (level < 0 ? "−" : "") + std::string(text);
+}
+
 std::string cell_text(const Breakdown& found) {
-  const std::string level = level_digits(found.level);
+  const std::string level = brief_digits(found.level);
   if (found.state == BreakState::at_mildest) return "at " + level;
   return found.state == BreakState::never ? "ok " + level : level;
 }
