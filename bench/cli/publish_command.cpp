@@ -92,7 +92,8 @@ Action add_publish(CLI::App& command) {
           ->excludes(clocks);
   command
       .add_flag("--load", arguments->load,
-                "What `timing load` makes of them, with its usual deadlines")
+                "What `timing load` makes of them, with its usual deadlines; refused where the "
+                "machine was busy")
       ->excludes(clocks)
       ->excludes(fidelity);
   command.footer(

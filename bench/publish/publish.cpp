@@ -108,10 +108,22 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   return results.failures;
 }
 
+void require_undisturbed(const LoadResults& results, const fs::path& published) {
+  const auto busy = std::find_if(results.solvers.begin(), results.solvers.end(),
+                                 [](const SolverLoad& solver) { return solver.busy(); });
+  if (busy == results.solvers.end()) return;
+  throw InputError(published.string() + ": \"" + busy->label + "\" lost " +
+                   fixed(100 * busy->lost_share, 0) +
+                   " % of its time to other work of the machine, so that its rates are too low; "
+                   "leave the machine to it and publish again. What was published before is as it "
+                   "was");
+}
+
 int publish_load(const Experiment& experiment, SolverRegistry& registry, const fs::path& project,
                  const Cache& cache) {
   const LoadResults results = run_load(experiment, cache, registry, {});
   const fs::path published = project / "results/published" / experiment.name;
+  require_undisturbed(results, published);
   const fs::path made = part_of(published);
   write_load(results, made);
   replace_folder(published, made);

@@ -10,6 +10,7 @@
 namespace ertbench {
 
 class SolverRegistry;
+struct LoadResults;
 
 /// Throws InputError where the project's tree is not what its last commit says, where the program
 /// was built of other sources, or where there is no git. Changes below results/published and of the
@@ -24,9 +25,14 @@ void require_committed(const std::filesystem::path& project);
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
                        const Cache& cache, int jobs, bool of_models = false);
 
+/// Throws InputError naming the first solver that other work of the machine kept from its own while
+/// it was measured; `published` is what the message speaks of.
+void require_undisturbed(const LoadResults& results, const std::filesystem::path& published);
+
 /// The same of what `ertbench timing load` makes of the experiment with its usual deadlines, each
-/// solver measured again, one after the other. `registry`: that the experiment was read with.
-/// Returns the number of solvers that failed.
+/// solver measured again, one after the other, and refused where the machine was busy
+/// (require_undisturbed). `registry`: that the experiment was read with. Returns the number of
+/// solvers that failed.
 int publish_load(const Experiment& experiment, SolverRegistry& registry,
                  const std::filesystem::path& project, const Cache& cache);
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "bench/charts/chart_types.h"
+#include "bench/load/load_run.h"
 #include "bench/publish/latency_pairs.h"
 #include "bench/publish/origins.h"
 #include "core/errors.h"
@@ -124,6 +125,23 @@ TEST_F(PublishTest, PutsRatesOfFramesIntoTheirPlaceWithWhatFailed) {
   EXPECT_NE(failure.find("Aborted"), std::string::npos) << failure;
   EXPECT_TRUE(std::filesystem::exists(published / "load.svg"));
   EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
+}
+
+TEST(PublishLoad, RefusesRatesThatWereTakenOnABusyMachine) {
+  LoadResults results;
+  results.solvers.resize(2);
+  results.solvers[0].label = "calm";
+  results.solvers[0].lost_share = 0.01;
+  results.solvers[1].label = "disturbed";
+  EXPECT_NO_THROW(require_undisturbed(results, "published/load"));
+  results.solvers[1].lost_share = 0.07;
+  try {
+    require_undisturbed(results, "published/load");
+    FAIL() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_EQ(std::string(e.what()).find("published/load: \"disturbed\" lost 7 % of its time"), 0U)
+        << e.what();
+  }
 }
 
 ResultRow timed_row(const std::string& type, nlohmann::json parameters, std::vector<double> rounds,
