@@ -30,13 +30,13 @@ std::set<std::string> said(const json& builds, const std::string& what, const st
 }
 
 /// The first digits of the hash of the networks' code among those of all fits.
-std::string code_of_networks(const json& builds) {
+std::set<std::string> codes_of_networks(const json& builds) {
   constexpr std::string_view room = "models ";
   std::set<std::string> codes;
   for (const std::string& code : said(builds, "fits", "code")) {
     if (code.starts_with(room)) codes.insert(code.substr(room.size(), 8));
   }
-  return joined(codes);
+  return codes;
 }
 
 /// The commits that made its numbers; of a result that does not say, that of the program that wrote
@@ -51,13 +51,21 @@ std::string commits_of(const json& summary) {
   return joined(commits);
 }
 
-std::string scores_of(const json& builds) {
+std::set<std::string> codes_of_scores(const json& builds) {
   std::set<std::string> codes;
   for (const auto& [what, made] : builds.items()) {
     if (what == "timing" || what == "fits") continue;
     for (const std::string& code : said(builds, what, "code")) codes.insert(code.substr(0, 8));
   }
-  return joined(codes);
+  return codes;
+}
+
+/// " Scores: all that say it are of one code, 01234567."
+std::string sameness(const std::string& what, const std::set<std::string>& codes) {
+  if (codes.empty()) return "";
+  const std::string said =
+      codes.size() == 1 ? ": all that say it are of one code, " : ": they are of different codes, ";
+  return " " + what + said + joined(codes) + ".";
 }
 
 /// Processor and day of the rows' times.
@@ -101,16 +109,23 @@ Table origins_table(const fs::path& published) {
                             "on", "times taken", "on"}) {
     section.columns.push_back({title, Align::left});
   }
+  std::set<std::string> all_scores;
+  std::set<std::string> all_networks;
   for (const fs::path& folder : published_folders(published)) {
     const json summary = origin_of(folder);
     if (summary.is_null()) continue;
     const json& provenance = summary.at("provenance");
     const json builds = summary.value("builds", json::object());
     const std::vector<std::string> clocks = clocks_of(summary);
-    section.rows.push_back({folder.filename().string(), commits_of(summary), scores_of(builds),
-                            code_of_networks(builds), provenance.value("date", dash).substr(0, 10),
+    const std::set<std::string> scores = codes_of_scores(builds);
+    const std::set<std::string> networks = codes_of_networks(builds);
+    all_scores.insert(scores.begin(), scores.end());
+    all_networks.insert(networks.begin(), networks.end());
+    section.rows.push_back({folder.filename().string(), commits_of(summary), joined(scores),
+                            joined(networks), provenance.value("date", dash).substr(0, 10),
                             provenance.value("cpu", dash), clocks.at(0), clocks.at(1)});
   }
+  table.text += sameness("Scores", all_scores) + sameness("Networks", all_networks);
   return table;
 }
 

@@ -306,6 +306,14 @@ TEST(Origins, NameEachResultsCodeAndClocks) {
       {"c", "1", "—", "—", "2026-01-02", "first", "—", "—"},
       {"d", "1", "—", "—", "2026-01-02", "first", "2026-01-02", "first"}};
   EXPECT_EQ(rows, expected);
+  const std::string one = "Scores: all that say it are of one code, klmnopqr. Networks: all";
+  EXPECT_NE(table.text.find(one), std::string::npos) << table.text;
+
+  summary["builds"]["accuracy"][0]["code"] = "uvwxyzabcd";
+  testing::write_text(folder / "d/summary.json", summary.dump());
+  const std::string two = "Scores: they are of different codes, klmnopqr, uvwxyzab.";
+  const std::string text = origins_table(folder.path()).text;
+  EXPECT_NE(text.find(two), std::string::npos) << text;
 }
 
 TEST(ProjectPages, LatenciesAndBuildsStandAsTheResultsHaveThem) {
