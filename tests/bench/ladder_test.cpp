@@ -4,11 +4,13 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/analysis/ladder_results.h"
+#include "bench/charts/ladder_chart.h"
 #include "bench/experiment/experiment.h"
 #include "bench/run/ladder_run.h"
 #include "bench/table/writers.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
+#include "tests/bench/figure_testing.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {
@@ -204,6 +206,51 @@ TEST(Ladder, TablesSayWhatIsKnown) {
       csv_of(levels_data({good, bad})).find("one-step-gn,snr,40,100,0.1,0.1,0,0,0,0,0,0,,,,\n"),
       std::string::npos)
       << csv_of(levels_data({good, bad}));
+}
+
+class LadderChartTest : public testing::FigureTest {
+ protected:
+  /// Of so many solvers "m1", "m2", ..., whose frames fail the sooner the later they stand.
+  std::string svg_of(int solvers) {
+    Ladders ladders;
+    LadderAxis axis;
+    axis.name = "noise";
+    axis.title = "Noise";
+    axis.unit = "dB";
+    for (const int level : {80, 60, 40, 20}) axis.levels.emplace_back(level);
+    std::vector<SolverEntry> entries(static_cast<std::size_t>(solvers));
+    std::vector<LadderOutcome> outcomes;
+    for (int s = 0; s < solvers; ++s) {
+      SolverEntry& entry = entries[static_cast<std::size_t>(s)];
+      entry.label = "m" + std::to_string(s + 1);
+      LadderClimb climb{axis.name, {}, {}};
+      for (const Level& level : axis.levels) {
+        LadderLevel step{level, std::vector<JudgedFrame>(20), ""};
+        for (std::size_t f = 0; f < step.frames.size(); ++f) {
+          JudgedFrame& frame = step.frames[f];
+          frame.error =
+              0.1 * (1 + s) * std::exp((80 - level.number()) / 30) * (1 + 0.02 * double(f));
+          if (*frame.error > 1) frame.failed = static_cast<int>(FailureKind::worse_than_nothing);
+        }
+        climb.levels.push_back(std::move(step));
+      }
+      outcomes.push_back({&entry, LadderRecord{{}, {std::move(climb)}}, ""});
+    }
+    draw_ladder_chart(ladders, axis, outcomes, results() / "chart");
+    return read("chart.svg");
+  }
+};
+
+TEST_F(LadderChartTest, MoreThanEightSolversStandInSeveralColumns) {
+  for (const auto& [solvers, columns] : {std::pair(8, 1U), std::pair(9, 2U), std::pair(17, 3U)}) {
+    SCOPED_TRACE(solvers);
+    const std::string svg = svg_of(solvers);
+    EXPECT_EQ(testing::count(svg, "level (dB)"), columns);
+    EXPECT_EQ(testing::count(svg, "failing frames"), 1U) << "the same axis for all columns";
+    for (int s = 1; s <= solvers; ++s) {
+      EXPECT_EQ(testing::count(svg, ">m" + std::to_string(s) + "<"), 1U) << s;
+    }
+  }
 }
 
 }  // namespace
