@@ -27,7 +27,6 @@ experiments=(
   "table_c1_continuous limit 200 --prior oracle"
   "load load"
   "speed_accuracy limit 100"
-  "speed_accuracy_seeds"
   "two_fingers"
   "stability"
   "stability_training"
