@@ -12,7 +12,7 @@ namespace ertbench {
 namespace {
 
 // Places and sizes in px.
-constexpr double left_edge = 70;   ///< for the names of the axes that stand up
+constexpr double left_edge = 70;   ///< of the first panel: names of the upright axes stand there
 constexpr double right_edge = 20;  ///< right of the last panel
 constexpr double between = 24;     ///< columns
 constexpr double share_top = 44, share_bottom = 244;
@@ -118,7 +118,7 @@ class LevelAxis {
   double high_ = 1;
 };
 
-/// Some of the series, one below the other in panels of their own, and what their marks mean.
+/// Some of the series, in an upper and a lower panel of their own, and what their marks mean.
 struct Column {
   std::size_t first;  ///< series
   std::size_t count;
