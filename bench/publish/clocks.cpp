@@ -197,6 +197,7 @@ void Clocks::Published::write(const std::vector<std::string>& names,
   changed["clocks"] = {
       {"date", date},
       {"cpu", cpu_name()},
+      {"system", machine_provenance().at("system")},
       {"build", "commit " + build.commit_text() + ", program " + build.program.substr(0, 8)},
       {"together_with", others},
       {"briefly_trained", briefly_trained}};

@@ -147,7 +147,11 @@ std::vector<TimedSolver> timed_solvers(const fs::path& published) {
     const fs::path file = folder / "summary.json";
     if (!fs::exists(file)) continue;
     const json summary = read_json_file(file);
-    const json& provenance = summary.at("provenance");
+    json provenance = summary.at("provenance");
+    // The machine of the times is not always that of the result.
+    if (summary.contains("clocks")) {
+      provenance["system"] = summary.at("clocks").value("system", "");
+    }
     JsonObject root(summary, file.string(), "");
     std::vector<ResultRow> rows;
     for (const JsonObject& object : root.objects("rows")) {

@@ -101,6 +101,7 @@ TEST_F(ClocksTest, AreTakenAgainAndAllElseStays) {
     EXPECT_EQ(old_row, new_row) << label;  // metrics, seeds, fit, memory
   }
   EXPECT_EQ(after.at("clocks").at("briefly_trained"), json({"fcnn"}));
+  EXPECT_EQ(after.at("clocks").at("system"), after.at("provenance").at("system"));
   EXPECT_EQ(after.at("provenance"), before.at("provenance"));
   const std::string table = read_text(published() / "table.md");
   EXPECT_NE(table.find("Times: taken again at"), std::string::npos) << table;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
 
 #include "bench/charts/chart_types.h"
 #include "bench/load/load_run.h"
@@ -261,6 +262,29 @@ TEST(LatencyPairs, AreOfFinishedResults) {
   }
   EXPECT_GT(solvers[0], 0U);
   EXPECT_EQ(solvers, std::vector<std::size_t>(3, solvers[0]));
+}
+
+TEST(LatencyPairs, TheSystemIsThatOfTheClocks) {
+  const TemporaryFolder folder("published");
+  std::filesystem::create_directory(folder / "a");
+  const auto systems = [&](const nlohmann::json& clocks) {
+    const std::filesystem::path made = ERTBENCH_SOURCE_DIR "/results/published/quick/summary.json";
+    nlohmann::json summary = nlohmann::json::parse(testing::read_text(made));
+    summary["provenance"]["cpu"] = "cpu";
+    summary["provenance"]["system"] = "Linux 1";
+    for (nlohmann::json& row : summary.at("rows")) {
+      if (row.contains("timed_on")) row["timed_on"]["cpu"] = "cpu";
+    }
+    summary.erase("clocks");
+    if (!clocks.is_null()) summary["clocks"] = clocks;
+    testing::write_text(folder / "a/summary.json", summary.dump());
+    std::set<std::string> out;
+    for (const TimedSolver& timed : timed_solvers(folder.path())) out.insert(timed.system);
+    return out;
+  };
+  EXPECT_EQ(systems({}), std::set<std::string>{"Linux 1"});
+  EXPECT_EQ(systems({{"system", "Linux 2"}}), std::set<std::string>{"Linux 2"});
+  EXPECT_EQ(systems({{"date", "of clocks that did not say"}}), std::set<std::string>{""});
 }
 
 /// Two published tables that time the same solver with the same settings agree, or say why not.
