@@ -47,17 +47,19 @@ std::string text_of(const MetricSummary& summary) {
   return text + ", median " + three_digits(*summary.median);
 }
 
-void print(const SetLimit& limit) {
-  const ResultRow row = row_of(limit);
-  std::printf("%s, %s: %d frames, %d unresolved; voltages by %s\n", limit.dataset.c_str(),
-              row.label.c_str(), row.frames, row.frames_not_converged, limit.model.c_str());
+void print(const ResultRow& row) {
+  JsonObject parameters(*row.parameters, limit_file, "/parameters");
+  JsonObject calibration = parameters.object("calibration");
+  const std::vector<double> ci95 = calibration.numbers("ci95", 2);
+  std::printf("%s, %s: %d frames, %d unresolved; voltages by %s\n", printable(row.dataset).c_str(),
+              row.label.c_str(), row.frames, row.frames_not_converged,
+              printable(parameters.text("model")).c_str());
   for (const char* name : limit_metrics) {
     const Metric metric = metric_from_name(name);
     std::printf("  %-14s %s\n", name, text_of(row.metrics[metric]).c_str());
   }
-  const LimitCalibration calibration = calibration_of(limit.frames);
   std::printf("  squared error over posterior variance %.3f [%.3f, %.3f]\n",
-              calibration.squared_error_over_variance, calibration.ci95.low, calibration.ci95.high);
+              calibration.number("squared_error_over_variance"), ci95.at(0), ci95.at(1));
 }
 
 /// Throws InputError where no map can be drawn.
@@ -136,13 +138,21 @@ ExitCode limit(const LimitArguments& arguments) {
   options.records = folder / "limit";
   if (arguments.map) require_map(experiment);
   if (arguments.fresh) forget(experiment, options);
-  const std::vector<SetLimit> limits = compute_limits(experiment, options);
-  write_file_atomically(folder / limit_file,
-                        text_of_file(folder / limit_file, limit_json(experiment.name, limits)));
-  draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
-                   folder / "limit_ranks");
+  std::vector<ResultRow> rows;
+  if (!arguments.fresh) rows = finished_limits(folder, experiment, options);
+  if (rows.empty()) {
+    const std::vector<SetLimit> limits = compute_limits(experiment, options);
+    write_file_atomically(folder / limit_file,
+                          text_of_file(folder / limit_file, limit_json(experiment.name, limits)));
+    draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
+                     folder / "limit_ranks");
+    for (const SetLimit& set : limits) rows.push_back(row_of(set));
+  } else {
+    spdlog::info("{}: has all of it, of this code and these sets; --fresh computes it again",
+                 printable_path((folder / limit_file).string()));
+  }
   if (arguments.map) draw_map(experiment, folder / "limit_map");
-  for (const SetLimit& set : limits) print(set);
+  for (const ResultRow& row : rows) print(row);
   std::printf("%s\n", printable_path((folder / limit_file).string()).c_str());
   return done;
 }
@@ -181,7 +191,8 @@ Action add_limit(CLI::App& command) {
       "Writes limit.json beside the results, which `ertbench run` shows as rows and as a line of\n"
       "its charts, and keeps what it says of other sets and priors. A call that was cut off goes "
       "on\n"
-      "where it stopped. See docs/limit.md.");
+      "where it stopped, and a limit.json that has all that is asked for, of this code and these\n"
+      "sets, is left as it is. See docs/limit.md.");
   return [arguments] { return limit(*arguments); };
 }
 

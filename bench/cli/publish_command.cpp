@@ -80,7 +80,7 @@ Action add_publish(CLI::App& command) {
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
   command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are");
   command.add_flag("--plan", arguments->plan,
-                   "Print what fitting will take, as earlier fits took; make nothing");
+                   "Print what fits and limits will take, as earlier ones took; make nothing");
   CLI::Option* const clocks = command.add_flag(
       "--clocks", arguments->clocks,
       "Take the times of what is published again, those of all experiments together");

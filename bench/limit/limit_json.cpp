@@ -192,6 +192,34 @@ json with_others(json now, const json& before) {
   return now;
 }
 
+std::vector<ResultRow> finished_limits(const std::filesystem::path& folder,
+                                       const Experiment& experiment, const LimitOptions& options) {
+  if (options.sampler != SamplerKind::automatic) return {};
+  const LimitSets sets{experiment.tests, experiment.training ? &*experiment.training : nullptr};
+  std::vector<ResultRow> usable;
+  add_limit_rows(folder, sets, Reuse::same_code, usable);
+  std::vector<ResultRow> out;
+  for (const DatasetSpec& test : experiment.tests) {
+    const auto& wanted = options.datasets;
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), test.name) == wanted.end()) {
+      continue;
+    }
+    if (!why_no_limit(test).empty()) continue;
+    const auto frames = static_cast<int>(
+        std::min<std::uint64_t>(test.count, static_cast<std::uint64_t>(options.frames)));
+    std::vector<std::string> types = {limit_oracle};
+    if (options.fair && sets.training) types.emplace_back(limit_fair);
+    for (const std::string& type : types) {
+      const auto found = std::find_if(usable.begin(), usable.end(), [&](const ResultRow& row) {
+        return row.dataset == test.name && row.type == type && row.frames == frames;
+      });
+      if (found == usable.end()) return {};
+      out.push_back(*found);
+    }
+  }
+  return out;
+}
+
 json limit_json(const std::string& experiment, std::span<const SetLimit> limits) {
   json out = {{"schema", 1},
               {"experiment", experiment},

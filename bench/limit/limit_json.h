@@ -1,8 +1,10 @@
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "bench/limit/limit_run.h"
 #include "bench/record/result_row.h"
@@ -32,6 +34,12 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames);
 /// "all_frames": {metric: summary}, "relative_error_of_mean", "sphere": {"width", "relative_error",
 /// "without": that of the same frames without it}, "calibration", "per_frame": [...]}]}`
 nlohmann::json limit_json(const std::string& experiment, std::span<const SetLimit> limits);
+
+/// The rows that `options` ask for, of the file in a folder of results, where the file has all of
+/// them: of this code, these sets and as many frames. None where one is missing, and where the
+/// options name a sampler, which the file's may not be of. Throws as read_limit_rows() does.
+std::vector<ResultRow> finished_limits(const std::filesystem::path& folder,
+                                       const Experiment& experiment, const LimitOptions& options);
 
 /// `now` with what `before`, of an earlier call, says of other sets and priors. Throws
 /// nlohmann::json::exception where that is no such JSON.

@@ -1,9 +1,11 @@
 #include "bench/publish/publish_plan.h"
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bench/record/limit_file.h"
 #include "bench/record/reuse.h"
 #include "core/build_stamp.h"
 #include "core/json_reader.h"
@@ -57,6 +59,30 @@ CachedFit cached_fit(fs::path file) {
   return out;
 }
 
+/// The seconds that the frames took of a folder's limits that may not be published again as they
+/// are. Limits that cannot be read tell nothing.
+double limit_seconds(const fs::path& folder, const Experiment& experiment) {
+  if (!fs::exists(folder / limit_file)) return 0;
+  double seconds = 0;
+  try {
+    std::vector<ResultRow> usable;
+    add_limit_rows(folder,
+                   {experiment.tests, experiment.training ? &*experiment.training : nullptr},
+                   Reuse::clean, usable);
+    for (const json& set : read_json_file(folder / limit_file).at("sets")) {
+      const std::string type = set.at("prior") == "oracle" ? limit_oracle : limit_fair;
+      const bool stays = std::any_of(usable.begin(), usable.end(), [&](const ResultRow& row) {
+        return row.dataset == set.at("dataset") && row.type == type;
+      });
+      if (stays) continue;
+      for (const json& frame : set.at("per_frame")) seconds += frame.at("seconds").get<double>();
+    }
+  } catch (const std::exception&) {
+    return 0;
+  }
+  return seconds;
+}
+
 std::string hours_text(double seconds) { return fixed(seconds / seconds_of_an_hour, 2); }
 
 }  // namespace
@@ -65,10 +91,11 @@ PublishPlan::PublishPlan(fs::path project, Cache cache)
     : project_(std::move(project)), cache_(std::move(cache)) {}
 
 void PublishPlan::add(const Experiment& experiment) {
-  FitCost& cost = costs_.emplace_back();
+  PublishCost& cost = costs_.emplace_back();
   cost.experiment = experiment.name;
-  const std::map<std::string, double> known =
-      published_seconds(project_ / "results/published" / experiment.name / "summary.json");
+  const fs::path published = project_ / "results/published" / experiment.name;
+  cost.limit_seconds = limit_seconds(published, experiment);
+  const std::map<std::string, double> known = published_seconds(published / "summary.json");
   for (const SolverEntry& entry : experiment.solvers) {
     ++cost.fits;
     const fs::path file = cache_.fitted_solver(fit_recipe(experiment, entry));
@@ -88,37 +115,35 @@ void PublishPlan::add(const Experiment& experiment) {
   }
 }
 
-double PublishPlan::seconds() const {
-  double sum = 0;
-  for (const FitCost& cost : costs_) sum += cost.seconds;
-  return sum;
-}
-
 Table PublishPlan::table() const {
   TableSection section;
-  section.columns = {
-      {"experiment", Align::left}, {"fits"}, {"kept"}, {"to be made, h"}, {"of unknown length"}};
-  FitCost sum;
+  section.columns = {{"experiment", Align::left}, {"fits"},     {"kept"}, {"to be made, h"},
+                     {"of unknown length"},       {"limits, h"}};
+  PublishCost sum;
   sum.experiment = "all";
-  for (const FitCost& cost : costs_) {
+  for (const PublishCost& cost : costs_) {
     sum.fits += cost.fits;
     sum.kept += cost.kept;
     sum.unknown += cost.unknown;
     sum.seconds += cost.seconds;
+    sum.limit_seconds += cost.limit_seconds;
   }
-  std::vector<FitCost> rows = costs_;
+  std::vector<PublishCost> rows = costs_;
   rows.push_back(sum);
-  for (const FitCost& cost : rows) {
+  for (const PublishCost& cost : rows) {
     section.rows.push_back({cost.experiment, std::to_string(cost.fits), std::to_string(cost.kept),
-                            hours_text(cost.seconds), std::to_string(cost.unknown)});
+                            hours_text(cost.seconds), std::to_string(cost.unknown),
+                            hours_text(cost.limit_seconds)});
   }
-  return {"What publishing will take",
-          "Hours of fitting, one fit at a time, as the cached or the published ones took; "
-          "scoring and timing come on top. Kept: fits that are in the cache and of this code, or "
-          "another experiment's too.",
-          {section},
-          {},
-          {}};
+  return {
+      "What publishing will take",
+      "Hours of fitting, one fit at a time, as the cached or the published ones took; "
+      "scoring and timing come on top. Kept: fits that are in the cache and of this code, or "
+      "another experiment's too. Limits: hours, one frame at a time, of the published ones that "
+      "are of other code or other sets by now; the others stay.",
+      {section},
+      {},
+      {}};
 }
 
 }  // namespace ertbench

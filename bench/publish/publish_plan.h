@@ -10,26 +10,26 @@
 
 namespace ertbench {
 
-/// What the fits of an experiment will take, told from what those in the cache, or the published
-/// ones, took.
-struct FitCost {
+/// What the fits and the limits of an experiment will take, told from what those in the cache, or
+/// the published ones, took.
+struct PublishCost {
   std::string experiment;
   int fits = 0;        ///< of all solvers and seeds
   int kept = 0;        ///< of these, in the cache and of this code, or counted before
   int unknown = 0;     ///< of these, to be made, and never published: nobody knows what they take
   double seconds = 0;  ///< of those that are to be made
+  double limit_seconds = 0;  ///< of the published limits that are of other code or sets by now
 };
 
 /// The costs of several experiments, one after the other: a fit that two of them share is counted
 /// once.
 class PublishPlan {
  public:
-  /// `project`: whose results/published says what fits took.
+  /// `project`: whose results/published says what fits and limits took.
   PublishPlan(std::filesystem::path project, Cache cache);
 
   void add(const Experiment& experiment);
 
-  double seconds() const;
   /// A row an experiment, and their sum.
   Table table() const;
 
@@ -37,7 +37,7 @@ class PublishPlan {
   std::filesystem::path project_;
   Cache cache_;
   std::set<std::filesystem::path> counted_;
-  std::vector<FitCost> costs_;
+  std::vector<PublishCost> costs_;
 };
 
 }  // namespace ertbench

@@ -200,11 +200,32 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   EXPECT_EQ(with_others(oracle, both)["rows"][0]["frames"], 1);
   EXPECT_THROW(with_others(both, {{"rows", nlohmann::json::array()}}), nlohmann::json::exception);
 
+  // A file that has all that is asked for need not be made again.
+  const std::vector<ResultRow> finished = finished_limits(folder.path(), experiment, options);
+  ASSERT_EQ(finished.size(), 2u);
+  EXPECT_EQ(finished[0].label, limit_oracle);
+  EXPECT_EQ(finished[1].label, limit_fair);
+  EXPECT_EQ(*finished[0].metrics[Metric::RIE].mean, least);
+  LimitOptions more = options;
+  more.frames = 13;
+  EXPECT_TRUE(finished_limits(folder.path(), experiment, more).empty());
+  more.frames = 12;
+  more.sampler = SamplerKind::importance;
+  EXPECT_TRUE(finished_limits(folder.path(), experiment, more).empty());
+  write_file_atomically(folder.path() / limit_file,
+                        limit_json("small", std::span(limits).first(1)).dump());
+  EXPECT_TRUE(finished_limits(folder.path(), experiment, options).empty());
+  more = options;
+  more.fair = false;
+  EXPECT_EQ(finished_limits(folder.path(), experiment, more).size(), 1u);
+  write_file_atomically(folder.path() / limit_file, both.dump());
+
   // Of another set nothing is taken.
   nlohmann::json other = one_disc();
   other["datasets"]["test"]["snr_db"] = 40;
   rows.erase(rows.begin() + 2, rows.begin() + 4);
   const Experiment another = read(folder.path(), other);
+  EXPECT_TRUE(finished_limits(folder.path(), another, options).empty());
   add_limit_rows(folder.path(), sets_of(another), Reuse::same_code, rows);
   EXPECT_EQ(rows.size(), 3u);
   // Of another prior only the oracle's is, and of other code none.
@@ -222,6 +243,7 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   write_file_atomically(folder.path() / limit_file, limit_json("small", of_other_code).dump());
   add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
   EXPECT_EQ(rows.size(), 3u);
+  EXPECT_TRUE(finished_limits(folder.path(), experiment, options).empty());
 }
 
 TEST(Limit, OfTheOracleAloneLeavesTheTrainingSetsPriorOut) {

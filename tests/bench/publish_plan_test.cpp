@@ -6,6 +6,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/experiment/fit_recipe.h"
+#include "bench/record/limit_file.h"
 #include "core/build.h"
 #include "core/build_stamp.h"
 #include "solvers/registry/registry.h"
@@ -17,7 +18,7 @@ namespace {
 using namespace testing;
 using nlohmann::json;
 
-TEST(PublishPlan, CountsTheFitsThatAreOfOtherCode) {
+TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
   const TemporaryFolder folder("plan");
   json experiment = small_experiment();
   experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}},
@@ -34,14 +35,15 @@ TEST(PublishPlan, CountsTheFitsThatAreOfOtherCode) {
     out.add(e);
     return out;
   };
-  /// Cells of the experiment's row: its name, fits, kept, hours, of unknown length.
+  /// Cells of the experiment's row: its name, fits, kept, hours, of unknown length, hours of
+  /// limits.
   const auto row = [&] {
     std::vector<std::string> cells;
     const Table table = plan().table();
     for (const Cell& cell : table.sections.at(0).rows.at(0)) cells.push_back(cell.text);
     return cells;
   };
-  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1"}));
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1", "0.00"}));
 
   const fs::path fitted = cache.fitted_solver(fit_recipe(e, e.solvers.at(1)));
   fs::create_directories(fitted.parent_path());
@@ -52,13 +54,38 @@ TEST(PublishPlan, CountsTheFitsThatAreOfOtherCode) {
     write_text(fitted.string() + ".json", json{{"build", to_json(stamp)}, {"fit_s", 3600}}.dump());
   };
   note();
-  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "1", "2.00", "0"}));
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "1", "2.00", "0", "0.00"}));
   // Made by code that is no longer this one's: again, and for as long.
   stamp.code = "solvers/linear 0123";
   note();
-  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "3.00", "0"}));
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "3.00", "0", "0.00"}));
   write_text(fitted.string() + ".json", "{");
-  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1"}));
+  EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1", "0.00"}));
+
+  // Limits of this code and these sets stay; of others they are made again, for as long as they
+  // took.
+  ResultRow limit;
+  limit.type = limit.label = limit_oracle;
+  limit.dataset = "test";
+  limit.parameters = json{{"set", limit_key(e.tests.at(0), e.tests.at(0))}};
+  BuildStamp made = stamp_of_this_build(this_build().limit_code);
+  made.dirty = false;
+  const auto limits = [&] {
+    limit.build.scored = {made};
+    json frames = json::array();
+    for (const double seconds : {1800, 5400}) frames.push_back({{"seconds", seconds}});
+    const json set = {{"dataset", "test"}, {"prior", "oracle"}, {"per_frame", frames}};
+    write_text(folder / "results/published/e/limit.json",
+               json{{"rows", {to_json(limit)}}, {"sets", {set}}}.dump());
+  };
+  limits();
+  EXPECT_EQ(row().back(), "0.00");
+  made.code = "0123";
+  limits();
+  EXPECT_EQ(row().back(), "2.00");
+  EXPECT_EQ(plan().table().sections.at(0).rows.back().back().text, "2.00");
+  write_text(folder / "results/published/e/limit.json", "{");
+  EXPECT_EQ(row().back(), "0.00");
 }
 
 }  // namespace
