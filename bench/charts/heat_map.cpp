@@ -51,7 +51,7 @@ struct Layout {
 
 /// The name of a row, in the lines that it is written in.
 std::vector<std::string> lines_of(const std::string& name) {
-  constexpr std::size_t longest = 34;
+  constexpr std::size_t longest = 56;
   return wrapped(name, longest);
 }
 

@@ -176,7 +176,7 @@ class Drawing {
       for (std::size_t s = first; s < first + here; ++s) {
         column.legend.add({series_[s].label, series_[s].line(), series_[s].mark()});
       }
-      if (c == 0) column.legend.add({"limits; whiskers: 5 to 95 %", limit_line});
+      if (c == 0) column.legend.add({"limits; curves: medians, whiskers: 5 to 95 %", limit_line});
       out.push_back(std::move(column));
     }
     return out;

@@ -137,7 +137,7 @@ class Drawing {
   }
 
   std::string limit_text() const {
-    std::string text = "the limit: what is best in the mean, of the first " +
+    std::string text = "the limit (median of what is best in the mean), of the first " +
                        std::to_string(chart_.limit_frames) + " frames (band: 95 %)";
     if (chart_.limit_unresolved > 0) {
       text += "; " + std::to_string(chart_.limit_unresolved) + " of them unresolved";
@@ -157,7 +157,7 @@ class Drawing {
       const double y = shown.y_of(*chart_.limit);
       canvas_.text(limit_text(), shown.box.right - 4, y - 8,
                    {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
-      taken.push_back({shown.box.right - 440, y - 16, shown.box.right, y + 2});
+      taken.push_back({shown.box.right - 490, y - 16, shown.box.right, y + 2});
     }
     // A name under the line would read as better than anything can be.
     if (chart_.limit) {

@@ -69,7 +69,8 @@ double limit_seconds(const fs::path& folder, const Experiment& experiment) {
     add_limit_rows(folder,
                    {experiment.tests, experiment.training ? &*experiment.training : nullptr},
                    Reuse::clean, usable);
-    for (const json& set : read_json_file(folder / limit_file).at("sets")) {
+    const json limits = read_json_file(folder / limit_file);
+    for (const json& set : limits.at("sets")) {
       const std::string type = set.at("prior") == "oracle" ? limit_oracle : limit_fair;
       const bool stays = std::any_of(usable.begin(), usable.end(), [&](const ResultRow& row) {
         return row.dataset == set.at("dataset") && row.type == type;

@@ -184,7 +184,7 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
   pair.explain("aim, " + number_text(results.arm.aim_N) + " N", aimed_line);
   pair.explain("limit, " + number_text(results.arm.limit_N) + " N, or more", limit_of_arm_line);
   pair.draw(
-      title + ": median peak force, " + results.condition,
+      title + ": peak force over that of a stop without delay, medians, " + results.condition,
       [&](Panel& panel) {
         panel.level(1, undelayed_line);
         panel.line(ratio_curve(results.arm.aim_N, results.arm, speeds, ratios), aimed_line);

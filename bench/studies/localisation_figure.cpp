@@ -68,8 +68,11 @@ class LocalisationMap {
     Legend legend(MapLayout::left, layout_.width() - 10);
     legend.add({"target", {}, target});
     legend.add({"mean place found, a line from its target", LineStyle{found.colour, 1.2}, found});
-    legend.add({"rms distance of single frames around it", LineStyle{scatter}});
-    if (!set_.bound_mm.empty()) legend.add({"Cramér–Rao bound of the rms", LineStyle{bound}});
+    legend.add(
+        {"rms distance of single frames around it", {}, MarkStyle{6, scatter.colour, 1.2, 1}});
+    if (!set_.bound_mm.empty()) {
+      legend.add({"Cramér–Rao bound of the rms", {}, MarkStyle{6, bound.colour, 1.2, 1.4}});
+    }
     legend.draw(canvas_, layout_.height() - 30);
     canvas_.draw(stem);
   }
@@ -215,7 +218,8 @@ class LocalisationOverview {
 ReportFigure localisation_map(const LocalisedSet& set, double side_mm, const std::string& law,
                               const std::string& title, const std::filesystem::path& stem) {
   const bool drawn = draw_or_say(stem, [&] {
-    LocalisationMap(set, side_mm).draw(title + ": " + set.condition + ", " + law + " law", stem);
+    LocalisationMap(set, side_mm)
+        .draw(title + ": " + set.condition + ", " + law + " law; axes in mm", stem);
   });
   return {"Targets and places found, " + set.name, stem.string() + ".svg",
           "axes in mm from the sheet's centre; " + set.condition + ", " + law +

@@ -50,7 +50,10 @@ class SensitivityCurves {
   void draw(const std::string& heading, const std::filesystem::path& stem) {
     canvas_.title(heading);
     int panel = 0;
-    for (const PressResponse& solver : set_.solvers) draw_solver(solver, layout_.box(panel++));
+    for (const PressResponse& solver : set_.solvers) {
+      draw_solver(solver, layout_.box(panel), panel % layout_.columns() == 0);
+      ++panel;
+    }
     draw_regions(layout_.box(panel));
     Legend legend(CurveLayout::left, layout_.picture_width() - 10);
     const int regions = 1 + *std::max_element(region_of_.begin(), region_of_.end());
@@ -59,14 +62,14 @@ class SensitivityCurves {
       legend.add({"region " + roman(r), region_line(region), region_mark(region)});
     }
     legend.draw(canvas_, layout_.picture_height() - 32);
-    canvas_.text("largest |δσ| / c₀ against force (N), rising; bars: 95 % interval of the mean",
-                 CurveLayout::left, layout_.picture_height() - 10,
-                 {.size = 9, .align = TextAlign::left});
+    canvas_.text(
+        "while the force is raised; each panel has its own scale; bars: 95 % interval of the mean",
+        CurveLayout::left, layout_.picture_height() - 10, {.size = 9, .align = TextAlign::left});
     canvas_.draw(stem);
   }
 
  private:
-  void draw_solver(const PressResponse& solver, const Box& box) {
+  void draw_solver(const PressResponse& solver, const Box& box, bool first_of_row) {
     const auto& regions = solver.readings[0].regions;
     Span span{0, 0};
     for (const PressResponse::Curve& curve : regions) {
@@ -76,7 +79,7 @@ class SensitivityCurves {
     }
     span.high = span.high > 0 ? 1.08 * span.high : 1;
     Panel axes(canvas_, box, Axis::even({0, 1.05 * set_.forces_N.back()}, "force, N"),
-               Axis::even(span));
+               Axis::even(span, first_of_row ? "largest |δσ| / c₀" : ""));
     axes.title(solver.label);
     if (!solver.failure.empty()) {
       canvas_.text(one_line(solver.failure, 34), box.middle(), box.centre(),
@@ -166,7 +169,7 @@ ReportFigure sensitivity_curves(const SensitivitySet& set, const std::vector<int
                                 const std::filesystem::path& stem) {
   const bool drawn = draw_or_say(stem, [&] {
     SensitivityCurves(set, region_of, background)
-        .draw(title + ": " + set.condition + ", " + law + " law", stem);
+        .draw(title + ": strength of the image, " + set.condition + ", " + law + " law", stem);
   });
   return {"Strength against force by region, " + set.name, stem.string() + ".svg",
           set.condition + ", " + law + " law", drawn};
@@ -175,7 +178,8 @@ ReportFigure sensitivity_curves(const SensitivitySet& set, const std::vector<int
 ReportFigure force_errors(const SensitivitySet& set, const std::string& law,
                           const std::string& title, const std::filesystem::path& stem) {
   const bool drawn = draw_or_say(stem, [&] {
-    draw_force_errors(set, title + ": " + set.condition + ", " + law + " law", stem);
+    draw_force_errors(set, title + ": error of the force, " + set.condition + ", " + law + " law",
+                      stem);
   });
   return {"Error of the calibrated force, " + set.name, stem.string() + ".svg",
           "from the peak; " + set.condition + ", " + law + " law", drawn};

@@ -38,8 +38,11 @@ class TargetsChart {
     draw_gaps(Box::sized(left, top() + panel + between, width - left - right, panel));
     canvas_.letter(0, top() - 12);
     canvas_.letter(1, top() + panel + between - 12);
-    canvas_.text("marks: means; whiskers: their 95 % intervals; lines in (b): isotonic fits", left,
-                 canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
+    canvas_.text(
+        "marks: means; whiskers: their 95 % intervals; lines in (b): isotonic fits; marks in (b), "
+        "of the "
+        "bins between the ticks, stand side by side",
+        left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
     canvas_.draw(stem);
   }
 
@@ -160,10 +163,10 @@ class TargetsChart {
     const bool any = std::any_of(results_.solvers.begin(), results_.solvers.end(),
                                  [](const TargetSolver& solver) { return solver.gaps.scenes > 0; });
     Panel axes(canvas_, box, gaps, Axis::even({0, 1}, "told apart"));
-    axes.title("Share of pairs told apart; dashed: " + number_text(100 * kResolvedShare) +
+    axes.title("Share of pairs told apart; grey: " + number_text(100 * kResolvedShare) +
                " %, from which on a gap is resolved");
     if (!any) canvas_.text("no scene with two contacts was read", box.middle(), box.centre());
-    axes.level(kResolvedShare, {ink::dark, 1, 2});
+    axes.level(kResolvedShare, {ink::light, 1.2, 3});
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
       Points fit;
       for (const IsotonicBlock& block : results_.solvers[s].gaps.fit) {
@@ -209,7 +212,8 @@ ReportFigure targets_chart(const TargetCircumstances& circumstances, const Targe
                            const std::string& title, const std::filesystem::path& folder) {
   const std::filesystem::path stem = folder / circumstances.name;
   const bool drawn = draw_or_say(stem, [&] {
-    TargetsChart(results).draw(title + ": several contacts, " + circumstances.conditions, stem);
+    TargetsChart(results).draw(
+        title + ": contacts found, ghosts, pairs told apart; " + circumstances.conditions, stem);
   });
   return {
       "Contacts found", stem.string() + ".svg",
