@@ -77,6 +77,7 @@ bring_limit() {
   [[ -e "$to/limit.json" || ! -e "$from/limit.json" ]] && return
   mkdir -p "$to"
   for file in "$from"/limit_ranks.* "$from/limit.json"; do
+    [[ -e "$file" ]] || continue
     cp "$file" "$to/.${file##*/}.new"
     mv "$to/.${file##*/}.new" "$to/${file##*/}"
   done
@@ -117,6 +118,7 @@ main() {
   if ((${#files[@]})); then ./ertbench publish --plan "${files[@]}"; fi
   $plan && exit 0
 
+  local failed=()
   for line in "${chosen[@]}"; do
     read -r name what frames options <<< "$line"
     if [[ "$what" == limit ]]; then
@@ -126,9 +128,17 @@ main() {
     fi
     how=()
     if [[ "$what" == fidelity || "$what" == load ]]; then how=("--$what"); fi
-    ./ertbench publish "${how[@]}" "experiments/$name.json"
+    # 1: a trial failed, and stands as failed in what was published; the others go on.
+    local code=0
+    ./ertbench publish "${how[@]}" "experiments/$name.json" || code=$?
+    if ((code > 1)); then exit "$code"; fi
+    if ((code == 1)); then failed+=("$name"); fi
     commit_published "Published: $name"
   done
+  if ((${#failed[@]})); then
+    echo "results/publish_all.sh: with failed trials: ${failed[*]}" >&2
+    exit 1
+  fi
 }
 
 main "$@"

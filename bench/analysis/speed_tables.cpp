@@ -112,7 +112,13 @@ TableSection right_sizes(const SpeedAccuracy& chart) {
 
 std::string frames_text(const SpeedAccuracy& chart, const BreakEven& one, std::size_t point) {
   if (chart.points[point].label == one.reference) return dash;
-  if (!chart.points[point].latency) return dash;
+  const auto measured = [](const SpeedPoint& one) { return one.latency && one.fit_s; };
+  if (!measured(chart.points[point])) return dash;
+  if (std::none_of(chart.points.begin(), chart.points.end(), [&](const SpeedPoint& other) {
+        return other.label == one.reference && measured(other);
+      })) {
+    return dash;
+  }
   if (!one.frames[point]) return "never";
   return *one.frames[point] == 0 ? "at once" : rate_text(*one.frames[point]);
 }

@@ -113,7 +113,6 @@ class BudgetDrawing {
     std::vector<PointLabel> names;
     for (std::size_t f = 0; f < budgets_.lines.size(); ++f) add_line(f, names, taken);
     panel_.draw();
-    // Lines that end low are closest to their neighbours, and choose their places first.
     panel_.labels(names, std::move(taken));
   }
 

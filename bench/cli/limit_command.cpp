@@ -11,6 +11,7 @@
 #include "bench/limit/bound_map.h"
 #include "bench/limit/limit_json.h"
 #include "bench/limit/rank_figure.h"
+#include "bench/plot/drawing.h"
 #include "bench/record/limit_file.h"
 #include "core/atomic_file.h"
 #include "core/errors.h"
@@ -139,13 +140,19 @@ ExitCode limit(const LimitArguments& arguments) {
   if (arguments.map) require_map(experiment);
   if (arguments.fresh) forget(experiment, options);
   std::vector<ResultRow> rows;
-  if (!arguments.fresh) rows = finished_limits(folder, experiment, options);
+  const std::filesystem::path ranks = folder / "limit_ranks";
+  bool drawn = true;
+  if (!arguments.fresh && std::filesystem::exists(ranks.string() + ".png")) {
+    rows = finished_limits(folder, experiment, options);
+  }
   if (rows.empty()) {
     const std::vector<SetLimit> limits = compute_limits(experiment, options);
     write_file_atomically(folder / limit_file,
                           text_of_file(folder / limit_file, limit_json(experiment.name, limits)));
-    draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
-                     folder / "limit_ranks");
+    drawn = draw_or_say(ranks, [&] {
+      draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
+                       ranks);
+    });
     for (const SetLimit& set : limits) rows.push_back(row_of(set));
   } else {
     spdlog::info("{}: has all of it, of this code and these sets; --fresh computes it again",
@@ -154,7 +161,7 @@ ExitCode limit(const LimitArguments& arguments) {
   if (arguments.map) draw_map(experiment, folder / "limit_map");
   for (const ResultRow& row : rows) print(row);
   std::printf("%s\n", printable_path((folder / limit_file).string()).c_str());
-  return done;
+  return drawn ? done : trial_failed;
 }
 
 }  // namespace

@@ -84,9 +84,14 @@ void print_metrics_and_experiments(SolverRegistry& registry) {
   }
   std::printf("\nExperiments:\n");
   for (const fs::path& file : experiment_files()) {
-    const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
+    std::string question;
+    try {
+      question = read_experiment(file, registry, {}, SolverCheck::none).question;
+    } catch (const InputError& error) {
+      question = std::string("cannot be used: ") + error.what();
+    }
     std::printf("\n  experiments/%s\n      %s\n", printable_path(file.filename().string()).c_str(),
-                printable(experiment.question).c_str());
+                printable(question).c_str());
   }
 }
 
@@ -101,10 +106,15 @@ void print_json(SolverRegistry& registry, const ListArguments& arguments) {
           {{"name", entry.name}, {"legend", entry.legend}, {"error", is_error(entry)}});
     }
     for (const fs::path& file : experiment_files()) {
-      const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
-      out["experiments"].push_back({{"file", "experiments/" + file.filename().string()},
-                                    {"title", experiment.title},
-                                    {"question", experiment.question}});
+      json& entry = out["experiments"].emplace_back();
+      entry["file"] = "experiments/" + file.filename().string();
+      try {
+        const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
+        entry["title"] = experiment.title;
+        entry["question"] = experiment.question;
+      } catch (const InputError& error) {
+        entry["error"] = error.what();
+      }
     }
   }
   std::printf("%s\n", json_text(printable_json(out, most_described), 2).c_str());

@@ -78,7 +78,8 @@ Action add_publish(CLI::App& command) {
   command.add_option("experiments", arguments->experiments, "EXPERIMENT.json ...")
       ->check(CLI::ExistingFile);
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
-  command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are");
+  command.add_flag("--pages", arguments->pages, "Render the pages alone, of the results there are")
+      ->excludes(command.get_option("experiments"));
   command.add_flag("--plan", arguments->plan,
                    "Print what fits and limits will take, as earlier ones took; make nothing");
   CLI::Option* const clocks = command.add_flag(

@@ -219,17 +219,17 @@ Table load_table(const LoadResults& results) {
   return table;
 }
 
-void draw_load(const LoadResults& results, const std::filesystem::path& stem) {
-  draw_or_say(stem, [&] { LoadFigure(results).draw(stem); });
+bool draw_load(const LoadResults& results, const std::filesystem::path& stem) {
+  return draw_or_say(stem, [&] { LoadFigure(results).draw(stem); });
 }
 
-void write_load(const LoadResults& results, const std::filesystem::path& folder) {
+bool write_load(const LoadResults& results, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const Table table = load_table(results);
   write_file_atomically(folder / "load.json", json_text(load_json(results), 1) + "\n");
   write_file_atomically(folder / "load.md", markdown_of(table));
   write_file_atomically(folder / "load.csv", csv_of(table.sections.front()));
-  draw_load(results, folder / "load");
+  return draw_load(results, folder / "load");
 }
 
 }  // namespace ertbench

@@ -12,10 +12,10 @@ namespace ertbench {
 Table load_table(const LoadResults& results);
 
 /// The rates over the deadlines, arrivals at a fixed rate on the left and Poisson ones on the
-/// right, as `stem`.svg and `stem`.png.
-void draw_load(const LoadResults& results, const std::filesystem::path& stem);
+/// right, as `stem`.svg and `stem`.png. Returns whether it was drawn (draw_or_say).
+bool draw_load(const LoadResults& results, const std::filesystem::path& stem);
 
-/// load.json, load.md, load.csv and the figure `load` in `folder`.
-void write_load(const LoadResults& results, const std::filesystem::path& folder);
+/// load.json, load.md, load.csv and the figure `load` in `folder`. Returns whether it was drawn.
+bool write_load(const LoadResults& results, const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -197,7 +197,11 @@ std::vector<fs::path> page_templates(const fs::path& project) {
     }
   }
   for (const auto& entry : fs::recursive_directory_iterator(project / "results/published")) {
-    if (entry.path().string().ends_with(".md.in")) out.push_back(entry.path());
+    // What publishing was cut off at (published_folder.h) is no page.
+    const std::string path = entry.path().string();
+    if (path.find(".part/") != std::string::npos || path.find(".before/") != std::string::npos)
+      continue;
+    if (path.ends_with(".md.in")) out.push_back(entry.path());
   }
   std::sort(out.begin(), out.end());
   return out;

@@ -28,7 +28,14 @@ std::vector<double> even_ticks(const Span& span, int ticks) {
   std::vector<double> out;
   const double step = round_step(span.high - span.low, ticks);
   const double first = std::ceil(span.low / step - 1e-9);
-  for (double i = first; i * step <= span.high + 1e-9 * step; ++i) {
+  const double last = std::floor(span.high / step + 1e-9);
+  // Spans so narrow that their ends are hardly told apart have no ticks between them.
+  constexpr double most = 1e15;
+  constexpr int most_ticks = 1000;
+  if (!(std::abs(first) < most && last - first < most_ticks)) return out;
+  const int count = static_cast<int>(last - first) + 1;
+  for (int k = 0; k < count; ++k) {
+    const double i = first + k;
     out.push_back(i == 0 ? 0 : i * step);  // never minus zero
   }
   return out;

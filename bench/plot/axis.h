@@ -22,7 +22,8 @@ struct Span {
 /// The smallest of 1, 2 or 5 times a power of ten that divides `span` into at most `ticks` steps.
 double round_step(double span, int ticks);
 
-/// Multiples of a round step within the span, at most about `ticks`.
+/// Multiples of a round step within the span, at most about `ticks`; none where the span is so
+/// narrow beside its place that they are no different numbers.
 std::vector<double> even_ticks(const Span& span, int ticks);
 
 /// Values to stand at a logarithmic axis: in even steps over a narrow range, 1, 2, 5, 10, ... over

@@ -10,7 +10,7 @@ namespace ertbench {
 namespace {
 
 constexpr double nearest = 8;  ///< from the point to the label's edge, px
-constexpr double farthest = 80;
+constexpr double farthest = 110;
 constexpr int directions = 16;
 
 /// The box whose side or corner faces the point from that direction (0 right, then downwards).

@@ -25,8 +25,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The lines that git prints. Throws InputError where it fails.
-std::vector<std::string> git(const fs::path& project, const std::vector<std::string>& arguments) {
+/// What git prints, in the parts between the separators. Throws InputError where it fails.
+std::vector<std::string> git(const fs::path& project, const std::vector<std::string>& arguments,
+                             std::string_view separator = "\n") {
   const TemporaryFolder folder;
   std::vector<std::string> command = {"git", "-C", project.string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
@@ -36,9 +37,9 @@ std::vector<std::string> git(const fs::path& project, const std::vector<std::str
     throw InputError(project.string() + ": publishing needs the project's git repository: " +
                      one_line(contents_of(folder.path() / "log"), 200));
   }
-  std::vector<std::string> lines = split(contents_of(output), "\n");
-  std::erase(lines, "");
-  return lines;
+  std::vector<std::string> parts = split(contents_of(output), separator);
+  std::erase(parts, "");
+  return parts;
 }
 
 /// Whether publishing itself writes the file, so that its change is no matter.
@@ -48,6 +49,20 @@ bool is_published(const fs::path& project, const fs::path& file) {
     if (fs::relative(page_of(page_template), project) == file) return true;
   }
   return false;
+}
+
+/// Where a figure could not be drawn, its .svg says why and there is no .png (draw_or_say): then
+/// `made`, which was to be published as `published`, is removed, and InputError thrown.
+void require_drawn(const fs::path& made, const fs::path& published) {
+  for (const auto& entry : fs::recursive_directory_iterator(made)) {
+    const fs::path& figure = entry.path();
+    if (figure.extension() != ".svg") continue;
+    if (fs::exists(fs::path(figure).replace_extension(".png"))) continue;
+    const std::string name = fs::relative(figure, made).string();
+    fs::remove_all(made);
+    throw InputError(published.string() + ": " + name +
+                     " could not be drawn, as said above; what was published before is as it was");
+  }
 }
 
 /// Copies what `ertbench limit` left beside the results where their rows are of it.
@@ -62,8 +77,11 @@ void publish_limits(const ExperimentResults& results, const fs::path& from, cons
 
 void require_committed(const fs::path& project) {
   std::vector<std::string> changes;
-  for (const std::string& line : git(project, {"status", "--porcelain", "-uall"})) {
-    const std::string file = line.substr(std::min<std::size_t>(3, line.size()));
+  // Names as they are: without -z git puts those with blanks in quotes.
+  const std::vector<std::string> status =
+      git(project, {"status", "--porcelain", "-z", "--no-renames", "-uall"}, {"\0", 1});
+  for (const std::string& one : status) {
+    const std::string file = one.substr(std::min<std::size_t>(3, one.size()));
     if (!is_published(project, file)) changes.push_back(file);
   }
   if (!changes.empty()) {
@@ -96,13 +114,9 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   if (of_models) {
     report_stages(stages, experiment, results, made);
   } else {
-    if (report_experiment(experiment, cache, results, made) > 0) {
-      fs::remove_all(made);
-      throw InputError(published.string() +
-                       ": a figure could not be drawn, as said above; what was published before is "
-                       "as it was");
-    }
+    report_experiment(experiment, cache, results, made);
   }
+  require_drawn(made, published);
   publish_limits(results, run.out, made);
   replace_folder(published, made);
   return results.failures;
@@ -126,6 +140,7 @@ int publish_load(const Experiment& experiment, SolverRegistry& registry, const f
   require_undisturbed(results, published);
   const fs::path made = part_of(published);
   write_load(results, made);
+  require_drawn(made, published);
   replace_folder(published, made);
   return static_cast<int>(
       std::count_if(results.solvers.begin(), results.solvers.end(),

@@ -16,7 +16,8 @@ std::size_t force_index(const std::vector<double>& forces, double force) {
   return static_cast<std::size_t>(found - forces.begin());
 }
 
-/// Means of neighbours that fall are joined until none falls; `means` with their `weights`.
+/// Means of neighbours that fall are joined until none falls; a joined one counts as often as it
+/// has members.
 std::vector<double> made_monotone(const std::vector<double>& means) {
   struct Block {
     double mean;

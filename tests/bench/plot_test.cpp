@@ -29,6 +29,14 @@ TEST(Axis, HasRoundTicksWithinItsSpan) {
             (std::vector<std::string>{"0.9", "1", "1.1", "1.2", "1.3"}));
 }
 
+TEST(Axis, HasNoTicksBetweenNumbersThatAreHardlyTwo) {
+  EXPECT_TRUE(even_ticks({1e17, 1e17 + 32}, 6).empty());
+  EXPECT_TRUE(even_ticks({1.268, std::nextafter(1.268, 2)}, 6).empty());
+  EXPECT_TRUE(even_ticks({3, 3}, 6).empty());
+  EXPECT_EQ(even_ticks({1e6, 1e6 + 5}, 6),
+            (std::vector<double>{1e6, 1e6 + 1, 1e6 + 2, 1e6 + 3, 1e6 + 4, 1e6 + 5}));
+}
+
 TEST(Axis, PlacesValuesByItsScale) {
   const Axis even = Axis::even({-1, 3});
   EXPECT_DOUBLE_EQ(even.share(-1), 0);

@@ -64,11 +64,17 @@ TEST_F(PublishTest, RefusesATreeWithChanges) {
   EXPECT_NE(refusal().find("new.txt"), std::string::npos) << refusal();
 }
 
+TEST_F(PublishTest, NamesAChangedFileWithABlankAsItIs) {
+  testing::write_text(project() / "new file.txt", "");
+  EXPECT_NE(refusal().find(": new file.txt differ"), std::string::npos) << refusal();
+}
+
 TEST_F(PublishTest, RefusesABuildOfOtherSources) {
   EXPECT_NE(refusal().find("this program was built of commit"), std::string::npos) << refusal();
   // What publishing itself writes is no change.
   testing::write_text(project() / "results/published/e/table.md", "");
   testing::write_text(project() / "results/published/e/README.md", "");
+  testing::write_text(project() / "results/published/e/training/eit-nn mse.csv", "");
   EXPECT_NE(refusal().find("this program was built of commit"), std::string::npos) << refusal();
 }
 

@@ -159,6 +159,19 @@ TEST(SpeedAccuracy, BreakEvenIsWhereTheFasterFramesHaveMadeGoodTheFit) {
   EXPECT_EQ(frames.at("svd 20"), 0);        // no longer to fit, and faster
   EXPECT_TRUE(frames.at("net").is_null());  // slower: never
   EXPECT_TRUE(frames.at("gn").is_null());
+  // In the table what is slower is told apart from what is not known.
+  const auto cell_of_net = [&] {
+    const Table table = speed_table(sample.chart(), "");
+    for (const auto& row : table.sections.back().rows) {
+      if (row.front().text == "net") return row.rbegin()[1].text;  // before the remarks
+    }
+    return std::string("no row");
+  };
+  EXPECT_EQ(cell_of_net(), "never");
+  for (ResultRow& row : sample.rows) {
+    if (row.label == "gn") row.fit_s.reset();
+  }
+  EXPECT_EQ(cell_of_net(), "—");
 }
 
 TEST(SpeedAccuracy, TheStaircaseGoesDownAndOutToTheFarSide) {
