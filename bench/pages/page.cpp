@@ -196,12 +196,14 @@ std::vector<fs::path> page_templates(const fs::path& project) {
       if (entry.path().string().ends_with(".md.in")) out.push_back(entry.path());
     }
   }
-  for (const auto& entry : fs::recursive_directory_iterator(project / "results/published")) {
-    // What publishing was cut off at (published_folder.h) is no page.
-    const std::string path = entry.path().string();
-    if (path.find(".part/") != std::string::npos || path.find(".before/") != std::string::npos)
-      continue;
-    if (path.ends_with(".md.in")) out.push_back(entry.path());
+  fs::recursive_directory_iterator published(project / "results/published");
+  for (const fs::directory_entry& entry : published) {
+    const fs::path& path = entry.path();
+    // What publishing was cut off at (published_folder.h) has no pages.
+    if (path.extension() == ".part" || path.extension() == ".before") {
+      published.disable_recursion_pending();
+    }
+    if (path.string().ends_with(".md.in")) out.push_back(path);
   }
   std::sort(out.begin(), out.end());
   return out;

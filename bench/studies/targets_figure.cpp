@@ -40,8 +40,7 @@ class TargetsChart {
     canvas_.letter(1, top() + panel + between - 12);
     canvas_.text(
         "marks: means; whiskers: their 95 % intervals; lines in (b): isotonic fits; marks in (b), "
-        "of the "
-        "bins between the ticks, stand side by side",
+        "of the bins between the ticks, stand side by side",
         left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
     canvas_.draw(stem);
   }

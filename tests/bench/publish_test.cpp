@@ -86,6 +86,8 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   ASSERT_EQ(run.exit_code, 0) << run.output;
   testing::write_text(project() / "results/published/e/old.svg", "from before");
   EXPECT_EQ(publish_experiment(experiment, project(), Cache(project() / "cache"), 1), 0);
+  // What a publishing that was cut off has left is no page.
+  testing::write_text(project() / "results/published/e.before/README.md.in", "{{nothing}}\n");
   publish_pages(project());
   const auto published = project() / "results/published/e";
   EXPECT_FALSE(std::filesystem::exists(published / "old.svg"));
@@ -113,6 +115,18 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
             testing::read_text(project() / "results/e/fidelity.csv"));
   EXPECT_TRUE(std::filesystem::exists(published / "provenance.json"));
   EXPECT_FALSE(std::filesystem::exists(published / "summary.json"));
+  // Without its figure it is not published, and what was published stays.
+  const std::string drawn = testing::read_text(published / "fidelity.svg");
+  const testing::Environment no_gnuplot("PATH", (project() / "core").string());
+  try {
+    publish_experiment(experiment, project(), Cache(project() / "cache"), 1, true);
+    FAIL() << "published without its figure";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("fidelity.svg could not be drawn"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(testing::read_text(published / "fidelity.svg"), drawn);
+  EXPECT_TRUE(std::filesystem::exists(published / "fidelity.png"));
   EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
 }
 
