@@ -13,6 +13,7 @@
 #include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "solvers/registry/registry.h"
+#include "tests/bench/figure_testing.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {
