@@ -66,9 +66,8 @@ bool matches(std::string_view text, std::string_view pattern) {
   return false;
 }
 
-bool matches_any(const std::string& text, const std::string& patterns) {
-  const std::vector<std::string> all = split(patterns, "|");
-  return std::any_of(all.begin(), all.end(),
+bool matches_any(const std::string& text, const std::vector<std::string>& patterns) {
+  return std::any_of(patterns.begin(), patterns.end(),
                      [&](const std::string& pattern) { return matches(text, pattern); });
 }
 
@@ -78,23 +77,36 @@ std::string text_in(const json& value) {
   return value.is_null() ? "" : json_text(value);
 }
 
-/// One condition of a selection.
-bool holds(const json& row, const std::string& condition) {
-  const std::size_t at = condition.find_first_of("=<>!");
+/// One condition of a selection: of a row's label where `column` is empty.
+struct Condition {
+  std::string column;
+  char relation;  // '=', '!' (none of), '<' or '>'
+  std::vector<std::string> alternatives;
+
+  std::string text_of(const json& row) const {
+    return column.empty() ? label_of(row) : text_in(value_in(row, column));
+  }
+  bool names(const json& row) const { return matches_any(text_of(row), alternatives); }
+  bool holds(const json& row) const {
+    if (relation == '=') return names(row);
+    if (relation == '!') return !names(row);
+    const json& value = value_in(row, column);
+    if (!value.is_number()) return false;
+    const double limit = std::strtod(alternatives.front().c_str(), nullptr);
+    return relation == '<' ? value.get<double>() < limit : value.get<double>() > limit;
+  }
+};
+
+Condition condition_in(const std::string& text) {
+  const std::size_t at = text.find_first_of("=<>!");
   // A label may hold these characters too, "tsvd rank=35"; a column's name has no blank in it.
   const bool column =
       at != std::string::npos &&
-      std::all_of(condition.begin(), condition.begin() + static_cast<long>(at),
+      std::all_of(text.begin(), text.begin() + static_cast<long>(at),
                   [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; });
-  if (!column) return matches_any(label_of(row), condition);
-  const json& value = value_in(row, condition.substr(0, at));
-  const bool two = condition.compare(at, 2, "!=") == 0;
-  const std::string rest = condition.substr(at + (two ? 2 : 1));
-  if (two) return !matches_any(text_in(value), rest);
-  if (condition[at] == '=') return matches_any(text_in(value), rest);
-  if (!value.is_number()) return false;
-  const double limit = std::strtod(rest.c_str(), nullptr);
-  return condition[at] == '<' ? value.get<double>() < limit : value.get<double>() > limit;
+  if (!column) return {"", '=', split(text, "|")};
+  const bool two = text.compare(at, 2, "!=") == 0;
+  return {text.substr(0, at), text[at], split(text.substr(at + (two ? 2 : 1)), "|")};
 }
 
 }  // namespace
@@ -109,13 +121,33 @@ const json& ResultRows::rows(const std::string& file) {
   return *files_.emplace(file, JsonValue(rows)).first->second;
 }
 
-std::vector<const json*> ResultRows::select(const std::string& file, const std::string& selection) {
+std::vector<const json*> ResultRows::select(const std::string& file, const std::string& selection,
+                                            const std::string& column) {
+  std::vector<Condition> conditions;
+  for (const std::string& one : split(selection, ",")) conditions.push_back(condition_in(one));
   std::vector<const json*> out;
-  const std::vector<std::string> conditions = split(selection, ",");
+  // Rows as they would be without limits: which of those a limit leaves is what it asks.
+  std::vector<const json*> named;
   for (const json& row : rows(file)) {
-    const bool wanted = std::all_of(conditions.begin(), conditions.end(),
-                                    [&](const std::string& one) { return holds(row, one); });
-    if (wanted) out.push_back(&row);
+    const auto holds = [&](const Condition& one) { return one.holds(row); };
+    const auto holds_or_limits = [&](const Condition& one) {
+      return one.relation == '<' || one.relation == '>' || one.holds(row);
+    };
+    if (std::all_of(conditions.begin(), conditions.end(), holds)) out.push_back(&row);
+    if (!std::all_of(conditions.begin(), conditions.end(), holds_or_limits)) continue;
+    if (column.empty() || !value_in(row, column).is_null()) named.push_back(&row);
+  }
+  for (const Condition& condition : conditions) {
+    if (condition.relation != '=') continue;
+    for (const std::string& name : condition.alternatives) {
+      if (name.find('*') != std::string::npos) continue;
+      const bool there = std::any_of(named.begin(), named.end(), [&](const json* row) {
+        return matches(condition.text_of(*row), name);
+      });
+      if (there) continue;
+      throw InputError("no " + (column.empty() ? "row" : column) + " of \"" + name +
+                       "\" in the rows \"" + selection + "\" of " + file);
+    }
   }
   return out;
 }

@@ -20,8 +20,13 @@ class ResultRows {
   /// label, where `*` stands for any text, or several with `|` between them; or conditions on
   /// columns, `axis=snr,solver=tsvd|pdipm,share>0.05`, all of which must hold.
   ///
-  /// Throws InputError where there is no such file or where it cannot be used.
-  std::vector<const nlohmann::json*> select(const std::string& file, const std::string& selection);
+  /// Whatever is named must be there, each of several too, and where `column` is given must have a
+  /// value in it: a sentence about a row that was renamed or never filled would else pass in
+  /// silence. What `<`, `>` and `!=` leave may be nothing.
+  ///
+  /// Throws InputError where there is no such file, row or value, or where the file cannot be used.
+  std::vector<const nlohmann::json*> select(const std::string& file, const std::string& selection,
+                                            const std::string& column = "");
 
  private:
   const nlohmann::json& rows(const std::string& file);

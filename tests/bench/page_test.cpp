@@ -90,6 +90,20 @@ TEST_F(PageTest, WhatIsNotThereIsAnErrorWithItsPlace) {
   EXPECT_NE(error("{{.3f (ratio 1)}} {{.3x t gn RIE}}").find("not a format"), std::string::npos);
 }
 
+/// One of several names that is not there, or has no value, is not passed over.
+TEST_F(PageTest, EachOfSeveralNamesIsThere) {
+  EXPECT_NE(error("{{holds (< (t 'net a|lost' RIE) (t gn RIE))}}").find("no RIE of \"lost\""),
+            std::string::npos);
+  EXPECT_NE(error("{{(range (t 'net a|gn' seeds.deviation.RIE))}}").find("of \"gn\""),
+            std::string::npos);
+  EXPECT_NE(error("{{(range (t/levels.csv solver=gn|net,axis=dead share))}}").find("of \"net\""),
+            std::string::npos);
+  EXPECT_NE(error("{{each t 'gn|lost': {label}}}").find("no row of \"lost\""), std::string::npos);
+  // A limit asks which of them it leaves, and may leave none.
+  EXPECT_EQ(render("{{(count (t/levels.csv solver=gn|net,axis=snr,share>0.05 share))}}"), "1");
+  EXPECT_EQ(render("{{(count (t/levels.csv solver=net,share>0.5 share))}}"), "0");
+}
+
 TEST_F(PageTest, NumbersTypedByHandAreFound) {
   EXPECT_TRUE(
       literal_numbers("HDF5, C.3, `0.5` and [x](a_1.md), {{.3f t gn RIE}}\n```\n1\n```\n").empty());
