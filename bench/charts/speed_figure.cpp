@@ -81,26 +81,16 @@ class Drawing {
       }
       panel.level(*chart_.limit, limit_line);
     }
-    add_families(shown, panel);
+    const std::vector<FamilyLine> families = family_lines(chart_, shown);
+    for (const FamilyLine& line : families) {
+      const Colour colour = colour_of(type_index(chart_.points[line.first]));
+      panel.line(line.points, {colour.towards_white(0.55), 1.2});
+    }
     panel.line(staircase(chart_, shown), frontier_line);
     add_whiskers(shown, panel);
     add_marks(shown, panel);
     panel.draw();
-    write_labels(shown, panel);
-  }
-
-  void add_families(const SpeedPanel& shown, Panel& panel) const {
-    std::map<std::string, std::pair<Points, std::size_t>> families;
-    for (std::size_t i = 0; i < chart_.points.size(); ++i) {
-      if (!shown.shows(chart_, i)) continue;
-      const SpeedPoint& point = chart_.points[i];
-      auto& [line, type] = families[point.family];
-      line.emplace_back(*shown.x[i], std::min(*point.error, 3 * shown.errors.high));
-      type = type_index(point);
-    }
-    for (const auto& [family, line] : families) {
-      panel.line(line.first, {colour_of(line.second).towards_white(0.55), 1.2});
-    }
+    write_labels(shown, panel, segments_of(families, shown));
   }
 
   void add_whiskers(const SpeedPanel& shown, Panel& panel) const {
@@ -145,7 +135,7 @@ class Drawing {
     return text;
   }
 
-  void write_labels(const SpeedPanel& shown, Panel& panel) {
+  void write_labels(const SpeedPanel& shown, Panel& panel, const std::vector<Segment>& lines) {
     std::vector<Box> taken = occupied(chart_, shown);
     if (!shown.batches && chart_.nothing && shown.holds(*chart_.nothing)) {
       const double y = shown.y_of(*chart_.nothing);
@@ -164,7 +154,7 @@ class Drawing {
       const double y = shown.y_of(*chart_.limit);
       taken.push_back({shown.box.left, y - 2, shown.box.right, shown.box.bottom});
     }
-    panel.labels(labels_of(chart_, shown), std::move(taken));
+    panel.labels(labels_of(chart_, shown), std::move(taken), lines);
     for (std::size_t i = 0; i < chart_.points.size(); ++i) {
       if (!shown.shows(chart_, i)) continue;
       const SpeedPoint& point = chart_.points[i];

@@ -113,6 +113,32 @@ std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
   return steps;
 }
 
+std::vector<FamilyLine> family_lines(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+  std::vector<FamilyLine> out;
+  std::map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    if (!panel.shows(chart, i)) continue;
+    const SpeedPoint& point = chart.points[i];
+    const auto [place, is_new] = places.emplace(point.family, out.size());
+    if (is_new) out.push_back({i, {}});
+    const double far_above = 3 * panel.errors.high;
+    out[place->second].points.emplace_back(*panel.x[i], std::min(*point.error, far_above));
+  }
+  return out;
+}
+
+std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const SpeedPanel& panel) {
+  std::vector<Segment> out;
+  for (const FamilyLine& line : lines) {
+    for (std::size_t i = 1; i < line.points.size(); ++i) {
+      const auto [x1, y1] = line.points[i - 1];
+      const auto [x2, y2] = line.points[i];
+      out.push_back({panel.x_of(x1), panel.y_of(y1), panel.x_of(x2), panel.y_of(y2)});
+    }
+  }
+  return out;
+}
+
 std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
   std::vector<Box> out;
   for (std::size_t i = 0; i < chart.points.size(); ++i) {

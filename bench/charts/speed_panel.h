@@ -41,6 +41,16 @@ SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box);
 std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
                                                  const SpeedPanel& panel);
 
+/// The points of a family in the order of the experiment, in the panel's units.
+struct FamilyLine {
+  std::size_t first = 0;  ///< index of its first point
+  std::vector<std::pair<double, double>> points;
+};
+std::vector<FamilyLine> family_lines(const SpeedAccuracy& chart, const SpeedPanel& panel);
+
+/// The same lines in px: what had better not run through a label.
+std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const SpeedPanel& panel);
+
 /// What labels must leave free: the marks, their whiskers and the staircase; px.
 std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel);
 

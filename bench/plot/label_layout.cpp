@@ -75,12 +75,17 @@ Segment leader_of(const PointLabel& label, const Box& place) {
 
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
-                                                     std::vector<Box> taken) {
+                                                     std::vector<Box> taken,
+                                                     const std::vector<Segment>& lines) {
   std::vector<std::optional<PlacedLabel>> out(labels.size());
   // Right, left, above, below, then what lies between.
   constexpr int order[directions] = {0, 8, 12, 4, 14, 2, 10, 6, 15, 1, 9, 7, 13, 11, 3, 5};
   PlacedLabels placed;
-  const auto place = [&](std::size_t i, bool may_cross) {
+  const auto struck = [&](const Box& box) {
+    return std::any_of(lines.begin(), lines.end(),
+                       [&](const Segment& line) { return line.crosses(box); });
+  };
+  const auto place = [&](std::size_t i, bool may_be_struck, bool may_cross) {
     const double width = text_width(labels[i].text, font_size) + 4;
     const double height = font_size + 3;
     for (double distance = nearest; distance <= farthest; distance += 6) {
@@ -92,6 +97,7 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
         const bool far = distance > nearest + 6;
         const auto leader = far ? std::optional(leader_of(labels[i], box)) : std::nullopt;
         if (!free || !(may_cross || placed.free_for(box, leader))) continue;
+        if (!may_be_struck && struck(box)) continue;
         out[i] = PlacedLabel{box, far};
         taken.push_back(box);
         placed.add(box, leader);
@@ -100,8 +106,9 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
     }
   };
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    place(i, false);
-    if (!out[i]) place(i, true);
+    place(i, false, false);
+    if (!out[i]) place(i, true, false);
+    if (!out[i]) place(i, true, true);
   }
   return out;
 }

@@ -128,9 +128,10 @@ void Panel::bars(const std::vector<Bar>& bars, double width) {
       "rgb variable");
 }
 
-void Panel::labels(const std::vector<PointLabel>& labels, std::vector<Box> taken) {
+void Panel::labels(const std::vector<PointLabel>& labels, std::vector<Box> taken,
+                   const std::vector<Segment>& lines) {
   constexpr int size = 10;
-  const auto places = place_labels(labels, size, box_, std::move(taken));
+  const auto places = place_labels(labels, size, box_, std::move(taken), lines);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (!places[i]) continue;
     const Box& place = places[i]->box;

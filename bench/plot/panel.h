@@ -53,8 +53,10 @@ class Panel {
   void bars(const std::vector<Bar>& bars, double width);
 
   /// Texts near their points (px), where they meet neither each other nor `taken`, with a line to
-  /// the point where that is far; one for which there is no room is left out.
-  void labels(const std::vector<PointLabel>& labels, std::vector<Box> taken);
+  /// the point where that is far; one for which there is no room is left out. Where there is room,
+  /// `lines` (px) do not run through them.
+  void labels(const std::vector<PointLabel>& labels, std::vector<Box> taken,
+              const std::vector<Segment>& lines = {});
 
   /// What the pointer shows over a point.
   void tooltip(double x_value, double y_value, std::string text);

@@ -244,6 +244,17 @@ TEST(LabelLayout, LinesToPointsCrossNeitherEachOtherNorLabels) {
   EXPECT_GE(leaders, 4);
 }
 
+/// A name stands beside a line through its first place where there is room, and on it where not.
+TEST(LabelLayout, LinesRunThroughNamesWhereThereIsNoOtherRoomAlone) {
+  const std::vector<PointLabel> labels{{"name", 100, 100}};
+  const Segment line{108, 100, 250, 100};
+  EXPECT_TRUE(line.crosses(place_labels(labels, 10, {0, 0, 300, 300}, {})[0]->box));
+  EXPECT_FALSE(line.crosses(place_labels(labels, 10, {0, 0, 300, 300}, {}, {line})[0]->box));
+  const auto narrow = place_labels(labels, 10, {95, 90, 300, 110}, {}, {line});
+  ASSERT_TRUE(narrow[0]);
+  EXPECT_TRUE(line.crosses(narrow[0]->box));
+}
+
 TEST(LabelLayout, SegmentsCross) {
   const Segment rising{0, 0, 10, 10};
   EXPECT_TRUE(rising.crosses(Segment{0, 10, 10, 0}));
