@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
 #include "core/text.h"
@@ -26,24 +27,18 @@ constexpr LineStyle limit_line{ink::dark, 1.2, 3};
 struct Series {
   std::string label;
   const LadderClimb* climb = nullptr;
-  std::size_t index = 0;  ///< among all solvers, which sets its colour
-
-  Colour colour() const { return hue(index); }
-  LineStyle line() const {
-    constexpr int dashes[] = {1, 2, 4, 5, 3};
-    return {colour(), 1.3, dashes[index % std::size(dashes)]};
-  }
-  MarkStyle mark() const {
-    const bool again = index / std::size(shapes) % 2 == 1;
-    return {again ? hollow(index) : filled(index), colour(), 0.7, 1.2};
-  }
+  LineStyle line;
+  MarkStyle mark;
 };
 
 std::vector<Series> series_of(const LadderAxis& axis, const std::vector<LadderOutcome>& outcomes) {
+  std::vector<std::string> labels;
+  for (const LadderOutcome& outcome : outcomes) labels.push_back(outcome.entry->label);
+  const MethodStyles styles(labels);
   std::vector<Series> out;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     const LadderClimb* climb = outcomes[i].record ? outcomes[i].record->find(axis.name) : nullptr;
-    if (climb) out.push_back({outcomes[i].entry->label, climb, i});
+    if (climb) out.push_back({labels[i], climb, styles.line(i), styles.mark(i, 0.7)});
   }
   return out;
 }
@@ -174,7 +169,7 @@ class Drawing {
                     LevelAxis(axis_, here, panel_width),
                     Legend(left - 20, left + panel_width + 15, count == 1 ? 3 : 2)};
       for (std::size_t s = first; s < first + here; ++s) {
-        column.legend.add({series_[s].label, series_[s].line(), series_[s].mark()});
+        column.legend.add({series_[s].label, series_[s].line, series_[s].mark});
       }
       if (c == 0) column.legend.add({"limits; curves: medians, whiskers: 5 to 95 %", limit_line});
       out.push_back(std::move(column));
@@ -242,8 +237,8 @@ class Drawing {
       marks.emplace_back(x, *value);
       panel.tooltip(x, *value, description(series, level));
     }
-    if (!axis_.categories) panel.line(line, series.line());
-    panel.marks(marks, series.mark());
+    if (!axis_.categories) panel.line(line, series.line);
+    panel.marks(marks, series.mark);
   }
 
   void add_whiskers(Panel& panel, const Column& column, std::size_t s, const Axis& axis) const {
@@ -256,7 +251,7 @@ class Drawing {
       whiskers.push_back({column.levels.place_of_whisker(*series.climb, i, s),
                           axis.capped(found->low), axis.capped(found->high)});
     }
-    panel.whiskers(whiskers, {series.colour().towards_white(0.45), 1});
+    panel.whiskers(whiskers, {series.line.colour.towards_white(0.45), 1});
   }
 
   /// Around all medians and whiskers; what is ten times worse than the limit need not be told from

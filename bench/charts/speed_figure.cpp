@@ -4,6 +4,7 @@
 #include <map>
 
 #include "bench/analysis/chart_text.h"
+#include "bench/charts/method_styles.h"
 #include "bench/charts/speed_panel.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -25,6 +26,7 @@ constexpr LineStyle frontier_line{ink::dark, 1.6, 2};
 constexpr LineStyle nothing_line{rgb(0x606060), 1, 3};
 constexpr LineStyle limit_line{ink::alarm, 1.4};
 const Colour limit_band = ink::alarm.towards_white(0.86);
+constexpr double mark_size = 0.9;
 constexpr MarkStyle ring{circle, ink::dark, 1.9, 1.3};
 constexpr MarkStyle lost{cross, ink::alarm};
 
@@ -33,6 +35,7 @@ class Drawing {
   Drawing(const SpeedAccuracy& chart, const std::string& title)
       : chart_(chart),
         types_(types_of(chart)),
+        styles_(types_),
         legend_(legend()),
         canvas_(width, legend_top + legend_.height()) {
     canvas_.title(title);
@@ -61,14 +64,12 @@ class Drawing {
     return static_cast<std::size_t>(std::find(types_.begin(), types_.end(), point.type) -
                                     types_.begin());
   }
-  /// The same shapes come again in darker colours, which are told apart in grey too.
-  static Colour colour_of(std::size_t type) {
-    return type < std::size(shapes) ? hue(type) : hue(type).towards_black(0.45);
-  }
   /// Filled, hollow or a cross.
-  static MarkStyle mark(std::size_t type, Standing standing) {
-    if (standing == Standing::failed) return {cross, colour_of(type)};
-    return {standing == Standing::ok ? filled(type) : hollow(type), colour_of(type)};
+  MarkStyle mark(std::size_t type, Standing standing) const {
+    MarkStyle out = standing == Standing::ok ? styles_.filled_mark(type, mark_size)
+                                             : styles_.hollow_mark(type, mark_size);
+    if (standing == Standing::failed) out.shape = cross;
+    return out;
   }
 
   void plot(const SpeedPanel& shown) {
@@ -83,7 +84,7 @@ class Drawing {
     }
     const std::vector<FamilyLine> families = family_lines(chart_, shown);
     for (const FamilyLine& line : families) {
-      const Colour colour = colour_of(type_index(chart_.points[line.first]));
+      const Colour colour = styles_.colour(type_index(chart_.points[line.first]));
       panel.line(line.points, {colour.towards_white(0.55), 1.2});
     }
     panel.line(staircase(chart_, shown), frontier_line);
@@ -135,7 +136,7 @@ class Drawing {
     return text;
   }
 
-  void write_labels(const SpeedPanel& shown, Panel& panel, const std::vector<Segment>& lines) {
+  void write_labels(const SpeedPanel& shown, Panel& panel, std::vector<Segment> lines) {
     std::vector<Box> taken = occupied(chart_, shown);
     if (!shown.batches && chart_.nothing && shown.holds(*chart_.nothing)) {
       const double y = shown.y_of(*chart_.nothing);
@@ -153,6 +154,10 @@ class Drawing {
     if (chart_.limit) {
       const double y = shown.y_of(*chart_.limit);
       taken.push_back({shown.box.left, y - 2, shown.box.right, shown.box.bottom});
+    }
+    if (chart_.nothing) {
+      const double y = shown.y_of(*chart_.nothing);
+      lines.push_back({shown.box.left, y, shown.box.right, y});
     }
     panel.labels(labels_of(chart_, shown), std::move(taken), lines);
     for (std::size_t i = 0; i < chart_.points.size(); ++i) {
@@ -199,6 +204,7 @@ class Drawing {
 
   const SpeedAccuracy& chart_;
   std::vector<std::string> types_;
+  MethodStyles styles_;
   Legend legend_;
   Canvas canvas_;
 };

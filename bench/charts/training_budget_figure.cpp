@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
 #include "bench/score/metric_table.h"
@@ -30,22 +31,17 @@ std::string short_number(double value) {
   return value >= 1e4 ? number_text(value / 1e3) + " k" : number_text(value);
 }
 
-/// How one family is told from the others, also in grey.
-struct FamilyStyle {
-  explicit FamilyStyle(std::size_t index)
-      : line{hue(index), 1.5, 1 + static_cast<int>(index % 5)},
-        converged{filled(index), hue(index), 1},
-        not_converged{hollow(index), hue(index), 1} {}
-
-  LineStyle line;
-  MarkStyle converged;
-  MarkStyle not_converged;
-};
+MethodStyles styles_of(const TrainingBudgets& budgets) {
+  std::vector<std::string> families;
+  for (const BudgetLine& line : budgets.lines) families.push_back(line.family);
+  return MethodStyles(families);
+}
 
 class BudgetDrawing {
  public:
   BudgetDrawing(const TrainingBudgets& budgets, const std::string& title)
       : budgets_(budgets),
+        styles_(styles_of(budgets)),
         legend_(legend()),
         canvas_(width, legend_top + legend_.height()),
         panel_(canvas_, box, cost_axis(), error_axis()) {
@@ -127,7 +123,6 @@ class BudgetDrawing {
 
   void add_line(std::size_t family, std::vector<PointLabel>& names, std::vector<Box>& taken) {
     const BudgetLine& line = budgets_.lines[family];
-    const FamilyStyle style(family);
     Points points;
     Points hollow_points;
     Points filled_points;
@@ -139,11 +134,12 @@ class BudgetDrawing {
       panel_.tooltip(point.cost, point.error, text_of(point));
     }
     panel_.whiskers(whiskers, whisker_line);
-    panel_.line(points, style.line);
+    panel_.line(points, styles_.line(family, 1.5));
     // On a white ground, so that the line does not show through.
-    panel_.marks(hollow_points, {style.converged.shape, ink::white, 1});
-    panel_.marks(hollow_points, style.not_converged);
-    panel_.marks(filled_points, style.converged);
+    const MarkStyle converged = styles_.filled_mark(family, 1);
+    panel_.marks(hollow_points, {converged.shape, ink::white, 1});
+    panel_.marks(hollow_points, styles_.hollow_mark(family, 1));
+    panel_.marks(filled_points, converged);
     occupy(points, taken);
     names.push_back({line.family, panel_.x(points.back().first), panel_.y(points.back().second)});
   }
@@ -188,8 +184,7 @@ class BudgetDrawing {
   Legend legend() const {
     Legend legend(box.left, width - 20);
     for (std::size_t f = 0; f < budgets_.lines.size(); ++f) {
-      const FamilyStyle style(f);
-      legend.add({budgets_.lines[f].family, style.line, style.converged});
+      legend.add({budgets_.lines[f].family, styles_.line(f, 1.5), styles_.filled_mark(f, 1)});
     }
     legend.new_line();
     legend.add({"hollow: had not converged, the best epoch was the last of the budget",
@@ -200,6 +195,7 @@ class BudgetDrawing {
   }
 
   const TrainingBudgets& budgets_;
+  MethodStyles styles_;
   Legend legend_;
   Canvas canvas_;
   Panel panel_;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -35,18 +36,12 @@ Cell rate_cell(const KeptRate& rate) {
   return cell;
 }
 
-LineStyle load_line(std::size_t solver) {
-  constexpr int dashes[] = {1, 2, 4, 5, 3};
-  return {hue(solver), 1.4, dashes[solver % std::size(dashes)]};
-}
-
-MarkStyle load_mark(std::size_t solver) { return {filled(solver), hue(solver), 0.85, 1.2}; }
-
 /// Two panels and a legend.
 class LoadFigure {
  public:
   explicit LoadFigure(const LoadResults& results)
       : results_(results),
+        styles_(styles_of(results.solvers)),
         legend_(load_left, width() - 10),
         canvas_(width(), legend_top + legend_height()) {}
 
@@ -68,7 +63,8 @@ class LoadFigure {
   double legend_height() {
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
       const SolverLoad& solver = results_.solvers[s];
-      if (keeps_any(solver)) legend_.add({solver.label, load_line(s), load_mark(s)});
+      if (keeps_any(solver))
+        legend_.add({solver.label, styles_.line(s, 1.4), styles_.mark(s, 0.85)});
     }
     for (const SolverLoad& solver : results_.solvers) {
       if (keeps_any(solver)) continue;
@@ -131,13 +127,14 @@ class LoadFigure {
         text.append(three_digits(1000 * rate.p99_s)).append(" ms");
         panel.tooltip(rates.deadline_s, *rate.per_s, text);
       }
-      panel.line(points, load_line(s));
-      panel.marks(points, load_mark(s));
+      panel.line(points, styles_.line(s, 1.4));
+      panel.marks(points, styles_.mark(s, 0.85));
     }
     panel.draw();
   }
 
   const LoadResults& results_;
+  MethodStyles styles_;
   Legend legend_;
   Canvas canvas_;
 };

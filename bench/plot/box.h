@@ -24,6 +24,9 @@ struct Box {
   double across(double share) const { return left + share * width(); }  ///< 0 left ... 1 right
   double up(double share) const { return bottom - share * height(); }   ///< 0 bottom ... 1 top
 
+  bool contains(double x, double y) const {
+    return x >= left && x <= right && y >= top && y <= bottom;
+  }
   bool overlaps(const Box& other) const {
     return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
   }

@@ -43,7 +43,9 @@ class PlacedLabels {
                         [&](const Segment& other) { return other.crosses(box) || crossed(other); });
   }
   void add(const Box& box, const std::optional<Segment>& leader) {
-    boxes_.push_back(box);
+    constexpr double beside = 3;  // a line along its edge would seem to be of this text
+    boxes_.push_back(
+        {box.left - beside, box.top - beside, box.right + beside, box.bottom + beside});
     if (leader) leaders_.push_back(*leader);
   }
 
@@ -94,10 +96,14 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
         if (!inside(box, area)) continue;
         const bool free = std::none_of(taken.begin(), taken.end(),
                                        [&](const Box& other) { return box.overlaps(other); });
+        if (!free || (!may_be_struck && struck(box))) continue;
         const bool far = distance > nearest + 6;
         const auto leader = far ? std::optional(leader_of(labels[i], box)) : std::nullopt;
-        if (!free || !(may_cross || placed.free_for(box, leader))) continue;
-        if (!may_be_struck && struck(box)) continue;
+        const auto met = [&](const Box& other) {  // but for what stands at the point itself
+          return !other.contains(labels[i].x, labels[i].y) && leader->crosses(other);
+        };
+        const bool meets = leader && std::any_of(taken.begin(), taken.end(), met);
+        if (!may_cross && (meets || !placed.free_for(box, leader))) continue;
         out[i] = PlacedLabel{box, far};
         taken.push_back(box);
         placed.add(box, leader);
@@ -106,9 +112,11 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
     }
   };
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    place(i, false, false);
-    if (!out[i]) place(i, true, false);
-    if (!out[i]) place(i, true, true);
+    for (const bool may_cross : {false, true}) {
+      for (const bool may_be_struck : {false, true}) {
+        if (!out[i]) place(i, may_be_struck, may_cross);
+      }
+    }
   }
   return out;
 }

@@ -34,8 +34,9 @@ Segment leader_of(const PointLabel& label, const Box& place);
 
 /// Finds a place for each label, the first ones first: beside its point if that is free, else
 /// farther away, within `area` and clear of `taken` and of the other labels; where there is such a
-/// place, its line to the point crosses neither another one nor a label, and, as far as that goes
-/// too, none of `lines` runs through its text. A label for which nothing is free has no value.
+/// place, its line to the point crosses neither another one nor a label nor what is `taken`, and,
+/// as far as that goes too, none of `lines` runs through its text. A label for which nothing is
+/// free has no value.
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
                                                      std::vector<Box> taken,

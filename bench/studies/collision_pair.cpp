@@ -19,15 +19,22 @@ struct PairLayout {
   static constexpr double width() { return left + 2 * panel_width + gap + right; }
 };
 
+std::vector<std::string> solvers_of(const CollisionResults& results) {
+  std::vector<std::string> out;
+  for (const Detector& detector : results.detectors) {
+    if (detector.rule == AlarmRule::one_threshold) out.push_back(detector.label);
+  }
+  return out;
+}
+
 }  // namespace
 
 CollisionPair::CollisionPair(const CollisionResults& results, PanelAxes axes)
     : results_(results),
       axes_(std::move(axes)),
+      solvers_(solvers_of(results)),
+      styles_(solvers_),
       legend_(PairLayout::left - 40, PairLayout::width(), 3) {
-  for (const Detector& detector : results.detectors) {
-    if (detector.rule == AlarmRule::one_threshold) solvers_.push_back(detector.label);
-  }
   for (const Detector& detector : results.detectors) {
     if (detector.rule == AlarmRule::by_region) continue;  // as its other rule
     const DetectorStyle style = style_of(detector);
@@ -76,7 +83,7 @@ DetectorStyle CollisionPair::style_of(const Detector& detector) const {
     return {{ink::light, 2.2}, {cross, ink::light, 0.8, 2}};
   }
   const std::size_t s = number_of(detector);
-  return {{hue(s), 1.4, static_cast<int>(s % 5) + 1}, {filled(s), hue(s), 0.7}};
+  return {styles_.line(s, 1.4), styles_.mark(s, 0.7)};
 }
 
 std::vector<const Detector*> CollisionPair::detectors_of(AlarmRule rule) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
 #include "bench/studies/collision_detectors.h"
@@ -51,6 +52,7 @@ class CollisionPair {
   const CollisionResults& results_;
   PanelAxes axes_;
   std::vector<std::string> solvers_;
+  MethodStyles styles_;
   Legend legend_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/category_names.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
@@ -144,9 +145,10 @@ class LocalisationOverview {
                Axis::logarithms(span(), "error of the place, mm"));
     Legend legend(left, left + width_);
     const std::size_t solvers = sets_.front().solvers.size();
+    const MethodStyles styles = styles_of(sets_.front().solvers);
     for (std::size_t s = 0; s < solvers; ++s) {
-      const LineStyle line{hue(s), 1.3};
-      const MarkStyle mark{filled(s), hue(s), 0.75, 1.2};
+      const LineStyle line = styles.line(s);
+      const MarkStyle mark = styles.mark(s);
       Points medians;
       std::vector<Whisker> whiskers;
       for (std::size_t i = 0; i < sets_.size(); ++i) {

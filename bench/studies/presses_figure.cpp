@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -12,11 +13,6 @@ namespace ertbench {
 namespace {
 
 using Eigen::Vector2d;
-
-LineStyle line_of(std::size_t solver) { return {hue(solver), 1.6, solver < hues ? 1 : 4}; }
-MarkStyle mark_of(std::size_t solver) {
-  return {solver < hues ? filled(solver) : hollow(solver), hue(solver), 0.9};
-}
 
 bool has_errors(const PressLevel& level) { return level.all.mean.has_value(); }
 
@@ -38,9 +34,10 @@ void draw_curve(const std::vector<PressSolver>& solvers, const PressErrors& midd
   constexpr double width = 700;
   constexpr double height = 380;
   constexpr double left = 64;
+  const MethodStyles styles = styles_of(solvers);
   Legend legend(left, left + width);
   for (std::size_t s = 0; s < solvers.size(); ++s) {
-    legend.add({solvers[s].label, line_of(s), mark_of(s)});
+    legend.add({solvers[s].label, styles.line(s, 1.6), styles.mark(s, 0.9)});
   }
   const LineStyle guess{ink::black, 1.4, 2};
   legend.add({"the middle of the sheet, always", guess});
@@ -75,9 +72,9 @@ void draw_curve(const std::vector<PressSolver>& solvers, const PressErrors& midd
                    solvers[s].label + "\n" + std::to_string(level.presses) + " presses\nmean " +
                        fixed(mean, 2) + " mm, folds " + fixed(*low, 2) + " to " + fixed(*high, 2));
     }
-    axes.line(means, line_of(s));
-    axes.whiskers(bands, {hue(s), 1.2});
-    axes.marks(means, mark_of(s));
+    axes.line(means, styles.line(s, 1.6));
+    axes.whiskers(bands, {styles.colour(s), 1.2});
+    axes.marks(means, styles.mark(s, 0.9));
   }
   axes.draw();
   legend.draw(canvas, box.bottom + 56);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -141,6 +142,7 @@ void draw_force_errors(const SensitivitySet& set, const std::string& heading,
   Panel axes(canvas, box, Axis::even({0, 1.05 * set.forces_N.back()}, "force, N"),
              Axis::even(span, "mean |error| of the force, N"));
   Legend legend(64, 740);
+  const MethodStyles styles = styles_of(set.solvers);
   for (std::size_t s = 0; s < set.solvers.size(); ++s) {
     const auto& errors = set.solvers[s].readings[0].force_error_at;
     Points points;
@@ -150,10 +152,10 @@ void draw_force_errors(const SensitivitySet& set, const std::string& heading,
       points.emplace_back(set.forces_N[f], errors[f]->value);
       whiskers.push_back({set.forces_N[f], errors[f]->ci95.low, errors[f]->ci95.high});
     }
-    const LineStyle line{hue(s), 1.3, 1 + static_cast<int>(s % 3)};
-    const MarkStyle mark{filled(s), hue(s), 0.7, 1.2};
+    const LineStyle line = styles.line(s);
+    const MarkStyle mark = styles.mark(s);
     axes.line(points, line);
-    axes.whiskers(whiskers, {hue(s), 1});
+    axes.whiskers(whiskers, {styles.colour(s), 1});
     axes.marks(points, mark);
     legend.add({set.solvers[s].label, line, mark});
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -11,12 +12,6 @@
 
 namespace ertbench {
 namespace {
-
-LineStyle target_line(std::size_t solver) {
-  return {hue(solver), 1.3, static_cast<int>(solver % 5) + 1};
-}
-
-MarkStyle target_mark(std::size_t solver) { return {filled(solver), hue(solver), 0.75, 1.2}; }
 
 std::string estimate_text(const Estimate& estimate, int decimals) {
   return fixed(estimate.value, decimals) + " " +
@@ -27,7 +22,10 @@ std::string estimate_text(const Estimate& estimate, int decimals) {
 class TargetsChart {
  public:
   explicit TargetsChart(const TargetResults& results)
-      : results_(results), legend_(legend_of(results)), canvas_(width, height()) {}
+      : results_(results),
+        styles_(styles_of(results.solvers)),
+        legend_(legend()),
+        canvas_(width, height()) {}
 
   void draw(const std::string& heading, const std::filesystem::path& stem) {
     canvas_.title(heading);
@@ -53,13 +51,13 @@ class TargetsChart {
   static constexpr double panel = 200;
   static constexpr double between = 76;  ///< the axis of the upper panels and a title
 
-  static Legend legend_of(const TargetResults& results) {
+  Legend legend() const {
     Legend legend(left, width - right);
-    for (std::size_t s = 0; s < results.solvers.size(); ++s) {
-      const TargetSolver& solver = results.solvers[s];
+    for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
+      const TargetSolver& solver = results_.solvers[s];
       const std::string failure =
           solver.failure.empty() ? "" : " (" + one_line(solver.failure, 40) + ")";
-      legend.add({solver.label + failure, target_line(s), target_mark(s)});
+      legend.add({solver.label + failure, styles_.line(s), styles_.mark(s)});
     }
     return legend;
   }
@@ -124,9 +122,9 @@ class TargetsChart {
                      solver.label + ", contacts: " + std::to_string(number) + "\n" + title + " " +
                          estimate_text(*estimate, 3));
       }
-      axes.line(points, target_line(s));
-      axes.whiskers(whiskers, {hue(s), 1});
-      axes.marks(points, target_mark(s));
+      axes.line(points, styles_.line(s));
+      axes.whiskers(whiskers, {styles_.colour(s), 1});
+      axes.marks(points, styles_.mark(s));
     }
     axes.draw();
   }
@@ -173,7 +171,7 @@ class TargetsChart {
         fit.emplace_back(gaps.capped(block.first), block.value);
         fit.emplace_back(gaps.capped(block.last), block.value);
       }
-      axes.line(fit, target_line(s));
+      axes.line(fit, styles_.line(s));
     }
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) draw_bins(axes, gaps, s);
     axes.draw();
@@ -196,11 +194,12 @@ class TargetsChart {
                        "\nresolvable gap, mm: " + solver.gaps.resolvable.text() + " " +
                        solver.gaps.resolvable.interval());
     }
-    axes.whiskers(whiskers, {hue(s).towards_white(0.4), 0.8});
-    axes.marks(points, target_mark(s));
+    axes.whiskers(whiskers, {styles_.colour(s).towards_white(0.4), 0.8});
+    axes.marks(points, styles_.mark(s));
   }
 
   const TargetResults& results_;
+  MethodStyles styles_;
   Legend legend_;
   Canvas canvas_;
 };

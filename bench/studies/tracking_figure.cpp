@@ -5,6 +5,7 @@
 #include <iterator>
 #include <set>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -12,17 +13,6 @@
 
 namespace ertbench {
 namespace {
-
-/// How one solver is told from the others, also in grey.
-LineStyle tracking_line(std::size_t solver) {
-  constexpr int dashes[] = {1, 2, 4, 5, 3};
-  return {hue(solver), 1.3, dashes[solver % std::size(dashes)]};
-}
-
-MarkStyle tracking_mark(std::size_t solver) {
-  const bool again = solver / std::size(shapes) % 2 == 1;
-  return {again ? hollow(solver) : filled(solver), hue(solver), 0.75, 1.2};
-}
 
 /// Conditions that differ by one quantity alone.
 struct SweepColumn {
@@ -77,6 +67,7 @@ class TrackingSweep {
  public:
   explicit TrackingSweep(std::span<const TrackingCondition> conditions)
       : solvers_(conditions.front().solvers),
+        styles_(styles_of(solvers_)),
         columns_(sweep_columns(conditions)),
         width_(std::clamp(700.0 / static_cast<double>(columns_.size()), 190.0, 420.0)),
         legend_(left, picture_width() - 10),
@@ -115,7 +106,7 @@ class TrackingSweep {
       });
     };
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
-      if (!failed(s)) legend_.add({solvers_[s].label, tracking_line(s), tracking_mark(s)});
+      if (!failed(s)) legend_.add({solvers_[s].label, styles_.line(s), styles_.mark(s)});
     }
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
       if (!failed(s)) continue;
@@ -207,14 +198,15 @@ class TrackingSweep {
         text.append(fixed(factor * value->ci95.high, 1));
         panel.tooltip(x, points.back().second, text);
       }
-      panel.whiskers(whiskers, {hue(s).towards_white(0.45), 1});
-      panel.line(points, tracking_line(s));
-      panel.marks(points, tracking_mark(s));
+      panel.whiskers(whiskers, {styles_.colour(s).towards_white(0.45), 1});
+      panel.line(points, styles_.line(s));
+      panel.marks(points, styles_.mark(s));
     }
     panel.draw();
   }
 
   const std::vector<TrackingOfSolver>& solvers_;  ///< of the first condition
+  MethodStyles styles_;
   std::vector<SweepColumn> columns_;
   double width_;  ///< of a panel
   Legend legend_;

@@ -3,11 +3,14 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
+#include <tuple>
 
 #include "bench/analysis/training_curves.h"
 #include "bench/charts/bar_chart.h"
 #include "bench/charts/heat_map_chart.h"
+#include "bench/charts/method_styles.h"
 #include "bench/plot/palette.h"
 #include "bench/report/training_results.h"
 #include "core/errors.h"
@@ -201,6 +204,32 @@ TEST_F(Charts, HeatMapOfASweepThatIsLarge) {
   EXPECT_EQ(count(svg("large"), "value = 7, value = 0\nPE: 1.00e+09<"), 1U);
   map.panels[0].values.pop_back();
   EXPECT_THROW(draw_heat_map(map, results() / "large"), std::invalid_argument);
+}
+
+/// Who goes from one chart to the next finds the methods as they were.
+TEST(MethodStyles, AMethodLooksTheSameInEveryCompany) {
+  const std::vector<std::string> few{"fcnn", "mine", "contacts disc"};
+  const std::vector<std::string> many{"one-step-gn", "contacts", "contacts disc", "fcnn", "fcnn-2"};
+  const MethodStyles a(few);
+  const MethodStyles b(many);
+  EXPECT_EQ(a.line(0).text(), b.line(3).text());
+  EXPECT_EQ(a.mark(0).text(), b.mark(3).text());
+  EXPECT_EQ(a.colour(2).hex(), b.colour(1).hex());
+  // Another's method takes nobody's place, whatever its name begins with.
+  EXPECT_NE(b.colour(4).hex(), b.colour(3).hex());
+  EXPECT_NE(a.colour(1).hex(), a.colour(0).hex());
+  EXPECT_NE(a.colour(1).hex(), a.colour(2).hex());
+}
+
+TEST(MethodStyles, AllInOneChartAreToldApart) {
+  std::vector<std::string> labels{"contacts", "contacts disc", "contacts level", "tsvd", "tsvd x"};
+  for (int i = 0; i < 10; ++i) labels.push_back("plugin " + std::to_string(i));
+  const MethodStyles styles(labels);
+  std::set<std::tuple<std::string, int, int>> all;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    all.emplace(styles.colour(i).hex(), styles.line(i).dash, styles.mark(i).shape);
+  }
+  EXPECT_EQ(all.size(), labels.size());
 }
 
 TEST(Palette, RisesInLightnessAndSpansTheScreen) {
