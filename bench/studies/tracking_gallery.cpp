@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "bench/charts/method_styles.h"
 #include "bench/plot/drawing.h"
 #include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
@@ -42,6 +43,7 @@ class TrackingGallery {
   explicit TrackingGallery(const TrackingCondition& condition)
       : condition_(condition),
         rows_(shown_characters(condition)),
+        styles_(styles_of(condition.solvers)),
         columns_(static_cast<int>(condition.solvers.size())),
         side_(std::clamp(950.0 / columns_ - gap_x, 104.0, 150.0)),
         canvas_(std::max(520.0, left + columns_ * (side_ + gap_x)), height()) {}
@@ -73,7 +75,7 @@ class TrackingGallery {
   static constexpr double left = 14;
   static constexpr double top = 74;
   static constexpr double gap_x = 10;
-  static constexpr double gap_y = 32;  ///< with two lines of words
+  static constexpr double gap_y = 36;  ///< with two lines of words
   static constexpr LineStyle written{ink::light, 1.2};
 
   static MarkStyle dot(const Colour& colour) { return {7, colour, 0.22, 1}; }
@@ -103,9 +105,10 @@ class TrackingGallery {
     const double reach = 0.68 * condition_.size_mm;
     Panel panel(canvas_, box, {-reach, reach}, {-reach, reach});
     for (const Polyline& stroke : character.written) panel.line(points_of_stroke(stroke), written);
+    const Colour colour = styles_.colour(index);
     for (const Polyline& stroke : character.tracked) {
-      panel.line(points_of_stroke(stroke), {hue(index), 1.2});
-      panel.marks(points_of_stroke(stroke), dot(hue(index)));
+      panel.line(points_of_stroke(stroke), {colour, 1.2});
+      panel.marks(points_of_stroke(stroke), dot(colour));
     }
     panel.draw();
     const std::string rms =
@@ -114,14 +117,15 @@ class TrackingGallery {
     const std::string read = character.read_as.empty() ? "not read"
                              : right                   ? "read as " + character.read_as
                                                        : "misread as " + character.read_as;
-    canvas_.text(rms, box.middle(), box.bottom + 8, {.size = 9});
-    canvas_.text(read, box.middle(), box.bottom + 19,
-                 {.size = 9, .colour = right ? ink::black : ink::alarm});
+    canvas_.text(rms, box.middle(), box.bottom + 9, {.size = 10});
+    canvas_.text(read, box.middle(), box.bottom + 21,
+                 {.size = 10, .colour = right ? ink::black : ink::alarm});
     canvas_.tooltip(box, solver.label + ", " + character.name + "\n" + rms + "\n" + read);
   }
 
   const TrackingCondition& condition_;
   std::vector<std::size_t> rows_;  ///< characters of each solver
+  MethodStyles styles_;
   int columns_;
   double side_;  ///< of a panel, px
   Canvas canvas_;
