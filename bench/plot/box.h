@@ -17,6 +17,8 @@ struct Box {
     return {x - reach, y - reach, x + reach, y + reach};
   }
 
+  Box grown(double by) const { return {left - by, top - by, right + by, bottom + by}; }
+
   double width() const { return right - left; }
   double height() const { return bottom - top; }
   double middle() const { return (left + right) / 2; }                  ///< across

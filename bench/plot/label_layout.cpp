@@ -12,6 +12,7 @@ namespace {
 constexpr double nearest = 8;  ///< from the point to the label's edge, px
 constexpr double farthest = 110;
 constexpr int directions = 16;
+constexpr double beside = 3;  ///< a line as near to a text's edge would seem to be of that text, px
 
 /// The box whose side or corner faces the point from that direction (0 right, then downwards).
 Box box_at(const PointLabel& label, double width, double height, double distance, int direction) {
@@ -43,9 +44,7 @@ class PlacedLabels {
                         [&](const Segment& other) { return other.crosses(box) || crossed(other); });
   }
   void add(const Box& box, const std::optional<Segment>& leader) {
-    constexpr double beside = 3;  // a line along its edge would seem to be of this text
-    boxes_.push_back(
-        {box.left - beside, box.top - beside, box.right + beside, box.bottom + beside});
+    boxes_.push_back(box);
     if (leader) leaders_.push_back(*leader);
   }
 
@@ -83,40 +82,42 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
   // Right, left, above, below, then what lies between.
   constexpr int order[directions] = {0, 8, 12, 4, 14, 2, 10, 6, 15, 1, 9, 7, 13, 11, 3, 5};
   PlacedLabels placed;
-  const auto struck = [&](const Box& box) {
-    return std::any_of(lines.begin(), lines.end(),
-                       [&](const Segment& line) { return line.crosses(box); });
-  };
-  const auto place = [&](std::size_t i, bool may_be_struck, bool may_cross) {
-    const double width = text_width(labels[i].text, font_size) + 4;
-    const double height = font_size + 3;
-    for (double distance = nearest; distance <= farthest; distance += 6) {
-      for (const int direction : order) {
-        const Box box = box_at(labels[i], width, height, distance, direction);
-        if (!inside(box, area)) continue;
-        const bool free = std::none_of(taken.begin(), taken.end(),
-                                       [&](const Box& other) { return box.overlaps(other); });
-        if (!free || (!may_be_struck && struck(box))) continue;
-        const bool far = distance > nearest + 6;
-        const auto leader = far ? std::optional(leader_of(labels[i], box)) : std::nullopt;
-        const auto met = [&](const Box& other) {  // but for what stands at the point itself
-          return !other.contains(labels[i].x, labels[i].y) && leader->crosses(other);
-        };
-        const bool meets = leader && std::any_of(taken.begin(), taken.end(), met);
-        if (!may_cross && (meets || !placed.free_for(box, leader))) continue;
-        out[i] = PlacedLabel{box, far};
-        taken.push_back(box);
-        placed.add(box, leader);
-        return;
-      }
-    }
+  // How much is wrong with a place, the worst first: its leader crosses another or a name, its
+  // leader runs through or along what is taken, a line runs through the name.
+  const auto faults = [&](const PointLabel& label, const Box& box,
+                          const std::optional<Segment>& leader) {
+    const auto met = [&](const Box& other) {  // but for what stands at the point itself
+      return !other.contains(label.x, label.y) && leader->crosses(other.grown(beside));
+    };
+    const bool crosses = !placed.free_for(box, leader);
+    const bool meets = leader && std::any_of(taken.begin(), taken.end(), met);
+    const bool struck = std::any_of(lines.begin(), lines.end(),
+                                    [&](const Segment& line) { return line.crosses(box); });
+    return 4 * int{crosses} + 2 * int{meets} + int{struck};
   };
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    for (const bool may_cross : {false, true}) {
-      for (const bool may_be_struck : {false, true}) {
-        if (!out[i]) place(i, may_be_struck, may_cross);
+    const double width = text_width(labels[i].text, font_size) + 4;
+    const double height = font_size + 3;
+    std::optional<Segment> leader_of_best;
+    int least = 8;
+    for (double distance = nearest; distance <= farthest && least > 0; distance += 6) {
+      const bool far = distance > nearest + 6;
+      for (const int direction : order) {
+        const Box box = box_at(labels[i], width, height, distance, direction);
+        const bool free = std::none_of(taken.begin(), taken.end(),
+                                       [&](const Box& other) { return box.overlaps(other); });
+        if (!free || !inside(box, area)) continue;
+        const auto leader = far ? std::optional(leader_of(labels[i], box)) : std::nullopt;
+        const int wrong = faults(labels[i], box, leader);
+        if (wrong >= least) continue;
+        least = wrong;
+        out[i] = PlacedLabel{box, far};
+        leader_of_best = leader;
       }
     }
+    if (!out[i]) continue;
+    taken.push_back(out[i]->box);
+    placed.add(out[i]->box, leader_of_best);
   }
   return out;
 }
