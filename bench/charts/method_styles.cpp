@@ -52,8 +52,10 @@ MethodStyles::MethodStyles(std::span<const std::string> labels) {
 }
 
 Colour MethodStyles::colour(std::size_t label) const {
-  const std::size_t place = styles_[label].place;
-  return place < hues ? hue(place) : hue(place).towards_black(0.45);
+  const auto [place, variant] = styles_[label];
+  const double shift = std::min(0.25 * static_cast<double>(variant), 0.75);
+  if (place < hues) return hue(place).towards_black(shift);
+  return hue(place).towards_black(0.45).towards_white(shift);
 }
 
 LineStyle MethodStyles::line(std::size_t label, double width) const {

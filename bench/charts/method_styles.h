@@ -13,8 +13,8 @@ namespace ertbench {
 class MethodStyles {
  public:
   /// `labels`: all in one chart. A label that is a method's name, or begins with it and a blank
-  /// ("contacts disc"), has that method's colour; several of one method differ in shapes and
-  /// dashes.
+  /// ("contacts disc"), has that method's hue; several of one method differ in shade, shape and
+  /// dash.
   explicit MethodStyles(std::span<const std::string> labels);
 
   Colour colour(std::size_t label) const;

@@ -1,5 +1,7 @@
 #include "bench/plot/legend.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/text.h"
@@ -30,7 +32,9 @@ Legend::Legend(double left, double right, std::optional<int> columns)
 void Legend::add(LegendEntry entry) {
   double width = text_left(entry) + text_width(entry.text, size) + entry_gap;
   if (columns_) {
-    width = (right_ - left_) / *columns_;
+    const double column = (right_ - left_) / *columns_;
+    const double taken = std::ceil((width - entry_gap + 4) / column);
+    width = column * std::clamp<double>(taken, 1, *columns_);
     entry.text = one_line(entry.text, characters_in(width - text_left(entry) - 4, size));
   }
   const bool fits = left_ + next_ + width <= right_ + (columns_ ? 1 : entry_gap);

@@ -21,7 +21,8 @@ class Legend {
  public:
   static constexpr double line_height = 18;
 
-  /// Between two edges of a picture, px; with `columns`, in columns of equal width.
+  /// Between two edges of a picture, px; with `columns`, in columns of equal width, of
+  /// which a text that is too long for one takes several.
   Legend(double left, double right, std::optional<int> columns = {});
 
   void add(LegendEntry entry);

@@ -147,7 +147,6 @@ class LocalisationOverview {
     const std::size_t solvers = sets_.front().solvers.size();
     const MethodStyles styles = styles_of(sets_.front().solvers);
     for (std::size_t s = 0; s < solvers; ++s) {
-      const LineStyle line = styles.line(s);
       const MarkStyle mark = styles.mark(s);
       Points medians;
       std::vector<Whisker> whiskers;
@@ -164,7 +163,7 @@ class LocalisationOverview {
                          fixed(rule.median->value, 2) + " mm, 95 % " + fixed(rule.p95->value, 2) +
                          " mm");
       }
-      axes.whiskers(whiskers, line);
+      axes.whiskers(whiskers, {styles.colour(s), 1.3});
       axes.marks(medians, mark);
       legend.add({sets_.front().solvers[s].label, {}, mark});
     }

@@ -83,6 +83,11 @@ TEST(Legend, BreaksItsLinesAtTheEdgeAndWhereItIsTold) {
   Legend columns(0, 300, 3);
   for (int i = 0; i < 7; ++i) columns.add({"entry"});
   EXPECT_EQ(columns.height(), 3 * Legend::line_height);
+  columns.add({"a text for two columns"});  // beside the seventh
+  EXPECT_EQ(columns.height(), 3 * Legend::line_height);
+  columns.add({"a text for two columns"});
+  columns.add({"entry"});
+  EXPECT_EQ(columns.height(), 4 * Legend::line_height);
 }
 
 class Plot : public testing::FigureTest {};
