@@ -139,11 +139,14 @@ TEST(CommandLine, ABuiltTreeCanBeMoved) {
       }
     }
   }
+  write_text(folder / "experiments/unusable.json", R"({"solvers": 1})");
   const fs::path moved = folder / "build/any/bench" / program.filename();
   const Outcome list = run_program(folder.path(), "list", moved);
   ASSERT_EQ(list.exit_code, 0) << list.output;
   EXPECT_TRUE(says(list, "experiments/quick.json")) << list.output;
   EXPECT_FALSE(says(list, "experiments/table_c1.json")) << list.output;  // of the other folder
+  // One that cannot be used is listed as such, and the others beside it.
+  EXPECT_TRUE(says(list, "experiments/unusable.json\n      cannot be used: ")) << list.output;
   EXPECT_EQ(read_text(moved).find(build.string() + "/core"), std::string::npos);
 }
 

@@ -225,5 +225,20 @@ TEST(LoadProgram, ASolverThatCrashesCostsItsOwnRates) {
   EXPECT_NE(unknown.output.find("there are lost, tsvd"), std::string::npos) << unknown.output;
 }
 
+TEST(LoadProgram, RatesWithoutTheirFigureAreSaidToBeSo) {
+  const TemporaryFolder folder("undrawn_load");
+  nlohmann::json experiment = testing::small_experiment();
+  experiment["solvers"] = nlohmann::json::array({{{"type", "tsvd"}, {"rank", 30}}});
+  testing::write_text(folder / "e.json", experiment.dump());
+  const testing::FailingGnuplot gnuplot(folder.path());
+  const Outcome outcome = testing::run_program(
+      folder.path(), "timing load e.json --deadline 10 --frames 200 --out out");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_NE(outcome.output.find("\"load\" could not be drawn"), std::string::npos)
+      << outcome.output;
+  EXPECT_TRUE(testing::fs::exists(folder / "out/load.json"));
+  EXPECT_FALSE(testing::fs::exists(folder / "out/load.png"));
+}
+
 }  // namespace
 }  // namespace ertbench

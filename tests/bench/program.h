@@ -50,4 +50,21 @@ inline void write_text(const fs::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
+/// As long as it lives, programs find a gnuplot in `folder`/bin that fails.
+class FailingGnuplot {
+ public:
+  explicit FailingGnuplot(const fs::path& folder) : path_(std::getenv("PATH")) {
+    fs::create_directory(folder / "bin");
+    write_text(folder / "bin/gnuplot", "#!/bin/sh\necho it is on fire >&2; exit 1\n");
+    fs::permissions(folder / "bin/gnuplot", fs::perms::owner_all);
+    ::setenv("PATH", ((folder / "bin").string() + ":" + path_).c_str(), 1);
+  }
+  FailingGnuplot(const FailingGnuplot&) = delete;
+  FailingGnuplot& operator=(const FailingGnuplot&) = delete;
+  ~FailingGnuplot() { ::setenv("PATH", path_.c_str(), 1); }
+
+ private:
+  std::string path_;
+};
+
 }  // namespace ertbench::testing

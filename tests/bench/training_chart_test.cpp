@@ -56,16 +56,13 @@ TEST(DrawOrSay, PutsTheReasonInTheFiguresPlace) {
 TEST(Program, AFigureThatCannotBeDrawnEndsNothing) {
   const TemporaryFolder folder("undrawn");
   write_text(folder / "small.json", small_experiment().dump());
-  fs::create_directory(folder / "bin");
-  write_text(folder / "bin/gnuplot", "#!/bin/sh\necho it is on fire >&2; exit 1\n");
-  fs::permissions(folder / "bin/gnuplot", fs::perms::owner_all);
-  const std::string path = std::getenv("PATH");
-  ::setenv("PATH", ((folder / "bin").string() + ":" + path).c_str(), 1);
-  const Outcome outcome = run_program(folder.path(), "run small.json");
-  ::setenv("PATH", path.c_str(), 1);
-  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
-  EXPECT_NE(outcome.output.find("\"reconstructions\" could not be drawn"), std::string::npos)
-      << outcome.output;
+  {
+    const FailingGnuplot gnuplot(folder.path());
+    const Outcome outcome = run_program(folder.path(), "run small.json");
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+    EXPECT_NE(outcome.output.find("\"reconstructions\" could not be drawn"), std::string::npos)
+        << outcome.output;
+  }
   const json summary = summary_of(folder / "results/small");
   EXPECT_EQ(summary.at("undrawn"), json::array({"reconstructions"}));
   EXPECT_EQ(row_of(summary, "tsvd").at("status"), "ok");
