@@ -150,6 +150,16 @@ ResultRow row_of(const SetLimit& limit) {
   return row;
 }
 
+bool is_ranked(std::span<const FrameLimit> frames, std::size_t rank) {
+  for (std::size_t other = 0; other < limit_ranks.size(); ++other) {
+    const bool same = std::all_of(frames.begin(), frames.end(), [&](const FrameLimit& frame) {
+      return std::abs(frame.ranks[rank] - frame.ranks[other]) < 1e-12;
+    });
+    if (other != rank && same) return false;
+  }
+  return true;
+}
+
 LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
   LimitCalibration out;
   std::vector<double> errors;
@@ -169,7 +179,7 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
           std::clamp(frame.ranks[r] * rank_bins, 0.0, rank_bins - 1e-9))] += 1;
     }
     const double wanted = static_cast<double>(frames.size()) / rank_bins;
-    if (wanted < 2) continue;
+    if (wanted < 2 || !is_ranked(frames, r)) continue;
     double chi_square = 0;
     for (const double count : counts) chi_square += (count - wanted) * (count - wanted) / wanted;
     out.p_values[r] = chi_square_tail(chi_square, rank_bins - 1);

@@ -23,10 +23,16 @@ struct LimitCalibration {
   double squared_error_over_variance = 0;
   Interval ci95;
   /// By limit_ranks: the p value of a chi square test of the ranks against their uniform
-  /// distribution, in ten bins. Nothing for fewer than twenty frames.
+  /// distribution, in ten bins. Nothing for fewer than twenty frames, and where nothing
+  /// is_ranked().
   std::array<std::optional<double>, limit_ranks.size()> p_values;
 };
 LimitCalibration calibration_of(std::span<const FrameLimit> frames);
+
+/// Whether the ranks of that one of limit_ranks say anything: not where two of them are the same in
+/// all frames, since their truths tie with all samples (the sum and the number of contacts, of
+/// scenes with one disc of one size) and what shares out ties is all that is left.
+bool is_ranked(std::span<const FrameLimit> frames, std::size_t rank);
 
 /// `{"schema": 1, "experiment", "build", "rows": [rows of results], "sets": [{"dataset", "prior",
 /// "model", "sampler", "frames", "unresolved": [numbers], "resolved": {metric: summary of the

@@ -45,7 +45,15 @@ void draw_rank_figure(std::span<const SetLimit> limits, const std::string& title
                     fixed(calibration.squared_error_over_variance, 2) + " [" +
                     fixed(calibration.ci95.low, 2) + ", " + fixed(calibration.ci95.high, 2) + "]",
                 60, top - 36, {.size = 11, .align = TextAlign::left});
+    canvas.text("frames", 22, top + (side - 20) / 2, {.size = 11, .upright = true});
     for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
+      const Box box = Box::sized(60 + static_cast<double>(r) * (side + 45), top, side, side - 20);
+      if (!is_ranked(frames, r)) {
+        canvas.text(names[r], box.middle(), box.top - 12, {.size = 11});
+        canvas.lines("the same in all samples", characters_in(box.width(), 10), box.middle(),
+                     box.centre(), {.size = 10, .colour = ink::note});
+        continue;
+      }
       std::array<double, histogram_bins> counts{};
       for (const FrameLimit& frame : frames) {
         const double bin = std::clamp(frame.ranks[r] * histogram_bins, 0.0, histogram_bins - 1e-9);
@@ -58,10 +66,9 @@ void draw_rank_figure(std::span<const SetLimit> limits, const std::string& title
       }
       const Span flat = flat_counts(frames.size());
       const double most = std::max(*std::max_element(counts.begin(), counts.end()), flat.high);
-      const Box box = Box::sized(60 + static_cast<double>(r) * (side + 45), top, side, side - 20);
       const auto& p = calibration.p_values[r];
       Panel panel(canvas, box, Axis::even({0, 1}, "rank of the truth"),
-                  Axis::even({0, 1.1 * most}, r == 0 ? "frames" : ""));
+                  Axis::even({0, 1.1 * most}));
       panel.title(std::string(names[r]) + (p ? ", p = " + fixed(*p, 2) : ""));
       panel.bars(bars, 0.9 / histogram_bins);
       panel.level(flat.low, {rgb(0x606060), 1, 3});

@@ -113,6 +113,22 @@ nlohmann::json one_disc() {
   return json;
 }
 
+/// Of discs of one size and strength the sum and the number are the same in all samples: what shares
+/// out the ties is no rank.
+TEST(Limit, TiesOfAllSamplesAreNoRanks) {
+  std::vector<FrameLimit> frames(40);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const double share = (static_cast<double>(i) + 0.5) / 40;
+    frames[i].ranks = {share, 1 - share, share / 2, share * share, share};
+  }
+  const LimitCalibration calibration = calibration_of(frames);
+  for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
+    const bool tied = r == 0 || r == 4;
+    EXPECT_EQ(is_ranked(frames, r), !tied) << limit_ranks[r];
+    EXPECT_EQ(calibration.p_values[r].has_value(), !tied) << limit_ranks[r];
+  }
+}
+
 TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   const TemporaryFolder folder("limit");
   const Experiment experiment = read(folder.path(), one_disc());
