@@ -113,8 +113,8 @@ nlohmann::json one_disc() {
   return json;
 }
 
-/// Of discs of one size and strength the sum and the number are the same in all samples: what shares
-/// out the ties is no rank.
+/// Of discs of one size and strength the sum and the number are the same in all samples: what
+/// shares out the ties is no rank.
 TEST(Limit, TiesOfAllSamplesAreNoRanks) {
   std::vector<FrameLimit> frames(40);
   for (std::size_t i = 0; i < frames.size(); ++i) {
