@@ -232,7 +232,7 @@ TEST(LoadProgram, RatesWithoutTheirFigureAreSaidToBeSo) {
   testing::write_text(folder / "e.json", experiment.dump());
   const testing::FailingGnuplot gnuplot(folder.path());
   const Outcome outcome = testing::run_program(
-      folder.path(), "timing load e.json --deadline 10 --frames 200 --out out");
+      folder.path(), "timing load e.json --deadline 10 --frames 700 --out out");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
   EXPECT_NE(outcome.output.find("\"load\" could not be drawn"), std::string::npos)
       << outcome.output;
