@@ -201,6 +201,10 @@ class Reader {
       if (value.is_number()) out.numbers.emplace_back(label_of(*row), value.get<double>());
       if (value.is_string()) out.text = value.get<std::string>();
     }
+    if (out.numbers.empty() && out.text.empty() &&
+        selection.find_first_of("<>!") == std::string::npos) {
+      throw InputError("no " + column + " in the rows \"" + selection + "\" of " + file);
+    }
     return out;
   }
 

@@ -22,7 +22,7 @@ class ResultRows {
   ///
   /// Whatever is named must be there, each of several too, and where `column` is given must have a
   /// value in it: a sentence about a row that was renamed or never filled would else pass in
-  /// silence. What `<`, `>` and `!=` leave may be nothing.
+  /// silence. What `*`, `<`, `>` and `!=` leave may be nothing.
   ///
   /// Throws InputError where there is no such file, row or value, or where the file cannot be used.
   std::vector<const nlohmann::json*> select(const std::string& file, const std::string& selection,

@@ -99,6 +99,7 @@ TEST_F(PageTest, EachOfSeveralNamesIsThere) {
   EXPECT_NE(error("{{(range (t/levels.csv solver=gn|net,axis=dead share))}}").find("of \"net\""),
             std::string::npos);
   EXPECT_NE(error("{{each t 'gn|lost': {label}}}").find("no row of \"lost\""), std::string::npos);
+  EXPECT_NE(error("{{.3f t lost* RIE}}").find("no RIE in the rows \"lost*\""), std::string::npos);
   // A limit asks which of them it leaves, and may leave none.
   EXPECT_EQ(render("{{(count (t/levels.csv solver=gn|net,axis=snr,share>0.05 share))}}"), "1");
   EXPECT_EQ(render("{{(count (t/levels.csv solver=net,share>0.5 share))}}"), "0");
