@@ -4,6 +4,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "core/text.h"
 #include "core/text_stream.h"
 
 namespace ertbench {
@@ -59,7 +60,8 @@ double text_width(const std::string& text, int size) {
   for (const char c : text) {
     if (!continues_character(c)) width += width_of(c);
   }
-  return width * size;
+  // Not less than characters_in() counts on, so that a word that fits is not broken by it.
+  return std::max(width, character_width * static_cast<double>(character_count(text))) * size;
 }
 
 std::size_t characters_in(double width, int size) {

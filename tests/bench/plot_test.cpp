@@ -71,6 +71,14 @@ TEST(CategoryNames, StandUprightWhereAWordIsWiderThanItsSlot) {
   EXPECT_GT(upright.height(), text_width("unbreakable_no_longer", 9));
 }
 
+/// What is said to fit into a width is not broken there, whatever its letters.
+TEST(TextWidth, AgreesWithTheCharactersThatFit) {
+  for (const std::string word : {"electrodes", "illicit", "lmmse", "components=64"}) {
+    EXPECT_GE(characters_in(text_width(word, 9) + 1e-9, 9), word.size()) << word;
+  }
+  EXPECT_GT(text_width("mmmm", 10), text_width("aaaa", 10));
+}
+
 TEST(Legend, BreaksItsLinesAtTheEdgeAndWhereItIsTold) {
   Legend flowing(0, 300);
   flowing.add({"a short one"});
