@@ -172,13 +172,15 @@ class LocalisationOverview {
       const double bound = median(SortedValues(sets_[i].bound_mm));
       axes.line({{double(i) + 0.05, bound}, {double(i) + 0.95, bound}}, {ink::black, 1.6, 2});
     }
-    legend.add({"Cramér–Rao, median of the places", LineStyle{ink::black, 1.6, 2}});
+    legend.add(
+        {"Cramér–Rao bound of the rms error, median of the places", LineStyle{ink::black, 1.6, 2}});
     axes.draw();
     names_.draw(canvas_, box.left, box.bottom);
     legend.draw(canvas_, box.bottom + names_.height() + 20);
     canvas_.text(
-        "marks: median error of the thresholded centroid; bars up to the error that 95 % "
-        "do not exceed",
+        "marks: median error of the thresholded centroid, of the frames that show a touch; bars up "
+        "to "
+        "the error that 95 % do not exceed. A median may be below the rms error's bound.",
         left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
     canvas_.draw(stem);
   }
