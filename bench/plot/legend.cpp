@@ -14,7 +14,7 @@ constexpr double entry_gap = 16;  ///< between two entries, px
 
 /// Of what stands before the text, px.
 double sample_width(const LegendEntry& entry) {
-  if (entry.line) return 34;
+  if (entry.line) return entry.mark && entry.line->dash > 1 ? 46 : 34;
   if (entry.mark || entry.fill) return 13;
   return 0;
 }
@@ -52,7 +52,12 @@ void Legend::draw(Canvas& canvas, double top) const {
     const LegendEntry& entry = place.entry;
     const double y = top + line_height * place.line;
     const double sample = sample_width(entry);
-    if (entry.line) canvas.line(place.left, y, place.left + sample, y, *entry.line);
+    if (entry.line && entry.mark) {  // from the mark on, so that both sides show the same dashes
+      canvas.line(place.left + sample / 2, y, place.left, y, *entry.line);
+      canvas.line(place.left + sample / 2, y, place.left + sample, y, *entry.line);
+    } else if (entry.line) {
+      canvas.line(place.left, y, place.left + sample, y, *entry.line);
+    }
     if (entry.fill)
       canvas.rectangle({place.left, y - 5, place.left + 12, y + 5}, {.fill = entry.fill});
     if (entry.mark) canvas.mark(place.left + sample / 2, y, *entry.mark);
