@@ -19,6 +19,13 @@ std::vector<const ResultRow*> timed_labels(std::span<const ResultRow> rows) {
   return out;
 }
 
+/// A solver in a process of its own works where its trial waits, and is counted there among the
+/// others: up to one core of them is its own.
+double disturbing_cores(const ResultRow& row) {
+  const bool own_process = row.latency_us && row.latency_us->pipe;
+  return row.timed_on->busy_cores - (own_process ? 1 : 0);
+}
+
 void append(const std::string& text, std::string& list) {
   list += (list.empty() ? "" : ", ") + text;
 }
@@ -60,8 +67,8 @@ std::vector<std::string> timing_remarks(std::span<const ResultRow> rows) {
     const TimingPlace& place = *row->timed_on;
     const std::string label = printable(row->label);
     if (place.cpu != usual) append(label + " (" + printable(place.cpu) + ")", elsewhere);
-    if (place.busy_cores >= least_disturbing_cores) {
-      append(label + " (" + fixed(place.busy_cores, 1) + ")", busy);
+    if (const double cores = disturbing_cores(*row); cores >= least_disturbing_cores) {
+      append(label + " (" + fixed(cores, 1) + ")", busy);
     }
   }
   std::vector<std::string> out;

@@ -66,5 +66,15 @@ TEST(RowRemarks, ClocksOfTwoProcessorsAreNotCompared) {
   EXPECT_TRUE(timing_remarks({rows().data(), 2}).empty());
 }
 
+TEST(RowRemarks, ASolversOwnProcessDoesNotDisturbIt) {
+  std::vector<ResultRow> programs = {made_row("alone", 0.5, "Xeon", 1.0),
+                                     made_row("disturbed", 0.5, "Xeon", 1.5)};
+  for (ResultRow& row : programs) row.latency_us->pipe = 2;
+  const std::vector<std::string> remarks = timing_remarks(programs);
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_NE(remarks[0].find("disturbed (0.5)"), std::string::npos) << remarks[0];
+  EXPECT_EQ(remarks[0].find("alone"), std::string::npos) << remarks[0];
+}
+
 }  // namespace
 }  // namespace ertbench
