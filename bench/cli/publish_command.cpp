@@ -34,7 +34,7 @@ void print_plan(const PublishArguments& arguments) {
     SolverRegistry registry;
     plan.add(read_experiment(file, registry, chart_types()));
   }
-  std::fputs(terminal_of(plan.table()).c_str(), stdout);
+  std::fputs(terminal_of(plan.table(arguments.jobs)).c_str(), stdout);
 }
 
 ExitCode publish(const PublishArguments& arguments) {

@@ -116,7 +116,7 @@ void PublishPlan::add(const Experiment& experiment) {
   }
 }
 
-Table PublishPlan::table() const {
+Table PublishPlan::table(int jobs) const {
   TableSection section;
   section.columns = {{"experiment", Align::left}, {"fits"},     {"kept"}, {"to be made, h"},
                      {"of unknown length"},       {"limits, h"}};
@@ -136,6 +136,9 @@ Table PublishPlan::table() const {
                             hours_text(cost.seconds), std::to_string(cost.unknown),
                             hours_text(cost.limit_seconds)});
   }
+  section.notes.push_back("Some " +
+                          fixed((sum.seconds + sum.limit_seconds) / seconds_of_an_hour / jobs, 1) +
+                          " hours of fits and limits with " + std::to_string(jobs) + " at a time.");
   return {
       "What publishing will take",
       "Hours of fitting, one fit at a time, as the cached or the published ones took; "

@@ -30,8 +30,8 @@ class PublishPlan {
 
   void add(const Experiment& experiment);
 
-  /// A row an experiment, and their sum.
-  Table table() const;
+  /// A row an experiment, and their sum; below it how long that is with so many fits at a time.
+  Table table(int jobs) const;
 
  private:
   std::filesystem::path project_;

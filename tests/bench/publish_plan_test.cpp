@@ -39,11 +39,13 @@ TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
   /// limits.
   const auto row = [&] {
     std::vector<std::string> cells;
-    const Table table = plan().table();
+    const Table table = plan().table(2);
     for (const Cell& cell : table.sections.at(0).rows.at(0)) cells.push_back(cell.text);
     return cells;
   };
   EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1", "0.00"}));
+  EXPECT_EQ(plan().table(2).sections.at(0).notes.at(0),
+            "Some 1.0 hours of fits and limits with 2 at a time.");
 
   const fs::path fitted = cache.fitted_solver(fit_recipe(e, e.solvers.at(1)));
   fs::create_directories(fitted.parent_path());
@@ -83,7 +85,7 @@ TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
   made.code = "0123";
   limits();
   EXPECT_EQ(row().back(), "2.00");
-  EXPECT_EQ(plan().table().sections.at(0).rows.back().back().text, "2.00");
+  EXPECT_EQ(plan().table(2).sections.at(0).rows.back().back().text, "2.00");
   write_text(folder / "results/published/e/limit.json", "{");
   EXPECT_EQ(row().back(), "0.00");
 }
