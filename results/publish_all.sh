@@ -71,16 +71,14 @@ commit_published() {
 }
 
 # bring_limit NAME: the published limit, beside results that have none. `ertbench limit` leaves it as
-# it is where it is of this code and these sets: the frames' own records may be on another machine.
+# it is where it is of this code and these sets, as the frames' own records may be on another machine,
+# and draws its figure.
 bring_limit() {
-  local from="results/published/$1" to="results/$1" file
-  [[ -e "$to/limit.json" || ! -e "$from/limit.json" ]] && return
+  local from="results/published/$1/limit.json" to="results/$1"
+  [[ -e "$to/limit.json" || ! -e "$from" ]] && return
   mkdir -p "$to"
-  for file in "$from"/limit_ranks.* "$from/limit.json"; do
-    [[ -e "$file" ]] || continue
-    cp "$file" "$to/.${file##*/}.new"
-    mv "$to/.${file##*/}.new" "$to/${file##*/}"
-  done
+  cp "$from" "$to/.limit.json.new"
+  mv "$to/.limit.json.new" "$to/limit.json"
 }
 
 # A function, which the shell has read whole before it begins: this file may change meanwhile, as
