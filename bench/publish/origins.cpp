@@ -89,7 +89,10 @@ std::vector<std::string> clocks_of(const json& summary) {
 json origin_of(const fs::path& folder) {
   if (fs::exists(folder / "summary.json")) return read_json_file(folder / "summary.json");
   const fs::path provenance = folder / "provenance.json";
-  if (fs::exists(provenance)) return {{"provenance", read_json_file(provenance)}};
+  if (fs::exists(provenance)) {
+    const json read = read_json_file(provenance);
+    return {{"provenance", read}, {"builds", read.value("builds", json::object())}};
+  }
   const fs::path load = folder / "load.json";
   return fs::exists(load) ? read_json_file(load) : json();
 }

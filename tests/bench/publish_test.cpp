@@ -330,12 +330,15 @@ TEST(Origins, NameEachResultsCodeAndClocks) {
         {"timing", {{{"commit", "333333333333"}, {"code", "klmnopqrst"}}}}}},
       {"rows", {{{"latency_us", {{"p50", 1}}}, {"timed_on", {{"cpu", "second"}}}}}},
       {"clocks", {{"date", "2026-05-06T07:08:09Z"}}}};
-  for (const char* name : {"a", "b", "c", "c.part", "d"}) {
+  for (const char* name : {"a", "b", "c", "c.part", "d", "e"}) {
     std::filesystem::create_directories(folder / name);
   }
   testing::write_text(folder / "a/summary.json", summary.dump());
   testing::write_text(folder / "c.part/summary.json", summary.dump());
   testing::write_text(folder / "c/provenance.json", summary.at("provenance").dump());
+  nlohmann::json of_models = summary.at("provenance");
+  of_models["builds"] = {{"fidelity", summary.at("builds").at("accuracy")}};
+  testing::write_text(folder / "e/provenance.json", of_models.dump());
   const nlohmann::json load = {{"provenance", summary.at("provenance")},
                                {"rows", {{{"service_us", {{"p50", 1}}}}}}};
   testing::write_text(folder / "d/load.json", load.dump());
@@ -349,7 +352,8 @@ TEST(Origins, NameEachResultsCodeAndClocks) {
       {"a", "0123456789ab, 222222222222", "klmnopqr", "abcdefgh", "2026-01-02", "first",
        "2026-05-06", "second"},
       {"c", "1", "—", "—", "2026-01-02", "first", "—", "—"},
-      {"d", "1", "—", "—", "2026-01-02", "first", "2026-01-02", "first"}};
+      {"d", "1", "—", "—", "2026-01-02", "first", "2026-01-02", "first"},
+      {"e", "222222222222", "klmnopqr", "—", "2026-01-02", "first", "—", "—"}};
   EXPECT_EQ(rows, expected);
   const std::string one = "Scores: all that say it are of one code, klmnopqr. Networks: all";
   EXPECT_NE(table.text.find(one), std::string::npos) << table.text;
