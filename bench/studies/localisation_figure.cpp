@@ -178,9 +178,8 @@ class LocalisationOverview {
     names_.draw(canvas_, box.left, box.bottom);
     legend.draw(canvas_, box.bottom + names_.height() + 20);
     canvas_.text(
-        "marks: median error of the thresholded centroid, of the frames that show a touch; bars up "
-        "to "
-        "the error that 95 % do not exceed. A median may be below the rms error's bound.",
+        "marks: median error of the thresholded centroid, of the frames that show a touch; bars "
+        "up to the error that 95 % do not exceed. A median may be below the rms error's bound.",
         left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
     canvas_.draw(stem);
   }
