@@ -110,10 +110,10 @@ class Drawing {
     panel.marks(grids, {filled(1), hue(0)});
     panel.marks(autos, {filled(0), hue(1), 1.1});
     panel.draw();
-    name_points(dataset, panel);
+    name_points(dataset, grids, bound, panel);
   }
 
-  void name_points(const std::string& dataset, Panel& panel) {
+  void name_points(const std::string& dataset, const Points& grids, double bound, Panel& panel) {
     std::vector<PointLabel> labels;
     std::vector<Box> taken;
     for (const FidelityRow* row : rows_of(dataset, "all")) {
@@ -129,7 +129,14 @@ class Drawing {
                              three_digits(row->error_p95) + ", largest " +
                              three_digits(row->error_max) + " of the noise");
     }
-    panel.labels(labels, std::move(taken));
+    const double promised = panel.y(bound);
+    taken.push_back({panel.x(times_.low), promised - 2, panel.x(times_.high), promised + 2});
+    std::vector<Segment> lines;
+    for (std::size_t i = 1; i < grids.size(); ++i) {
+      lines.push_back({panel.x(grids[i - 1].first), panel.y(grids[i - 1].second),
+                       panel.x(grids[i].first), panel.y(grids[i].second)});
+    }
+    panel.labels(labels, taken, lines);
   }
 
   /// Stacked bars: which share of the scenes needs how many points.

@@ -159,7 +159,10 @@ class Drawing {
       const double y = shown.y_of(*chart_.nothing);
       lines.push_back({shown.box.left, y, shown.box.right, y});
     }
-    panel.labels(labels_of(chart_, shown), std::move(taken), lines);
+    const auto colour_of = [this](const SpeedPoint& point) {
+      return styles_.colour(type_index(point)).for_text();
+    };
+    panel.labels(labels_of(chart_, shown, colour_of), taken, lines);
     for (std::size_t i = 0; i < chart_.points.size(); ++i) {
       if (!shown.shows(chart_, i)) continue;
       const SpeedPoint& point = chart_.points[i];

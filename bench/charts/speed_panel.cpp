@@ -168,12 +168,14 @@ std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
   return out;
 }
 
-std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel,
+                                  const std::function<Colour(const SpeedPoint&)>& colour_of) {
   std::vector<PointLabel> labels;
   std::vector<std::string> named;
   std::map<std::string, std::vector<std::size_t>> candidates;  // by family
   const auto add = [&](std::size_t i, const std::string& text) {
-    labels.push_back({text, panel.x_of(*panel.x[i]), panel.y_of(*chart.points[i].error)});
+    labels.push_back({text, panel.x_of(*panel.x[i]), panel.y_of(*chart.points[i].error),
+                      colour_of(chart.points[i])});
     named.push_back(chart.points[i].family);
   };
   for (std::size_t i = 0; i < chart.points.size(); ++i) {
@@ -199,14 +201,30 @@ std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& 
       add(i, family);
     }
   }
-  for (std::size_t i = 0; i < chart.points.size() && !panel.batches; ++i) {
+  if (panel.batches) return labels;
+  std::map<std::string, std::vector<std::size_t>> beyond;  // by family
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
     const SpeedPoint& point = chart.points[i];
     if (!panel.shows(chart, i)) continue;
     if (!panel.holds(*point.error)) {
-      add(i, point.label + ": " + three_digits(*point.error));
+      beyond[point.family].push_back(i);
     } else if (point.standing == Standing::failed) {
       add(i, point.label + ": " + point.remark);
     }
+  }
+  for (const auto& [family, points] : beyond) {
+    if (points.size() < most_named) {
+      for (const std::size_t i : points) {
+        add(i, chart.points[i].label + ": " + three_digits(*chart.points[i].error));
+      }
+      continue;
+    }
+    const auto error_of = [&chart](std::size_t i) { return *chart.points[i].error; };
+    const auto [least, most] = std::ranges::minmax(points, {}, error_of);
+    const std::size_t last =
+        std::ranges::max(points, {}, [&](std::size_t i) { return *panel.x[i]; });
+    add(last, family + ", " + std::to_string(points.size()) + " settings: " +
+                  three_digits(error_of(least)) + " to " + three_digits(error_of(most)));
   }
   return labels;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -55,7 +56,9 @@ std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const Spe
 std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel);
 
 /// The labels in the order in which they deserve a place: the frontier and the right sizes, each
-/// family that has no name yet, then what failed or lies beyond the scale.
-std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel);
+/// family that has no name yet, then what failed or lies beyond the scale (a family of which much
+/// does with one name).
+std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel,
+                                  const std::function<Colour(const SpeedPoint&)>& colour_of);
 
 }  // namespace ertbench

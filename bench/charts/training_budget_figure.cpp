@@ -109,7 +109,7 @@ class BudgetDrawing {
     std::vector<PointLabel> names;
     for (std::size_t f = 0; f < budgets_.lines.size(); ++f) add_line(f, names, taken);
     panel_.draw();
-    panel_.labels(names, std::move(taken));
+    panel_.labels(names, taken);
   }
 
   void add_nothing(std::vector<Box>& taken) {
@@ -141,7 +141,8 @@ class BudgetDrawing {
     panel_.marks(hollow_points, styles_.hollow_mark(family, 1));
     panel_.marks(filled_points, converged);
     occupy(points, taken);
-    names.push_back({line.family, panel_.x(points.back().first), panel_.y(points.back().second)});
+    names.push_back({line.family, panel_.x(points.back().first), panel_.y(points.back().second),
+                     styles_.colour(family).for_text()});
   }
 
   /// What names must leave free: a line in short pieces, and its marks.

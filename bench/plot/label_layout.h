@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/plot/box.h"
+#include "bench/plot/palette.h"
 
 namespace ertbench {
 
@@ -13,6 +14,7 @@ struct PointLabel {
   std::string text;
   double x = 0;  ///< of the point, px
   double y = 0;
+  Colour colour = ink::black;
 };
 
 struct PlacedLabel {
@@ -32,14 +34,14 @@ struct Segment {
 /// From the point to the nearest place of its label.
 Segment leader_of(const PointLabel& label, const Box& place);
 
-/// Finds a place for each label, the first ones first: beside its point if that is free, else
-/// farther away, within `area` and clear of `taken` and of the other labels; where there is such a
-/// place, its line to the point crosses neither another one nor a label nor what is `taken`, and,
-/// as far as that goes too, none of `lines` runs through its text. A label for which nothing is
-/// free has no value.
+/// Finds a place for each label: as near to its point as can be, within `area` and clear of `taken`
+/// and of the other labels. Its line to the point crosses neither another one nor a label if there
+/// is any such place, and rather than that line through what is `taken`, or one of `lines` through
+/// its text, a label takes a place somewhat farther off. The first ones choose first, and all again
+/// when the others stand. A label for which nothing is free has no value.
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
-                                                     std::vector<Box> taken,
+                                                     const std::vector<Box>& taken,
                                                      const std::vector<Segment>& lines = {});
 
 }  // namespace ertbench

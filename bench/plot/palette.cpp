@@ -57,6 +57,13 @@ Colour Colour::towards_black(double fraction) const {
 
 Colour Colour::towards_white(double fraction) const { return mixed(*this, {1, 1, 1}, fraction); }
 
+Colour Colour::for_text() const {
+  constexpr double lightest = 0.49;
+  Colour out = *this;
+  while (out.lightness() > lightest) out = out.towards_black(0.05);
+  return out;
+}
+
 Colour viridis(double fraction) {
   const double place = std::clamp(fraction, 0.0, 1.0) * (kViridis.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(place), kViridis.size() - 2);

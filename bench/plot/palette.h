@@ -15,6 +15,7 @@ struct Colour {
   double lightness() const;  ///< 0 black ... 1 white, as a grey printer would have it
   Colour towards_white(double fraction) const;
   Colour towards_black(double fraction) const;
+  Colour for_text() const;  ///< as dark as a text on white has to be (contrast of 4.5 to 1)
 };
 
 /// "0x440154" as a colour.

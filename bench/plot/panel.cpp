@@ -128,18 +128,20 @@ void Panel::bars(const std::vector<Bar>& bars, double width) {
       "rgb variable");
 }
 
-void Panel::labels(const std::vector<PointLabel>& labels, std::vector<Box> taken,
+void Panel::labels(const std::vector<PointLabel>& labels, const std::vector<Box>& taken,
                    const std::vector<Segment>& lines) {
   constexpr int size = 10;
-  const auto places = place_labels(labels, size, box_, std::move(taken), lines);
+  const auto places = place_labels(labels, size, box_, taken, lines);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (!places[i]) continue;
     const Box& place = places[i]->box;
     if (places[i]->leader) {
       const Segment leader = leader_of(labels[i], place);
-      canvas_.line(leader.x1, leader.y1, leader.x2, leader.y2, {ink::light, 0.6});
+      canvas_.line(leader.x1, leader.y1, leader.x2, leader.y2,
+                   {labels[i].colour.towards_white(0.45), 0.6});
     }
-    canvas_.text(labels[i].text, place.middle(), place.centre(), {.size = size});
+    canvas_.text(labels[i].text, place.middle(), place.centre(),
+                 {.size = size, .colour = labels[i].colour});
   }
 }
 

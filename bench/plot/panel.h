@@ -55,7 +55,7 @@ class Panel {
   /// Texts near their points (px), where they meet neither each other nor `taken`, with a line to
   /// the point where that is far; one for which there is no room is left out. Where there is room,
   /// `lines` (px) do not run through them.
-  void labels(const std::vector<PointLabel>& labels, std::vector<Box> taken,
+  void labels(const std::vector<PointLabel>& labels, const std::vector<Box>& taken,
               const std::vector<Segment>& lines = {});
 
   /// What the pointer shows over a point.

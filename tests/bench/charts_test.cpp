@@ -243,6 +243,18 @@ TEST(Palette, RisesInLightnessAndSpansTheScreen) {
   EXPECT_EQ(hue(0).towards_white(1).hex(), "#ffffff");
 }
 
+/// 4.5 to 1 is what WCAG 2 asks of texts: on white a luminance of 0.183, a lightness of 0.499.
+TEST(Palette, TextsAreDarkEnoughToRead) {
+  for (std::size_t i = 0; i < hues; ++i) {
+    const Colour text = hue(i).for_text();
+    EXPECT_LE(text.lightness(), 0.499) << i;
+    if (hue(i).lightness() < 0.48) {
+      EXPECT_EQ(text.hex(), hue(i).hex()) << i;
+    }
+  }
+  EXPECT_GT(Colour({1, 1, 1}).for_text().lightness(), 0.4) << "no darker than it must be";
+}
+
 /// Logs of training.
 class Training : public Charts {
  protected:
