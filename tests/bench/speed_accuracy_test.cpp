@@ -278,7 +278,7 @@ TEST(SpeedPanelLabels, AFamilyOfWhichMuchLiesBeyondTheScaleHasOneName) {
     return point.family == "svd" ? hue(1) : ink::black;
   });
   const auto found = std::find_if(labels.begin(), labels.end(), [](const PointLabel& label) {
-    return label.text == "svd, 3 settings: 3 to 5";
+    return label.text == "svd, 3 settings: 3.00 to 5.00";
   });
   ASSERT_NE(found, labels.end());
   EXPECT_EQ(found->x, panel.x_of(10));
