@@ -162,9 +162,11 @@ class Check {
     return fewest;
   }
 
+  /// Of each network in a check.
+  int check_trainings() const { return std::max(experiment_.check.seeds, trainings_of_entries()); }
+
   std::vector<Noticeable> noticeable(const Baseline& baseline) const {
-    const int trainings = std::max(experiment_.check.seeds, trainings_of_entries());
-    return noticeable_worsenings(baseline, experiment_.sensor, trainings);
+    return noticeable_worsenings(baseline, experiment_.sensor, check_trainings());
   }
 
   static void append(std::vector<CheckLine>& lines, const std::vector<CheckLine>& more) {
@@ -226,6 +228,12 @@ class Check {
               text_of(one);
     }
     std::printf("A check would notice a worsening of %s.\n", what.c_str());
+    const int seeds = baseline_trainings();
+    const auto enough = seeds_that_would_do(coarse, seeds, check_trainings(), most_seeds);
+    if (enough) {
+      std::printf("--seeds %d would do if more trainings scatter as these %d do, which are kept.\n",
+                  *enough, seeds);
+    }
     std::printf(
         "Raise /check/seeds or /check/baseline_seeds in %s, train longer, or accept it with "
         "--accept-coarse.\n",

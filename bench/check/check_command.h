@@ -34,6 +34,7 @@ struct CheckOptions {
 /// every network.
 inline constexpr int enough_seeds = 5;
 inline constexpr int usual_seeds = 8;
+inline constexpr int most_seeds = 100;  ///< of CheckOptions::seeds
 
 /// Runs the experiment and compares its rows with the baseline, and today's images of the stored
 /// networks and of the short trainings with their stored images; prints the comparison, with the

@@ -52,6 +52,17 @@ std::vector<Noticeable> beyond_limits(std::span<const Noticeable> all) {
   return out;
 }
 
+std::optional<int> seeds_that_would_do(std::span<const Noticeable> coarse, int seeds, int trainings,
+                                       int most) {
+  double beyond = 1;
+  for (const Noticeable& one : coarse) beyond = std::max(beyond, one.part_of_limit().value_or(0));
+  const double wanted = seeds_interval(seeds, trainings) / beyond;
+  for (int n = seeds; n <= most; ++n) {
+    if (seeds_interval(n, trainings) <= wanted) return n;
+  }
+  return std::nullopt;
+}
+
 std::string text_of(const Noticeable& one) {
   const std::string amount = with_digits("%.2g", one.amount);
   const std::optional<double> share = one.share();

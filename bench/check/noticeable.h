@@ -52,6 +52,12 @@ std::vector<Noticeable> noticeable_worsenings(const Baseline& baseline, const Se
 /// Those of trained solvers that are beyond their limit.
 std::vector<Noticeable> beyond_limits(std::span<const Noticeable> all);
 
+/// The fewest trainings behind a baseline of now `seeds` with which all of `coarse` would be within
+/// their limits, if more scatter as those do; none where `most` are too few. `trainings`: of each
+/// network in a check.
+std::optional<int> seeds_that_would_do(std::span<const Noticeable> coarse, int seeds, int trainings,
+                                       int most);
+
 /// "0.021 (5.9 %)", or "0.021" where there is no share.
 std::string text_of(const Noticeable& one);
 

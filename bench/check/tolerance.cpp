@@ -126,13 +126,17 @@ Tolerance tolerance_of(const ResultRow& row, std::optional<ImageComparison> imag
 
 double centre_of(std::span<const double> values) { return mean(values); }
 
+double seeds_interval(int seeds_before, int seeds_now) {
+  const double t = student_t_quantile(0.5 + confidence / 2, seeds_before - 1);
+  return t * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / seeds_before);
+}
+
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now) {
   const double centre = std::abs(centre_of(before.values));
   if (tolerance.type == ToleranceClass::seeds && before.values.size() > 1) {
     const auto n = static_cast<int>(before.values.size());
     const double deviation = std::max(sample_deviation(before.values), tolerance.relative * centre);
-    const double t = student_t_quantile(0.5 + confidence / 2, n - 1);
-    return t * deviation * std::sqrt(1.0 / std::max(1, seeds_now) + 1.0 / n) +
+    return deviation * seeds_interval(n, seeds_now) +
            (is_of_contacts(before.metric) ? one_pixel(before) : 0);
   }
   const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);

@@ -59,7 +59,7 @@ Action add_check(CLI::App& command) {
                   "With --update: training seeds behind the interval of a learned solver\n"
                   "(default: \"baseline_seeds\" of the experiment's \"check\"; without it\n"
                   "those of the entry if 5 or more, else 8)")
-      ->check(CLI::Range(least_seeds, 100));
+      ->check(CLI::Range(least_seeds, most_seeds));
   command.add_flag("--accept-coarse", arguments->accept_coarse,
                    "With --update: write a baseline that would let a learned solver become worse\n"
                    "by more than 10 % of relative_error or RIE, 0.03 of AR or 25 % of PE");

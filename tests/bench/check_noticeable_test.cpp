@@ -131,6 +131,17 @@ TEST(CheckNotices, EveryWorseningBeyondTheAmountAndNoneOfAQuarterOfIt) {
   }
 }
 
+/// By tables of Student's t: of 12 trainings and 8 in a check the interval reaches 4.437 * 0.4564
+/// deviations, of 24 3.768 * 0.4082, of 25 3.745 * 0.4062, and a part of 1.32 of the limit asks for
+/// a width of no more than 1.534.
+TEST(CheckNotices, ACoarseBaselineIsToldHowManySeedsWouldDo) {
+  const Noticeable coarse{"dcnn", "test", Metric::PE, ToleranceClass::seeds, 0.06, 0.33 * 0.06};
+  const Noticeable fine{"dcnn", "test", Metric::RIE, ToleranceClass::seeds, 0.06, 0.01 * 0.06};
+  EXPECT_EQ(seeds_that_would_do(std::vector{fine, coarse}, 12, 8, 100), 25);
+  EXPECT_EQ(seeds_that_would_do(std::vector{coarse}, 12, 8, 24), std::nullopt);
+  EXPECT_EQ(seeds_that_would_do(std::vector{fine}, 12, 8, 100), 12);
+}
+
 TEST(CheckNotices, TheWeakestRowIsNamedAndTheTableHasAllOfThem) {
   const StoredCheck check;
   const auto all = noticeable_worsenings(check.baseline, check.sensor, check.trainings);
