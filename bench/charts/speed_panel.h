@@ -56,8 +56,8 @@ std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const Spe
 std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel);
 
 /// The labels in the order in which they deserve a place: the frontier and the right sizes, each
-/// family that has no name yet, then what failed or lies beyond the scale (a family of which much
-/// does with one name).
+/// family that has no name yet, then what failed or lies beyond the scale (one name for a family of
+/// which three points or more do). `colour_of`: that of a point's name.
 std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel,
                                   const std::function<Colour(const SpeedPoint&)>& colour_of);
 

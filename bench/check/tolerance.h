@@ -58,6 +58,10 @@ struct BaselineMean {
 /// The mean of `values`: what a new value is compared with.
 double centre_of(std::span<const double> values);
 
+/// Half the width of the interval of a check's mean over `seeds_now` trainings around that of a
+/// baseline over `seeds_before`, in standard deviations of one training.
+double seeds_interval(int seeds_before, int seeds_now);
+
 /// How far today's value, the mean over `seeds_now` trainings, may lie from the centre of `before`.
 ///
 /// - seeds: the prediction interval t s sqrt(1/seeds_now + 1/n) for new seeds from n old ones, s
@@ -77,10 +81,6 @@ double centre_of(std::span<const double> values);
 ///   half of it each, and it is at most the sheet's diagonal from them. A pixel may also make a
 ///   contact, or end one: metrics of contacts have room for one in one frame, 1 / frames or a
 ///   quarter of the side over the frames, with seeds too, whose means of a count are often all 0.
-/// Half the width of the interval of a check's mean over `seeds_now` trainings around that of a
-/// baseline over `seeds_before`, in standard deviations of one training.
-double seeds_interval(int seeds_before, int seeds_now);
-
 double allowed_change(const Tolerance& tolerance, const BaselineMean& before, int seeds_now = 1);
 
 /// The chance that, of values in no order, those of `now` have ranks whose sum is as far to the

@@ -160,8 +160,8 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
   for (const PointLabel& label : labels) {
     candidates.push_back(candidates_of(label, font_size, area, taken, lines));
   }
-  // The first ones choose first, and each again once the others stand: every change makes the sum
-  // of the costs less, so that this ends.
+  // The first ones choose first, and each again once the others stand, until none finds a better
+  // place. Places of equal cost could be changed for ever: hence a most of sweeps.
   Layout layout(std::move(candidates));
   bool moved = true;
   for (int sweep = 0; sweep < most_sweeps && moved; ++sweep) {

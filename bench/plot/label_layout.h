@@ -35,10 +35,11 @@ struct Segment {
 Segment leader_of(const PointLabel& label, const Box& place);
 
 /// Finds a place for each label: as near to its point as can be, within `area` and clear of `taken`
-/// and of the other labels. Its line to the point crosses neither another one nor a label if there
-/// is any such place, and rather than that line through what is `taken`, or one of `lines` through
-/// its text, a label takes a place somewhat farther off. The first ones choose first, and all again
-/// when the others stand. A label for which nothing is free has no value.
+/// and of the other labels; px. Its line to the point crosses neither another one nor a label if,
+/// as the others stand, there is such a place; and rather than have that line run through what is
+/// `taken`, or one of `lines` through its text, a label takes a place up to 60 or 40 px farther
+/// off. The first ones choose first, and all again when the others stand. A label for which nothing
+/// is free has no value.
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
                                                      const std::vector<Box>& taken,
