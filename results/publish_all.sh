@@ -5,6 +5,7 @@
 #   results/publish_all.sh             all of it
 #   results/publish_all.sh NAME...     some of it, by the names of the experiments
 #   results/publish_all.sh --clocks    the times of all tables again, together on this machine
+#   results/publish_all.sh --part NAME LABEL,...  some solvers of one that takes more than a sitting
 #
 # It may be cut off at any time: the same command goes on where it stopped, since fits, records and
 # the frames of limits are kept in the cache and in results/. Each experiment is committed when it
@@ -12,6 +13,11 @@
 # Clocks are taken at the end of each experiment: leave the machine to it. Where the experiments came
 # from several machines, or from one over days, --clocks makes their times comparable. (Studies of
 # touch count times in; their own stay. So do those of other people's programs.)
+#
+# What takes longer than a machine is there for is made in parts. --part runs the solvers with these
+# labels ("dd-ert,lean-net width=8") and commits their records, packed, to results/parts. Where an
+# experiment has parts, whatever machine they came from, their solvers are not fitted again, its times
+# stay as they were published, and --clocks is to be called afterwards; publishing it removes the parts.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -64,6 +70,41 @@ publish_clocks() {
   commit_published "Published: the clocks of all tables"
 }
 
+# parts_of NAME: the archives of its records, the oldest first.
+parts_of() {
+  find results/parts -name "$1.[0-9]*.tar.gz" 2>/dev/null | sort -V
+}
+
+# bring_parts NAME: what they hold, beside the results of this machine, which go first.
+bring_parts() {
+  local part
+  mkdir -p "results/$1"
+  for part in $(parts_of "$1"); do
+    tar --extract --gzip --skip-old-files --file "$part" --directory "results/$1"
+  done
+}
+
+# keep_part NAME LABELS: runs these solvers and packs the records that no part has yet.
+keep_part() {
+  local name="$1" labels="$2" part kept made number
+  bring_parts "$name"
+  ./ertbench run "experiments/$name.json" --only "$labels"
+  kept=$(for part in $(parts_of "$name"); do tar --list --gzip --file "$part"; done | sort)
+  made=$(cd "results/$name" && find . -path "./records/*.accuracy.json" -o -path "./training/*.csv" | sort)
+  made=$(comm -13 <(printf '%s\n' "$kept") <(printf '%s\n' "$made"))
+  if [[ -z "$made" ]]; then
+    echo "results/publish_all.sh: results/parts has all of these already" >&2
+    return
+  fi
+  number=$(parts_of "$name" | wc -l)
+  part="results/parts/$name.$((number + 1)).tar.gz"
+  mkdir -p results/parts
+  tar --create --gzip --file "$part.new" --directory "results/$name" --files-from - <<< "$made"
+  mv "$part.new" "$part"
+  git add "$part"
+  git commit --quiet --message "A part of $name: $labels" -- "$part"
+}
+
 # commit_published MESSAGE: what publishing has changed.
 commit_published() {
   git add -A results/published README.md docs
@@ -84,13 +125,24 @@ bring_limit() {
 # A function, which the shell has read whole before it begins: this file may change meanwhile, as
 # commits come in.
 main() {
+  if [[ "${1:-}" == --part ]]; then
+    if (($# != 3)) || [[ ! -e "experiments/$2.json" ]]; then
+      echo "usage: results/publish_all.sh --part NAME LABEL,... (experiments/NAME.json)" >&2
+      exit 2
+    fi
+    keep_part "$2" "$3"
+    exit 0
+  fi
   plan=false
   wanted=()
   for argument in "$@"; do
     case "$argument" in
       --plan) plan=true ;;
       --clocks) publish_clocks; exit 0 ;;
-      -*) echo "usage: results/publish_all.sh [--plan | --clocks | NAME...]" >&2; exit 2 ;;
+      -*)
+        echo "usage: results/publish_all.sh [--plan | --clocks | --part NAME LABEL,... | NAME...]" >&2
+        exit 2
+        ;;
       *) wanted+=("$argument") ;;
     esac
   done
@@ -125,12 +177,19 @@ main() {
       ./ertbench limit "experiments/$name.json" --frames "$frames" --threads "$(nproc)" $options
     fi
     how=()
+    parts=$(parts_of "$name")
+    if [[ -n "$parts" ]]; then
+      bring_parts "$name"
+      how=(--scores)
+    fi
     if [[ "$what" == fidelity || "$what" == load ]]; then how=("--$what"); fi
     # 1: a trial failed, and stands as failed in what was published; the others go on.
     local code=0
     ./ertbench publish "${how[@]}" "experiments/$name.json" || code=$?
     if ((code > 1)); then exit "$code"; fi
     if ((code == 1)); then failed+=("$name"); fi
+    # shellcheck disable=SC2086  # a name each
+    if [[ -n "$parts" ]]; then git rm --quiet $parts; fi
     commit_published "Published: $name"
   done
   if ((${#failed[@]})); then

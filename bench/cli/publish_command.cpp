@@ -23,6 +23,7 @@ struct PublishArguments {
   bool pages = false;
   bool plan = false;
   bool clocks = false;
+  bool scores = false;
   bool fidelity = false;
   bool load = false;
 };
@@ -35,6 +36,11 @@ void print_plan(const PublishArguments& arguments) {
     plan.add(read_experiment(file, registry, chart_types()));
   }
   std::fputs(terminal_of(plan.table(arguments.jobs)).c_str(), stdout);
+}
+
+Publishing publishing_of(const PublishArguments& arguments) {
+  if (arguments.fidelity) return Publishing::models;
+  return arguments.scores ? Publishing::scores : Publishing::all;
 }
 
 ExitCode publish(const PublishArguments& arguments) {
@@ -62,7 +68,7 @@ ExitCode publish(const PublishArguments& arguments) {
     const Experiment experiment = read_experiment(file, registry, chart_types());
     failures += arguments.load ? publish_load(experiment, registry, project, cache)
                                : publish_experiment(experiment, project, cache, arguments.jobs,
-                                                    arguments.fidelity);
+                                                    publishing_of(arguments));
     std::printf("published %s in %s\n", experiment.name.c_str(),
                 printable_path((project / "results/published" / experiment.name).string()).c_str());
   }
@@ -86,16 +92,23 @@ Action add_publish(CLI::App& command) {
       "--clocks", arguments->clocks,
       "Take the times of what is published again, those of all experiments together");
   clocks->needs(command.get_option("experiments"));
+  CLI::Option* const scores = command
+                                  .add_flag("--scores", arguments->scores,
+                                            "Make all but the times, which stay as they were "
+                                            "published; the inverse of --clocks")
+                                  ->excludes(clocks);
   CLI::Option* const fidelity =
       command
           .add_flag("--fidelity", arguments->fidelity,
                     "What `fidelity` makes of the experiments, in place of what `run` does")
-          ->excludes(clocks);
+          ->excludes(clocks)
+          ->excludes(scores);
   command
       .add_flag("--load", arguments->load,
                 "What `timing load` makes of them, with its usual deadlines; refused where the "
                 "machine was busy")
       ->excludes(clocks)
+      ->excludes(scores)
       ->excludes(fidelity);
   command.footer(
       "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
@@ -104,7 +117,10 @@ Action add_publish(CLI::App& command) {
       "*.md.in: their numbers are references into results/published (bench/pages/page.h).\n"
       "--clocks leaves all numbers but times as they were published, perhaps on another machine;\n"
       "networks are trained for the clock alone, as what a frame costs does not depend on "
-      "weights.");
+      "weights.\n"
+      "--scores makes all other numbers: records of other machines, put into "
+      "results/NAME/records,\n"
+      "are taken as they are where they are of this code, and nothing is fitted for the clock.");
   return [arguments] { return publish(*arguments); };
 }
 

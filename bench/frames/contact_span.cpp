@@ -1,8 +1,7 @@
 #include "bench/frames/contact_span.h"
 
-#include <Eigen/SVD>
-
 #include "forward/border/border_model.h"
+#include "solvers/dense_svd.h"
 
 namespace ertbench {
 namespace {
@@ -34,11 +33,11 @@ ContactSpan::ContactSpan(const Sensor& sensor) {
   for (std::size_t i = 0; i < changes.size(); ++i) {
     columns.col(static_cast<Eigen::Index>(i)) = changes[i];
   }
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(columns, Eigen::ComputeThinU);
-  const Eigen::VectorXd& values = svd.singularValues();
+  const DenseSvd svd = dense_svd(columns);
+  const Eigen::VectorXd& values = svd.values;
   Eigen::Index kept = 0;
   while (kept < values.size() && values[kept] > least_value * values[0]) ++kept;
-  basis_ = svd.matrixU().leftCols(kept);
+  basis_ = svd.left.leftCols(kept);
 }
 
 double ContactSpan::share(const Frames& changes) const {

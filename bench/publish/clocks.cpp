@@ -10,6 +10,7 @@
 #include "bench/charts/chart_types.h"
 #include "bench/publish/clock_stage.h"
 #include "bench/publish/published_folder.h"
+#include "bench/publish/published_result.h"
 #include "bench/record/provenance.h"
 #include "bench/report/results.h"
 #include "bench/run/builds.h"
@@ -51,36 +52,6 @@ struct Clocks::Published {
 
 namespace {
 
-/// Throws InputError where the experiment is no longer the one that was published as `summary`, a
-/// file's, with these rows.
-void require_same(const Experiment& experiment, const std::string& where, const json& summary,
-                  const std::vector<ResultRow>& rows) {
-  if (!experiment.studies.empty() || experiment.ladders || experiment.folds) {
-    throw InputError(where +
-                     ": its studies, ladders or folds are made with the times, or take no "
-                     "times; publish " +
-                     experiment.name + " again as a whole");
-  }
-  if (!experiment.timing.enabled) {
-    throw InputError(where + ": " + experiment.name + " takes no times (/timing/enabled)");
-  }
-  const json& datasets = summary.at("provenance").at("datasets");
-  for (const DatasetSpec* spec : experiment.datasets()) {
-    if (datasets.value(spec->name, json()) == json(to_json(*spec))) continue;
-    throw InputError(where + ": the dataset \"" + spec->name + "\" of " + experiment.file.string() +
-                     " is no longer the one it was published with; "
-                     "publish it again");
-  }
-  for (const ResultRow& row : rows) {
-    if (!row.latency_us) continue;
-    const auto entry = std::find_if(experiment.solvers.begin(), experiment.solvers.end(),
-                                    [&](const SolverEntry& e) { return e.label == row.label; });
-    if (entry != experiment.solvers.end() && entry->type == row.type) continue;
-    throw InputError(where + ": " + experiment.file.string() + " has no solver \"" +
-                     printable(row.label) + "\" any more; publish it again");
-  }
-}
-
 /// Whether solvers of the type are trained from random numbers, epoch by epoch.
 bool is_trained(const std::string& type, SolverRegistry& registry) {
   const SolverInfo* info = registry.find(type);
@@ -102,23 +73,6 @@ std::vector<std::string> brief_trainings(const Experiment& experiment,
   return out;
 }
 
-/// What the legend and summary.json say of the times.
-std::string clocks_sentence(const json& clocks) {
-  std::string others;
-  for (const json& name : clocks.at("together_with")) {
-    others += (others.empty() ? "" : ", ") + name.get<std::string>();
-  }
-  std::string out = "Times: taken again at " + clocks.at("date").get<std::string>() + " by " +
-                    clocks.at("build").get<std::string>();
-  if (!others.empty()) out += ", in the same rounds as those of " + others;
-  out += "; all other numbers are as they were before.";
-  if (!clocks.at("briefly_trained").empty()) {
-    out += " For the clock the networks were trained for one epoch of " +
-           std::to_string(clock_scenes) + " scenes: what a frame costs does not depend on weights.";
-  }
-  return out;
-}
-
 /// The folder's files but for the templates of pages and their pages, which replace_folder keeps.
 void copy_results(const fs::path& from, const fs::path& to) {
   for (const auto& entry : fs::directory_iterator(from)) {
@@ -135,17 +89,9 @@ Clocks::Published::Published(const fs::path& file, const fs::path& project) {
   SolverRegistry registry;
   experiment = read_experiment(file, registry, chart_types());
   folder = project / "results/published" / experiment.name;
-  const std::string where = (folder / "summary.json").string();
-  if (!fs::exists(where)) {
-    throw InputError(where + ": there is no such result; ./ertbench publish " + file.string() +
-                     " makes it");
-  }
-  summary = read_json_file(where);
-  JsonObject root(summary, where, "");
-  for (const JsonObject& object : root.objects("rows")) {
-    rows.push_back(result_row_from_json(object));
-  }
-  require_same(experiment, where, summary, rows);
+  PublishedResult published = read_published(experiment, folder);
+  summary = *published.summary;
+  rows = std::move(published.rows);
   std::set<std::string> as_published;
   for (const ResultRow& row : rows) {
     if (!row.latency_us) continue;
@@ -160,7 +106,6 @@ Clocks::Published::Published(const fs::path& file, const fs::path& project) {
                                      brief_trainings(experiment, briefly_trained)),
                      briefly_trained, records / (experiment.name + "-trained")});
   }
-  if (parts.empty()) throw InputError(where + ": none of its rows was timed");
 }
 
 void Clocks::Published::collect(const Cache& cache) {

@@ -8,6 +8,7 @@
 #include "bench/publish/latency_pairs.h"
 #include "bench/publish/origins.h"
 #include "bench/publish/published_folder.h"
+#include "bench/publish/published_result.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
 #include "bench/run/stages.h"
@@ -73,6 +74,25 @@ void publish_limits(const ExperimentResults& results, const fs::path& from, cons
   }
 }
 
+Stages stages_of(Publishing what) {
+  if (what == Publishing::models) return stages_of_fidelity(fidelity_usual_scenes);
+  Stages stages = stages_of_run();
+  if (what == Publishing::scores) {
+    std::erase_if(stages, [](const auto& stage) { return stage->wants_machine_alone(); });
+  }
+  return stages;
+}
+
+/// Of trainings on another machine the cache has no logs. They stand beside their records, where
+/// an earlier report of this result folder has put them.
+void find_training_logs(const fs::path& folder, ExperimentResults& results) {
+  for (auto& [label, sources] : results.training) {
+    for (TrainingSource& source : sources) {
+      if (!fs::exists(source.log)) source.log = folder / (source.stem + ".csv");
+    }
+  }
+}
+
 }  // namespace
 
 void require_committed(const fs::path& project) {
@@ -103,19 +123,24 @@ void require_committed(const fs::path& project) {
 }
 
 int publish_experiment(const Experiment& experiment, const fs::path& project, const Cache& cache,
-                       int jobs, bool of_models) {
-  const Stages stages = of_models ? stages_of_fidelity(fidelity_usual_scenes) : stages_of_run();
+                       int jobs, Publishing what) {
+  const fs::path published = project / "results/published" / experiment.name;
+  std::optional<PublishedResult> timed;
+  if (what == Publishing::scores) timed = read_published(experiment, published);
+  const Stages stages = stages_of(what);
   RunOptions run;
   run.out = project / "results" / experiment.name;
   run.jobs = jobs;
-  const ExperimentResults results = run_stages(stages, experiment, cache, run);
-  const fs::path published = project / "results/published" / experiment.name;
+  ExperimentResults results = run_stages(stages, experiment, cache, run);
+  find_training_logs(run.out / "training", results);
+  if (timed) take_times(*timed, experiment, results.rows);
   const fs::path made = part_of(published);
-  if (of_models) {
+  if (what == Publishing::models) {
     report_stages(stages, experiment, results, made);
   } else {
     report_experiment(experiment, cache, results, made);
   }
+  if (timed) write_clocks(*timed, experiment, results.rows, made);
   require_drawn(made, published);
   publish_limits(results, run.out, made);
   replace_folder(published, made);

@@ -17,13 +17,20 @@ struct LoadResults;
 /// rendered pages do not count: publishing makes them.
 void require_committed(const std::filesystem::path& project);
 
+/// What of an experiment is made and published.
+enum class Publishing {
+  all,     ///< what `ertbench run` makes
+  scores,  ///< the same but for the times, which stay as they were published: the inverse of Clocks
+  models   ///< the comparison of the sheet's models on its scenes, as `ertbench fidelity` makes it
+};
+
 /// Runs what is missing of the experiment, with `jobs` at a time, and puts its results into
 /// results/published/NAME of the project, whole or not at all. What may be reused of earlier runs
 /// is the cache's to say (Cache::reuse). Templates of pages in that folder stay. Returns the number
-/// of jobs that failed; they stay in the results with what happened. `of_models`: the comparison of
-/// the sheet's models on its scenes, as `ertbench fidelity` makes it, in place of its solvers'.
+/// of jobs that failed; they stay in the results with what happened. Of `scores` throws InputError
+/// where read_published or take_times do.
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
-                       const Cache& cache, int jobs, bool of_models = false);
+                       const Cache& cache, int jobs, Publishing what = Publishing::all);
 
 /// Throws InputError naming the first solver that other work of the machine kept from its own while
 /// it was measured; `published` is what the message speaks of.

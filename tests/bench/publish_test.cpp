@@ -110,7 +110,9 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
   const Experiment experiment = read_experiment(project() / "e.json", registry, chart_types());
   const auto run = testing::run_program(project(), "fidelity e.json --out results/e");
   ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_EQ(publish_experiment(experiment, project(), Cache(project() / "cache"), 1, true), 0);
+  EXPECT_EQ(
+      publish_experiment(experiment, project(), Cache(project() / "cache"), 1, Publishing::models),
+      0);
   const auto published = project() / "results/published/e";
   EXPECT_EQ(testing::read_text(published / "fidelity.csv"),
             testing::read_text(project() / "results/e/fidelity.csv"));
@@ -120,7 +122,7 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
   const std::string drawn = testing::read_text(published / "fidelity.svg");
   const testing::Environment no_gnuplot("PATH", (project() / "core").string());
   try {
-    publish_experiment(experiment, project(), Cache(project() / "cache"), 1, true);
+    publish_experiment(experiment, project(), Cache(project() / "cache"), 1, Publishing::models);
     FAIL() << "published without its figure";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("fidelity.svg could not be drawn"), std::string::npos)
