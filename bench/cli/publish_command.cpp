@@ -3,6 +3,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
+#include "bench/cli/training_precision.h"
 #include "bench/experiment/experiment.h"
 #include "bench/publish/clocks.h"
 #include "bench/publish/publish.h"
@@ -66,6 +67,7 @@ ExitCode publish(const PublishArguments& arguments) {
   for (const std::string& file : arguments.experiments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
+    if (!arguments.fidelity && !arguments.scores) warn_of_slow_trainings(experiment, cache);
     failures += arguments.load ? publish_load(experiment, registry, project, cache)
                                : publish_experiment(experiment, project, cache, arguments.jobs,
                                                     publishing_of(arguments));

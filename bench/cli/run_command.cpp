@@ -3,6 +3,7 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
+#include "bench/cli/training_precision.h"
 #include "bench/cluster/slurm_engine.h"
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
@@ -21,6 +22,7 @@ struct RunArguments {
   std::string out;
   std::vector<std::string> only;
   std::vector<std::string> set;
+  std::string precision;
   int jobs = usable_cores();
   bool jobs_given = false;
   bool fresh = false;
@@ -45,6 +47,7 @@ std::string shell_word(const std::string& text) {
 std::string command_again(const RunArguments& arguments) {
   std::string out = "./ertbench run " + shell_word(printable_path(arguments.experiment));
   for (const std::string& one : arguments.set) out += " --set " + shell_word(printable(one, 1000));
+  if (!arguments.precision.empty()) out += " --precision " + arguments.precision;
   for (const std::string& one : arguments.only) {
     out += " --only " + shell_word(printable(one));
   }
@@ -93,14 +96,28 @@ ExitCode run_by_slurm(const RunArguments& arguments, const Experiment& experimen
   return outcome.reported && outcome.failures == 0 ? done : trial_failed;
 }
 
+Experiment wanted_experiment(const RunArguments& arguments, SolverRegistry& registry) {
+  const auto read = [&](const std::vector<std::string>& overrides) {
+    return read_experiment(arguments.experiment, registry, chart_types(), SolverCheck::all,
+                           overrides);
+  };
+  Experiment experiment = read(arguments.set);
+  if (arguments.precision.empty()) return experiment;
+  std::vector<std::string> overrides = arguments.set;
+  for (std::string& one : precision_overrides(experiment, arguments.precision)) {
+    overrides.push_back(std::move(one));
+  }
+  return read(overrides);
+}
+
 ExitCode run(const RunArguments& arguments) {
   SolverRegistry registry;
-  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types(),
-                                                SolverCheck::all, arguments.set);
+  const Experiment experiment = wanted_experiment(arguments, registry);
   require_labels(arguments, experiment);
   const Cache cache =
       Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
   if (arguments.engine == "slurm") return run_by_slurm(arguments, experiment, cache);
+  warn_of_slow_trainings(experiment, cache, arguments.only);
   RunOptions options;
   options.out = result_folder(arguments.out, experiment.name);
   options.only = arguments.only;
@@ -157,6 +174,11 @@ Action add_run(CLI::App& command) {
                       "Trials fitted and scored at a time, the cores shared out among them\n"
                       "(default: one for each core; timings always run alone)")
           ->check(CLI::Range(1, 256));
+  command
+      .add_option("--precision", arguments->precision,
+                  "float32: train in it what the file trains in bfloat16, where the\n"
+                  "processor has no AVX512-BF16; other networks than the file's")
+      ->check(CLI::IsMember({"float32"}));
   command.add_flag("--fresh", arguments->fresh, "Fit and measure again what is finished already");
   command.add_flag("--rebuild-stale", arguments->rebuild_stale,
                    "Make again what another build of the program made, even where nothing\n"
