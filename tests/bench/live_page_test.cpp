@@ -210,7 +210,7 @@ TEST(LivePage, ABrowserShowsWhatTheStreamSays) {
       "timeout 120 " + browser->string() +
       " --headless --no-sandbox --disable-gpu --disable-quic --no-first-run"
       " --disable-background-networking --disable-component-update --disable-sync"
-      " --disable-dev-shm-usage --enable-logging=stderr --virtual-time-budget=60000"
+      " --disable-dev-shm-usage --enable-logging=stderr --virtual-time-budget=600000"
       " --user-data-dir=" +
       quoted((folder / "profile").string()) + " --dump-dom " + begin.at("http").get<std::string>() +
       " 2>" + quoted((folder / "browser.log").string()) + " </dev/null >" +
