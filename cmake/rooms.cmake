@@ -28,7 +28,7 @@ function(ertbench_rooms target)
   endforeach()
 endfunction()
 
-# For rooms that no time and no number depends on: -O1 in a release build, in half the time.
+# For rooms that no time and no number depends on: -O1 in a release build.
 function(ertbench_lightly_optimised target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>
     # A false alarm of GCC 12's in its own AVX-512 headers, at this level.
