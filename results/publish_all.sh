@@ -72,7 +72,8 @@ publish_clocks() {
 
 # parts_of NAME: the archives of its records, the oldest first.
 parts_of() {
-  find results/parts -name "$1.[0-9]*.tar.gz" 2>/dev/null | sort -V
+  [[ -d results/parts ]] || return 0
+  find results/parts -name "$1.[0-9]*.tar.gz" | sort -V
 }
 
 # bring_parts NAME: what they hold, beside the results of this machine, which go first.
