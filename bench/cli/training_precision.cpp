@@ -15,8 +15,8 @@ bool is_trained_in_bfloat16(const SolverEntry& entry) {
   return entry.spec->value("precision", nlohmann::json()) == "bfloat16";
 }
 
-/// Whether this processor multiplies in bfloat16 (AVX512-BF16). Where it does not, libtorch does it
-/// number by number.
+/// Whether this processor multiplies in bfloat16 (AVX512-BF16). Where it does not even have AVX512,
+/// libtorch does it number by number.
 bool has_bfloat16() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("avx512bf16") > 0;
@@ -54,7 +54,8 @@ void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
   if (labels.empty()) return;
   spdlog::warn(
       "{}: {} are trained in bfloat16, for which this processor has no instructions (AVX512-BF16): "
-      "that takes many times as long as float32. `ertbench run --precision float32` trains them in "
+      "that may take many times as long as float32. `ertbench run --precision float32` trains them "
+      "in "
       "float32, and so gives other networks than those of the published results",
       experiment.file.string(), list_of({labels.begin(), labels.end()}));
 }

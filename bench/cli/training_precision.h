@@ -13,8 +13,8 @@ namespace ertbench {
 std::vector<std::string> precision_overrides(const Experiment& experiment,
                                              const std::string& precision);
 
-/// Warns of trainings that take many times as long here as elsewhere: in bfloat16, on a processor
-/// without it, and not in the cache. `only`: labels or families that are run; empty: all.
+/// Warns of trainings that may take many times as long here as elsewhere: in bfloat16, on a
+/// processor without it, and not in the cache. `only`: labels or families that are run; empty: all.
 void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
                             const std::vector<std::string>& only = {});
 
