@@ -85,17 +85,19 @@ bring_parts() {
   done
 }
 
-# keep_part NAME LABELS: runs these solvers and packs the records that no part has yet.
+# keep_part NAME LABELS: runs these solvers and packs the records that no part has yet. Returns 1 where
+# one of them failed; what the others left is packed.
 keep_part() {
-  local name="$1" labels="$2" part kept made number
+  local name="$1" labels="$2" part kept made number code=0
   bring_parts "$name"
-  ./ertbench run "experiments/$name.json" --only "$labels"
+  ./ertbench run "experiments/$name.json" --only "$labels" || code=$?
+  if ((code > 1)); then return "$code"; fi
   kept=$(for part in $(parts_of "$name"); do tar --list --gzip --file "$part"; done | sort)
   made=$(cd "results/$name" && find . -path "./records/*.accuracy.json" -o -path "./training/*.csv" | sort)
   made=$(comm -13 <(printf '%s\n' "$kept") <(printf '%s\n' "$made"))
   if [[ -z "$made" ]]; then
-    echo "results/publish_all.sh: results/parts has all of these already" >&2
-    return
+    echo "results/publish_all.sh: results/parts has all that there is of these" >&2
+    return "$code"
   fi
   number=$(parts_of "$name" | wc -l)
   part="results/parts/$name.$((number + 1)).tar.gz"
@@ -104,6 +106,7 @@ keep_part() {
   mv "$part.new" "$part"
   git add "$part"
   git commit --quiet --message "A part of $name: $labels" -- "$part"
+  return "$code"
 }
 
 # commit_published MESSAGE: what publishing has changed.
@@ -189,8 +192,9 @@ main() {
     ./ertbench publish "${how[@]}" "experiments/$name.json" || code=$?
     if ((code > 1)); then exit "$code"; fi
     if ((code == 1)); then failed+=("$name"); fi
+    # What failed is tried again, perhaps on another machine, which needs the others' parts.
     # shellcheck disable=SC2086  # a name each
-    if [[ -n "$parts" ]]; then git rm --quiet $parts; fi
+    if [[ -n "$parts" ]] && ((code == 0)); then git rm --quiet $parts; fi
     commit_published "Published: $name"
   done
   if ((${#failed[@]})); then

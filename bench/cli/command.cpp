@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "bench/experiment/solver_entry.h"
+
 namespace ertbench {
 
 std::span<const Command> commands() {
@@ -19,6 +21,10 @@ std::span<const Command> commands() {
 
 void add_experiment(CLI::App& command, std::string& file) {
   command.add_option("EXPERIMENT.json", file)->required();
+}
+
+bool is_named(const SolverEntry& entry, const std::string& label) {
+  return entry.label == label || entry.family == label;
 }
 
 std::string list_of(const std::vector<std::string>& names) {

@@ -12,6 +12,8 @@ class App;
 
 namespace ertbench {
 
+struct SolverEntry;
+
 /// What the program ends with. A defect of ours is whatever nobody foresaw.
 enum ExitCode { done = 0, regression = 1, trial_failed = 1, bad_input = 2, our_defect = 3 };
 
@@ -51,6 +53,8 @@ Action add_cache(CLI::App& command);
 void add_experiment(CLI::App& command, std::string& file);
 /// "a, b, c"
 std::string list_of(const std::vector<std::string>& names);
+/// Whether a label of --only means the entry: it is its own, or that of its whole sweep.
+bool is_named(const SolverEntry& entry, const std::string& label);
 /// `out`, or results/`experiment` where it is empty.
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment);
 

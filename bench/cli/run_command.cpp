@@ -73,7 +73,7 @@ void require_labels(const RunArguments& arguments, const Experiment& experiment)
   for (const std::string& label : arguments.only) {
     const bool known =
         std::any_of(experiment.solvers.begin(), experiment.solvers.end(),
-                    [&](const SolverEntry& e) { return e.label == label || e.family == label; });
+                    [&](const SolverEntry& entry) { return is_named(entry, label); });
     if (known) continue;
     const std::string near = nearest_word(label, labels);
     throw InputError("--only: no solver is labelled \"" + printable(label) + "\" in " +

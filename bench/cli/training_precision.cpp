@@ -45,7 +45,7 @@ void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
   for (const SolverEntry& entry : experiment.solvers) {
     const bool wanted =
         only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& label) {
-          return label == entry.label || label == entry.family;
+          return is_named(entry, label);
         });
     if (!wanted || !is_trained_in_bfloat16(entry)) continue;
     if (std::filesystem::exists(cache.fitted_solver(fit_recipe(experiment, entry)))) continue;
