@@ -65,6 +65,11 @@ void copy_times(const ResultRow& from, ResultRow& to) {
 PublishedResult read_published(const Experiment& experiment, const fs::path& folder) {
   const std::string where = (folder / "summary.json").string();
   if (!fs::exists(where)) {
+    const fs::path rates = folder / "load.json";
+    if (fs::exists(rates)) {
+      throw InputError(rates.string() + ": there are rates of frames alone, which " +
+                       "./ertbench publish --load " + experiment.file.string() + " takes again");
+    }
     throw InputError(where + ": there is no such result; ./ertbench publish " +
                      experiment.file.string() + " makes it");
   }

@@ -173,6 +173,10 @@ TEST_F(ClocksTest, StayAsTheyWereWhereSomethingIsMissing) {
   json experiment = json::parse(read_text(project() / "e.json"));
   write_text(project() / "f.json", experiment.dump());
   EXPECT_NE(refusal("f.json").find("there is no such result"), std::string::npos);
+  const fs::path rates = project() / "results/published/f/load.json";
+  fs::create_directories(rates.parent_path());
+  write_text(rates, "{}");
+  EXPECT_NE(refusal("f.json").find("publish --load"), std::string::npos) << refusal("f.json");
   experiment["solvers"][0]["label"] = "other";
   write_text(project() / "e.json", experiment.dump());
   EXPECT_NE(refusal().find("has no solver \"tsvd\" any more"), std::string::npos) << refusal();
