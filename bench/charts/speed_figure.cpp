@@ -17,8 +17,8 @@ namespace {
 constexpr int width = 1100;
 constexpr double top = 66;
 constexpr double bottom = 496;
-constexpr Box left_box{66, top, 716, bottom};
-constexpr Box right_box{786, top, 1080, bottom};
+constexpr Box left_box{66, top, 700, bottom};
+constexpr Box right_box{768, top, 1080, bottom};
 constexpr double legend_top = bottom + 64;
 
 constexpr LineStyle whisker_line{rgb(0x909090), 1};
@@ -144,15 +144,13 @@ class Drawing {
                    {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
       taken.push_back({shown.box.right - 110, y - 15, shown.box.right, y + 1});
     }
-    if (!shown.batches && chart_.limit) {
-      const double y = shown.y_of(*chart_.limit);
-      canvas_.text(limit_text(), shown.box.right - 4, y - 8,
-                   {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
-      taken.push_back({shown.box.right - 490, y - 16, shown.box.right, y + 2});
-    }
-    // A name under the line would read as better than anything can be.
+    // A name under the line would read as better than anything can be: there is the line's own.
     if (chart_.limit) {
       const double y = shown.y_of(*chart_.limit);
+      if (!shown.batches) {
+        canvas_.text(limit_text(), shown.box.right - 4, y + 8,
+                     {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
+      }
       taken.push_back({shown.box.left, y - 2, shown.box.right, shown.box.bottom});
     }
     if (chart_.nothing) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "bench/plot/style.h"
+#include "core/random.h"
 
 namespace ertbench {
 namespace {
@@ -35,12 +36,19 @@ double side_of(const Segment& line, double x, double y) {
   return (line.x2 - line.x1) * (y - line.y1) - (line.y2 - line.y1) * (x - line.x1);
 }
 
-/// What is wrong with a place, in px by which it may be farther away for that not to be so: enough
-/// for a leader that crosses another or a name to be the last that is taken.
-constexpr double crossing = 1000;
-constexpr double meeting = 60;   ///< a leader runs through or along what is taken
-constexpr double striking = 40;  ///< a line runs through the name
+// What is wrong with a place, in px by which it may be farther away for that not to be so.
+constexpr double along = 4;         ///< of a leader, each px that runs through what is taken
+constexpr double striking = 40;     ///< each line that runs through the name
+constexpr double crossing = 1000;   ///< a leader crosses another or a name
+constexpr double absent = 2000;     ///< no place at all; up to twice that for the first labels
+constexpr double covering = 10000;  ///< a name on a name, which no layout is left with
+
 constexpr int most_sweeps = 10;
+
+// The annealing: from moves by tens of px to none that is worse.
+constexpr int moves_per_label = 3000;
+constexpr double hottest = 150;
+constexpr double coldest = 2;
 
 /// A place for a label, of which there are many.
 struct Candidate {
@@ -53,6 +61,27 @@ bool in_conflict(const Candidate& a, const Candidate& b) {
   const bool through = (a.label.leader && a.leader.crosses(b.label.box)) ||
                        (b.label.leader && b.leader.crosses(a.label.box));
   return through || (a.label.leader && b.label.leader && a.leader.crosses(b.leader));
+}
+
+/// How much of a segment lies within a box, px (Liang and Barsky 1984).
+double length_within(const Segment& line, const Box& box) {
+  const double dx = line.x2 - line.x1;
+  const double dy = line.y2 - line.y1;
+  double from = 0;
+  double to = 1;
+  const auto clip = [&](double start, double by, double low, double high) {
+    if (by == 0) {
+      if (start < low || start > high) to = from;
+      return;
+    }
+    const double first = (low - start) / by;
+    const double second = (high - start) / by;
+    from = std::max(from, std::min(first, second));
+    to = std::min(to, std::max(first, second));
+  };
+  clip(line.x1, dx, box.left, box.right);
+  clip(line.y1, dy, box.top, box.bottom);
+  return std::max(to - from, 0.0) * std::hypot(dx, dy);
 }
 
 /// The places of a label that are clear of `taken`, the nearest first.
@@ -71,30 +100,106 @@ std::vector<Candidate> candidates_of(const PointLabel& label, int font_size, con
                                      [&](const Box& other) { return box.overlaps(other); });
       if (!free || !inside(box, area)) continue;
       Candidate found{{box, distance > nearest + step}, leader_of(label, box), distance};
-      const auto met = [&](const Box& other) {  // but for what stands at the point itself
-        return !other.contains(label.x, label.y) && found.leader.crosses(other.grown(beside));
-      };
+      if (found.label.leader) {
+        for (const Box& other : taken) {
+          if (other.contains(label.x, label.y)) continue;  // it stands at the point itself
+          found.cost += along * length_within(found.leader, other.grown(beside));
+        }
+      }
       const auto strikes = [&](const Segment& line) { return line.crosses(box); };
-      if (found.label.leader && std::any_of(taken.begin(), taken.end(), met)) found.cost += meeting;
-      if (std::any_of(lines.begin(), lines.end(), strikes)) found.cost += striking;
+      found.cost +=
+          striking * static_cast<double>(std::count_if(lines.begin(), lines.end(), strikes));
       out.push_back(found);
     }
   }
   return out;
 }
 
-/// Gives every label the cheapest of its places, as the others stand.
+/// A place for each label, or none, so that what is wrong with all of them together is little.
 class Layout {
  public:
   explicit Layout(std::vector<std::vector<Candidate>> candidates)
       : candidates_(std::move(candidates)), chosen_(candidates_.size()) {}
 
+  /// Gives each label in turn the best of its places, as the others stand, until none finds a
+  /// better one. Places of equal cost could be changed for ever: hence a most of sweeps.
+  void settle() {
+    bool moved = true;
+    for (int sweep = 0; sweep < most_sweeps && moved; ++sweep) {
+      moved = false;
+      for (std::size_t i = 0; i < candidates_.size(); ++i) moved |= take_best(i);
+    }
+  }
+
+  /// Moves one label at a time to a place drawn at random, also to a worse one while it is hot
+  /// (simulated annealing; for labels Christensen, Marks and Shieber 1995): where each stands best
+  /// as the others stand, two that gave way together may stand better.
+  void anneal() {
+    const int labels = static_cast<int>(candidates_.size());
+    RandomStream random(0, key_of("places of labels"), 0, Purpose::scene);
+    const int moves = moves_per_label * labels;
+    for (int move = 0; move < moves; ++move) {
+      const double heat = hottest * std::pow(coldest / hottest, 1.0 * move / moves);
+      const auto label = static_cast<std::size_t>(random.integer(0, labels - 1));
+      const int places = static_cast<int>(candidates_[label].size());
+      const int drawn = random.integer(0, places);  // the last one: none
+      Choice place;
+      if (drawn < places) place = static_cast<std::size_t>(drawn);
+      const double gain = cost_of(label, chosen_[label]) - cost_of(label, place);
+      if (random.uniform() < std::exp(gain / heat)) chosen_[label] = place;
+    }
+  }
+
+  double cost() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      sum += own_cost(i, chosen_[i]);
+      for (std::size_t j = 0; j < i; ++j)
+        sum += pair_cost(chosen(i, chosen_[i]), chosen(j, chosen_[j]));
+    }
+    return sum;
+  }
+
+  std::optional<PlacedLabel> operator[](std::size_t label) const {
+    const Candidate* found = chosen(label, chosen_[label]);
+    return found ? std::optional(found->label) : std::nullopt;
+  }
+
+ private:
+  using Choice = std::optional<std::size_t>;
+
+  const Candidate* chosen(std::size_t label, const Choice& choice) const {
+    return choice ? &candidates_[label][*choice] : nullptr;
+  }
+
+  double own_cost(std::size_t label, const Choice& choice) const {
+    const auto later = static_cast<double>(label) / static_cast<double>(candidates_.size());
+    return choice ? candidates_[label][*choice].cost : absent * (2 - later);
+  }
+
+  static double pair_cost(const Candidate* a, const Candidate* b) {
+    if (!a || !b) return 0;
+    if (a->label.box.overlaps(b->label.box)) return covering;
+    return in_conflict(*a, *b) ? crossing : 0;
+  }
+
+  /// Of a label at that place, as the others stand.
+  double cost_of(std::size_t label, const Choice& choice) const {
+    double cost = own_cost(label, choice);
+    const Candidate* own = chosen(label, choice);
+    for (std::size_t i = 0; own && i < candidates_.size(); ++i) {
+      if (i != label) cost += pair_cost(own, chosen(i, chosen_[i]));
+    }
+    return cost;
+  }
+
   /// Whether the label has found another place.
-  bool place(std::size_t label) {
-    std::optional<std::size_t> best;
-    double least = INFINITY;
+  bool take_best(std::size_t label) {
+    Choice best;
+    double least = cost_of(label, best);
     for (std::size_t c = 0; c < candidates_[label].size(); ++c) {
-      const double cost = cost_of(label, candidates_[label][c], least);
+      if (candidates_[label][c].cost >= least) continue;
+      const double cost = cost_of(label, c);
       if (cost >= least) continue;
       least = cost;
       best = c;
@@ -104,30 +209,8 @@ class Layout {
     return true;
   }
 
-  std::optional<PlacedLabel> operator[](std::size_t label) const {
-    const Candidate* found = chosen(label);
-    return found ? std::optional(found->label) : std::nullopt;
-  }
-
- private:
-  const Candidate* chosen(std::size_t label) const {
-    return chosen_[label] ? &candidates_[label][*chosen_[label]] : nullptr;
-  }
-
-  /// Infinite on another label's text; no longer right once it is at least `enough`.
-  double cost_of(std::size_t label, const Candidate& candidate, double enough) const {
-    double cost = candidate.cost;
-    for (std::size_t i = 0; i < candidates_.size() && cost < enough; ++i) {
-      const Candidate* other = i == label ? nullptr : chosen(i);
-      if (!other) continue;
-      if (candidate.label.box.overlaps(other->label.box)) return INFINITY;
-      if (in_conflict(candidate, *other)) cost += crossing;
-    }
-    return cost;
-  }
-
   std::vector<std::vector<Candidate>> candidates_;
-  std::vector<std::optional<std::size_t>> chosen_;
+  std::vector<Choice> chosen_;
 };
 
 }  // namespace
@@ -160,14 +243,12 @@ std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabe
   for (const PointLabel& label : labels) {
     candidates.push_back(candidates_of(label, font_size, area, taken, lines));
   }
-  // The first ones choose first, and each again once the others stand, until none finds a better
-  // place. Places of equal cost could be changed for ever: hence a most of sweeps.
   Layout layout(std::move(candidates));
-  bool moved = true;
-  for (int sweep = 0; sweep < most_sweeps && moved; ++sweep) {
-    moved = false;
-    for (std::size_t i = 0; i < labels.size(); ++i) moved |= layout.place(i);
-  }
+  layout.settle();
+  Layout annealed = layout;
+  annealed.anneal();
+  annealed.settle();
+  if (annealed.cost() < layout.cost()) layout = std::move(annealed);
   std::vector<std::optional<PlacedLabel>> out;
   for (std::size_t i = 0; i < labels.size(); ++i) out.push_back(layout[i]);
   return out;

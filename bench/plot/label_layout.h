@@ -35,11 +35,11 @@ struct Segment {
 Segment leader_of(const PointLabel& label, const Box& place);
 
 /// Finds a place for each label: as near to its point as can be, within `area` and clear of `taken`
-/// and of the other labels; px. Its line to the point crosses neither another one nor a label if,
-/// as the others stand, there is such a place; and rather than have that line run through what is
-/// `taken`, or one of `lines` through its text, a label takes a place up to 60 or 40 px farther
-/// off. The first ones choose first, and all again when the others stand. A label for which nothing
-/// is free has no value.
+/// and of the other labels; px. Its line to the point crosses neither another one nor a label where
+/// the labels can be laid out so; and rather than have that line run through or along what is
+/// `taken`, 4 px for each px of it, or one of `lines` through its text, 40 px for each, a label
+/// takes a place farther off. A label for which there is no room has no value, the last ones first.
+/// The same labels always have the same places.
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
                                                      const std::vector<Box>& taken,

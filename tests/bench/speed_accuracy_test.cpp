@@ -9,6 +9,7 @@
 #include "bench/charts/speed_figure.h"
 #include "bench/charts/speed_panel.h"
 #include "bench/plot/label_layout.h"
+#include "bench/plot/style.h"
 #include "bench/table/writers.h"
 #include "tests/bench/figure_testing.h"
 
@@ -254,6 +255,31 @@ TEST(LabelLayout, LinesRunThroughNamesWhereThereIsNoOtherRoomAlone) {
   const auto narrow = place_labels(labels, 10, {95, 90, 300, 110}, {}, {line});
   ASSERT_TRUE(narrow[0]);
   EXPECT_TRUE(line.crosses(narrow[0]->box));
+}
+
+/// Of two places the one whose line runs through less, even if it is farther off.
+TEST(LabelLayout, LinesToPointsRunThroughLittleOfWhatIsTaken) {
+  const std::vector<PointLabel> labels{{"name", 100, 100}};
+  // There is room on both sides; on the left behind a mark, then on the right behind two.
+  std::vector<Box> taken{{0, 0, 300, 90}, {0, 110, 300, 200}, Box::around(91, 100, 3)};
+  const auto place_of = [&] { return place_labels(labels, 10, {0, 0, 300, 200}, taken)[0]->box; };
+  EXPECT_GT(place_of().left, 100);
+  for (const double x : {108.0, 118.0}) taken.push_back(Box::around(x, 100, 3));
+  EXPECT_LT(place_of().right, 100);
+}
+
+/// Where the first one takes what is best for it alone, none is left for the last.
+TEST(LabelLayout, LabelsGiveWayToOneForWhichThereIsNoRoomOtherwise) {
+  const double width = text_width("a name", 10) + 4;
+  const std::vector<PointLabel> labels{
+      {"a name", 67, 100}, {"a name", 70, 100}, {"a name", 73, 100}};
+  const Box strip{70 - 1.5 * width - 10, 105, 70 + 1.5 * width + 10, 121};
+  const auto places = place_labels(labels, 10, strip, {});
+  const auto again = place_labels(labels, 10, strip, {});
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    ASSERT_TRUE(places[i]) << i;
+    EXPECT_EQ(places[i]->box.left, again[i]->box.left) << i;
+  }
 }
 
 TEST(LabelLayout, SegmentsCross) {
