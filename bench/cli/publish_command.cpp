@@ -8,6 +8,7 @@
 #include "bench/publish/clocks.h"
 #include "bench/publish/publish.h"
 #include "bench/publish/publish_plan.h"
+#include "bench/publish/published_result.h"
 #include "bench/run/machine_load.h"
 #include "bench/table/writers.h"
 #include "core/build.h"
@@ -27,6 +28,7 @@ struct PublishArguments {
   bool scores = false;
   bool fidelity = false;
   bool load = false;
+  bool redraw = false;
 };
 
 /// Prints what fitting would take, and makes nothing.
@@ -67,6 +69,10 @@ ExitCode publish(const PublishArguments& arguments) {
   for (const std::string& file : arguments.experiments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
+    if (arguments.redraw) {
+      redraw_published(experiment, project / "results/published" / experiment.name);
+      continue;
+    }
     if (!arguments.fidelity && !arguments.scores) warn_of_slow_trainings(experiment, cache);
     failures += arguments.load ? publish_load(experiment, registry, project, cache)
                                : publish_experiment(experiment, project, cache, arguments.jobs,
@@ -105,13 +111,23 @@ Action add_publish(CLI::App& command) {
                     "What `fidelity` makes of the experiments, in place of what `run` does")
           ->excludes(clocks)
           ->excludes(scores);
+  CLI::Option* const load =
+      command
+          .add_flag("--load", arguments->load,
+                    "What `timing load` makes of them, with its usual deadlines; refused where the "
+                    "machine was busy")
+          ->excludes(clocks)
+          ->excludes(scores)
+          ->excludes(fidelity);
   command
-      .add_flag("--load", arguments->load,
-                "What `timing load` makes of them, with its usual deadlines; refused where the "
-                "machine was busy")
+      .add_flag("--redraw", arguments->redraw,
+                "Write tables, charts and page of what is published again, with the numbers that "
+                "it has; nothing runs")
+      ->needs(command.get_option("experiments"))
       ->excludes(clocks)
       ->excludes(scores)
-      ->excludes(fidelity);
+      ->excludes(fidelity)
+      ->excludes(load);
   command.footer(
       "Example:\n  ertbench publish experiments/quick.json experiments/table_c1.json\n"
       "Refuses a tree with changes that are not committed, and a program that was built of other\n"

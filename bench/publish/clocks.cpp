@@ -9,10 +9,8 @@
 
 #include "bench/charts/chart_types.h"
 #include "bench/publish/clock_stage.h"
-#include "bench/publish/published_folder.h"
 #include "bench/publish/published_result.h"
 #include "bench/record/provenance.h"
-#include "bench/report/results.h"
 #include "bench/run/builds.h"
 #include "bench/run/job_records.h"
 #include "bench/run/runner.h"
@@ -71,16 +69,6 @@ std::vector<std::string> brief_trainings(const Experiment& experiment,
   }
   for (const std::string& path : paths) out.push_back(path + "/epochs=1");
   return out;
-}
-
-/// The folder's files but for the templates of pages and their pages, which replace_folder keeps.
-void copy_results(const fs::path& from, const fs::path& to) {
-  for (const auto& entry : fs::directory_iterator(from)) {
-    fs::path page_template = entry.path();
-    page_template += ".in";
-    if (entry.path().string().ends_with(".md.in") || fs::exists(page_template)) continue;
-    fs::copy(entry.path(), to / entry.path().filename(), fs::copy_options::recursive);
-  }
 }
 
 }  // namespace
@@ -146,15 +134,7 @@ void Clocks::Published::write(const std::vector<std::string>& names,
       {"build", "commit " + build.commit_text() + ", program " + build.program.substr(0, 8)},
       {"together_with", others},
       {"briefly_trained", briefly_trained}};
-  const fs::path made = part_of(folder);
-  copy_results(folder, made);
-  if (rewrite_results(experiment, rows, clocks_sentence(changed.at("clocks")), changed, made) > 0) {
-    fs::remove_all(made);
-    throw InputError(folder.string() +
-                     ": a figure could not be drawn, as said above; what was published before is "
-                     "as it was");
-  }
-  replace_folder(folder, made);
+  rewrite_published(experiment, folder, rows, changed);
 }
 
 Clocks::Clocks(const std::vector<fs::path>& experiments, fs::path project, const Cache& cache)

@@ -27,6 +27,17 @@ fs::path part_of(const fs::path& folder) {
   return part;
 }
 
+fs::path copied_part_of(const fs::path& folder) {
+  fs::path part = part_of(folder);
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    fs::path page_template = entry.path();
+    page_template += ".in";
+    if (entry.path().string().ends_with(".md.in") || fs::exists(page_template)) continue;
+    fs::copy(entry.path(), part / entry.path().filename(), fs::copy_options::recursive);
+  }
+  return part;
+}
+
 void replace_folder(const fs::path& folder, const fs::path& made) {
   fs::path before = folder;
   before += before_ending;

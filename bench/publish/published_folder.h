@@ -17,6 +17,9 @@ std::vector<std::filesystem::path> published_folders(const std::filesystem::path
 /// An empty folder in which what is to stand in `folder` is made.
 std::filesystem::path part_of(const std::filesystem::path& folder);
 
+/// The same with what stands in `folder`, but for what replace_folder keeps.
+std::filesystem::path copied_part_of(const std::filesystem::path& folder);
+
 /// Puts `made` in the place of `folder`, with the templates of pages that stand there and their
 /// pages, whole or not at all.
 void replace_folder(const std::filesystem::path& folder, const std::filesystem::path& made);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/publish/clocks.h"
+#include "bench/publish/published_folder.h"
 #include "bench/record/limit_file.h"
 #include "bench/report/results.h"
 #include "core/errors.h"
@@ -143,6 +144,25 @@ std::size_t write_clocks(const PublishedResult& published, const Experiment& exp
   if (builds.contains("timing")) summary["builds"]["timing"] = builds.at("timing");
   const std::string sentence = clocks_sentence(summary.at("clocks"));
   return rewrite_results(experiment, rows, sentence, std::move(summary), made);
+}
+
+void rewrite_published(const Experiment& experiment, const fs::path& folder,
+                       const std::vector<ResultRow>& rows, const json& summary) {
+  const fs::path made = copied_part_of(folder);
+  const std::string clocks =
+      summary.contains("clocks") ? clocks_sentence(summary.at("clocks")) : std::string();
+  if (rewrite_results(experiment, rows, clocks, summary, made) > 0) {
+    fs::remove_all(made);
+    throw InputError(folder.string() +
+                     ": a figure could not be drawn, as said above; what was published before is "
+                     "as it was");
+  }
+  replace_folder(folder, made);
+}
+
+void redraw_published(const Experiment& experiment, const fs::path& folder) {
+  const PublishedResult published = read_published(experiment, folder);
+  rewrite_published(experiment, folder, published.rows, *published.summary);
 }
 
 }  // namespace ertbench

@@ -42,4 +42,14 @@ void take_times(const PublishedResult& published, const Experiment& experiment,
 std::size_t write_clocks(const PublishedResult& published, const Experiment& experiment,
                          const std::vector<ResultRow>& rows, const std::filesystem::path& made);
 
+/// Writes the files of a published result again that follow from `rows` (rewrite_results), with
+/// `summary`, which has "clocks" where its times were taken apart. Whole or not at all: throws
+/// InputError where a figure cannot be drawn.
+void rewrite_published(const Experiment& experiment, const std::filesystem::path& folder,
+                       const std::vector<ResultRow>& rows, const nlohmann::json& summary);
+
+/// The same with the numbers that it has, after a change of how tables and charts look. Throws
+/// InputError where read_published does.
+void redraw_published(const Experiment& experiment, const std::filesystem::path& folder);
+
 }  // namespace ertbench

@@ -212,7 +212,7 @@ std::size_t rewrite_results(const Experiment& experiment, const std::vector<Resu
                             const fs::path& folder) {
   TableText text = table_text(experiment, summary);
   text.builds = builds_from_json(summary.at("builds"));
-  text.builds.erase("timing");  // `clocks` says it
+  if (!clocks.empty()) text.builds.erase("timing");  // it says it
   text.clocks = clocks;
   std::vector<ReportFigure> training_curves;
   for (const std::string& label : labels_of(rows)) {

@@ -26,8 +26,9 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
 
 /// Writes the files again that hold times, of a result whose rows have got other ones: the tables,
 /// the charts, report.html and summary.json. The rest of `folder` and of `summary` stays. `clocks`
-/// says in the tables' legends when and with what the times were taken. For results of which no
-/// stage has sections of its own. Returns how many figures could not be drawn.
+/// says in the tables' legends when and with what the times were taken; empty where that was with
+/// all else. For results of which no stage has sections of its own. Returns how many figures could
+/// not be drawn.
 std::size_t rewrite_results(const Experiment& experiment, const std::vector<ResultRow>& rows,
                             const std::string& clocks, nlohmann::json summary,
                             const std::filesystem::path& folder);

@@ -7,6 +7,7 @@
 #include "bench/charts/chart_types.h"
 #include "bench/experiment/fit_recipe.h"
 #include "bench/publish/publish.h"
+#include "bench/publish/published_result.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"
@@ -144,6 +145,26 @@ TEST_F(ClocksTest, StayWhereAllElseIsMadeAgain) {
             std::string::npos);
   EXPECT_TRUE(fs::exists(published() / "training/fcnn.seed2.csv"));
   EXPECT_NE(read_text(published() / "report.html").find("Training curves"), std::string::npos);
+  EXPECT_EQ(read_text(published() / "README.md"), "a page\n");
+}
+
+/// Tables, charts and page follow from summary.json, which stays.
+TEST_F(ClocksTest, StayWhereAResultIsDrawnAgain) {
+  const Experiment experiment = [&] {
+    SolverRegistry registry;
+    return read_experiment(project() / "e.json", registry, chart_types());
+  }();
+  redraw_published(experiment, published());
+  const std::string table = read_text(published() / "table.md");
+  EXPECT_NE(table.find("77777 |"), std::string::npos) << table;  // that of the machine of long ago
+  const std::string summary = read_text(published() / "summary.json");
+  for (const char* name : {"table.md", "table.csv", "report.html"}) {
+    write_text(published() / name, "of an older program");
+  }
+  redraw_published(experiment, published());
+  EXPECT_EQ(read_text(published() / "table.md"), table);
+  EXPECT_NE(read_text(published() / "report.html").find("</html>"), std::string::npos);
+  EXPECT_EQ(read_text(published() / "summary.json"), summary);
   EXPECT_EQ(read_text(published() / "README.md"), "a page\n");
 }
 
