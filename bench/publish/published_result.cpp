@@ -26,9 +26,6 @@ void require_same(const Experiment& experiment, const std::string& where,
                      "times; publish " +
                      experiment.name + " again as a whole");
   }
-  if (!experiment.timing.enabled) {
-    throw InputError(where + ": " + experiment.name + " takes no times (/timing/enabled)");
-  }
   const json& datasets = published.summary->at("provenance").at("datasets");
   for (const DatasetSpec* spec : experiment.datasets()) {
     if (datasets.value(spec->name, json()) == json(to_json(*spec))) continue;
@@ -61,9 +58,8 @@ void copy_times(const ResultRow& from, ResultRow& to) {
   to.build.timed = from.build.timed;
 }
 
-}  // namespace
-
-PublishedResult read_published(const Experiment& experiment, const fs::path& folder) {
+/// The same as read_published, timed or not.
+PublishedResult read_rows(const Experiment& experiment, const fs::path& folder) {
   const std::string where = (folder / "summary.json").string();
   if (!fs::exists(where)) {
     const fs::path rates = folder / "load.json";
@@ -80,6 +76,17 @@ PublishedResult read_published(const Experiment& experiment, const fs::path& fol
     published.rows.push_back(result_row_from_json(object));
   }
   require_same(experiment, where, published);
+  return published;
+}
+
+}  // namespace
+
+PublishedResult read_published(const Experiment& experiment, const fs::path& folder) {
+  PublishedResult published = read_rows(experiment, folder);
+  const std::string where = (folder / "summary.json").string();
+  if (!experiment.timing.enabled) {
+    throw InputError(where + ": " + experiment.name + " takes no times (/timing/enabled)");
+  }
   if (std::none_of(published.rows.begin(), published.rows.end(),
                    [](const ResultRow& row) { return row.latency_us.has_value(); })) {
     throw InputError(where + ": none of its rows was timed");
@@ -161,7 +168,7 @@ void rewrite_published(const Experiment& experiment, const fs::path& folder,
 }
 
 void redraw_published(const Experiment& experiment, const fs::path& folder) {
-  const PublishedResult published = read_published(experiment, folder);
+  const PublishedResult published = read_rows(experiment, folder);
   rewrite_published(experiment, folder, published.rows, *published.summary);
 }
 

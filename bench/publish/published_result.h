@@ -49,7 +49,7 @@ void rewrite_published(const Experiment& experiment, const std::filesystem::path
                        const std::vector<ResultRow>& rows, const nlohmann::json& summary);
 
 /// The same with the numbers that it has, after a change of how tables and charts look. Throws
-/// InputError where read_published does.
+/// InputError where read_published does, but not for one that was not timed.
 void redraw_published(const Experiment& experiment, const std::filesystem::path& folder);
 
 }  // namespace ertbench
