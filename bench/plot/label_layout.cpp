@@ -11,8 +11,8 @@ namespace ertbench {
 namespace {
 
 constexpr double nearest = 8;  ///< from the point to the label's edge, px
-constexpr double farthest = 110;
 constexpr double step = 6;
+constexpr int distances = 18;  ///< to 110 px
 constexpr int directions = 16;
 constexpr double beside = 3;  ///< a line as near to a text's edge would seem to be of that text, px
 
@@ -93,7 +93,8 @@ std::vector<Candidate> candidates_of(const PointLabel& label, int font_size, con
   const double width = text_width(label.text, font_size) + 4;
   const double height = font_size + 3;
   std::vector<Candidate> out;
-  for (double distance = nearest; distance <= farthest; distance += step) {
+  for (int i = 0; i < distances; ++i) {
+    const double distance = nearest + i * step;
     for (const int direction : order) {
       const Box box = box_at(label, width, height, distance, direction);
       const bool free = std::none_of(taken.begin(), taken.end(),
