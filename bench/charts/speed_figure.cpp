@@ -148,8 +148,11 @@ class Drawing {
     if (chart_.limit) {
       const double y = shown.y_of(*chart_.limit);
       if (!shown.batches) {
-        canvas_.text(limit_text(), shown.box.right - 4, y + 8,
+        const bool has_room = shown.box.bottom - y > 16;
+        const double text_y = has_room ? y + 8 : y - 8;
+        canvas_.text(limit_text(), shown.box.right - 4, text_y,
                      {.size = 9, .align = TextAlign::right, .colour = limit_line.colour});
+        taken.push_back({shown.box.right - 490, text_y - 8, shown.box.right, text_y + 8});
       }
       taken.push_back({shown.box.left, y - 2, shown.box.right, shown.box.bottom});
     }

@@ -70,7 +70,9 @@ ExitCode publish(const PublishArguments& arguments) {
     SolverRegistry registry;
     const Experiment experiment = read_experiment(file, registry, chart_types());
     if (arguments.redraw) {
-      redraw_published(experiment, project / "results/published" / experiment.name);
+      const std::filesystem::path folder = project / "results/published" / experiment.name;
+      redraw_published(experiment, folder);
+      std::printf("drawn again: %s\n", printable_path(folder.string()).c_str());
       continue;
     }
     if (!arguments.fidelity && !arguments.scores) warn_of_slow_trainings(experiment, cache);

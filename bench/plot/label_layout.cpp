@@ -155,8 +155,9 @@ class Layout {
     double sum = 0;
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
       sum += own_cost(i, chosen_[i]);
-      for (std::size_t j = 0; j < i; ++j)
+      for (std::size_t j = 0; j < i; ++j) {
         sum += pair_cost(chosen(i, chosen_[i]), chosen(j, chosen_[j]));
+      }
     }
     return sum;
   }
