@@ -115,15 +115,18 @@ commit_published() {
   git diff --cached --quiet || git commit --quiet --message "$1"
 }
 
-# bring_limit NAME: the published limit, beside results that have none. `ertbench limit` leaves it as
-# it is where it is of this code and these sets, as the frames' own records may be on another machine,
-# and draws its figure.
+# bring_limit NAME: the published limit with its figure, beside results that have none. `ertbench limit`
+# leaves both as they are where they are of this code and these sets, as the frames' own records may be on
+# another machine; without the figure it would compute anew.
 bring_limit() {
-  local from="results/published/$1/limit.json" to="results/$1"
-  [[ -e "$to/limit.json" || ! -e "$from" ]] && return
+  local from="results/published/$1" to="results/$1" name
+  [[ -e "$to/limit.json" || ! -e "$from/limit.json" ]] && return
   mkdir -p "$to"
-  cp "$from" "$to/.limit.json.new"
-  mv "$to/.limit.json.new" "$to/limit.json"
+  for name in limit_ranks.png limit_ranks.svg limit.json; do
+    [[ -e "$from/$name" ]] || continue
+    cp "$from/$name" "$to/.$name.new"
+    mv "$to/.$name.new" "$to/$name"
+  done
 }
 
 # A function, which the shell has read whole before it begins: this file may change meanwhile, as
