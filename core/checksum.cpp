@@ -3,6 +3,10 @@
 #include <xxhash.h>
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/build_stamp.h"
+#include "core/json.h"
 
 namespace ertbench {
 
@@ -29,6 +33,18 @@ std::string Checksum::text() const {
                 static_cast<unsigned long long>(hash.high64),
                 static_cast<unsigned long long>(hash.low64));
   return digits;
+}
+
+void add_checksum(nlohmann::json& object) {
+  object.erase("checksum");
+  object["checksum"] = hash_of(json_text(object));
+}
+
+std::string take_checksum(nlohmann::json& object) {
+  if (!object.is_object() || !object.contains("checksum")) return "it has no checksum";
+  const nlohmann::json checksum = object.at("checksum");
+  object.erase("checksum");
+  return checksum == hash_of(json_text(object)) ? "" : "it has been changed since it was written";
 }
 
 }  // namespace ertbench

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -23,5 +24,12 @@ class Checksum {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Adds "checksum", the hash of all else in the object.
+void add_checksum(nlohmann::json& object);
+
+/// Takes the checksum out again. Why the object is not what was written: "it has no checksum", "it
+/// has been changed since it was written"; empty where it is.
+std::string take_checksum(nlohmann::json& object);
 
 }  // namespace ertbench

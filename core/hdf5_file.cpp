@@ -8,10 +8,8 @@
 #include <utility>
 
 #include "core/errors.h"
-#include "core/hdf5_checksum.h"
+#include "core/files.h"
 #include "core/hdf5_guard.h"
-#include "core/hdf5_handle.h"
-#include "core/regular_file.h"
 
 namespace ertbench {
 namespace {

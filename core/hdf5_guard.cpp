@@ -2,9 +2,11 @@
 
 #include <hdf5.h>
 
+#include <algorithm>
+#include <stdexcept>
 #include <vector>
 
-#include "core/hdf5_handle.h"
+#include "core/checksum.h"
 
 namespace ertbench {
 namespace {
@@ -67,6 +69,107 @@ std::string why_not_read(std::int64_t dataset) {
           declared <= largest_expansion * stored + free_bytes;
   }
   return all ? "" : "declares more values than the file holds; it is damaged, or not finished";
+}
+
+namespace {
+
+constexpr std::uint64_t bytes_at_a_time = 8 << 20;
+
+[[noreturn]] void fail(const std::string& object) {
+  throw std::runtime_error(object + ": cannot be read; the file is damaged or cut short");
+}
+
+void add_number(Checksum& checksum, std::uint64_t number) {
+  checksum.add({reinterpret_cast<const char*>(&number), sizeof number});
+}
+
+/// The names of what there is, in their order, whatever order the file has.
+std::vector<std::string> datasets_of(hid_t file) {
+  std::vector<std::string> names;
+  const auto note = [](hid_t, const char* name, const H5O_info_t* info, void* out) -> herr_t {
+    if (info->type == H5O_TYPE_DATASET)
+      static_cast<std::vector<std::string>*>(out)->push_back(name);
+    return 0;
+  };
+  if (H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, note, &names, H5O_INFO_BASIC) < 0) fail("/");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> attributes_of(hid_t file) {
+  std::vector<std::string> names;
+  const auto note = [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {
+    static_cast<std::vector<std::string>*>(out)->push_back(name);
+    return 0;
+  };
+  if (H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, note, &names) < 0) fail("/");
+  std::sort(names.begin(), names.end());
+  std::erase(names, "checksum");
+  return names;
+}
+
+/// Class, size and extents; returns the extents.
+std::vector<hsize_t> add_form(Checksum& checksum, const std::string& name, hid_t type,
+                              hid_t space) {
+  const int rank = H5Sget_simple_extent_ndims(space);
+  if (rank < 0 || H5Tis_variable_str(type) > 0 || H5Tget_class(type) == H5T_VLEN) fail(name);
+  std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  checksum.add(name + '\0');
+  add_number(checksum, static_cast<std::uint64_t>(H5Tget_class(type)));
+  add_number(checksum, H5Tget_size(type));
+  for (const hsize_t one : extent) add_number(checksum, one);
+  return extent;
+}
+
+void add_dataset(Checksum& checksum, hid_t file, const std::string& name) {
+  const Hdf5Handle set(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.valid() || !why_not_read(set).empty()) fail(name);
+  const Hdf5Handle type(H5Dget_type(set), H5Tclose);
+  const Hdf5Handle space(H5Dget_space(set), H5Sclose);
+  std::vector<hsize_t> block = add_form(checksum, name, type, space);
+  if (block.empty()) block = {1};
+  const hsize_t rows = block[0];
+  std::uint64_t row_bytes = H5Tget_size(type);
+  for (std::size_t i = 1; i < block.size(); ++i) row_bytes *= block[i];
+  const std::uint64_t rows_at_a_time =
+      std::max<std::uint64_t>(1, bytes_at_a_time / std::max<std::uint64_t>(1, row_bytes));
+  const bool scalar = H5Sget_simple_extent_ndims(space) == 0;
+  std::vector<hsize_t> start(block.size(), 0);
+  std::string bytes;
+  for (hsize_t first = 0; first < rows && row_bytes > 0; first += block[0]) {
+    start[0] = first;
+    block[0] = std::min<hsize_t>(rows_at_a_time, rows - first);
+    bytes.resize(block[0] * row_bytes);
+    const Hdf5Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
+                            H5Sclose);
+    if (!scalar && H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(),
+                                       nullptr) < 0) {
+      fail(name);
+    }
+    if (H5Dread(set, type, memory, space, H5P_DEFAULT, bytes.data()) < 0) fail(name);
+    checksum.add(bytes);
+  }
+}
+
+void add_attribute(Checksum& checksum, hid_t file, const std::string& name) {
+  const Hdf5Handle attribute(H5Aopen(file, name.c_str(), H5P_DEFAULT), H5Aclose);
+  if (!attribute.valid()) fail("attribute \"" + name + "\"");
+  const Hdf5Handle type(H5Aget_type(attribute), H5Tclose);
+  const Hdf5Handle space(H5Aget_space(attribute), H5Sclose);
+  add_form(checksum, name, type, space);
+  std::string bytes(H5Aget_storage_size(attribute), '\0');
+  if (H5Aread(attribute, type, bytes.data()) < 0) fail("attribute \"" + name + "\"");
+  checksum.add(bytes);
+}
+
+}  // namespace
+
+std::string checksum_of_contents(std::int64_t file) {
+  Checksum checksum;
+  for (const std::string& name : datasets_of(file)) add_dataset(checksum, file, name);
+  for (const std::string& name : attributes_of(file)) add_attribute(checksum, file, name);
+  return checksum.text();
 }
 
 }  // namespace ertbench

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 namespace ertbench {
 namespace {
@@ -192,6 +194,167 @@ std::vector<std::string> split(std::string_view text, std::string_view separator
     if (end == std::string_view::npos) return parts;
     text.remove_prefix(end + separator.size());
   }
+}
+
+namespace {
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({substituted, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// Whether the unknown word is likely to be a slip for the known one.
+bool is_slip(std::string_view word, std::string_view known) {
+  const auto end = std::mismatch(word.begin(), word.end(), known.begin(), known.end()).first;
+  const auto common = static_cast<std::size_t>(end - word.begin());
+  return edit_distance(word, known) <= std::max<std::size_t>(2, word.size() / 3) ||
+         (common >= 4 && 2 * common >= word.size());
+}
+
+}  // namespace
+
+std::string nearest_word(std::string_view word, const std::vector<std::string>& known) {
+  const auto nearest =
+      std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
+        return edit_distance(word, a) < edit_distance(word, b);
+      });
+  return nearest != known.end() && is_slip(word, *nearest) ? *nearest : "";
+}
+
+namespace {
+
+bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
+
+}  // namespace
+
+std::string markdown_escaped(std::string_view raw) {
+  const std::string text = printable(raw, raw.size());
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else {
+      const bool has_next = i + 1 < text.size();
+      const bool link = c == ']' && has_next && (text[i + 1] == '(' || text[i + 1] == '[');
+      const bool emphasis =
+          c == '_' && !(i > 0 && has_next && is_word(text[i - 1]) && is_word(text[i + 1]));
+      if (link || emphasis || std::string("|\\*`~$").find(c) != std::string::npos) out += '\\';
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string html_escaped(std::string_view text) {
+  std::string out;
+  for (const char32_t point : code_points(text)) {
+    switch (point) {
+      case U'&':
+        out += "&amp;";
+        break;
+      case U'<':
+        out += "&lt;";
+        break;
+      case U'>':
+        out += "&gt;";
+        break;
+      case U'"':
+        out += "&quot;";
+        break;
+      case U'\'':
+        out += "&#39;";
+        break;
+      default:
+        if (point == U'\n' || point == U'\t') {
+          out += static_cast<char>(point);
+        } else if (!is_control(point)) {
+          append_utf8(out, point);
+        }
+    }
+  }
+  return out;
+}
+
+namespace {
+
+bool is_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+  return end.ec == std::errc() && end.ptr == text.data() + text.size() && std::isfinite(value);
+}
+
+/// Whether a spreadsheet would compute it, or it looks like what we write in place of such a field.
+bool needs_apostrophe(std::string_view text) {
+  const std::size_t first = text.find_first_not_of("' ");
+  return first != std::string_view::npos &&
+         std::string_view("=+-@\t\r\n").find(text[first]) != std::string_view::npos;
+}
+
+}  // namespace
+
+std::string csv_field(std::string_view field) {
+  const bool text_only = needs_apostrophe(field) && !is_number(field);
+  std::string text = (text_only ? "'" : "") + std::string(field);
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string csv_number(const std::optional<double>& value) {
+  return value ? number_text(*value) : "";
+}
+
+std::vector<std::vector<std::string>> csv_lines(std::string_view text) {
+  std::vector<std::vector<std::string>> lines;
+  std::vector<std::string> line;
+  std::string field;
+  bool quoted = false;
+  const auto end_field = [&] {
+    if (field.starts_with('\'') && needs_apostrophe(field)) field.erase(0, 1);
+    line.push_back(std::move(field));
+    field.clear();
+  };
+  const auto end_line = [&] {
+    end_field();
+    lines.push_back(std::move(line));
+    line.clear();
+  };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"' && quoted && i + 1 < text.size() && text[i + 1] == '"') {
+      field += text[++i];
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      end_field();
+    } else if (c == '\n' && !quoted) {
+      end_line();
+    } else if (c != '\r' || quoted) {
+      field += c;
+    }
+  }
+  if (!field.empty() || !line.empty()) end_line();
+  return lines;
 }
 
 }  // namespace ertbench

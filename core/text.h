@@ -1,9 +1,22 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
+
+namespace ertbench {
+
+/// A stream into a text that throws std::bad_alloc where memory runs out. The standard's own keeps
+/// that to itself and goes on with less, so that a table or a figure would lack some of its parts.
+class TextStream : public std::ostringstream {
+ public:
+  TextStream() { exceptions(std::ios::badbit); }
+};
+
+}  // namespace ertbench
 
 /// Text for people: numbers as they are read, UTF-8 counted in characters.
 namespace ertbench {
@@ -53,5 +66,28 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 
 /// The parts of `text` between the separators; one, maybe empty, where there is none.
 std::vector<std::string> split(std::string_view text, std::string_view separator);
+
+/// The one of `known` that `word` is likely to be a slip for (few letters differ, or it begins the
+/// same); empty where none is near.
+std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
+
+/// `text` as one line of Markdown in which every character is what it is: no emphasis, HTML, link,
+/// formula or new column of a table, and printable.
+std::string markdown_escaped(std::string_view text);
+
+/// `text` as it may stand in the content or a quoted attribute of HTML and SVG: markup escaped,
+/// bytes that are not UTF-8 as U+FFFD, control characters (is_control) other than tab and new line
+/// left out.
+std::string html_escaped(std::string_view text);
+
+/// A field as RFC 4180 has it: quoted where it holds a comma, a quote or a line end. A spreadsheet
+/// would compute what begins with "=", "+", "-" or "@", behind blanks, tabs and line ends too; an
+/// apostrophe before it makes it a text (OWASP, CSV injection). Numbers stay what they are.
+std::string csv_field(std::string_view text);
+/// The fields of each line of CSV text, quotes and the apostrophes of csv_field taken off; a last
+/// line without an end counts.
+std::vector<std::vector<std::string>> csv_lines(std::string_view text);
+/// With six digits; empty where there is none.
+std::string csv_number(const std::optional<double>& value);
 
 }  // namespace ertbench

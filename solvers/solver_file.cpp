@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {

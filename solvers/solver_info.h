@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "solvers/solver.h"
 
 namespace ertbench {

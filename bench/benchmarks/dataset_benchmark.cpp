@@ -13,8 +13,7 @@
 #include <filesystem>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/benchmarks/machine_limits.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 

@@ -10,15 +10,13 @@
 #include <cmath>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/benchmarks/machine_limits.h"
 #include "core/random.h"
 #include "forward/border/border_model.h"
-#include "forward/data/dataset_block.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/data/scene_model.h"
 #include "forward/ellipses/ellipse_model.h"
 #include "forward/fem/condensation.h"
-#include "forward/fem/contact_update.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/rasterise.h"
 

@@ -10,10 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
-#include "core/json_reader.h"
-#include "forward/data/dataset_block.h"
+#include "core/json.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
 #include "solvers/registry/registry.h"
 

@@ -18,19 +18,17 @@
 #include <numbers>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/benchmarks/machine_limits.h"
-#include "core/json_reader.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "core/random.h"
-#include "core/temporary_folder.h"
 #include "forward/border/border_model.h"
-#include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
 #include "forward/ellipses/ellipse_model.h"
 #include "solvers/contacts/contact_fit.h"
-#include "solvers/contacts/nuisances.h"
+#include "solvers/contacts/contact_prior.h"
 #include "solvers/registry/registry.h"
 #include "solvers/total_variation/interior_point.h"
 

@@ -3,9 +3,18 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <nlohmann/json.hpp>
 
+#include "bench/check/tolerance.h"
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_json.h"
+#include "bench/features/features.h"
+#include "bench/run/runner.h"
+#include "core/files.h"
 #include "core/hdf5_file.h"
+#include "core/json.h"
 #include "core/process.h"
+#include "solvers/registry/registry.h"
 
 namespace ertbench {
 namespace {
@@ -67,6 +76,208 @@ void add_missing_images(const std::vector<std::string>& rows, std::vector<CheckL
                                    [&](const CheckLine& line) { return line.row == row; });
     if (!there) lines.push_back({row, "images", "-", "-", "", Verdict::missing});
   }
+}
+
+namespace {
+
+std::string row_of(const std::string& name) { return "stored " + name; }
+
+std::vector<fs::path> specifications(const fs::path& folder, const std::set<std::string>& types) {
+  std::vector<fs::path> out;
+  std::error_code absent;
+  for (const auto& entry : fs::directory_iterator(folder, absent)) {
+    if (entry.path().extension() != ".json") continue;
+    const nlohmann::json spec = read_json_file(entry.path());
+    if (types.count(JsonObject(spec, entry.path().string(), "").text("type"))) {
+      out.push_back(entry.path());
+    }
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
+
+std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
+                                               const std::set<std::string>& types,
+                                               const std::vector<std::string>& expected,
+                                               const fs::path& out) {
+  std::vector<CheckLine> lines;
+  for (const fs::path& spec : specifications(folder, types)) {
+    const std::string name = spec.stem().string();
+    const StoredImages images{row_of(name),
+                              spec,
+                              folder / "frames.h5",
+                              folder / (name + ".images.h5"),
+                              out / (name + ".images.h5"),
+                              out / (name + ".log"),
+                              stored_image_tolerance};
+    make_images(images);
+    lines.push_back(compare_images(images));
+  }
+  std::vector<std::string> rows;
+  std::transform(expected.begin(), expected.end(), std::back_inserter(rows), row_of);
+  add_missing_images(rows, lines);
+  return lines;
+}
+
+std::vector<std::string> stored_networks(const fs::path& folder,
+                                         const std::set<std::string>& types) {
+  std::vector<std::string> names;
+  for (const fs::path& spec : specifications(folder, types)) names.push_back(spec.stem().string());
+  return names;
+}
+
+namespace {
+
+const std::string trained = "trained ";  ///< begins the name of each row
+
+}  // namespace
+
+std::vector<StoredImages> short_trainings(const fs::path& folder,
+                                          const std::set<std::string>& types, const Cache& cache,
+                                          const fs::path& out, int jobs) {
+  const fs::path file = folder / "experiment.json";
+  if (!fs::exists(file)) return {};
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(file, registry, {});
+  RunOptions options;
+  options.out = out;
+  options.jobs = jobs;
+  std::vector<StoredImages> trainings;
+  for (const SolverEntry& entry : experiment.solvers) {
+    if (types.count(entry.type) == 0) continue;
+    options.only.push_back(entry.label);
+    const fs::path spec = out / (entry.label + ".json");
+    trainings.push_back({trained + entry.label, spec, cache.dataset(experiment.tests.front()),
+                         folder / (entry.label + ".images.h5"), out / (entry.label + ".images.h5"),
+                         out / (entry.label + ".log"), short_training_tolerance});
+    const nlohmann::json solver = {
+        {"type", entry.type},
+        {"checkpoint", fs::absolute(cache.fitted_solver(fit_recipe(experiment, entry))).string()}};
+    fs::create_directories(out);
+    write_file_atomically(spec, json_text(solver) + "\n");
+  }
+  if (trainings.empty()) return {};
+  run_experiment(experiment, cache, options);
+  std::for_each(trainings.begin(), trainings.end(), make_images);
+  return trainings;
+}
+
+std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings,
+                                         const std::vector<std::string>& expected) {
+  std::vector<CheckLine> lines;
+  std::transform(trainings.begin(), trainings.end(), std::back_inserter(lines), compare_images);
+  std::vector<std::string> rows;
+  for (const std::string& label : expected) rows.push_back(trained + label);
+  add_missing_images(rows, lines);
+  return lines;
+}
+
+std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings) {
+  std::vector<std::string> labels;
+  for (const StoredImages& one : trainings) labels.push_back(one.row.substr(trained.size()));
+  return labels;
+}
+
+bool store_trainings(const std::vector<StoredImages>& trainings) {
+  const bool all = std::all_of(trainings.begin(), trainings.end(),
+                               [](const StoredImages& one) { return fs::exists(one.now); });
+  if (!all) return false;
+  for (const StoredImages& one : trainings) {
+    replace_file(one.before, [&](const fs::path& aside) { fs::copy_file(one.now, aside); });
+  }
+  return true;
+}
+
+namespace {
+
+using nlohmann::json;
+
+/// The entry with `count` seeds or more: its own, then the smallest that are left.
+json with_seeds(json entry, int count) {
+  json seeds = entry.contains("seeds") ? entry.at("seeds") : json::array();
+  if (entry.contains("seed")) seeds.push_back(entry.at("seed"));
+  for (int seed = 1; seeds.size() < static_cast<std::size_t>(count); ++seed) {
+    if (std::find(seeds.begin(), seeds.end(), seed) == seeds.end()) seeds.push_back(seed);
+  }
+  entry.erase("seed");
+  entry["seeds"] = std::move(seeds);
+  return entry;
+}
+
+/// Whether the entry, which may be a sweep, makes a row of one of the labels.
+bool makes_row(const Experiment& experiment, std::size_t entry,
+               const std::set<std::string>& labels) {
+  const std::string path = "/solvers/" + std::to_string(entry);
+  return std::any_of(
+      experiment.solvers.begin(), experiment.solvers.end(),
+      [&](const SolverEntry& one) { return one.path == path && labels.count(one.label) > 0; });
+}
+
+/// The times stay those of the experiment's own run.
+void take_over_seeds(const ResultRow& trained, ResultRow& row) {
+  row.metrics = trained.metrics;
+  row.seeds = trained.seeds;
+  if (trained.ok()) return;
+  row.status = trained.status;
+  row.message = trained.message;
+}
+
+}  // namespace
+
+std::vector<std::string> overrides_for_seeds(const Experiment& experiment,
+                                             const std::set<std::string>& labels, int count) {
+  const ExperimentJson read = read_experiment_json(experiment.file, experiment.overrides);
+  const json& entries = read.content->at("solvers");
+  json solvers = json::array();
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (makes_row(experiment, i, labels)) solvers.push_back(with_seeds(entries[i], count));
+  }
+  std::vector<std::string> out = experiment.overrides;
+  out.push_back("solvers=" + solvers.dump());
+  out.emplace_back("timing.enabled=false");
+  out.emplace_back("figure.scenes=[]");
+  // What is made of all rows, and takes long.
+  for (const char* key : {"studies", "charts", "ladders", "folds", "right_sizing"}) {
+    if (read.content->contains(key)) out.push_back(std::string(key) + "=null");
+  }
+  return out;
+}
+
+int train_over_seeds(const Experiment& experiment, const std::set<std::string>& labels, int count,
+                     const Cache& cache, const RunOptions& options, std::vector<ResultRow>& rows) {
+  std::set<std::string> few;
+  for (const ResultRow& row : rows) {
+    const bool enough = row.seeds && std::ssize(row.seeds->values) >= count;
+    if (labels.count(row.label) > 0 && !enough) few.insert(row.label);
+  }
+  if (few.empty()) return 0;
+  RunOptions seeds = options;
+  seeds.out = options.out / "seeds";
+  fs::create_directories(seeds.out);
+  SolverRegistry registry;  // into which no plugin has been loaded yet
+  const Experiment again =
+      read_experiment(experiment.file, registry, chart_types(), SolverCheck::all,
+                      overrides_for_seeds(experiment, few, count));
+  const ExperimentResults results = run_experiment(again, cache, seeds);
+  report_experiment(again, cache, results, seeds.out);
+  for (const ResultRow& trained : read_summary_rows(seeds.out)) {
+    for (ResultRow& row : rows) {
+      if (few.count(row.label) > 0 && row.label == trained.label && row.dataset == trained.dataset)
+        take_over_seeds(trained, row);
+    }
+  }
+  return results.failures;
+}
+
+std::vector<ResultRow> read_summary_rows(const fs::path& folder) {
+  const fs::path file = folder / "summary.json";
+  const json summary = read_json_file(file);
+  JsonObject root(summary, file.string(), "");
+  std::vector<ResultRow> rows;
+  for (const JsonObject& row : root.objects("rows")) rows.push_back(result_row_from_json(row));
+  return rows;
 }
 
 }  // namespace ertbench

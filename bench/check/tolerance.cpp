@@ -6,8 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "core/moments.h"
-#include "core/student_t.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

@@ -1,9 +1,14 @@
 #include "bench/cli/command.h"
 
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
 
 #include "bench/experiment/solver_entry.h"
+#include "frames/channels.h"
 
 namespace ertbench {
 
@@ -35,6 +40,86 @@ std::string list_of(const std::vector<std::string>& names) {
 
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
   return out.empty() ? std::filesystem::path("results") / experiment : std::filesystem::path(out);
+}
+
+void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions>& options) {
+  // CLI11 keeps references to what it fills; the owner lives in the command's action.
+  const auto path = [&command, options](const char* name, std::filesystem::path& to,
+                                        const char* help) {
+    command.add_option_function<std::string>(
+        name, [options, &to](const std::string& text) { to = text; }, help);
+  };
+  path("--sensor", options->sensor,
+       "JSON of the sensor, or an experiment with one (default: what the frames' file\n"
+       "says, else EIDORS's d2s)");
+  std::string orders;
+  for (const NamedOrder& order : named_orders()) {
+    orders += std::string("\n  ") + order.name + ": " + order.description;
+  }
+  command.add_option(
+      "--channels", options->channels,
+      "Order of the columns (default: the sensor's own, or full, by their number;\nof .eit files "
+      "what they say):" +
+          orders +
+          "\n  or a file, or a dataset of the input (/NAME), with a line \"drive measurement\"\n"
+          "  or \"drive measurement sign\" for each column, counted from 0");
+  command.add_option("--unit", options->unit,
+                     "Of the numbers in the file: V, mV or uV (default: V)");
+  command.add_option("--dataset", options->file.dataset,
+                     "Dataset or variable with the frames (default: /voltages);\n"
+                     "of .eit files with several frequencies the number of one, from 1");
+  command.add_flag("--transposed", options->file.transposed, "Frames are columns of the file");
+}
+
+namespace {
+
+bool is_trained_in_bfloat16(const SolverEntry& entry) {
+  return entry.spec->value("precision", nlohmann::json()) == "bfloat16";
+}
+
+/// Whether this processor multiplies in bfloat16 (AVX512-BF16). Where it does not even have AVX512,
+/// libtorch does it number by number.
+bool has_bfloat16() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx512bf16") > 0;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
+
+std::vector<std::string> precision_overrides(const Experiment& experiment,
+                                             const std::string& precision) {
+  std::vector<std::string> out;
+  for (const SolverEntry& entry : experiment.solvers) {
+    if (!is_trained_in_bfloat16(entry)) continue;
+    std::string one = entry.path + "/precision=" + precision;
+    if (std::find(out.begin(), out.end(), one) == out.end()) out.push_back(std::move(one));
+  }
+  return out;
+}
+
+void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
+                            const std::vector<std::string>& only) {
+  if (has_bfloat16()) return;
+  std::set<std::string> labels;
+  for (const SolverEntry& entry : experiment.solvers) {
+    const bool wanted =
+        only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& label) {
+          return is_named(entry, label);
+        });
+    if (!wanted || !is_trained_in_bfloat16(entry)) continue;
+    if (std::filesystem::exists(cache.fitted_solver(fit_recipe(experiment, entry)))) continue;
+    labels.insert(entry.label);
+  }
+  if (labels.empty()) return;
+  spdlog::warn(
+      "{}: {} are trained in bfloat16, for which this processor has no instructions (AVX512-BF16): "
+      "that may take many times as long as float32. `ertbench run --precision float32` trains them "
+      "in "
+      "float32, and so gives other networks than those of the published results",
+      experiment.file.string(), list_of({labels.begin(), labels.end()}));
 }
 
 }  // namespace ertbench

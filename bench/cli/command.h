@@ -1,10 +1,16 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "bench/experiment/experiment.h"
+#include "bench/record/cache.h"
+#include "frames/own_frames.h"
 
 namespace CLI {
 class App;
@@ -57,5 +63,19 @@ std::string list_of(const std::vector<std::string>& names);
 bool is_named(const SolverEntry& entry, const std::string& label);
 /// `out`, or results/`experiment` where it is empty.
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment);
+
+/// The options by which `reconstruct` and `calibrate` are told how frames are declared. Files are
+/// checked when they are read.
+void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions>& options);
+
+/// The overrides (`--set`) that have the experiment's networks trained in `precision` ("float32")
+/// where its file has them trained in bfloat16: "/solvers/13/precision=float32".
+std::vector<std::string> precision_overrides(const Experiment& experiment,
+                                             const std::string& precision);
+
+/// Warns of trainings that may take many times as long here as elsewhere: in bfloat16, on a
+/// processor without it, and not in the cache. `only`: labels or families that are run; empty: all.
+void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
+                            const std::vector<std::string>& only = {});
 
 }  // namespace ertbench

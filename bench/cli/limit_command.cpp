@@ -8,15 +8,14 @@
 
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
-#include "bench/limit/bound_map.h"
-#include "bench/limit/limit_json.h"
-#include "bench/limit/rank_figure.h"
-#include "bench/plot/drawing.h"
+#include "bench/plot/canvas.h"
 #include "bench/record/limit_file.h"
-#include "core/atomic_file.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "core/text.h"
+#include "limit/limit_figures.h"
+#include "limit/limit_run.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {

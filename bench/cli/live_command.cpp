@@ -2,9 +2,9 @@
 #include <cstdio>
 
 #include "bench/cli/command.h"
-#include "bench/live/live.h"
 #include "core/errors.h"
 #include "core/text.h"
+#include "live/live.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {

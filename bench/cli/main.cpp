@@ -23,7 +23,6 @@
 #include "bench/cli/command.h"
 #include "core/build.h"
 #include "core/errors.h"
-#include "core/nearest_word.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -1,16 +1,15 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "bench/charts/chart_types.h"
 #include "bench/cli/command.h"
-#include "bench/cli/training_precision.h"
 #include "bench/experiment/experiment.h"
+#include "bench/features/features.h"
 #include "bench/publish/clocks.h"
 #include "bench/publish/publish.h"
 #include "bench/publish/publish_plan.h"
 #include "bench/publish/published_result.h"
-#include "bench/run/machine_load.h"
-#include "bench/table/writers.h"
+#include "bench/run/timing_stage.h"
+#include "bench/table/table.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/text.h"

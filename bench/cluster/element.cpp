@@ -6,15 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bench/record/provenance.h"
+#include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
-#include "bench/run/job_records.h"
 #include "bench/run/job_runner.h"
-#include "bench/run/one_go.h"
 #include "bench/run/runner.h"
-#include "core/atomic_file.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {

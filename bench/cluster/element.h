@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "bench/cluster/slurm_plan.h"
+#include "bench/cluster/slurm.h"
 
 namespace ertbench {
 

@@ -5,25 +5,91 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "bench/cluster/slurm.h"
-#include "bench/cluster/slurm_plan.h"
-#include "bench/cluster/submissions.h"
-#include "core/atomic_file.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "core/regular_file.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {
+
+using nlohmann::json;
+
+Submissions::Submissions(const std::filesystem::path& folder) : file_(folder / "submitted.json") {
+  if (!std::filesystem::exists(file_)) return;
+  try {
+    const json content = read_json_file(file_);
+    for (const json& one : content.at("submissions")) {
+      all_.push_back({one.at("job").get<long>(), one.at("part").get<std::string>(),
+                      one.at("elements").get<std::vector<Units>>()});
+    }
+  } catch (const std::exception& error) {
+    throw InputError(file_.string() + ": cannot be read (" + error.what() +
+                     "); end the experiment's jobs (scancel) and remove the file");
+  }
+}
+
+void Submissions::add(Submission one) {
+  all_.push_back(std::move(one));
+  write();
+}
+
+void Submissions::write() const {
+  json list = json::array();
+  for (const Submission& one : all_) {
+    list.push_back({{"job", one.job}, {"part", one.part}, {"elements", one.elements}});
+  }
+  write_file_atomically(file_, json_text(json{{"schema", 1}, {"submissions", list}}));
+}
+
+std::vector<long> Submissions::jobs() const {
+  std::vector<long> out;
+  for (const Submission& one : all_) out.push_back(one.job);
+  return out;
+}
+
+std::vector<long> Submissions::jobs_of(const std::vector<std::string>& parts) const {
+  std::vector<long> out;
+  for (const Submission& one : all_) {
+    if (std::find(parts.begin(), parts.end(), one.part) != parts.end()) out.push_back(one.job);
+  }
+  return out;
+}
+
+const Submission* Submissions::find(long job) const {
+  const auto found =
+      std::find_if(all_.begin(), all_.end(), [&](const Submission& one) { return one.job == job; });
+  return found == all_.end() ? nullptr : &*found;
+}
+
+LiveUnits Submissions::units_of(const std::vector<SlurmTask>& tasks) const {
+  LiveUnits live;
+  for (const SlurmTask& task : tasks) {
+    const Submission* one = find(task.job);
+    if (!one) continue;
+    const auto element = static_cast<std::size_t>(task.element.value_or(0));
+    if (element >= one->elements.size()) continue;
+    for (const std::string& unit : one->elements[element]) live.units.emplace(one->part, unit);
+  }
+  return live;
+}
+
+void Submissions::keep(const std::vector<SlurmTask>& live) {
+  std::erase_if(all_, [&](const Submission& one) {
+    return std::none_of(live.begin(), live.end(),
+                        [&](const SlurmTask& task) { return task.job == one.job; });
+  });
+}
+
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 /// Parts whose jobs take what those before them left, and are planned anew where there is more.
 const std::vector<std::string> later_parts = {"timing", "ladders", "report"};
@@ -239,6 +305,66 @@ class Engine {
 SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
                           const SlurmOptions& options) {
   return Engine(experiment, cache, options).run();
+}
+
+namespace {
+
+/// As one word of a shell.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// For sbatch, which replaces "%j" and the like in names of files.
+std::string without_patterns(const std::string& path) {
+  std::string out;
+  for (const char c : path) out += c == '%' ? std::string("%%") : std::string(1, c);
+  return out;
+}
+
+}  // namespace
+
+std::string slurm_script(const Experiment& experiment, const Cache& cache,
+                         const SlurmOptions& options, const std::string& part, std::size_t elements,
+                         bool exclusive, const fs::path& list) {
+  TextStream out;
+  // Quotes keep spaces together.
+  const auto option = [&](const std::string& text) { out << "#SBATCH \"--" << text << "\"\n"; };
+  out << "#!/bin/sh\n";
+  option("job-name=ertbench-" + experiment.name + "-" + part);
+  option("output=" + without_patterns(list.parent_path().string() + "/" + list.stem().string()) +
+         ".%a.log");
+  option("open-mode=append");
+  // A node that goes down, or a job of higher rank, sends an element back into the queue; what it
+  // had finished has its records.
+  option("requeue");
+  option("nodes=1");
+  option("ntasks=1");
+  if (exclusive) {
+    option("exclusive");
+  } else {
+    option("cpus-per-task=" + std::to_string(options.threads));
+    if (experiment.memory_limit_mb && part != "report" && part != "datasets") {
+      constexpr int around_mb = 512;  // the program around the trial, and its supervisor
+      option("mem=" + std::to_string(static_cast<long>(*experiment.memory_limit_mb) + around_mb) +
+             "M");
+    }
+  }
+  if (!options.partition.empty()) option("partition=" + options.partition);
+  if (!options.time.empty()) option("time=" + options.time);
+  if (!options.account.empty()) option("account=" + options.account);
+  out << "#SBATCH \"--array=0-" << elements - 1;
+  if (options.array_limit > 0) out << "%" << options.array_limit;
+  out << "\"\n\ncd " << quoted(fs::current_path().string()) << " &&\nexec "
+      << quoted(fs::read_symlink("/proc/self/exe").string()) << " element "
+      << quoted(experiment.file.string());
+  for (const std::string& one : experiment.overrides) out << " --set " << quoted(one);
+  out << " \\\n  --list " << quoted(list.string()) << " --element \"$SLURM_ARRAY_TASK_ID\" \\\n"
+      << "  --out " << quoted(fs::absolute(options.out).string()) << " --cache "
+      << quoted(fs::absolute(cache.folder()).string()) << " --reuse " << name_of(cache.reuse())
+      << " --threads " << options.threads << "\n";
+  return out.str();
 }
 
 }  // namespace ertbench

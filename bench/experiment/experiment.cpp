@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bench/experiment/calibrated_experiment.h"
 #include "bench/experiment/experiment_charts.h"
 #include "bench/experiment/experiment_json.h"
 #include "bench/experiment/experiment_solvers.h"
-#include "bench/experiment/names.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "core/json_text.h"
+#include "core/json.h"
 #include "core/text.h"
+#include "frames/calibration.h"
+#include "solvers/parameter_choice.h"
 #include "solvers/registry/registry.h"
-#include "solvers/tunable.h"
 
 namespace ertbench {
 namespace {
@@ -258,6 +256,26 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.ladders = read_ladders(root, experiment, registry, check);
   root.finish();
   return experiment;
+}
+
+std::optional<Calibration> read_calibration_of(JsonObject& root, Experiment& experiment) {
+  if (!root.has("calibration")) return std::nullopt;
+  std::filesystem::path file = root.text("calibration");
+  if (file.is_relative()) file = experiment.file.parent_path() / file;
+  Calibration calibration = read_calibration(file);
+  if (root.has("sensor")) {
+    require_calibration_of(calibration, experiment.sensor, file);
+  } else {
+    experiment.sensor = calibration.sensor;
+  }
+  experiment.sensor.background = calibration.background;
+  experiment.files.push_back(std::move(file));
+  return calibration;
+}
+
+void complete_with(const Calibration& calibration, Experiment& experiment) {
+  if (experiment.validation) return;
+  experiment.validation = calibrated_spec(calibration, experiment.sensor, "validation");
 }
 
 }  // namespace ertbench

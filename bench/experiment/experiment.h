@@ -7,17 +7,36 @@
 #include <string>
 #include <vector>
 
-#include "bench/contacts/contact_settings.h"
-#include "bench/experiment/chart_type.h"
-#include "bench/experiment/folds.h"
+#include "bench/experiment/experiment_charts.h"
 #include "bench/experiment/ladder_spec.h"
-#include "bench/experiment/published_table.h"
-#include "bench/experiment/right_sizing.h"
 #include "bench/experiment/solver_entry.h"
 #include "bench/experiment/study_spec.h"
+#include "bench/score/image_contacts.h"
+#include "bench/score/metrics.h"
 #include "forward/data/dataset_spec.h"
+#include "frames/calibration.h"
 
 namespace ertbench {
+
+/// A published result to stand beside the row of the same label.
+struct PublishedRow {
+  std::string label;
+  PerMetric<std::optional<double>> values;
+};
+
+/// "published" of an experiment file.
+struct PublishedTable {
+  std::string source;                 ///< "Zheng et al., Table C1"
+  std::vector<PublishedRow> rows;     ///< lengths in half sides, whatever the file has them in
+  std::vector<std::string> datasets;  ///< the test sets it is compared with; empty: all
+};
+
+/// "right_sizing" of an experiment: of each family of settings the smallest that is good enough on
+/// the validation set. A family's settings are listed from the smallest to the largest.
+struct RightSizing {
+  double margin = 0.05;  ///< how far an error may lie above the family's least, as a part of that
+  Metric metric = Metric::relative_error;
+};
 
 class SolverRegistry;
 
@@ -90,5 +109,13 @@ enum class SolverCheck { all, none };
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
                            const ChartTypes& charts, SolverCheck check = SolverCheck::all,
                            const std::vector<std::string>& overrides = {});
+
+/// Reads "calibration", the name of a file beside the experiment's: gives the sensor the background
+/// that was found, or the whole sensor where the experiment names none. Nothing where there is no
+/// such key. Throws InputError where the file is of another sensor.
+std::optional<Calibration> read_calibration_of(JsonObject& root, Experiment& experiment);
+
+/// Adds, where it has none, a validation set with noise of the level that was measured.
+void complete_with(const Calibration& calibration, Experiment& experiment);
 
 }  // namespace ertbench

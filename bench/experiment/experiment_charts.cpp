@@ -1,15 +1,98 @@
 #include "bench/experiment/experiment_charts.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>
 
 #include "bench/experiment/experiment.h"
-#include "bench/experiment/names.h"
-#include "core/json_reader.h"
+#include "bench/experiment/experiment_json.h"
+#include "core/json.h"
+#include "core/text.h"
 
 namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+/// The labels of the rows that `name` stands for: its own, or all of its sweep.
+std::vector<std::string> labels_of(const Experiment& experiment, const std::string& name) {
+  std::vector<std::string> out;
+  for (const auto& trials : experiment.rows()) {
+    const SolverEntry& entry = trials.front();
+    if (entry.label == name || entry.family == name) out.push_back(entry.label);
+  }
+  return out;
+}
+
+std::string all_labels(const Experiment& experiment) {
+  std::string out;
+  for (const auto& trials : experiment.rows()) {
+    out += (out.empty() ? "" : ", ") + trials.front().label;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> read_row_labels(JsonObject& object, const Experiment& experiment) {
+  std::vector<std::string> out;
+  if (!object.has("solvers")) {
+    for (const auto& trials : experiment.rows()) out.push_back(trials.front().label);
+    return out;
+  }
+  const json& names = object.raw("solvers");
+  if (!names.is_array() || names.empty()) object.fail("solvers", "must be a list of labels");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string key = std::to_string(i);
+    const json holder = {{key, names[i]}};
+    JsonObject place(holder, object.source(), object.path_of("solvers"));
+    const std::string name = place.text(key);
+    const std::vector<std::string> labels = labels_of(experiment, name);
+    if (labels.empty()) {
+      place.fail(key, "no solver is labelled \"" + printable(name) + "\"; there are " +
+                          all_labels(experiment));
+    }
+    for (const std::string& label : labels) {
+      if (std::find(out.begin(), out.end(), label) != out.end()) {
+        place.fail(key, "\"" + label + "\" stands twice; remove one");
+      }
+      out.push_back(label);
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> read_sweep_labels(JsonObject& object, const Experiment& experiment) {
+  const std::string name = object.text("solver");
+  std::vector<std::string> labels;
+  for (const auto& trials : experiment.rows()) {
+    const SolverEntry& entry = trials.front();
+    const bool two = entry.sweep && entry.sweep->size() == 2;
+    if (entry.family == name && two) labels.push_back(entry.label);
+  }
+  if (labels.empty()) {
+    object.fail("solver",
+                "must be the label of a solver with a \"sweep\" of two parameters, got \"" +
+                    printable(name) + "\"");
+  }
+  return labels;
+}
+
+std::vector<Metric> read_metrics(JsonObject& object, std::vector<Metric> fallback) {
+  if (!object.has("metrics")) return fallback;
+  std::vector<Metric> out;
+  for (const std::string& name : object.choices("metrics", names_of(kMetrics))) {
+    const Metric metric = metric_from_name(name);
+    if (std::find(out.begin(), out.end(), metric) != out.end()) {
+      object.fail("metrics", name + " stands twice; remove one");
+    }
+    out.push_back(metric);
+  }
+  return out;
+}
+
 namespace {
 
 const ChartType& read_type(JsonObject& object, const ChartTypes& types) {

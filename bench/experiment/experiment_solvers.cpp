@@ -1,24 +1,233 @@
 #include "bench/experiment/experiment_solvers.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/experiment/entry_check.h"
 #include "bench/experiment/experiment.h"
-#include "bench/experiment/names.h"
-#include "bench/experiment/sweep.h"
+#include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
+#include "core/process.h"
 #include "core/text.h"
+#include "solvers/registry/plugin.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
+
+bool mentions_auto(const json& value) {
+  if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
+  return value.is_structured() && std::any_of(value.begin(), value.end(), mentions_auto);
+}
+
+/// Makes the solver of an entry.
+void check_solver(const EntryToCheck& checked, const Experiment& experiment,
+                  SolverRegistry& registry) {
+  const SolverEntry& entry = *checked.entry;
+  const std::string& source = experiment.source;
+  JsonObject object(*entry.spec, source, entry.path);
+  try {
+    const std::unique_ptr<Solver> solver = registry.make(object);
+    solver->check(experiment.sensor);
+    if (solver->needs_training() && !(experiment.training && experiment.validation)) {
+      object.fail("type", entry.type + " is trained; add /datasets/train and /datasets/validation");
+    }
+    if (!experiment.validation && mentions_auto(solver->parameters())) {
+      object.fail("",
+                  "a parameter is \"auto\", which is chosen on the validation set; add "
+                  "/datasets/validation or give a number");
+    }
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    for (const Moved& one : checked.moved) {
+      const std::string start = source + ": " + one.from + ":";
+      if (message.starts_with(start)) {
+        throw InputError(source + ": " + one.to + ":" + message.substr(start.size()));
+      }
+    }
+    throw;
+  }
+}
+
+/// What a child has to say of one entry: `{}`, `{"refused": ...}` or `{"failed": ...}`.
+json said_of(const EntryToCheck& checked, const Experiment& experiment, SolverRegistry& registry) {
+  try {
+    check_solver(checked, experiment, registry);
+    return json::object();
+  } catch (const InputError& error) {
+    return {{"refused", error.what()}};
+  } catch (const std::exception& error) {
+    return {{"failed", std::string("its constructor threw an exception: ") + error.what()}};
+  } catch (...) {
+    return {{"failed", "its constructor threw what is no exception"}};
+  }
+}
+
+Failure failure_of(const ProcessEnd& end) {
+  const std::string when = "when it was made to have its parameters checked";
+  if (end.timed_out) return {"timed out", when};
+  if (end.out_of_memory) return {"out of memory", when};
+  if (end.signal != 0) return {"crashed", end.text() + " " + when};
+  return {"failed", "it ended its process (" + end.text() + ") " + when};
+}
+
+/// Has one child check as many as it survives; returns how many that settled, at least one.
+std::size_t check_some(std::span<const EntryToCheck> entries, const Experiment& experiment,
+                       SolverRegistry& registry) {
+  const double time_s = std::min(plugin_time_limit_s, std::max(experiment.time_limit_s, 5.0));
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto& send) {
+        registry.allow_plugins();
+        for (const EntryToCheck& one : entries) {
+          send(json_text(said_of(one, experiment, registry)));
+        }
+      },
+      {time_s, machine_memory_bytes() / 2});
+  for (std::size_t i = 0; i < outcome.messages.size(); ++i) {
+    const json said = parse_json(outcome.messages[i], "what a plugin said");
+    if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
+    if (said.contains("failed")) {
+      const std::string how = said.at("failed");
+      entries[i].entry->failure = {"failed", printable(how)};
+    }
+  }
+  const std::size_t done = outcome.messages.size();
+  if (done == entries.size()) return done;  // whatever became of its process then
+  entries[done].entry->failure = failure_of(outcome.end);
+  return done + 1;
+}
+
+}  // namespace
+
+void check_entries(std::span<const EntryToCheck> entries, const Experiment& experiment,
+                   SolverRegistry& registry) {
+  std::vector<EntryToCheck> of_plugins;
+  for (const EntryToCheck& one : entries) {
+    if (registry.is_of_plugin(one.entry->type)) {
+      of_plugins.push_back(one);
+    } else {
+      check_solver(one, experiment, registry);
+    }
+  }
+  for (std::span<const EntryToCheck> left = of_plugins; !left.empty();) {
+    left = left.subspan(check_some(left, experiment, registry));
+  }
+}
+
+namespace {
+
+constexpr std::size_t most_parameters = 2;
+constexpr std::size_t most_values = 50;
+
+/// The shortest of "0.001", "1e-07", ... that reads back as the same number.
+std::string number_text(double value) {
+  char text[64];
+  for (int digits = 6; digits <= 17; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) break;
+  }
+  return text;
+}
+
+std::string label_words(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "true" : "false";
+  if (value.is_array()) {
+    std::string text;
+    for (const json& one : value) text += (text.empty() ? "" : "-") + label_words(one);
+    return text;
+  }
+  return number_text(value.get<double>());
+}
+
+void check_parameter(const JsonObject& sweep, const std::string& name, const JsonObject& entry,
+                     const SolverInfo* info) {
+  for (const char* key : {"type", "label", "family", "seeds", "sweep"}) {
+    if (name == key) sweep.fail(name, "cannot be swept; name a parameter of the solver");
+  }
+  if (name == "seed") sweep.fail(name, "is not swept; give the entry \"seeds\": [1, 2, 3]");
+  if (entry.value().contains(name)) {
+    sweep.fail(name, "stands in the entry as well, at " + entry.path_of(name) + "; remove one");
+  }
+  if (!info) return;
+  const bool known =
+      std::any_of(info->parameters.begin(), info->parameters.end(),
+                  [&](const ParameterInfo& parameter) { return parameter.name == name; });
+  if (known) return;
+  std::string all;
+  for (const auto& parameter : info->parameters) all += (all.empty() ? "" : ", ") + parameter.name;
+  sweep.fail(name, "is no parameter of this solver; there are " + all);
+}
+
+/// Checks one list of values.
+void check_values(const json& values, JsonObject& sweep, const std::string& name) {
+  if (!values.is_array() || values.empty() || values.size() > most_values) {
+    sweep.fail(name, "must be a list of 1 to " + std::to_string(most_values) + " values");
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto fail = [&](const std::string& message) {
+      const json holder = json::object();
+      JsonObject(holder, sweep.source(), sweep.path_of(name)).fail(std::to_string(i), message);
+    };
+    const json& value = values[i];
+    const bool numbers =
+        value.is_array() && !value.empty() &&
+        std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
+    if (!value.is_number() && !value.is_string() && !value.is_boolean() && !numbers) {
+      fail("must be a number, a string, true or false, or a list of numbers, got " +
+           json_shown(value));
+    }
+    if (value.is_string() && !is_label_text(value.get_ref<const std::string&>())) {
+      fail(
+          "becomes part of a label: must be made of letters, digits, spaces and any of . _ + = , "
+          "-");
+    }
+    const auto here = values.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find(values.begin(), here, value) != here) {
+      fail(json_shown(value) + " stands twice; remove one");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
+  if (!entry.has("sweep")) return {SweepPoint{}};
+  JsonObject sweep = entry.object("sweep");
+  const std::vector<std::string> names = sweep.keys();
+  if (names.empty() || names.size() > most_parameters) {
+    entry.fail("sweep", "must name one or two parameters of the solver");
+  }
+  std::vector<SweepPoint> points = {SweepPoint{}};
+  for (const std::string& name : names) {
+    check_parameter(sweep, name, entry, info);
+    const json& values = sweep.raw(name);
+    check_values(values, sweep, name);
+    std::vector<SweepPoint> longer;
+    for (const SweepPoint& point : points) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        SweepPoint next = point;
+        next.label += " " + name + "=" + label_words(values[i]);
+        json all = point.values ? *point.values : json::object();
+        all[name] = values[i];
+        next.values = std::move(all);
+        next.indices.push_back(i);
+        longer.push_back(std::move(next));
+      }
+    }
+    points = std::move(longer);
+  }
+  return points;
+}
+
+namespace {
 
 constexpr std::size_t most_seeds = 100;
 

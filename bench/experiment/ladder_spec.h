@@ -1,17 +1,38 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "bench/experiment/level.h"
 #include "bench/experiment/solver_entry.h"
 #include "bench/score/frame_failure.h"
+#include "core/json.h"
 #include "forward/data/dataset_spec.h"
 
 namespace ertbench {
+
+/// A level of a ladder: what the test set, or the solver, is given in the varied place. Most are
+/// numbers; levels without an order may be texts, lists or objects.
+class Level {
+ public:
+  Level() = default;     ///< null: the test set as it is
+  Level(double number);  // implicit: most levels are numbers
+  Level(int number);
+  Level(nlohmann::json value);  // implicit: what stands in the file is the level
+
+  bool is_number() const;
+  double number() const;     ///< Throws std::logic_error where the level is none.
+  std::string text() const;  ///< for people: "40", "0.06", "ring", "disc, ring"
+  const nlohmann::json& json() const { return *value_; }
+
+  friend bool operator==(const Level&, const Level&) = default;
+
+ private:
+  JsonValue value_;
+};
 
 class JsonObject;
 struct Experiment;

@@ -1,13 +1,22 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/experiment/failure.h"
-#include "core/json_value.h"
+#include "core/json.h"
+#include "forward/data/dataset_spec.h"
 
 namespace ertbench {
+
+/// Why a solver, or a job of it, has no result.
+struct Failure {
+  std::string status;  ///< "failed", "timed out", "crashed", "out of memory", "not run"
+  std::string message;
+
+  std::string text() const { return message.empty() ? status : status + ": " + message; }
+};
 
 /// One solver to be fitted and scored. An entry of "solvers" stands for one, or for many: one for
 /// each of its "seeds" at each point of its "sweep".
@@ -36,5 +45,19 @@ struct SolverEntry {
   /// The same for people: "dd-ert seed 2".
   std::string title() const { return seed ? label + " seed " + std::to_string(*seed) : label; }
 };
+
+struct Experiment;
+
+/// All that determines a fitted solver.
+struct FitRecipe {
+  SolverEntry entry;
+  Sensor sensor;
+  std::optional<DatasetSpec> training;
+  std::optional<DatasetSpec> validation;
+  std::vector<std::filesystem::path> plugins;  ///< libraries of the user's own solvers
+  std::string source;                          ///< the experiment file, for messages
+};
+
+FitRecipe fit_recipe(const Experiment& experiment, const SolverEntry& entry);
 
 }  // namespace ertbench

@@ -8,7 +8,6 @@
 
 #include "bench/pages/page_expression.h"
 #include "core/errors.h"
-#include "core/markdown.h"
 #include "core/text.h"
 
 namespace ertbench {

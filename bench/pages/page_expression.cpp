@@ -9,8 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "core/markdown.h"
-#include "core/quantile.h"
+#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -6,11 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/csv_field.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "core/json_text.h"
-#include "core/regular_file.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -1,16 +1,78 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
-#include "bench/plot/box.h"
-#include "bench/plot/gnuplot.h"
-#include "bench/plot/style.h"
-#include "bench/plot/svg_tooltips.h"
-#include "core/text_stream.h"
+#include "bench/plot/palette.h"
+#include "core/text.h"
 
 namespace ertbench {
+
+/// A rectangle of a chart, px from its top left corner.
+struct Box {
+  double left = 0;
+  double top = 0;
+  double right = 0;
+  double bottom = 0;
+
+  static Box sized(double left, double top, double width, double height) {
+    return {left, top, left + width, top + height};
+  }
+  /// The smallest box around a point that reaches `reach` px to each side.
+  static Box around(double x, double y, double reach) {
+    return {x - reach, y - reach, x + reach, y + reach};
+  }
+
+  Box grown(double by) const { return {left - by, top - by, right + by, bottom + by}; }
+
+  double width() const { return right - left; }
+  double height() const { return bottom - top; }
+  double middle() const { return (left + right) / 2; }                  ///< across
+  double centre() const { return (top + bottom) / 2; }                  ///< down
+  double across(double share) const { return left + share * width(); }  ///< 0 left ... 1 right
+  double up(double share) const { return bottom - share * height(); }   ///< 0 bottom ... 1 top
+
+  bool contains(double x, double y) const {
+    return x >= left && x <= right && y >= top && y <= bottom;
+  }
+  bool overlaps(const Box& other) const {
+    return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
+  }
+};
+
+/// An invisible rectangle of a chart, over which the pointer shows `text`; may have several lines.
+struct Tooltip {
+  Box box;
+  std::string text;
+};
+
+/// The SVG picture with the tooltips above all that is drawn, the last one uppermost: `<title>`
+/// elements, which need no script. Throws std::invalid_argument where `svg` has no end.
+/// A chart need not call this: it says Canvas::tooltip() and Canvas::draw().
+std::string with_tooltips(const std::string& svg, const std::vector<Tooltip>& tooltips);
+
+/// Files by name: texts and pictures alike.
+using FileContents = std::map<std::string, std::string>;
+
+/// Runs a gnuplot script in a temporary folder that holds `inputs`, and returns the files `outputs`
+/// that it made there. The user's own gnuplot settings are not read. Throws InputError where
+/// gnuplot is not installed, std::runtime_error with gnuplot's own words where it fails.
+FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
+                         const std::vector<std::string>& outputs);
+
+/// Draws one chart twice, as `stem`.svg and `stem`.png (`stem` with its folder, without an ending),
+/// each put in place whole. `commands` draws it and sets neither terminal nor output; it may set
+/// up a multiplot. `width` and `height` in px of the SVG, where a font's size is in px as well
+/// (11 unless set); the PNG has three times as many, everything in it three times as large,
+/// and no tooltips.
+void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
+                const std::filesystem::path& stem, const std::vector<Tooltip>& tooltips = {});
+
+/// `text` as a quoted string of gnuplot's, in which nothing has a meaning.
+std::string gnuplot_string(const std::string& text);
 
 /// A picture, laid out in px from its top left corner. Panels, images and colour bars put their
 /// plots on it; texts, lines, rectangles and marks are drawn above all plots.
@@ -59,5 +121,10 @@ class Canvas {
   FileContents files_;
   std::vector<Tooltip> tooltips_;
 };
+
+/// Draws one figure, `stem`.svg and `stem`.png. Where `draw` throws, a warning says so, `stem`.svg
+/// holds the reason in place of the figure, and there is no `stem`.png: no drawing ends what it
+/// belongs to. Returns whether it was drawn.
+bool draw_or_say(const std::filesystem::path& stem, const std::function<void()>& draw);
 
 }  // namespace ertbench

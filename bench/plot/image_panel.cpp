@@ -2,12 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
-#include "bench/plot/colour_bar.h"
+#include "bench/plot/palette.h"
+#include "bench/plot/panel.h"
 #include "core/text.h"
-#include "core/text_stream.h"
 
 namespace ertbench {
+
+void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis, Palette palette) {
+  constexpr int size = 10;
+  constexpr int steps = 256;
+  double widest = 0;
+  for (const Tick& tick : axis.ticks) {
+    const double y = box.up(axis.share(tick.value));
+    canvas.line(box.right, y, box.right + 3, y, {});
+    canvas.text(tick.text, box.right + 5, y, {.size = size, .align = TextAlign::left});
+    widest = std::max(widest, text_width(tick.text, size));
+  }
+  if (!axis.title.empty()) {
+    canvas.text(axis.title, box.right + 17 + widest, box.centre(), {.size = 11, .upright = true});
+  }
+  TextStream strip;
+  for (int i = 0; i < steps; ++i) {
+    const double value = axis.low + (axis.high - axis.low) * (i + 0.5) / steps;
+    strip << value << ' ' << value << '\n';
+  }
+  canvas.area(box);
+  canvas.plots() << palette_command(palette)
+                 << "unset key\nunset tics\nunset colorbox\nset cbrange [" << axis.low << ":"
+                 << axis.high << "]\nset xrange [0:1]\nset yrange [0:" << steps
+                 << "]\nset border 15 linecolor '#404040'\nplot " << canvas.data(strip.str())
+                 << " matrix using (0.25 + 0.5 * $1):($2 + 0.5):3 with image\nunset border\n";
+}
+
 namespace {
 
 /// Every pixel is written as a square of this many: some viewers of SVG smooth the pictures in it,
@@ -127,6 +155,65 @@ void ImagePanels::colour_bar(const Box& box, const std::string& quantity) {
     axis.ticks.push_back({value, (below ? "≤ " : above ? "≥ " : "") + fixed(value, decimals)});
   }
   draw_colour_bar(canvas_, box, axis, palette_);
+}
+
+namespace {
+
+constexpr int most_across = 4;
+constexpr double panel_side =
+    190;  ///< of the sheet's longer side, px; a single image's is twice that
+constexpr double gap = 10;
+constexpr double caption = 20;  ///< below each panel
+constexpr double border = 8;
+constexpr double bar_room = 96;    ///< of the colour bar with its title
+constexpr double scale_room = 26;  ///< of the bar in mm
+
+/// A round number of millimetres, about a quarter of the sheet.
+double scale_length(double width_mm) {
+  const double step = round_step(width_mm, 4);
+  return step > width_mm / 2 ? step / 2 : step;
+}
+
+}  // namespace
+
+void draw_images_figure(const Sensor& sensor, const Images& changes,
+                        const std::vector<std::string>& labels, const std::filesystem::path& stem) {
+  const auto count = static_cast<int>(changes.rows());
+  if (count < 1 || changes.cols() != sensor.pixels() ||
+      labels.size() != static_cast<std::size_t>(count)) {
+    throw std::invalid_argument("figure of images: sizes do not fit together");
+  }
+  const Images shown = changes / sensor.background;
+  const Eigen::Vector2d size_mm = sensor.sheet->size_mm();
+  const double px_per_mm = panel_side * (count == 1 ? 2 : 1) / size_mm.maxCoeff();
+  const Eigen::Vector2d panel = px_per_mm * size_mm;
+  const int across = std::min(count, most_across);
+  const int down = (count + across - 1) / across;
+  const double images_width = across * panel.x() + (across - 1) * gap;
+  const double images_height = down * (panel.y() + caption);
+
+  Canvas canvas(2 * border + images_width + bar_room, 2 * border + images_height + scale_room);
+  ImagePanels panels(canvas, sensor, colour_scale(shown, {}, 8));
+  for (int i = 0; i < count; ++i) {
+    const Box box = Box::sized(border + i % across * (panel.x() + gap),
+                               border + static_cast<double>(i / across) * (panel.y() + caption),
+                               panel.x(), panel.y());
+    const Eigen::RowVectorXd image = shown.row(i);
+    panels.image(box, image, image.array().isFinite().any() ? "" : "undefined");
+    canvas.text(labels[static_cast<std::size_t>(i)], box.middle(), box.bottom + 9, {.size = 10});
+  }
+  const double bar_height = std::min(images_height - caption, 2 * panel.y());
+  panels.colour_bar(
+      Box::sized(border + images_width + 14, border, ImagePanels::bar_width, bar_height),
+      bar_height > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
+
+  const double length_mm = scale_length(size_mm.x());
+  const double y = border + images_height + 6;
+  const double right = border + length_mm * px_per_mm;
+  canvas.line(border, y, right, y, {.width = 2.5});
+  for (const double end : {border, right}) canvas.line(end, y - 4, end, y + 4, {.width = 1.5});
+  canvas.text(number_text(length_mm) + " mm", right + 6, y, {.size = 10, .align = TextAlign::left});
+  canvas.draw(stem);
 }
 
 }  // namespace ertbench

@@ -1,13 +1,20 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "bench/plot/canvas.h"
-#include "bench/plot/colour_scale.h"
 #include "bench/plot/palette.h"
+#include "bench/plot/panel.h"
+#include "core/arrays.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench {
+
+/// A strip of the palette with the ticks of `axis` on its right, and its title upright beyond them.
+void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis,
+                     Palette palette = Palette::sequential);
 
 /// Images on a canvas, with one colour scale: diverging where it has zero in its middle, as changes
 /// of the conductivity have. Dots are electrodes; the image's row 0 is at the
@@ -38,5 +45,12 @@ class ImagePanels {
   std::string outline_;         ///< the sheet as an object of gnuplot
   std::string electrodes_;      ///< name of their file
 };
+
+/// Draws `stem`.svg and `stem`.png: images [n, pixels] of the change of the conductivity over the
+/// background, side by side, each with a label below it. One scale for all, zero in its
+/// middle; a bar of so many millimetres; dots are electrodes, row 0 is at the bottom. Pixels that
+/// are not finite stay grey. Throws as draw_reconstruction_figure.
+void draw_images_figure(const Sensor& sensor, const Images& changes,
+                        const std::vector<std::string>& labels, const std::filesystem::path& stem);
 
 }  // namespace ertbench

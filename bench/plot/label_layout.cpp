@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/plot/style.h"
+#include "bench/plot/palette.h"
 #include "core/random.h"
 
 namespace ertbench {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/plot/box.h"
+#include "bench/plot/canvas.h"
 #include "bench/plot/palette.h"
 
 namespace ertbench {

@@ -4,7 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <span>
+#include <string_view>
+
+#include "bench/plot/panel.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -83,6 +88,109 @@ std::string palette_command(Palette palette) {
 Colour hue(std::size_t index) {
   static_assert(kHues.size() == hues);
   return kHues[index % hues];
+}
+
+namespace {
+
+/// Of a character as a rule, as a part of the font's size.
+constexpr double character_width = 0.58;
+
+/// The same of one character, as DejaVu Sans has it, which is wider than most.
+double width_of(char c) {
+  constexpr std::string_view narrow = "ijl I.,:;'|!()[]";
+  constexpr std::string_view slender = "frt-/\"";
+  constexpr std::string_view wide = "mwMW=+<>%@";
+  const auto in = [c](std::string_view group) { return group.find(c) != group.npos; };
+  return in(narrow) ? 0.34 : in(slender) ? 0.42 : in(wide) ? 0.93 : 0.63;
+}
+
+bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+std::string quoted(const Colour& colour) { return "'" + colour.hex() + "'"; }
+
+}  // namespace
+
+std::string LineStyle::text() const {
+  TextStream out;  // the colour first: a rectangle's border knows no other order
+  out << "linecolor rgb " << quoted(colour) << " linewidth " << width << " dashtype " << dash;
+  return out.str();
+}
+
+std::string MarkStyle::text() const {
+  TextStream out;
+  out << "pointtype " << shape << " pointsize " << size << " linewidth " << width
+      << " linecolor rgb " << quoted(colour);
+  return out.str();
+}
+
+int filled(std::size_t index) { return shapes[index % std::size(shapes)]; }
+
+std::string BoxStyle::text() const {
+  std::string out = front ? "front " : "";
+  out += fill ? "fillcolor rgb " + quoted(*fill) + " fillstyle solid " : "fillstyle empty ";
+  return out + (border ? "border " + border->text() : "noborder");
+}
+
+std::string TextStyle::text() const {
+  const char* sides[] = {"left", "center", "right"};
+  return std::string(sides[static_cast<int>(align)]) + (upright ? " rotate by 90" : "") +
+         " front textcolor rgb " + quoted(colour) + (boxed ? " boxed" : "");
+}
+
+double text_width(const std::string& text, int size) {
+  double width = 0;
+  for (const char c : text) {
+    if (!continues_character(c)) width += width_of(c);
+  }
+  // Not less than characters_in() counts on, so that a word that fits is not broken by it.
+  return std::max(width, character_width * static_cast<double>(character_count(text))) * size;
+}
+
+std::size_t characters_in(double width, int size) {
+  return static_cast<std::size_t>(std::max(1.0, width / (character_width * size)));
+}
+
+namespace {
+
+struct Bounds {
+  double low = 0;
+  double high = 0;
+
+  void extend(const Images& images) {
+    for (const double value : images.reshaped()) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+};
+
+}  // namespace
+
+ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimates, int ticks) {
+  constexpr double slack = 1e-6;  // of a step, against rounding
+  Bounds shown;
+  shown.extend(truth);
+  Bounds all = shown;
+  for (const Images& images : estimates) all.extend(images);
+
+  const double span = shown.high - shown.low;
+  if (span > 0) {
+    shown.low = std::max(all.low, shown.low - (shown.low < 0 ? 0.5 : 0.25) * span);
+    shown.high = std::min(all.high, shown.high + (shown.high > 0 ? 0.5 : 0.25) * span);
+  } else {
+    shown = all;  // a blank truth: whatever a solver shows is an artefact
+  }
+  if (shown.high - shown.low < 1e-9) shown = {-0.1, 0.1};
+
+  ColourScale scale;
+  const double most = std::max(-shown.low, shown.high);
+  scale.step = round_step(2 * most, ticks);
+  scale.high = scale.step * std::ceil(most / scale.step - slack);
+  scale.low = -scale.high;
+  scale.below = all.low < scale.low - slack * scale.step;
+  scale.above = all.high > scale.high + slack * scale.step;
+  return scale;
 }
 
 }  // namespace ertbench

@@ -1,10 +1,203 @@
 #include "bench/plot/panel.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
-#include "core/text_stream.h"
+#include "core/text.h"
 
 namespace ertbench {
+namespace {
+
+std::vector<Tick> named(const std::vector<double>& values) {
+  std::vector<Tick> ticks;
+  for (const double value : values) ticks.push_back({value, number_text(value)});
+  return ticks;
+}
+
+}  // namespace
+
+double round_step(double span, int ticks) {
+  const double power = std::pow(10.0, std::floor(std::log10(span / ticks)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= span / ticks * (1 - 1e-9)) return factor * power;
+  }
+  return 10 * power;
+}
+
+std::vector<double> even_ticks(const Span& span, int ticks) {
+  std::vector<double> out;
+  const double step = round_step(span.high - span.low, ticks);
+  const double first = std::ceil(span.low / step - 1e-9);
+  const double last = std::floor(span.high / step + 1e-9);
+  // Spans so narrow that their ends are hardly told apart have no ticks between them.
+  constexpr double most = 1e15;
+  constexpr int most_ticks = 1000;
+  if (!(std::abs(first) < most && last - first < most_ticks)) return out;
+  const int count = static_cast<int>(last - first) + 1;
+  for (int k = 0; k < count; ++k) {
+    const double i = first + k;
+    out.push_back(i == 0 ? 0 : i * step);  // never minus zero
+  }
+  return out;
+}
+
+std::vector<double> log_ticks(const Span& span) {
+  const double decades = std::log10(span.high / span.low);
+  if (decades < 0.7) return even_ticks(span, 6);
+  std::vector<double> ticks;
+  const int every = std::max(1, static_cast<int>(std::ceil(decades / 8)));
+  const int first = static_cast<int>(std::floor(std::log10(span.low)));
+  for (int power = first; std::pow(10.0, power) <= span.high; ++power) {
+    if (power % every != 0) continue;
+    for (const double digit : decades > 3 ? std::vector{1.0} : std::vector{1.0, 2.0, 5.0}) {
+      const double value = digit * std::pow(10.0, power);
+      if (value >= span.low && value <= span.high) ticks.push_back(value);
+    }
+  }
+  return ticks;
+}
+
+std::vector<Tick> time_ticks() {
+  return {{0.1, "0.1 µs"}, {1, "1 µs"},     {10, "10 µs"}, {100, "100 µs"}, {1e3, "1 ms"},
+          {1e4, "10 ms"},  {1e5, "100 ms"}, {1e6, "1 s"},  {1e7, "10 s"},   {1e8, "100 s"}};
+}
+
+std::vector<Tick> rate_ticks() {
+  return {{0.1, "0.1"},  {1, "1"},       {10, "10"},   {100, "100"}, {1e3, "1 k"},
+          {1e4, "10 k"}, {1e5, "100 k"}, {1e6, "1 M"}, {1e7, "10 M"}};
+}
+
+Axis Axis::even(const Span& span, std::string title) {
+  return {span.low, span.high, false, named(even_ticks(span, 8)), std::move(title)};
+}
+
+Axis Axis::logarithms(const Span& span, std::string title) {
+  return {span.low, span.high, true, named(log_ticks(span)), std::move(title)};
+}
+
+double Axis::share(double value) const {
+  if (logarithmic) return std::log(value / low) / std::log(high / low);
+  return (value - low) / (high - low);
+}
+
+void Axis::cap() {
+  constexpr double room = 0.05;  // of the axis, between two ticks
+  while (!ticks.empty() && share(ticks.back().value) > 1 - room) ticks.pop_back();
+  ticks.push_back({high, "≥ " + number_text(high)});
+}
+
+namespace {
+
+constexpr double gap_below = 6;  ///< below the panel, px
+
+bool fits(const std::string& name, double slot, int size) {
+  constexpr std::size_t most_lines = 4;
+  return widest_word(name, size) <= slot &&
+         wrapped(name, characters_in(slot, size)).size() <= most_lines;
+}
+
+}  // namespace
+
+double widest_word(const std::string& text, int size) {
+  double widest = 0;
+  std::string word;
+  for (const char c : text + " ") {
+    if (c != ' ') word += c;
+    if (c != ' ' && c != '-' && c != '_') continue;
+    widest = std::max(widest, text_width(word, size));
+    word.clear();
+  }
+  return widest;
+}
+
+CategoryNames::CategoryNames(std::vector<std::string> names, double slot, int size)
+    : names_(std::move(names)), slot_(slot), size_(size) {
+  upright_ = std::any_of(names_.begin(), names_.end(),
+                         [&](const std::string& name) { return !fits(name, slot_, size_); });
+}
+
+double CategoryNames::height() const {
+  double most = 0;
+  for (const std::string& name : names_) {
+    const auto lines = static_cast<double>(wrapped(name, characters_in(slot_, size_)).size());
+    most = std::max(most, upright_ ? text_width(name, size_) : lines * (size_ + 2));
+  }
+  return gap_below + most;
+}
+
+void CategoryNames::draw(Canvas& canvas, double left, double bottom) const {
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const double x = left + (static_cast<double>(i) + 0.5) * slot_;
+    if (upright_) {
+      canvas.text(names_[i], x, bottom + gap_below,
+                  {.size = size_, .align = TextAlign::right, .upright = true});
+    } else {
+      canvas.lines(names_[i], characters_in(slot_, size_), x, bottom + gap_below + size_ / 2.0,
+                   {.size = size_});
+    }
+  }
+}
+
+namespace {
+
+constexpr int size = 10;
+constexpr double entry_gap = 16;  ///< between two entries, px
+
+/// Of what stands before the text, px.
+double sample_width(const LegendEntry& entry) {
+  if (entry.line) return entry.mark && entry.line->dash > 1 ? 46 : 34;
+  if (entry.mark || entry.fill) return 13;
+  return 0;
+}
+
+double text_left(const LegendEntry& entry) {
+  const double sample = sample_width(entry);
+  return sample > 0 ? sample + 6 : 0;
+}
+
+}  // namespace
+
+Legend::Legend(double left, double right, std::optional<int> columns)
+    : left_(left), right_(right), columns_(columns) {}
+
+void Legend::add(LegendEntry entry) {
+  double width = text_left(entry) + text_width(entry.text, size) + entry_gap;
+  if (columns_) {
+    const double column = (right_ - left_) / *columns_;
+    const double taken = std::ceil((width - entry_gap + 4) / column);
+    width = column * std::clamp<double>(taken, 1, *columns_);
+    entry.text = one_line(entry.text, characters_in(width - text_left(entry) - 4, size));
+  }
+  const bool fits = left_ + next_ + width <= right_ + (columns_ ? 1 : entry_gap);
+  if (next_ > 0 && (broken_ || !fits)) {
+    next_ = 0;
+    ++line_;
+  }
+  broken_ = false;
+  entries_.push_back({std::move(entry), left_ + next_, line_});
+  next_ += width;
+}
+
+void Legend::draw(Canvas& canvas, double top) const {
+  for (const Place& place : entries_) {
+    const LegendEntry& entry = place.entry;
+    const double y = top + line_height * place.line;
+    const double sample = sample_width(entry);
+    if (entry.line && entry.mark) {  // from the mark on, so that both sides show the same dashes
+      canvas.line(place.left + sample / 2, y, place.left, y, *entry.line);
+      canvas.line(place.left + sample / 2, y, place.left + sample, y, *entry.line);
+    } else if (entry.line) {
+      canvas.line(place.left, y, place.left + sample, y, *entry.line);
+    }
+    if (entry.fill)
+      canvas.rectangle({place.left, y - 5, place.left + 12, y + 5}, {.fill = entry.fill});
+    if (entry.mark) canvas.mark(place.left + sample / 2, y, *entry.mark);
+    canvas.text(entry.text, place.left + text_left(entry), y,
+                {.size = size, .align = TextAlign::left});
+  }
+}
+
 namespace {
 
 /// gnuplot's own error bars leave a white spot at their point.

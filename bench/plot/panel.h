@@ -1,14 +1,135 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "bench/plot/axis.h"
 #include "bench/plot/canvas.h"
 #include "bench/plot/label_layout.h"
 
 namespace ertbench {
+
+/// From the least value to the largest; empty before the first.
+struct Span {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void extend(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  bool empty() const { return low > high; }
+};
+
+/// The smallest of 1, 2 or 5 times a power of ten that divides `span` into at most `ticks` steps.
+double round_step(double span, int ticks);
+
+/// Multiples of a round step within the span, at most about `ticks`; none where the span is so
+/// narrow beside its place that they are no different numbers.
+std::vector<double> even_ticks(const Span& span, int ticks);
+
+/// Values to stand at a logarithmic axis: in even steps over a narrow range, 1, 2, 5, 10, ... over
+/// a few decades, powers of ten over many. The span must be positive.
+std::vector<double> log_ticks(const Span& span);
+
+/// A value at an axis and what is written there; may be empty for a line of the grid alone.
+struct Tick {
+  double value = 0;
+  std::string text;
+};
+
+/// Ticks of a logarithmic axis in µs, one each decade: "10 µs", "1 ms".
+std::vector<Tick> time_ticks();
+/// The same for frames per second: "100", "1 k".
+std::vector<Tick> rate_ticks();
+
+/// The scale along one side of a panel or of a colour bar.
+struct Axis {
+  double low = 0;
+  double high = 1;
+  bool logarithmic = false;
+  std::vector<Tick> ticks = {};
+  std::string title = {};
+  bool slanted = false;  ///< the ticks' texts stand at 45 degrees
+  bool grid = true;      ///< a light line at each tick
+
+  /// With even ticks.
+  static Axis even(const Span& span, std::string title = {});
+  /// With logarithmic ticks; the span must be positive.
+  static Axis logarithms(const Span& span, std::string title = {});
+
+  /// Where a value lies: 0 at `low` to 1 at `high`.
+  double share(double value) const;
+  double capped(double value) const { return std::clamp(value, low, high); }
+  /// Says at the upper end that what lies above is drawn there: "≥ 10".
+  void cap();
+};
+
+/// Names below the slots of a panel: level, in lines, where their words fit the slots; else all of
+/// them upright.
+class CategoryNames {
+ public:
+  /// `slot` is the width of each, px.
+  CategoryNames(std::vector<std::string> names, double slot, int size = 9);
+
+  bool upright() const { return upright_; }
+  double height() const;  ///< px that they need below the panel
+  /// `left` and `bottom` are the panel's, px.
+  void draw(Canvas& canvas, double left, double bottom) const;
+
+ private:
+  std::vector<std::string> names_;
+  double slot_;
+  int size_;
+  bool upright_;
+};
+
+/// The width of the widest piece of a text that is not broken between lines, px.
+double widest_word(const std::string& text, int size);
+
+/// What a line, a mark or a colour stands for; any of them may be absent.
+struct LegendEntry {
+  std::string text;
+  std::optional<LineStyle> line = {};
+  std::optional<MarkStyle> mark = {};
+  std::optional<Colour> fill = {};
+};
+
+/// Entries beside each other, in as many lines as they need.
+class Legend {
+ public:
+  static constexpr double line_height = 18;
+
+  /// Between two edges of a picture, px; with `columns`, in columns of equal width, of
+  /// which a text that is too long for one takes several.
+  Legend(double left, double right, std::optional<int> columns = {});
+
+  void add(LegendEntry entry);
+  /// What is added next begins a line.
+  void new_line() { broken_ = true; }
+
+  double height() const { return entries_.empty() ? 0 : line_height * (line_ + 1); }
+  /// `top` is the middle of the first line, px.
+  void draw(Canvas& canvas, double top) const;
+
+ private:
+  struct Place {
+    LegendEntry entry;
+    double left;  ///< px
+    int line;
+  };
+
+  double left_;
+  double right_;
+  std::optional<int> columns_;
+  std::vector<Place> entries_;
+  double next_ = 0;  ///< px from the left edge
+  int line_ = 0;
+  bool broken_ = false;
+};
 
 /// Points (x, y) in the units of a panel's axes.
 using Points = std::vector<std::pair<double, double>>;

@@ -7,15 +7,14 @@
 #include <optional>
 #include <set>
 
-#include "bench/charts/chart_types.h"
+#include "bench/features/features.h"
 #include "bench/publish/clock_stage.h"
 #include "bench/publish/published_result.h"
-#include "bench/record/provenance.h"
-#include "bench/run/builds.h"
-#include "bench/run/job_records.h"
+#include "bench/record/record_file.h"
+#include "bench/run/job_runner.h"
 #include "bench/run/runner.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 

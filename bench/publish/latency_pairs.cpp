@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/publish/published_folder.h"
-#include "core/json_reader.h"
-#include "core/quantile.h"
+#include "core/json.h"
+#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {

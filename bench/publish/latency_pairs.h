@@ -7,7 +7,7 @@
 
 #include "bench/record/result_row.h"
 #include "bench/table/table.h"
-#include "core/interval.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 

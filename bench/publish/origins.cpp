@@ -4,7 +4,7 @@
 #include <set>
 
 #include "bench/publish/published_folder.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {

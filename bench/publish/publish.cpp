@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "bench/load/load_report.h"
-#include "bench/load/load_run.h"
+#include "bench/features/features.h"
 #include "bench/pages/page.h"
 #include "bench/publish/latency_pairs.h"
 #include "bench/publish/origins.h"
@@ -11,14 +10,12 @@
 #include "bench/publish/published_result.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
-#include "bench/run/stages.h"
-#include "bench/table/writers.h"
-#include "core/atomic_file.h"
+#include "bench/speed/load_run.h"
+#include "bench/table/table.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/process.h"
-#include "core/regular_file.h"
-#include "core/temporary_folder.h"
 #include "core/text.h"
 
 namespace ertbench {

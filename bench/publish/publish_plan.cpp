@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "bench/record/limit_file.h"
-#include "bench/record/reuse.h"
+#include "bench/record/record_file.h"
 #include "core/build_stamp.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -6,9 +6,9 @@
 #include "bench/publish/clocks.h"
 #include "bench/publish/published_folder.h"
 #include "bench/record/limit_file.h"
-#include "bench/report/results.h"
+#include "bench/run/results.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -7,7 +7,7 @@
 
 #include "bench/experiment/experiment.h"
 #include "bench/record/result_row.h"
-#include "core/json_value.h"
+#include "core/json.h"
 
 namespace ertbench {
 

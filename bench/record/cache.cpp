@@ -1,11 +1,19 @@
 #include "bench/record/cache.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/build.h"
+#include "core/build_stamp.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/solver_file.h"
 
@@ -77,6 +85,105 @@ std::filesystem::path Cache::fitted_solver(const FitRecipe& recipe) const {
 
 std::filesystem::path Cache::work_folder(const FitRecipe& recipe) const {
   return fitted_solver(recipe).replace_extension(".work");
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::uint64_t bytes_of(const fs::path& file) {
+  std::error_code gone;
+  if (!fs::is_directory(file, gone)) {
+    const std::uint64_t bytes = fs::file_size(file, gone);
+    return gone ? 0 : bytes;
+  }
+  std::uint64_t sum = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(file, gone)) {
+    const std::uint64_t bytes = entry.is_regular_file(gone) ? entry.file_size(gone) : 0;
+    if (!gone) sum += bytes;
+  }
+  return sum;
+}
+
+double age_days(const fs::path& file) {
+  std::error_code gone;
+  const auto written = fs::last_write_time(file, gone);
+  if (gone) return 0;
+  const auto age = fs::file_time_type::clock::now() - written;
+  return std::chrono::duration<double, std::ratio<86400>>(age).count();
+}
+
+/// Whether a process holds the lock on the work folder of a fit.
+bool is_locked(const fs::path& lock) {
+  const int descriptor = ::open(lock.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool locked = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  ::close(descriptor);
+  return locked;
+}
+
+/// `code`: that such things depend on, of this program.
+void set_build(const std::optional<BuildStamp>& build, const std::string& code,
+               CachedThing& thing) {
+  thing.commit = build ? build->commit_text() : "unknown";
+  thing.stale = !build || build->code != code;
+}
+
+CachedThing cached_dataset(const fs::path& file) {
+  CachedThing thing{"dataset", file, {file}};
+  const fs::path epochs = fs::path(file).replace_extension(".epochs");
+  if (fs::exists(epochs)) thing.files.push_back(epochs);
+  std::optional<BuildStamp> build;
+  try {
+    build = DatasetFile(file).build();
+  } catch (const InputError&) {
+  }
+  set_build(build, this_build().data_code, thing);
+  return thing;
+}
+
+CachedThing cached_solver(const fs::path& file) {
+  const fs::path note = fs::path(file) += ".json";
+  const fs::path work = fs::path(file).replace_extension(".work");
+  CachedThing thing{"solver", file, {file}};
+  for (const fs::path& other : {note, work}) {
+    if (fs::exists(other)) thing.files.push_back(other);
+  }
+  std::optional<BuildStamp> build;
+  try {
+    build = build_stamp_from_json(read_json_file(note).value("build", nlohmann::json()));
+  } catch (const std::exception&) {
+  }
+  set_build(build, build ? fit_code_now(build->code) : "", thing);
+  thing.in_use = is_locked(work / "lock");
+  return thing;
+}
+
+}  // namespace
+
+std::vector<CachedThing> cache_contents(const Cache& cache) {
+  std::vector<CachedThing> things;
+  const auto add = [&](const char* folder, const char* ending, auto thing_at) {
+    std::error_code absent;
+    for (const auto& entry : fs::directory_iterator(cache.folder() / folder, absent)) {
+      if (entry.path().extension() == ending) things.push_back(thing_at(entry.path()));
+    }
+  };
+  add("datasets", ".h5", cached_dataset);
+  add("solvers", ".fitted", cached_solver);
+  for (CachedThing& thing : things) {
+    thing.age_days = age_days(thing.file);
+    for (const fs::path& file : thing.files) thing.bytes += bytes_of(file);
+  }
+  std::sort(things.begin(), things.end(), [](const CachedThing& a, const CachedThing& b) {
+    return std::pair(a.kind, a.file) < std::pair(b.kind, b.file);
+  });
+  return things;
+}
+
+void remove_cached(const CachedThing& thing) {
+  // The note goes before the solver: without it the solver does not count.
+  for (auto file = thing.files.rbegin(); file != thing.files.rend(); ++file) fs::remove_all(*file);
 }
 
 }  // namespace ertbench

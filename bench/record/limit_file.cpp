@@ -6,10 +6,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/bootstrap.h"
 #include "core/build.h"
 #include "core/build_stamp.h"
-#include "core/json_reader.h"
+#include "core/json.h"
+#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {

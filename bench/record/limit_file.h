@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bench/record/experiment_results.h"
+#include "bench/record/record_file.h"
 #include "bench/record/result_row.h"
-#include "bench/record/reuse.h"
 #include "forward/data/dataset_spec.h"
 
 namespace ertbench {

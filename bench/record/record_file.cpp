@@ -1,17 +1,212 @@
 #include "bench/record/record_file.h"
 
-#include <nlohmann/json.hpp>
+#include <H5public.h>
+#include <sys/utsname.h>
+#include <unistd.h>
 
-#include "bench/record/provenance.h"
-#include "core/atomic_file.h"
+#include <Eigen/Core>
+#include <algorithm>
+#include <ctime>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <thread>
+
+#include "bench/record/cache.h"
 #include "core/build.h"
-#include "core/json_checksum.h"
-#include "core/json_reader.h"
+#include "core/build_stamp.h"
+#include "core/checksum.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "core/text.h"
 
 namespace ertbench {
 
-using nlohmann::json;
+const char* name_of(Reuse reuse) {
+  switch (reuse) {
+    case Reuse::same_code:
+      return "same-code";
+    case Reuse::same_program:
+      return "same-program";
+    case Reuse::clean:
+      return "clean";
+  }
+  return "";
+}
+
+Reuse reuse_from_name(const std::string& name) {
+  for (const Reuse reuse : {Reuse::same_code, Reuse::same_program, Reuse::clean}) {
+    if (name == name_of(reuse)) return reuse;
+  }
+  throw InputError("--reuse: must be same-code, same-program or clean, got \"" + printable(name) +
+                   "\"");
+}
+
+std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse) {
+  if (!made) return "it does not say which build made it";
+  const std::string by = " (commit " + made->commit_text() + ")";
+  if (made->code != now.code || made->plugins != now.plugins) {
+    return "it was made by other code" + by;
+  }
+  if (made->program == now.program) return "";
+  if (reuse == Reuse::same_program) {
+    return "it was made by another program" + by;
+  }
+  if (reuse == Reuse::clean && (made->dirty || made->commit == "unknown")) {
+    return "it was made by a build whose sources were not committed" + by;
+  }
+  return "";
+}
+
+std::string fit_code_now(const std::string& code) {
+  const std::map<std::string, std::string>& codes = this_build().fit_codes;
+  const auto found = codes.find(code.substr(0, code.find(' ')));
+  return found == codes.end() ? "" : found->second;
+}
+
+namespace {
+
+std::string joined(int a, int b, int c) {
+  return std::to_string(a) + "." + std::to_string(b) + "." + std::to_string(c);
+}
+
+}  // namespace
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+std::string host_name() {
+  utsname system{};
+  ::uname(&system);
+  return system.nodename;
+}
+
+std::string cpu_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("model name", 0) != 0) continue;
+    const auto colon = line.find(": ");
+    if (colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+nlohmann::json machine_provenance() {
+  utsname system{};
+  ::uname(&system);
+  const BuildStamp build = stamp_of_this_build(this_build().record_code);
+  return {{"commit", build.commit},
+          {"dirty", build.dirty},
+          {"program", build.program},
+          {"host", system.nodename},
+          {"system", std::string(system.sysname) + " " + system.release},
+          {"cpu", cpu_name()},
+          {"cores", std::thread::hardware_concurrency()},
+          {"compiler", "g++ " __VERSION__},
+          {"libraries",
+           {{"eigen", joined(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+            {"hdf5", joined(H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE)},
+            {"nlohmann_json", joined(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+                                     NLOHMANN_JSON_VERSION_PATCH)}}},
+          {"date", utc_now()}};
+}
+
+nlohmann::json provenance(const Experiment& experiment, int jobs, const DateRange& measured) {
+  nlohmann::json seeds = nlohmann::json::object();
+  nlohmann::json datasets = nlohmann::json::object();
+  for (const DatasetSpec* spec : experiment.datasets()) {
+    seeds[spec->name] = spec->seed;
+    datasets[spec->name] = to_json(*spec);
+  }
+  nlohmann::json out = machine_provenance();
+  out["rendered"] = out.at("date");
+  if (!measured.last.empty()) {
+    out["date"] = measured.last;
+    out["measured"] = {{"first", measured.first}, {"last", measured.last}};
+  }
+  if (!experiment.overrides.empty()) out["set"] = experiment.overrides;
+  out["threads"] = 1;
+  out["jobs"] = jobs;
+  out["seeds"] = seeds;
+  out["datasets"] = datasets;
+  return out;
+}
+
+namespace {
+
 namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr double pause_s = 0.5;
+constexpr double longest_s = 1e9;  ///< more is no time that anybody would wait for
+
+fs::path progress_aside(const fs::path& file) {
+  fs::path aside = file;
+  return aside += ".tmp";
+}
+
+}  // namespace
+
+ProgressFile::ProgressFile(fs::path file) : file_(std::move(file)) {}
+
+ProgressFile::~ProgressFile() { remove_progress(file_); }
+
+void ProgressFile::update(std::uint64_t done, std::uint64_t total, const std::string& text) {
+  const Clock::time_point now = Clock::now();
+  const auto seconds_since = [&](Clock::time_point then) {
+    return std::chrono::duration<double>(now - then).count();
+  };
+  if (!start_) {
+    start_ = now;
+    first_done_ = done;
+  } else if (seconds_since(last_) < pause_s) {
+    return;
+  }
+  last_ = now;
+  double left = 0;
+  if (done > first_done_ && done < total) {
+    left = std::min(longest_s, seconds_since(*start_) * static_cast<double>(total - done) /
+                                   static_cast<double>(done - first_done_));
+  }
+  const double fraction =
+      total > 0 ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total)) : 0;
+  const json content = {{"fraction", fraction}, {"text", text}, {"seconds_left", left}};
+  // Renamed into place but not forced to the disk: it is of no use after a power cut.
+  std::ofstream out(progress_aside(file_));
+  out << json_text(content);
+  out.close();
+  std::error_code ignored;
+  if (out) fs::rename(progress_aside(file_), file_, ignored);
+}
+
+void remove_progress(const fs::path& file) {
+  std::error_code ignored;
+  fs::remove(file, ignored);
+  fs::remove(progress_aside(file), ignored);
+}
+
+std::optional<TrialProgress> read_progress(const fs::path& file) {
+  try {
+    const json content = read_json_file(file);
+    JsonObject object(content, file.string(), "");
+    TrialProgress progress;
+    progress.fraction = object.number("fraction", {0, 1});
+    if (!object.raw("text").is_string()) return std::nullopt;
+    progress.text = printable(object.raw("text").get_ref<const std::string&>());
+    progress.seconds_left = object.number("seconds_left", {0, longest_s});
+    return progress;
+  } catch (const InputError&) {
+    return std::nullopt;  // not there, or not written by us
+  }
+}
 
 fs::path record_file(const fs::path& folder, const std::string& job, const std::string& ending) {
   return folder / "records" / (job + ending);

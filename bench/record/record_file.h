@@ -1,14 +1,87 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 
-#include "bench/record/reuse.h"
-#include "core/json_value.h"
+#include "bench/experiment/experiment.h"
+#include "bench/record/result_row.h"
+#include "core/build_stamp.h"
+#include "core/json.h"
 
 namespace ertbench {
+
+/// Which datasets, fitted solvers and records of earlier runs are taken as they are. In every case
+/// their recipe, their keys, must be the same.
+enum class Reuse {
+  same_code,     ///< those whose numbers do not depend on anything that changed since
+  same_program,  ///< those of this very program (`--rebuild-stale`)
+  clean,         ///< those of the same code from builds whose sources were committed (`publish`)
+};
+
+/// "same-code", "same-program", "clean": of `ertbench trial --reuse`.
+const char* name_of(Reuse reuse);
+/// The inverse. Throws InputError for another name.
+Reuse reuse_from_name(const std::string& name);
+
+/// Why something is not to be reused, "it was made by other code (commit 0123456789ab)"; empty
+/// where it may be. `made`: the build that made it, none where it does not say; `now`: this one,
+/// with the hash of the code that such things depend on.
+std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse);
+
+/// The code (Build::fit_codes) that a fitted solver has now, of whose room `code` was when it was
+/// fitted; empty where there is no such room any more.
+std::string fit_code_now(const std::string& code);
+
+std::string cpu_name();
+std::string host_name();
+/// Now, "2026-01-31T12:00:00Z".
+std::string utc_now();
+
+/// What this program runs on: commit, host, system, cpu, cores, compiler, library versions, date.
+nlohmann::json machine_provenance();
+
+/// What a reviewer needs to run the same again: commit, host, cpu, threads, library versions,
+/// seeds, and the full recipe of every dataset. "date" is when the last of the numbers was
+/// measured, "measured" when the first and the last were, "rendered" when the tables were written.
+nlohmann::json provenance(const Experiment& experiment, int jobs, const DateRange& measured);
+
+/// What a trial is doing.
+struct TrialProgress {
+  double fraction = 0;      ///< done, 0 ... 1
+  std::string text;         ///< the solver's: "epoch 5 of 12, validation error 0.412"
+  double seconds_left = 0;  ///< 0 where there is no telling
+};
+
+/// A small file by which a trial's process tells the runner what it does: written whole at most
+/// twice a second, removed in the end. A file that cannot be written is no reason to fail.
+class ProgressFile {
+ public:
+  explicit ProgressFile(std::filesystem::path file);
+  ProgressFile(const ProgressFile&) = delete;
+  ProgressFile& operator=(const ProgressFile&) = delete;
+  ~ProgressFile();
+
+  void update(std::uint64_t done, std::uint64_t total, const std::string& text);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::filesystem::path file_;
+  std::optional<Clock::time_point> start_;  ///< of the first update
+  std::uint64_t first_done_ = 0;            ///< then; a fit may go on where it stopped
+  Clock::time_point last_;
+};
+
+/// Removes the file of a trial that could not do so itself, as it crashed or was killed.
+void remove_progress(const std::filesystem::path& file);
+
+/// Nothing where there is no such file, or none that can be read.
+std::optional<TrialProgress> read_progress(const std::filesystem::path& file);
 
 /// Version of what the records of accuracy and timing hold; part of their keys.
 inline constexpr int record_schema = 4;

@@ -5,9 +5,44 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 
 namespace ertbench {
+
+std::string text_of(const Builds& builds) {
+  std::map<std::string, std::string> made;  // what each build made
+  bool dirty = false;
+  for (const auto& [stage, stamps] : builds) {
+    for (const BuildStamp& stamp : stamps) {
+      std::string& what =
+          made["commit " + stamp.commit_text() + ", program " + stamp.program.substr(0, 8)];
+      what += (what.empty() ? "" : ", ") + stage;
+      dirty = dirty || stamp.dirty;
+    }
+  }
+  if (made.empty()) return "";
+  std::string out;
+  if (made.size() == 1) {
+    out = "build: " + made.begin()->first + ".";
+  } else {
+    out = "Made of records of " + std::to_string(made.size()) +
+          " builds of the program, whose code does not differ in what the numbers depend on:";
+    for (const auto& [build, what] : made)
+      out.append(" ").append(build).append(" (").append(what).append(");");
+    out.back() = '.';
+  }
+  if (dirty) out += " dirty: with changes that were not committed.";
+  return out;
+}
+
+nlohmann::json to_json(const Builds& builds) {
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [stage, stamps] : builds) {
+    for (const BuildStamp& stamp : stamps) out[stage].push_back(to_json(stamp));
+  }
+  return out;
+}
+
 namespace {
 
 using nlohmann::json;
@@ -280,6 +315,36 @@ ResultRow result_row_from_json(JsonObject object) {
   if (object.has("sweep")) row.sweep = object.object("sweep").value();
   object.finish();
   return row;
+}
+
+namespace {
+
+void count(const json& parameters, Convergence& convergence) {
+  if (!parameters.is_object() || !parameters.contains("training")) return;
+  const json& training = parameters.at("training");
+  if (!training.is_object() || !training.contains("best_epoch")) return;
+  ++convergence.runs;
+  const json& best = training.at("best_epoch");
+  const json allowed = parameters.value("epochs", json());
+  const json said = training.value("converged", json());
+  const bool last = best.is_number() && allowed.is_number() && best >= allowed;
+  if (said.is_boolean() ? !said.get<bool>() : last) ++convergence.not_converged;
+}
+
+}  // namespace
+
+Convergence convergence_of(const ResultRow& row) {
+  Convergence convergence;
+  if (!row.seeds || row.seeds->parameters->empty()) {
+    count(*row.parameters, convergence);
+    return convergence;
+  }
+  for (const json& different : *row.seeds->parameters) {
+    json parameters = *row.parameters;
+    parameters.update(different);
+    count(parameters, convergence);
+  }
+  return convergence;
 }
 
 }  // namespace ertbench

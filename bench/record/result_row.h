@@ -1,17 +1,51 @@
 #pragma once
 
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/record/timing_place.h"
-#include "bench/score/metric_summary.h"
 #include "bench/score/metrics.h"
 #include "core/build_stamp.h"
-#include "core/json_value.h"
+#include "core/json.h"
 
 namespace ertbench {
+
+/// Where and beside what a row's times were measured.
+struct TimingPlace {
+  std::string cpu;   ///< the processor's name; empty where an earlier version did not say
+  std::string node;  ///< the machine's
+  /// Cores that other processes kept busy meanwhile, the most of the rounds.
+  double busy_cores = 0;
+
+  bool operator==(const TimingPlace&) const = default;
+};
+
+/// From how many cores on others are said to have disturbed the clock.
+inline constexpr double least_disturbing_cores = 0.25;
+
+/// When records were made. Dates are ISO 8601 in UTC, so that their order is that of the text.
+struct DateRange {
+  std::string first;  ///< empty where there are none
+  std::string last;
+
+  void add(const std::string& date) {
+    if (date.empty()) return;
+    if (first.empty() || date < first) first = date;
+    if (last.empty() || date > last) last = date;
+  }
+};
+
+/// By stage, and of "fits": the builds that made the records of a result, each once.
+using Builds = std::map<std::string, std::vector<BuildStamp>>;
+
+/// For a table's foot: "build: commit 0123456789ab, program 01234567.", of several builds each with
+/// what it made; empty where there is none.
+std::string text_of(const Builds& builds);
+
+/// `{"accuracy": [{"commit", ...}], "fits": [...], ...}`
+nlohmann::json to_json(const Builds& builds);
 
 class JsonObject;
 
@@ -108,5 +142,17 @@ nlohmann::json to_json(const ResultRow& row);
 /// a row without a family is one of its own, without suspect frames it has none. Throws InputError
 /// naming the place of what else is missing, misspelt or of another type.
 ResultRow result_row_from_json(JsonObject object);
+
+/// How many of a row's training runs came to rest within their budget of epochs.
+struct Convergence {
+  int runs = 0;           ///< one for each seed; 0 where nothing was trained
+  int not_converged = 0;  ///< of these, the runs whose best epoch is the last that was allowed
+
+  bool all() const { return not_converged == 0; }
+};
+
+/// Reads it from what the trainings reported in the row's parameters, `"training": {"best_epoch",
+/// "converged"}`; where an earlier program did not say `"converged"`, from `"epochs"` beside it.
+Convergence convergence_of(const ResultRow& row);
 
 }  // namespace ertbench

@@ -4,11 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/analysis/row_remarks.h"
-#include "bench/record/convergence.h"
 #include "bench/record/limit_file.h"
-#include "bench/report/published_value.h"
-#include "core/bootstrap.h"
+#include "bench/record/result_row.h"
+#include "bench/report/row_remarks.h"
+#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {

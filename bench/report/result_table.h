@@ -4,8 +4,7 @@
 #include <span>
 #include <string>
 
-#include "bench/experiment/published_table.h"
-#include "bench/record/builds_text.h"
+#include "bench/experiment/experiment.h"
 #include "bench/record/result_row.h"
 #include "bench/table/table.h"
 

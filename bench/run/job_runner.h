@@ -4,14 +4,60 @@
 #include <deque>
 #include <filesystem>
 #include <list>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
-#include "bench/run/job_records.h"
+#include "bench/experiment/solver_entry.h"
+#include "bench/record/record_file.h"
 #include "bench/run/stage.h"
 #include "core/process.h"
 
 namespace ertbench {
+
+class Stage;
+struct Experiment;
+
+/// The records that the jobs of one stage left in a result folder, now or earlier, and what failed
+/// just now.
+class JobRecords {
+ public:
+  JobRecords(const Stage& stage, const Experiment& experiment, std::filesystem::path folder,
+             Reuse reuse = Reuse::same_code);
+
+  /// The job's file; its log and its progress have other endings.
+  std::filesystem::path file(const Job& job, const std::string& ending = ".json") const;
+  /// The job's record, of the right key and one that the stage can read, where it may be reused.
+  FoundRecord find(const Job& job) const;
+  /// Puts the record that the job's process has written, which ended well, into its place; whether
+  /// there was one.
+  bool accept(const Job& job);
+  /// The job has a record. Where that cannot be read later on, its row must not pass for one that
+  /// nobody asked for.
+  void expect(const Job& job);
+  /// Removes what a process wrote that did not.
+  void discard(const Job& job) const;
+  /// Nothing where it has none. Throws InputError where one is expected.
+  std::optional<nlohmann::json> read(const Job& job) const;
+
+  void add_failure(const Job& job, Failure failure);
+  /// What went wrong with the job's subject, in this round or another; null where nothing did.
+  const Failure* failure(const Job& job) const;
+  /// The same, or that the job was not run, as --only asks for others.
+  Failure why_missing(const Job& job) const;
+  int failures() const { return static_cast<int>(failures_.size()); }
+
+ private:
+  const Stage& stage_;
+  const Experiment& experiment_;
+  std::filesystem::path folder_;
+  Reuse reuse_;
+  std::map<std::string, Failure> failures_;  ///< by subject
+  std::set<std::string> expected_;           ///< names of jobs that have a record
+};
 
 class Progress;
 

@@ -5,11 +5,26 @@
 #include <vector>
 
 #include "bench/experiment/solver_entry.h"
-#include "bench/record/accuracy_record.h"
-#include "bench/record/timing_record.h"
-#include "bench/run/job_records.h"
+#include "bench/record/cache.h"
+#include "bench/record/measurement_records.h"
+#include "bench/record/result_row.h"
+#include "bench/run/job_runner.h"
+#include "bench/score/image_contacts.h"
 
 namespace ertbench {
+
+/// The results of one training seed on one test set.
+struct SeedResult {
+  int seed;
+  const ScoredSet* set;
+};
+
+/// One row out of those of several seeds (at least one, all of the same frames). Each metric's mean
+/// is the mean of the seeds' means. Interval and median are those of the frames, the value of a
+/// frame being its mean over the seeds; a frame that is undefined for any seed counts as undefined
+/// there, and in the row's `undefined_frames`. `fit_s` is the mean. `parameters` is the first
+/// seed's; status and message are left to the caller.
+ResultRow combine_seeds(std::span<const SeedResult> results);
 
 /// What fitting and scoring one entry gave.
 struct ScoredTrial {
@@ -34,5 +49,11 @@ struct TimedTrial {
 /// Puts the times of the one trial of the row's label that was timed into the row, or what went
 /// wrong with it.
 void add_times(std::span<const TimedTrial> trials, ResultRow& row);
+
+/// The rows that need no solver: the true images themselves, scored like any other, and the image
+/// of an untouched sheet. Contacts are read out of both by the rule that holds where none is chosen
+/// (ContactSettings::rule).
+std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const DatasetSpec> tests,
+                                      const ContactSettings& contacts, const Cache& cache);
 
 }  // namespace ertbench

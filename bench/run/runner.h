@@ -7,11 +7,43 @@
 #include <vector>
 
 #include "bench/experiment/experiment.h"
+#include "bench/features/features.h"
 #include "bench/record/cache.h"
 #include "bench/record/experiment_results.h"
-#include "bench/run/stages.h"
+#include "bench/run/job_runner.h"
+#include "bench/run/stage.h"
 
 namespace ertbench {
+
+class JobRecords;
+class Stage;
+struct Experiment;
+
+/// The jobs of a stage whose records are worth comparing only where they were made in one go
+/// (Stage::in_one_go): a clock that was read on another day, beside other programs, is another
+/// clock. Where a wanted job has no record, those of all others that have one are made again with
+/// it. A go that was interrupted, or in which a job failed, is taken up again on the same day; its
+/// mark in the folder of records tells.
+class OneGo {
+ public:
+  /// `due`: all jobs of the stage; `wanted`: those asked for. Removes what is to be made again.
+  OneGo(const Stage& stage, const Experiment& experiment, const std::filesystem::path& folder,
+        const JobRecords& records, const std::vector<Job>& due, const std::vector<Job>& wanted);
+
+  /// Those to be given to the runner, which leaves out what has a record.
+  const std::vector<Job>& jobs() const { return jobs_; }
+  /// All of them have records.
+  void finish() const;
+
+ private:
+  std::vector<Job> jobs_;
+  std::filesystem::path mark_;  ///< empty where nothing is to be made
+};
+
+/// Notes in the results which builds made the stage's records: in the rows of each job's solver,
+/// and in the list of all.
+void add_builds(const Stage& stage, const Experiment& experiment, const JobRecords& records,
+                ExperimentResults& results);
 
 struct RunOptions {
   std::filesystem::path out;      ///< result folder

@@ -1,28 +1,99 @@
 #include "bench/run/timing_stage.h"
 
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
 
-#include "bench/record/provenance.h"
+#include "bench/record/measurement_records.h"
 #include "bench/record/record_file.h"
-#include "bench/record/timing_record.h"
-#include "bench/run/calibration.h"
-#include "bench/run/fitted_solver.h"
-#include "bench/run/job_records.h"
-#include "bench/run/machine_load.h"
+#include "bench/run/datasets.h"
+#include "bench/run/job_runner.h"
 #include "bench/run/rows.h"
-#include "core/process_tree.h"
-#include "core/quantile.h"
 #include "core/seconds.h"
+#include "core/statistics.h"
+#include "core/supervisor.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 
 namespace ertbench {
+namespace {
+
+double steady_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// The first line of /proc/stat: user, nice, system, idle, iowait, irq, softirq and steal, in ticks
+/// (proc(5)). Time that another guest of the same host stole disturbs as much.
+double machine_busy_s() {
+  std::ifstream in("/proc/stat");
+  std::string word;
+  in >> word;
+  double busy = 0;
+  for (int column = 0; column < 8; ++column) {
+    double ticks = 0;
+    in >> ticks;
+    if (column != 3 && column != 4) busy += ticks;
+  }
+  return in ? busy / static_cast<double>(::sysconf(_SC_CLK_TCK)) : 0;
+}
+
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+double process_s() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+}
+
+}  // namespace
+
+int usable_cores() {
+  cpu_set_t set;
+  // Fails where the machine has more processors than a set of this size.
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+MachineLoad::MachineLoad() : busy_s_(machine_busy_s()), own_s_(process_s()), start_s_(steady_s()) {}
+
+double MachineLoad::others_cores() const {
+  constexpr double least_s = 0.1;  // ten ticks: less time does not resolve a tenth of a core
+  const double elapsed = steady_s() - start_s_;
+  if (elapsed < least_s) return 0;
+  const double others = machine_busy_s() - busy_s_ - (process_s() - own_s_);
+  return std::max(0.0, others / elapsed);
+}
+
+double calibration_us() {
+  using Clock = std::chrono::steady_clock;
+  constexpr int warm_up = 200;
+  constexpr int measured = 1001;
+  const Eigen::MatrixXd matrix = Eigen::MatrixXd::Constant(576, 104, 1.0 / 104);
+  Eigen::VectorXd in = Eigen::VectorXd::Ones(104);
+  Eigen::VectorXd out(576);
+  std::vector<double> microseconds;
+  for (int i = 0; i < warm_up + measured; ++i) {
+    const Clock::time_point start = Clock::now();
+    out.noalias() = matrix * in;
+    in[i % 104] = out[i % 576];  // the next product waits for this one
+    const std::chrono::duration<double, std::micro> time = Clock::now() - start;
+    if (i >= warm_up) microseconds.push_back(time.count());
+  }
+  return median(microseconds);
+}
+
 namespace {
 
 using Clock = SteadyClock;

@@ -5,9 +5,9 @@
 
 #include "bench/experiment/experiment_solvers.h"
 #include "bench/record/record_file.h"
-#include "core/atomic_file.h"
 #include "core/errors.h"
-#include "core/json_text.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "bench/score/metric_entry.h"
+#include "bench/score/metric_formulas.h"
 
 /// All that is known of each metric, in one table. To add a metric, write its formula
 /// (metric_formulas.h), an enumerator (metric_entry.h) and an entry here, and a test.

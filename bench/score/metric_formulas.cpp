@@ -2,12 +2,14 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "bench/contacts/image_moments.h"
-#include "bench/score/contact_score.h"
-#include "bench/score/scored_image.h"
+#include "bench/score/assignment.h"
+#include "bench/score/image_contacts.h"
+#include "forward/data/sheet_model.h"
 
 namespace ertbench {
 namespace {
@@ -169,5 +171,95 @@ std::optional<double> count_error(const ScoredImage& image) {
 }
 
 std::optional<double> ospa_distance(const ScoredImage& image) { return image.contacts.ospa_mm; }
+
+ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distances,
+                            const Scene& scene, std::span<const FoundContact> found) {
+  const std::vector<Eigen::Vector2d> there = true_places_mm(sensor, scene);
+  const std::vector<Eigen::Vector2d> seen = places_mm(sensor, found);
+  ContactScore out;
+  out.there = static_cast<int>(there.size());
+  out.found = static_cast<int>(seen.size());
+  const Eigen::MatrixXd apart = distances_between(there, seen);
+  for (const auto& [row, column] : assign(apart, distances.match).pairs) {
+    ++out.matched;
+    out.distance_mm += apart(row, column);
+  }
+  out.ospa_mm = ospa(there, seen, distances.ospa);
+  return out;
+}
+
+namespace {
+
+using Eigen::ArrayXXd;
+using Eigen::MatrixXd;
+
+constexpr int kReach = 5;  ///< pixels from the middle of a window to its edge
+constexpr double kDeviation = 1.5;
+
+/// Row i holds the weights of the window around pixel i of a line of n pixels: a Gaussian, cut at
+/// the ends of the line, with sum 1. The window of an image is the product of two of these.
+MatrixXd window_weights(int n) {
+  MatrixXd weights = MatrixXd::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = std::max(0, i - kReach); j <= std::min(n - 1, i + kReach); ++j) {
+      const double distance = (j - i) / kDeviation;
+      weights(i, j) = std::exp(-distance * distance / 2);
+    }
+    weights.row(i) /= weights.row(i).sum();
+  }
+  return weights;
+}
+
+}  // namespace
+
+std::optional<double> structural_similarity(const ScoredImage& image) {
+  if (image.truth_is_empty()) return std::nullopt;
+  const PixelGrid pixels = image.sensor.image();
+  const double range =
+      std::max(image.true_change.maxCoeff(), 0.0) - std::min(image.true_change.minCoeff(), 0.0);
+  const double c1 = 0.01 * 0.01;
+  const double c2 = 0.03 * 0.03;
+  // Both in units of the dynamic range, which is 1 from here on.
+  const ArrayXXd x =
+      Eigen::Map<const ArrayXXd>(image.change.data(), pixels.columns(), pixels.rows()) / range;
+  const ArrayXXd y =
+      Eigen::Map<const ArrayXXd>(image.true_change.data(), pixels.columns(), pixels.rows()) / range;
+
+  // Column-major: a pixel's column is the first index.
+  const MatrixXd across = window_weights(pixels.columns());
+  const MatrixXd along = window_weights(pixels.rows());
+  const auto averaged = [&](const ArrayXXd& values) -> ArrayXXd {
+    return (across * values.matrix() * along.transpose()).array();
+  };
+  const ArrayXXd mean_x = averaged(x);
+  const ArrayXXd mean_y = averaged(y);
+  const ArrayXXd variances = averaged(x.square() + y.square()) - mean_x.square() - mean_y.square();
+  const ArrayXXd covariance = averaged(x * y) - mean_x * mean_y;
+  const ArrayXXd similarity = (2 * mean_x * mean_y + c1) * (2 * covariance + c2) /
+                              ((mean_x.square() + mean_y.square() + c1) * (variances + c2));
+  if (pixels.all_on_sheet()) return similarity.mean();
+  double sum = 0;
+  for (int p = 0; p < pixels.count(); ++p) {
+    if (pixels.on_sheet(p)) sum += similarity.data()[p];
+  }
+  return sum / pixels.count_on_sheet();
+}
+
+ExplainedChange::ExplainedChange(const Sensor& sensor, const Eigen::VectorXd& reference)
+    : jacobian_(uniform_jacobian(sensor)), reference_(reference) {}
+
+std::optional<double> ExplainedChange::of(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                                          const Eigen::Ref<const Eigen::RowVectorXd>& image) const {
+  const double size = change.norm();
+  if (!(size > 0)) return std::nullopt;
+  Eigen::MatrixXd responses(change.size(), 2);
+  responses.col(0) = jacobian_ * image.transpose();
+  responses.col(1) = reference_;
+  // Of an image of nothing the first column is zero, which the decomposition leaves out.
+  const auto decomposed = responses.completeOrthogonalDecomposition();
+  const Eigen::VectorXd best = decomposed.solve(change.transpose());
+  const double left = (change.transpose() - responses * best).norm();
+  return std::clamp(1 - left / size, 0.0, 1.0);
+}
 
 }  // namespace ertbench

@@ -5,7 +5,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "core/bootstrap.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/interval.h"
+#include "core/statistics.h"
 
 /// When a skin cries out: thresholds from frames in which nothing touches, and alarms by them.
 namespace ertbench {

@@ -8,11 +8,10 @@
 
 #include "bench/report/report.h"
 #include "bench/studies/collision_figure.h"
-#include "bench/studies/collision_tables.h"
-#include "bench/studies/sheet_regions.h"
-#include "bench/studies/study_text.h"
-#include "bench/table/writers.h"
-#include "core/atomic_file.h"
+#include "bench/studies/error_statistics.h"
+#include "bench/studies/study.h"
+#include "bench/table/table.h"
+#include "core/files.h"
 #include "core/text.h"
 
 namespace ertbench {

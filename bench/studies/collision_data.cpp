@@ -1,9 +1,9 @@
 #include <nlohmann/json.hpp>
 
-#include "bench/studies/collision_tables.h"
-#include "bench/studies/sheet_regions.h"
-#include "bench/table/writers.h"
-#include "core/atomic_file.h"
+#include "bench/studies/collision.h"
+#include "bench/studies/error_statistics.h"
+#include "bench/table/table.h"
+#include "core/files.h"
 
 namespace ertbench {
 namespace {

@@ -1,6 +1,5 @@
-#include "bench/studies/collision_tables.h"
-
-#include "bench/studies/sheet_regions.h"
+#include "bench/studies/collision.h"
+#include "bench/studies/error_statistics.h"
 #include "core/text.h"
 
 namespace ertbench {

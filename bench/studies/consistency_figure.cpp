@@ -1,10 +1,8 @@
-#include "bench/studies/consistency_figure.h"
-
 #include <algorithm>
 
-#include "bench/plot/drawing.h"
-#include "bench/plot/legend.h"
+#include "bench/plot/canvas.h"
 #include "bench/plot/panel.h"
+#include "bench/studies/consistency.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "bench/table/table.h"
-#include "core/interval.h"
+#include "core/statistics.h"
+#include "forward/sheet/sheet.h"
 
 namespace ertbench {
 
@@ -57,5 +61,74 @@ class GroupedErrors {
   std::vector<Value> values_;
   std::size_t undefined_ = 0;
 };
+
+}  // namespace ertbench
+
+/// Whether something succeeded, against a quantity that it grows with: detection against force.
+namespace ertbench {
+
+/// A share of which so many were counted, with Wilson's interval; nothing of none.
+struct CountedShare {
+  int count = 0;
+  int total = 0;
+
+  void add(bool counted) {
+    count += counted;
+    ++total;
+  }
+  std::optional<Estimate> share() const;
+};
+
+struct Trial {
+  double value = 0;  ///< what success grows with
+  bool success = false;
+  std::size_t group = 0;  ///< trials of a group are drawn together: the frames of a scene
+};
+
+/// Trials that follow each other in their values.
+struct ShareBin {
+  double low = 0;   ///< the least value
+  double high = 0;  ///< the largest
+  double mean = 0;
+  CountedShare successes;
+};
+
+/// So many bins of equally many trials, those of the least values first; fewer, so that each has
+/// `least_trials`.
+std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_trials = 20);
+
+/// From which value on the share of successes reaches what was asked for.
+struct LeastFound {
+  double value = 0;
+  Interval ci95;  ///< by the bootstrap over groups
+  /// From the mean of the twenty least values, where a value stands for "here or before", to the
+  /// largest, beyond which a value stands for "nowhere".
+  Interval reach;
+};
+
+/// By isotonic regression (pool adjacent violators, Ayer et al. 1955) of the success on the value,
+/// in bins of twenty trials, as one in twenty is the least that a share of 95 % can tell, with
+/// straight lines between the bins. Nothing of fewer than two bins.
+std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
+                                      const std::string& name);
+
+}  // namespace ertbench
+
+/// The areas x areas equal rectangles into which D.2 and D.5 of the paper divide a sheet. Area 0 is
+/// at the least x and y; the areas of a row, along x, follow each other.
+namespace ertbench {
+
+/// The area in which a place lies, mm from the origin of the domain units; of places beyond the
+/// bounds of the sheet the nearest.
+int area_of(const Sheet& sheet, const Eigen::Vector2d& place_mm, int areas = 5);
+
+/// [areas²] the orbit of each area, from 0: the symmetries of the sheet take the areas of an orbit
+/// into each other, so that a touch should be felt alike in all of them. Outer rings are counted
+/// first, and in a ring what is farther from the middle: of the square's 5 x 5 areas corners (4),
+/// beside the corners (8), edge middles (4), inner diagonal (4), inner straight (4), centre (1).
+std::vector<int> area_orbits(const Sheet& sheet, int areas = 5);
+
+/// The name of an orbit: "I" of 0, "II" of 1, ... Throws std::invalid_argument below 0.
+std::string roman(int orbit);
 
 }  // namespace ertbench

@@ -5,12 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/report/report.h"
-#include "bench/studies/localisation_figure.h"
-#include "bench/studies/study_text.h"
-#include "core/moments.h"
-#include "core/quantile.h"
+#include "bench/studies/study.h"
+#include "core/statistics.h"
 #include "forward/data/scene_model.h"
-#include "forward/data/touch_bound.h"
 
 namespace ertbench {
 namespace {

@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/report/report.h"
 #include "bench/studies/error_statistics.h"
 #include "bench/studies/study.h"
 
@@ -72,5 +74,14 @@ class Localisation : public StudyResult {
 PlaceErrors place_errors(const std::vector<Eigen::Vector2d>& places,
                          const std::vector<std::size_t>& place_of,
                          const std::vector<FrameReading>& readings, const std::string& key);
+
+/// The targets of one set, the mean places found for them by each solver, and the bound: the
+/// paper's figure D1. `stem`.svg and .png.
+ReportFigure localisation_map(const LocalisedSet& set, double side_mm, const std::string& law,
+                              const std::string& title, const std::filesystem::path& stem);
+
+/// Median and 95 % of the errors of all sets by solver.
+ReportFigure localisation_overview(const std::vector<LocalisedSet>& sets, const std::string& law,
+                                   const std::string& title, const std::filesystem::path& stem);
 
 }  // namespace ertbench

@@ -1,15 +1,12 @@
-#include "bench/studies/localisation_figure.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "bench/charts/method_styles.h"
-#include "bench/plot/category_names.h"
-#include "bench/plot/drawing.h"
-#include "bench/plot/legend.h"
+#include "bench/plot/canvas.h"
 #include "bench/plot/panel.h"
-#include "core/quantile.h"
+#include "bench/report/chart.h"
+#include "bench/studies/localisation.h"
+#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -6,9 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/report/report.h"
-#include "bench/studies/sensitivity_figure.h"
-#include "bench/studies/sheet_regions.h"
-#include "bench/studies/study_text.h"
+#include "bench/studies/error_statistics.h"
+#include "bench/studies/study.h"
 #include "core/text.h"
 
 namespace ertbench {

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/report/report.h"
 #include "bench/studies/error_statistics.h"
 #include "bench/studies/study.h"
 
@@ -102,5 +104,15 @@ PressResponse press_response(const std::vector<PressStep>& steps,
                              const std::vector<PressStep>& calibration,
                              const std::vector<double>& forces_N, const std::vector<int>& region_of,
                              const std::string& key);
+
+/// The largest |δσ| over the background against the force, a panel a solver, a line a region, and
+/// the map of the regions: the paper's figures D3 and D2. `stem`.svg and .png.
+ReportFigure sensitivity_curves(const SensitivitySet& set, const std::vector<int>& region_of,
+                                double background, const std::string& law, const std::string& title,
+                                const std::filesystem::path& stem);
+
+/// Error of the calibrated force against the force, by solver.
+ReportFigure force_errors(const SensitivitySet& set, const std::string& law,
+                          const std::string& title, const std::filesystem::path& stem);
 
 }  // namespace ertbench

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bench/report/report.h"
-#include "bench/studies/tracking_scores.h"
+#include "bench/studies/tracking_run.h"
 
 namespace ertbench {
 

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "forward/touch/skin_touch.h"
+#include "core/json.h"
+#include "forward/touch/indenter.h"
 
 namespace ertbench {
 

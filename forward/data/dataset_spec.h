@@ -10,13 +10,12 @@
 
 #include "forward/data/faults.h"
 #include "forward/data/measured_frames.h"
-#include "forward/data/noise.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/data/sheet_model.h"
 #include "forward/sheet/rasterise.h"
 #include "forward/sheet/sensor.h"
-#include "forward/touch/sequence_plan.h"
 #include "forward/touch/touch_distribution.h"
+#include "forward/touch/touch_sequence.h"
 
 namespace ertbench {
 

@@ -5,7 +5,7 @@
 
 #include "core/build_stamp.h"
 #include "core/errors.h"
-#include "forward/data/dataset_layout.h"
+#include "forward/data/dataset_file.h"
 
 namespace ertbench {
 

@@ -5,7 +5,7 @@
 
 #include "core/arrays.h"
 #include "core/hdf5_file.h"
-#include "forward/data/dataset_block.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/measured_frames.h"
 
 namespace ertbench {

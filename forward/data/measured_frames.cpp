@@ -6,9 +6,9 @@
 
 #include "core/build_stamp.h"
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/process.h"
 #include "core/random.h"
-#include "core/regular_file.h"
 #include "core/text.h"
 #include "forward/data/measured_file.h"
 

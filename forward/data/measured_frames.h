@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench {

@@ -1,11 +1,104 @@
 #include "forward/sheet/sensor.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "core/errors.h"
+#include "core/json.h"
 
 namespace ertbench {
+namespace {
+
+constexpr const char* pattern_forms =
+    R"(must be "adjacent", "opposite", {"skip": k} or a list of pairs [first, second])";
+
+std::vector<ElectrodePair> listed_pairs(JsonObject& object, const std::string& key,
+                                        int electrodes) {
+  std::vector<ElectrodePair> pairs;
+  for (const nlohmann::json& pair : object.raw(key)) {
+    const bool are_two = pair.is_array() && pair.size() == 2 && pair[0].is_number_integer() &&
+                         pair[1].is_number_integer();
+    if (!are_two) object.fail(key, std::string(pattern_forms) + ", got " + json_shown(pair));
+    for (const nlohmann::json& electrode : pair) {
+      if (electrode < 0 || electrode >= electrodes) {
+        object.fail(key, "names electrodes from 0 to " + std::to_string(electrodes - 1) + ", got " +
+                             json_shown(electrode));
+      }
+    }
+    if (pair[0] == pair[1]) {
+      object.fail(key, "must name two different electrodes, got " + json_shown(pair));
+    }
+    pairs.push_back({pair[0].get<int>(), pair[1].get<int>()});
+  }
+  if (pairs.empty() || pairs.size() > 4096) {
+    object.fail(key, "must hold 1 to 4096 pairs, holds " + std::to_string(pairs.size()));
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::vector<ElectrodePair> pairs_of(const PairPattern& pattern, int electrodes) {
+  if (pattern.kind == PairPattern::Kind::listed) return pattern.listed;
+  int step = 1;
+  if (pattern.kind == PairPattern::Kind::skip) step = 1 + pattern.skip;
+  if (pattern.kind == PairPattern::Kind::opposite) step = electrodes / 2;
+  std::vector<ElectrodePair> pairs;
+  for (int k = 0; k < electrodes; ++k) pairs.push_back({k, (k + step) % electrodes});
+  return pairs;
+}
+
+PairPattern pair_pattern_from_json(JsonObject& object, const std::string& key,
+                                   const PairPattern& fallback, int electrodes) {
+  PairPattern pattern = fallback;
+  if (object.has(key)) {
+    const nlohmann::json& value = object.raw(key);
+    pattern = {};
+    if (value.is_string()) {
+      if (object.choice(key, {"adjacent", "opposite"}) == "opposite") {
+        pattern.kind = PairPattern::Kind::opposite;
+      }
+    } else if (value.is_object()) {
+      JsonObject skip = object.object(key);
+      pattern.kind = PairPattern::Kind::skip;
+      pattern.skip = skip.integer("skip", 0, electrodes - 2);
+      skip.finish();
+      if (pattern.skip == 0) pattern = {};  // another word for "adjacent"
+    } else if (value.is_array()) {
+      pattern.kind = PairPattern::Kind::listed;
+      pattern.listed = listed_pairs(object, key, electrodes);
+    } else {
+      object.fail(key, std::string(pattern_forms) + ", got " + json_shown(value));
+    }
+  }
+  if (pattern.kind == PairPattern::Kind::opposite && electrodes % 2 != 0) {
+    object.fail(key, "\"opposite\" needs an even number of electrodes, the sensor has " +
+                         std::to_string(electrodes) + R"(; use {"skip": k})");
+  }
+  return pattern;
+}
+
+nlohmann::json to_json(const PairPattern& pattern) {
+  switch (pattern.kind) {
+    case PairPattern::Kind::adjacent:
+      return "adjacent";
+    case PairPattern::Kind::opposite:
+      return "opposite";
+    case PairPattern::Kind::skip:
+      return {{"skip", pattern.skip}};
+    default:
+      break;
+  }
+  nlohmann::json list = nlohmann::json::array();
+  for (const ElectrodePair& pair : pattern.listed) list.push_back({pair.first, pair.second});
+  return list;
+}
+
 namespace {
 
 bool share_electrode(const ElectrodePair& a, const ElectrodePair& b) {
@@ -187,6 +280,102 @@ bool fits_grid(const Sensor& sensor, int grid) {
     return false;
   }
   return true;
+}
+
+namespace {
+
+/// Where each electrode goes, or nothing where one would fall between two.
+std::optional<std::vector<int>> electrode_map(const Sensor& sensor, const Eigen::Matrix2d& turn) {
+  const Eigen::Matrix2Xd places = electrode_positions(sensor);
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  const Eigen::Matrix2Xd turned = (turn * (places.colwise() - middle)).colwise() + middle;
+  std::vector<int> to;
+  for (Eigen::Index e = 0; e < places.cols(); ++e) {
+    Eigen::Index nearest = 0;
+    const double distance =
+        (places.colwise() - turned.col(e)).colwise().squaredNorm().minCoeff(&nearest);
+    if (distance > 1e-18) return std::nullopt;
+    to.push_back(static_cast<int>(nearest));
+  }
+  return to;
+}
+
+/// Where each of the pairs goes: to that of the two electrodes the same way round, and where they
+/// stand the other way round; -1 where there is none.
+struct PairMap {
+  std::vector<int> same, turned;
+
+  PairMap(const std::vector<ElectrodePair>& pairs, const std::vector<int>& to) {
+    std::map<std::pair<int, int>, int> index;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      index.try_emplace({pairs[k].first, pairs[k].second}, static_cast<int>(k));
+    }
+    const auto find = [&](int first, int second) {
+      const auto found = index.find({first, second});
+      return found == index.end() ? -1 : found->second;
+    };
+    for (const ElectrodePair& pair : pairs) {
+      const int first = to[static_cast<std::size_t>(pair.first)];
+      const int second = to[static_cast<std::size_t>(pair.second)];
+      same.push_back(find(first, second));
+      turned.push_back(find(second, first));
+    }
+  }
+};
+
+/// Nothing where a channel would go to one that is not measured, or change its sign. A reflection
+/// turns neighbours round, which changes the sign of drive and measurement alike.
+std::optional<std::vector<int>> channel_map(const Sensor& sensor, const std::vector<int>& to) {
+  const std::vector<Channel> channels = channels_of(sensor);
+  const PairMap drives(drive_pairs(sensor), to);
+  const PairMap measurements(measurement_pairs(sensor), to);
+  std::map<std::pair<int, int>, int> index;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    index[{channels[c].drive, channels[c].measurement}] = static_cast<int>(c);
+  }
+  std::vector<int> from(channels.size(), -1);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto drive = static_cast<std::size_t>(channels[c].drive);
+    const auto measurement = static_cast<std::size_t>(channels[c].measurement);
+    auto found = index.find({drives.same[drive], measurements.same[measurement]});
+    if (found == index.end()) {
+      found = index.find({drives.turned[drive], measurements.turned[measurement]});
+    }
+    if (found == index.end() || from[static_cast<std::size_t>(found->second)] >= 0) {
+      return std::nullopt;
+    }
+    from[static_cast<std::size_t>(found->second)] = static_cast<int>(c);
+  }
+  return from;
+}
+
+std::vector<int> pixel_map(const PixelGrid& pixels, const Eigen::Vector2d& middle,
+                           const Eigen::Matrix2d& turn) {
+  std::vector<int> from(static_cast<std::size_t>(pixels.count()));
+  for (int p = 0; p < pixels.count(); ++p) {
+    const Eigen::Vector2d place =
+        pixels.place(middle + turn * (pixels.centre(p) - middle)).array() - 0.5;
+    const int column = static_cast<int>(std::lround(place.x()));
+    const int row = static_cast<int>(std::lround(place.y()));
+    from[static_cast<std::size_t>(column + pixels.columns() * row)] = p;
+  }
+  return from;
+}
+
+}  // namespace
+
+std::vector<Symmetry> symmetries(const Sensor& sensor) {
+  std::vector<Symmetry> out;
+  const PixelGrid pixels = sensor.image();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  for (const Eigen::Matrix2d& turn : sensor.sheet->symmetries()) {
+    const auto to = electrode_map(sensor, turn);
+    if (!to) continue;
+    if (const auto channels = channel_map(sensor, *to)) {
+      out.push_back({pixel_map(pixels, middle, turn), *channels});
+    }
+  }
+  return out;
 }
 
 }  // namespace ertbench

@@ -9,11 +9,45 @@
 #include <vector>
 
 #include "core/arrays.h"
-#include "forward/sheet/electrode_pairs.h"
+#include "forward/sheet/scene.h"
 #include "forward/sheet/sheet.h"
-#include "forward/sheet/skin.h"
 
 namespace ertbench {
+
+class JsonObject;
+
+/// Two electrodes, 0 ... L-1. As a drive -I goes into `first` and +I into `second`; as a
+/// measurement it reads V_first - V_second.
+struct ElectrodePair {
+  int first;
+  int second;
+  bool operator==(const ElectrodePair&) const = default;
+};
+
+/// The pairs by which a sensor is driven, or measured: every electrode k with k + 1 ("adjacent"),
+/// with k + 1 + skip ("skip"), with k + L/2 ("opposite", so that every pair comes both ways round),
+/// all mod L, or those listed.
+struct PairPattern {
+  enum class Kind { adjacent, skip, opposite, listed };
+
+  Kind kind = Kind::adjacent;
+  int skip = 0;                       ///< electrodes between the two, of Kind::skip
+  std::vector<ElectrodePair> listed;  ///< of Kind::listed
+
+  bool operator==(const PairPattern&) const = default;
+  bool is_adjacent() const { return kind == Kind::adjacent; }
+};
+
+/// The pairs in their order, for `electrodes` electrodes.
+std::vector<ElectrodePair> pairs_of(const PairPattern& pattern, int electrodes);
+
+/// Reads "adjacent", "opposite", {"skip": k} or [[first, second], ...] at `key`; absent, it is
+/// `fallback`. Throws InputError where the electrodes are not there, or an odd number of them has
+/// no opposites.
+PairPattern pair_pattern_from_json(JsonObject& object, const std::string& key,
+                                   const PairPattern& fallback, int electrodes);
+
+nlohmann::json to_json(const PairPattern& pattern);
 
 class JsonObject;
 
@@ -143,5 +177,19 @@ bool fits_grid(const Sensor& sensor, int grid);
 /// - "drive_current" A, "background" S/m, "image_grid", "skin"; "about", "$schema": ignored.
 Sensor sensor_from_json(JsonObject object);
 nlohmann::json to_json(const Sensor& sensor);
+
+/// A rotation or reflection of the sheet that maps electrodes onto electrodes. Turning the scene
+/// turns image and voltages alike: turned[i] = original[from[i]].
+struct Symmetry {
+  std::vector<int> pixels;    ///< [pixels], `from` of an image
+  std::vector<int> channels;  ///< [channels], `from` of a frame; no channel changes its sign
+};
+
+/// Those symmetries of the sheet that are the sensor's too, the identity first: electrodes go to
+/// electrodes and every channel to a channel. Of the square, and of a disc in its square image, all
+/// eight where the electrodes lie symmetric to its middle lines, the four rotations otherwise,
+/// fewer where their number is not a multiple of four; of a rectangle at most four. A list of pairs
+/// that has no symmetry leaves the identity.
+std::vector<Symmetry> symmetries(const Sensor& sensor);
 
 }  // namespace ertbench

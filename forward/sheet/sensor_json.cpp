@@ -1,15 +1,17 @@
+#include "forward/sheet/sensor_json.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <system_error>
 
-#include "core/json_reader.h"
+#include "core/errors.h"
+#include "core/json.h"
 #include "core/text.h"
-#include "forward/sheet/disc_sheet.h"
-#include "forward/sheet/rectangle_sheet.h"
 #include "forward/sheet/sensor.h"
-#include "forward/sheet/sheet_lengths.h"
-#include "forward/sheet/square_sheet.h"
+#include "forward/sheet/sheet_shapes.h"
 
 namespace ertbench {
 namespace {
@@ -241,6 +243,120 @@ nlohmann::json to_json(const Sensor& sensor) {
   if (sensor.measures_driven) json["measures_driven"] = true;
   if (sensor.skin) json["skin"] = to_json(*sensor.skin);
   return json;
+}
+
+namespace fs = std::filesystem;
+
+nlohmann::json read_sensor_json(const fs::path& file) {
+  nlohmann::json json = read_json_file(file);
+  sensor_from_json(JsonObject(json, file.string(), ""));  // at the file's own places
+  return json;
+}
+
+Sensor read_sensor(const fs::path& file) {
+  const nlohmann::json json = read_json_file(file);
+  return sensor_from_json(JsonObject(json, file.string(), ""));
+}
+
+fs::path find_sensor_file(const fs::path& named, const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  const fs::path beside = folder / named;
+  const fs::path above = folder / ".." / named;
+  for (const fs::path& place : {beside, above, named}) {
+    std::error_code absent;
+    if (fs::is_regular_file(place, absent)) return place.lexically_normal();
+  }
+  throw InputError("no file " + named.string() + ": neither beside " + file.string() +
+                   ", nor in the folder above, nor from here; name a sensor's file, such as "
+                   "sensors/d2s.json");
+}
+
+namespace {
+
+std::string in_mm(const char* key) { return std::string(key) + "_mm"; }
+
+}  // namespace
+
+Range SheetLengths::Form::range(Range domain) const {
+  return {unit * domain.low, unit * domain.high, domain.low_open, unit_name};
+}
+
+bool SheetLengths::has(const char* key) const {
+  const bool domain = object_.has(key);  // both are known keys, whichever of them stands there
+  return object_.has(in_mm(key)) || domain;
+}
+
+SheetLengths::Form SheetLengths::form_of(const char* key) const {
+  const bool domain = object_.has(key);
+  const bool millimetres = object_.has(in_mm(key));
+  if (domain && millimetres) {
+    object_.fail(in_mm(key), "stands beside \"" + std::string(key) +
+                                 "\", which says the same in domain units; remove one of the two");
+  }
+  if (millimetres) return {in_mm(key), sheet_.unit_mm(), sheet_.bounds().center(), "mm"};
+  return {key, 1, Eigen::Vector2d::Zero(), ""};
+}
+
+double SheetLengths::length(const char* key, Range range) {
+  const Form form = form_of(key);
+  return object_.number(form.key, form.range(range)) / form.unit;
+}
+
+Eigen::Vector2d SheetLengths::lengths(const char* key, Range range) {
+  const Form form = form_of(key);
+  const std::vector<double> two = object_.numbers(form.key, 2, form.range(range));
+  return Eigen::Vector2d(two[0], two[1]) / form.unit;
+}
+
+std::vector<double> SheetLengths::numbers(const char* key, std::size_t least, std::size_t most,
+                                          Range range) {
+  const Form form = form_of(key);
+  const std::size_t size = object_.raw(form.key).size();
+  if (size < least || size > most) {
+    object_.fail(form.key, "must be a list of " + std::to_string(least) + " to " +
+                               std::to_string(most) + " numbers, holds " + std::to_string(size));
+  }
+  std::vector<double> out = object_.numbers(form.key, size, form.range(range));
+  for (double& number : out) number /= form.unit;
+  return out;
+}
+
+std::pair<double, double> SheetLengths::length_interval(const char* key, Range range) {
+  const Form form = form_of(key);
+  const auto [low, high] = object_.interval(form.key, form.range(range));
+  return {low / form.unit, high / form.unit};
+}
+
+Eigen::Vector2d SheetLengths::place(const char* key, Range range) {
+  return form_of(key).origin + lengths(key, range);
+}
+
+std::vector<Eigen::Vector2d> SheetLengths::places(const char* key, std::size_t least,
+                                                  std::size_t most, Range range) {
+  const Form form = form_of(key);
+  std::vector<Eigen::Vector2d> out;
+  for (const auto& [x, y] : object_.points(form.key, least, most, form.range(range))) {
+    out.emplace_back(form.origin + Eigen::Vector2d(x, y) / form.unit);
+  }
+  return out;
+}
+
+std::pair<double, double> SheetLengths::coordinate_interval(const char* key, int axis,
+                                                            Range range) {
+  const double origin = form_of(key).origin[axis];
+  range.low -= origin;
+  range.high -= origin;
+  const auto [low, high] = length_interval(key, range);
+  return {origin + low, origin + high};
+}
+
+void SheetLengths::fail(const char* key, const std::string& message) const {
+  object_.fail(form_of(key).key, message);
+}
+
+std::string SheetLengths::shown(const char* key, double length) const {
+  const Form form = form_of(key);
+  return number_text(form.unit * length) + (*form.unit_name ? " " : "") + form.unit_name;
 }
 
 }  // namespace ertbench

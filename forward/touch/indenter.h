@@ -1,15 +1,24 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "forward/sheet/scene.h"
-#include "forward/sheet/skin.h"
+#include "forward/sheet/sensor.h"
 
 namespace ertbench {
+
+/// Conductivity of the sheet below a patch over the background's, at a mean pressure `kPa` >= 0 on
+/// the patch: 1 at none, strictly monotone (see FallingLaw, RisingLaw).
+double conductivity_ratio(const ContactLaw& law, double kPa);
+
+/// Its derivative, 1/kPa.
+double conductivity_ratio_slope(const ContactLaw& law, double kPa);
 
 class JsonObject;
 
@@ -61,5 +70,36 @@ Contact footprint_mm(const Touch& touch, const Foam& foam);
 /// Mean pressure on an axis-parallel box, kPa, once the foam has relaxed. Pressure integrated over
 /// boxes that cover the footprint is the force: 1 N is 1000 kPa mm^2.
 double mean_pressure_kPa(const Touch& touch, const Foam& foam, const Eigen::AlignedBox2d& box_mm);
+
+/// Mean pressures on the patches of the sensor's skin, [patches^2] kPa, once the foam has relaxed:
+/// the sum over the touches. What falls off the sheet or between patches presses nothing.
+Eigen::VectorXd relaxed_pressure_kPa(const Sensor& sensor, std::span<const Touch> touches);
+
+/// The skin with these pressures [patches^2] kPa on its patches. `touches` are its contacts, those
+/// without a force left out.
+Scene skin_scene(const Sensor& sensor, std::span<const Touch> touches,
+                 const Eigen::VectorXd& pressure_kPa);
+
+/// The skin long after the touches came to rest.
+Scene still_scene(const Sensor& sensor, std::span<const Touch> touches);
+
+/// The foam's memory of each patch: the pressure p follows what it would be after relaxing, p_inf,
+/// by p = s p_inf + (1 - s) m with tau dm/dt = p_inf - m, s Foam::prompt_share, tau
+/// Foam::relaxation_s; the same on release, so that a ghost stays where a finger was.
+class FoamMemory {
+ public:
+  /// Long at rest under `relaxed_kPa` [patches^2].
+  FoamMemory(const Foam& foam, Eigen::VectorXd relaxed_kPa);
+
+  /// Some time later, while the relaxed pressure went evenly to `relaxed_kPa`.
+  void advance(double seconds, const Eigen::VectorXd& relaxed_kPa);
+
+  Eigen::VectorXd pressure_kPa() const;
+
+ private:
+  Foam foam_;
+  Eigen::VectorXd relaxed_;
+  Eigen::VectorXd remembered_;
+};
 
 }  // namespace ertbench

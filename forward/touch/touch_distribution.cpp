@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench {

@@ -18,16 +18,12 @@
 #include <map>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/benchmarks/machine_limits.h"
-#include "core/temporary_folder.h"
-#include "forward/data/dataset_block.h"
+#include "core/files.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
-#include "models/benchmarks/arithmetic.h"
-#include "models/benchmarks/network_kinds.h"
-#include "models/benchmarks/torch_limits.h"
-#include "models/networks/frozen_graph.h"
+#include "models/benchmarks/network_benchmarking.h"
+#include "models/networks/tensor_file.h"
 #include "models/networks/torch_runtime.h"
 
 namespace ertbench {

@@ -11,11 +11,7 @@
 #include <torch/torch.h>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/benchmarks/machine_limits.h"
-#include "models/benchmarks/arithmetic.h"
-#include "models/benchmarks/network_kinds.h"
-#include "models/benchmarks/torch_limits.h"
-#include "models/networks/reduced_precision.h"
+#include "models/benchmarks/network_benchmarking.h"
 #include "models/networks/torch_runtime.h"
 
 namespace ertbench {

@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <new>
+#include <stdexcept>
+#include <utility>
+
+#include "models/inference/convolution_step.h"
+#include "models/inference/map_steps.h"
 
 namespace ertbench {
 
@@ -64,6 +69,209 @@ void InferencePlan::run(const float* input, float* output) const {
     }
   }
   give_back(std::move(workspace));
+}
+
+namespace {
+
+constexpr std::ptrdiff_t line = 64 / sizeof(float);  ///< a cache line
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::logic_error(std::string("the plan of a network: ") + what);
+}
+
+int side(int length, const ConvolutionWeights& weights) {
+  return (length + 2 * weights.padding - weights.kernel) / weights.stride + 1;
+}
+
+/// The weights of one tap as a convolution of its own.
+ConvolutionWeights tap_of(const ConvolutionWeights& all, int tap) {
+  ConvolutionWeights out;
+  out.inputs = all.inputs;
+  out.outputs = all.outputs;
+  out.kernel = 1;
+  out.bias = all.bias;
+  const int taps = all.kernel * all.kernel;
+  for (int i = 0; i < all.outputs * all.inputs; ++i) {
+    out.weights.push_back(all.weights[static_cast<std::size_t>(i * taps + tap)]);
+  }
+  return out;
+}
+
+}  // namespace
+
+ConvolutionWeights turned(ConvolutionWeights weights) {
+  const auto taps = static_cast<std::ptrdiff_t>(weights.kernel) * weights.kernel;
+  for (auto at = weights.weights.begin(); at != weights.weights.end(); at += taps) {
+    std::reverse(at, at + taps);
+  }
+  weights.padding = weights.kernel - 1 - weights.padding;
+  return weights;
+}
+
+int PlanBuilder::add(const MapLayout& layout) {
+  values_.push_back(layout);
+  return static_cast<int>(values_.size()) - 1;
+}
+
+void PlanBuilder::widen_border(int value, int border) {
+  int& now = values_[static_cast<std::size_t>(value)].border;
+  now = std::max(now, border);
+}
+
+template <typename Step, typename... Arguments>
+void PlanBuilder::step(Arguments&&... arguments) {
+  steps_.push_back(std::make_unique<Step>(std::forward<Arguments>(arguments)...));
+}
+
+int PlanBuilder::input(int size) {
+  require(values_.empty(), "the input comes first");
+  return vector(size);
+}
+
+int PlanBuilder::dense(int from, DenseWeights weights, const Activation& activation) {
+  require(layout(from).width == weights.inputs && layout(from).height == 1,
+          "sizes of a dense layer");
+  const int out = vector(weights.outputs);
+  step<DenseStep>(from, out, weights, activation, bfloat16_);
+  return out;
+}
+
+int PlanBuilder::gather(int from, std::vector<int> sources) {
+  const int out = vector(static_cast<int>(sources.size()));
+  step<GatherStep>(from, out, std::move(sources));
+  return out;
+}
+
+int PlanBuilder::means_of_pairs(int from, std::vector<int> pairs) {
+  const int out = vector(static_cast<int>(pairs.size() / 2));
+  step<MeansStep>(from, out, std::move(pairs));
+  return out;
+}
+
+int PlanBuilder::maps(int from, int channels, int height, int width) {
+  require(layout(from).width == channels * height * width, "maps of a vector");
+  const int out = add({.channels = channels, .height = height, .width = width, .planar = true});
+  step<MapsStep>(from, out);
+  return out;
+}
+
+int PlanBuilder::convolution(std::vector<int> inputs, ConvolutionWeights weights,
+                             const Activation& activation, int added) {
+  int channels = 0;
+  for (const int input : inputs) {
+    channels += layout(input).channels;
+    widen_border(input, weights.padding);
+  }
+  require(channels == weights.inputs, "channels of a convolution");
+  const MapLayout& from = layout(inputs.front());
+  const int out = add({.channels = weights.outputs,
+                       .height = side(from.height, weights),
+                       .width = side(from.width, weights)});
+  alike_.push_back(inputs);
+  step<ConvolutionStep>(std::move(inputs), out, std::move(weights), activation, added,
+                        OutputPixels{});
+  return out;
+}
+
+int PlanBuilder::image_convolution(int from, ConvolutionWeights weights) {
+  require(!layout(from).planar && weights.stride == 1 &&
+              weights.outputs <= NarrowConvolutionStep::most_outputs &&
+              weights.inputs == layout(from).channels,
+          "a convolution to an image");
+  widen_border(from, weights.padding);
+  const int out = add({.channels = weights.outputs,
+                       .height = side(layout(from).height, weights),
+                       .width = side(layout(from).width, weights),
+                       .planar = true});
+  step<NarrowConvolutionStep>(from, out, std::move(weights));
+  return out;
+}
+
+int PlanBuilder::transposed_convolution(int from, ConvolutionWeights weights,
+                                        const Activation& activation, int added) {
+  if (weights.stride == 1 && weights.padding > 0) {
+    return convolution({from}, turned(std::move(weights)), activation, added);
+  }
+  require(weights.padding == 0, "padding of a transposed convolution with a stride");
+  const bool overlapping = weights.kernel > weights.stride;
+  require(!overlapping || activation.kind == Activation::Kind::none,
+          "activation of an overlapping transposed convolution");
+  require(weights.kernel >= weights.stride, "gaps of a transposed convolution");
+  const MapLayout& small = layout(from);
+  const int out = add({.channels = weights.outputs,
+                       .height = (small.height - 1) * weights.stride + weights.kernel,
+                       .width = (small.width - 1) * weights.stride + weights.kernel});
+  if (overlapping) step<FillStep>(out, weights.bias, added);
+  for (int tap = 0; tap < weights.kernel * weights.kernel; ++tap) {
+    const OutputPixels pixels{.step = weights.stride,
+                              .first_row = tap / weights.kernel,
+                              .first_column = tap % weights.kernel,
+                              .accumulate = overlapping};
+    step<ConvolutionStep>(std::vector{from}, out, tap_of(weights, tap), activation,
+                          overlapping ? none : added, pixels);
+  }
+  return out;
+}
+
+int PlanBuilder::pool(int from) {
+  const MapLayout& large = layout(from);
+  require(!large.planar, "pooling of planar maps");
+  const int out =
+      add({.channels = large.channels, .height = large.height / 2, .width = large.width / 2});
+  step<PoolStep>(from, out);
+  return out;
+}
+
+int PlanBuilder::attention(int from, int kernel, std::vector<float> weights) {
+  require(!layout(from).planar, "attention on planar maps");
+  MapLayout summary = layout(from);
+  summary.channels = 2;
+  summary.planar = true;
+  summary.border = kernel / 2;
+  const int between = add(summary);
+  MapLayout same = layout(from);
+  same.border = 0;
+  const int out = add(same);
+  step<AttentionStep>(from, between, out, kernel, std::move(weights));
+  return out;
+}
+
+int PlanBuilder::shuffle(int from, int added) {
+  const MapLayout& maps = layout(from);
+  require(maps.planar && maps.channels == 4 && (added == none || layout(added).planar),
+          "maps that are shuffled");
+  const int out = add({.height = 2 * maps.height, .width = 2 * maps.width, .planar = true});
+  step<ShuffleStep>(from, out, added);
+  return out;
+}
+
+int PlanBuilder::sigmoid(int maps) {
+  require(layout(maps).planar, "a sigmoid of blocked maps");
+  step<SigmoidStep>(maps);
+  return maps;
+}
+
+std::unique_ptr<InferencePlan> PlanBuilder::finish(int output) {
+  require(layout(output).planar, "its output is not planar");
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const std::vector<int>& alike : alike_) {
+      int widest = 0;
+      for (const int value : alike) widest = std::max(widest, layout(value).border);
+      for (const int value : alike) {
+        changed = changed || layout(value).border != widest;
+        widen_border(value, widest);
+      }
+    }
+  }
+  std::ptrdiff_t size = 0;
+  for (MapLayout& value : values_) {
+    value.offset = size;
+    // A line of room behind each: kernels may read past a row's end, and vectors are written whole.
+    size += (value.size() + 2 * line - 1) / line * line + line;
+  }
+  for (const auto& step : steps_) step->prepare(values_);
+  return std::make_unique<InferencePlan>(std::move(steps_), values_.front(), layout(output), size);
 }
 
 }  // namespace ertbench

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
+#include <stdexcept>
 
 namespace ertbench {
 namespace {
@@ -124,6 +126,199 @@ void FillStep::run(float* workspace) const {
         }
         store(to, value);
       }
+    }
+  }
+}
+
+namespace {
+
+constexpr int most_blocks = 8 / block_vectors;  ///< of a group
+
+/// The next group of blocks, of 8, 4, 2 or 1.
+int group_of(int blocks_left) {
+  int group = most_blocks;
+  while (group > blocks_left) group /= 2;
+  return group;
+}
+
+/// Sums of `group` blocks; returns where the weights of the next group begin.
+template <int group, typename Weight>
+const Weight* multiply(const Weight* weights, const float* x, int inputs, const float* bias,
+                       bool rectified, float* y) {
+  constexpr int vectors = group * block_vectors;
+  // Sums that follow on themselves wait for each other: a small group takes the inputs in turns.
+  constexpr int turns = vectors >= 4 ? 1 : 4 / vectors;
+  Native sums[turns][vectors] = {};
+  int i = 0;
+  for (; i + turns <= inputs; i += turns) {
+#pragma GCC unroll 4
+    for (int t = 0; t < turns; ++t) {
+#pragma GCC unroll 8
+      for (int v = 0; v < vectors; ++v, weights += native_lanes) {
+        Native weight;
+        load(weight, weights);
+        sums[t][v] += weight * x[i + t];
+      }
+    }
+  }
+  for (; i < inputs; ++i) {
+#pragma GCC unroll 8
+    for (int v = 0; v < vectors; ++v, weights += native_lanes) {
+      Native weight;
+      load(weight, weights);
+      sums[0][v] += weight * x[i];
+    }
+  }
+#pragma GCC unroll 8
+  for (int v = 0; v < vectors; ++v) {
+    Native out;
+    load(out, bias + v * native_lanes);
+#pragma GCC unroll 4
+    for (int t = 0; t < turns; ++t) out += sums[t][v];
+    if (rectified) relu(out);
+    store(y + v * native_lanes, out);
+  }
+  return weights;
+}
+
+template <typename Weight>
+const Weight* multiply(int group, const Weight* weights, const float* x, int inputs,
+                       const float* bias, bool rectified, float* y) {
+  if constexpr (most_blocks >= 8) {
+    if (group == 8) return multiply<8>(weights, x, inputs, bias, rectified, y);
+  }
+  if constexpr (most_blocks >= 4) {
+    if (group == 4) return multiply<4>(weights, x, inputs, bias, rectified, y);
+  }
+  if (group == 2) return multiply<2>(weights, x, inputs, bias, rectified, y);
+  return multiply<1>(weights, x, inputs, bias, rectified, y);
+}
+
+}  // namespace
+
+DenseStep::DenseStep(int input, int output, const DenseWeights& weights,
+                     const Activation& activation, bool bfloat16)
+    : input_(input),
+      output_(output),
+      inputs_(weights.inputs),
+      blocks_((weights.outputs + lanes - 1) / lanes),
+      activation_(activation.kind),
+      bias_(weights.bias) {
+  if (activation_ == Activation::Kind::prelu) {
+    throw std::logic_error("a dense layer of a plan has no PReLU");
+  }
+  bias_.resize(static_cast<std::size_t>(blocks_ * lanes));
+  for (int first = 0; first < blocks_;) {
+    const int group = group_of(blocks_ - first);
+    for (int i = 0; i < inputs_; ++i) {
+      for (int o = first * lanes; o < (first + group) * lanes; ++o) {
+        const auto at = static_cast<std::size_t>(o) * static_cast<std::size_t>(inputs_) +
+                        static_cast<std::size_t>(i);
+        const float weight = o < weights.outputs ? weights.weights[at] : 0.0F;
+        if (bfloat16) {
+          rounded_.push_back(to_bfloat16(weight));
+        } else {
+          weights_.push_back(weight);
+        }
+      }
+    }
+    first += group;
+  }
+}
+
+void DenseStep::prepare(Layouts layouts) {
+  from_ = layouts[static_cast<std::size_t>(input_)].channel(0);
+  to_ = layouts[static_cast<std::size_t>(output_)].channel(0);
+}
+
+template <typename Weight>
+void DenseStep::run_with(const std::vector<Weight>& weights, float* workspace) const {
+  const Weight* next = weights.data();
+  for (int first = 0; first < blocks_;) {
+    const int group = group_of(blocks_ - first);
+    next = multiply(group, next, workspace + from_, inputs_, bias_.data() + first * lanes,
+                    activation_ == Activation::Kind::relu, workspace + to_ + first * lanes);
+    first += group;
+  }
+}
+
+void DenseStep::run(float* workspace) const {
+  if (rounded_.empty()) {
+    run_with(weights_, workspace);
+  } else {
+    run_with(rounded_, workspace);
+  }
+}
+
+void AttentionStep::prepare(Layouts layouts) {
+  from_ = layouts[static_cast<std::size_t>(input_)];
+  between_ = layouts[static_cast<std::size_t>(summary_)];
+  to_ = layouts[static_cast<std::size_t>(output_)];
+}
+
+/// Mean and maximum over the channels.
+void AttentionStep::summarise(float* workspace) const {
+  using Lanes = Eigen::Array<float, lanes, 1>;
+  const int last = from_.channels - (from_.blocks() - 1) * lanes;  // channels of the last block
+  Lanes unused = Lanes::Zero();
+  unused.tail(lanes - last).setConstant(-std::numeric_limits<float>::infinity());
+  for (int y = 0; y < from_.height; ++y) {
+    for (int x = 0; x < from_.width; ++x) {
+      const float* pixel = workspace + from_.block(0) + y * from_.row() + x * from_.pixel();
+      Lanes total = Lanes::Zero();
+      Lanes most = Lanes::Constant(-std::numeric_limits<float>::infinity());
+      for (int block = 0; block < from_.blocks(); ++block, pixel += from_.plane()) {
+        const Lanes values = Eigen::Map<const Lanes>(pixel);
+        total += values;
+        if (block + 1 < from_.blocks()) {
+          most = most.max(values);
+        } else {
+          most = most.max(values + unused);
+        }
+      }
+      const std::ptrdiff_t place = y * between_.row() + x;
+      workspace[between_.channel(0) + place] = total.sum() / static_cast<float>(from_.channels);
+      workspace[between_.channel(1) + place] = most.maxCoeff();
+    }
+  }
+}
+
+void AttentionStep::weigh(float* workspace, int y, int first, const float* factors,
+                          int count) const {
+  for (int block = 0; block < from_.blocks(); ++block) {
+    const float* from = workspace + from_.block(block) + y * from_.row() + first * lanes;
+    float* to = workspace + to_.block(block) + y * to_.row() + first * lanes;
+    for (int x = 0; x < count; ++x, from += lanes, to += lanes) {
+      Floats<lanes> values;
+      load(values, from);
+      values *= factors[x];
+      store(to, values);
+    }
+  }
+}
+
+void AttentionStep::run(float* workspace) const {
+  summarise(workspace);
+  const std::ptrdiff_t corner = (kernel_ / 2) * (between_.row() + 1);
+  for (int y = 0; y < from_.height; ++y) {
+    // Lanes past the width read other rows, or what stands behind the maps, and are not used.
+    for (int first = 0; first < from_.width; first += lanes) {
+      Floats<lanes> sums = {};
+      const float* weight = weights_.data();
+      for (int map = 0; map < 2; ++map) {
+        const float* row = workspace + between_.channel(map) - corner + y * between_.row() + first;
+        for (int ky = 0; ky < kernel_; ++ky, row += between_.row()) {
+          for (int kx = 0; kx < kernel_; ++kx, ++weight) {
+            Floats<lanes> values;
+            load(values, row + kx);
+            sums += *weight * values;
+          }
+        }
+      }
+      Eigen::Array<float, lanes, 1> factors;
+      store(factors.data(), sums);
+      factors = 1.0F / (1.0F + (-factors).exp());
+      weigh(workspace, y, first, factors.data(), std::min(lanes, from_.width - first));
     }
   }
 }

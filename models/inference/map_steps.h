@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "models/inference/inference_plan.h"
@@ -111,6 +112,61 @@ class FillStep final : public PlanStep {
   int added_;
   MapLayout to_;
   MapLayout plus_;
+};
+
+/// y = activation(W x + b). Its weights are read once, in the order in which they lie: for each
+/// group of outputs, which has its sums in registers, input after input.
+class DenseStep final : public PlanStep {
+ public:
+  DenseStep(int input, int output, const DenseWeights& weights, const Activation& activation,
+            bool bfloat16);
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  template <typename Weight>
+  void run_with(const std::vector<Weight>& weights, float* workspace) const;
+
+  int input_;
+  int output_;
+  int inputs_;
+  int blocks_;  ///< of 16 outputs
+  Activation::Kind activation_;
+  std::vector<float> weights_;          ///< [group][inputs][blocks of the group][16]
+  std::vector<std::uint16_t> rounded_;  ///< the same in bfloat16; one of the two is empty
+  std::vector<float> bias_;             ///< [16 blocks]
+  std::ptrdiff_t from_ = 0;
+  std::ptrdiff_t to_ = 0;
+};
+
+/// Spatial attention (B2 of the DD-ERT supplement) on blocked maps:
+///
+///     y = x sigmoid(convolution of [mean over the channels; maximum over the channels]).
+class AttentionStep final : public PlanStep {
+ public:
+  /// `summary`: two planar maps with a border of half the kernel, which this step fills;
+  /// `weights` [2][kernel][kernel].
+  AttentionStep(int input, int summary, int output, int kernel, std::vector<float> weights)
+      : input_(input),
+        summary_(summary),
+        output_(output),
+        kernel_(kernel),
+        weights_(std::move(weights)) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  void summarise(float* workspace) const;
+  void weigh(float* workspace, int y, int first, const float* factors, int count) const;
+
+  int input_;
+  int summary_;
+  int output_;
+  int kernel_;
+  std::vector<float> weights_;
+  MapLayout from_;
+  MapLayout between_;
+  MapLayout to_;
 };
 
 }  // namespace ertbench

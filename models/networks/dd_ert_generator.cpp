@@ -1,14 +1,90 @@
 #include "models/networks/dd_ert_generator.h"
 
+#include <torch/nn/functional/conv.h>
 #include <torch/nn/init.h>
 #include <torch/nn/modules/activation.h>
 #include <torch/nn/modules/batchnorm.h>
+#include <torch/nn/modules/conv.h>
 #include <torch/types.h>
 
 #include "core/errors.h"
 #include "models/networks/plan_layers.h"
 
 namespace ertbench {
+
+SpatialAttentionImpl::SpatialAttentionImpl()
+    : convolution_(torch::nn::Conv2dOptions(2, 1, 7).padding(3).bias(false)) {
+  register_module("convolution", convolution_);
+}
+
+torch::Tensor SpatialAttentionImpl::forward(const torch::Tensor& features) {
+  const torch::Tensor summary = torch::cat({features.mean(1, true), features.amax({1}, true)}, 1);
+  return features * convolution_->forward(summary).sigmoid();
+}
+
+int SpatialAttentionImpl::add_to(PlanBuilder& plan, int maps) const {
+  const ConvolutionWeights weights = weights_of(*convolution_, nullptr);
+  return plan.attention(maps, weights.kernel, weights.weights);
+}
+
+namespace {
+
+/// Before the first training step. The value that the iteration is after is found long before its
+/// vector is, and the steps of the training go on with both.
+constexpr int first_iterations = 15;
+constexpr double least_norm = 1e-12;  ///< of a kernel of zeros, which stays what it is
+
+torch::Tensor normalised(const torch::Tensor& vector) {
+  return vector / vector.norm().clamp_min(least_norm);
+}
+
+// Products by element and sum: as matrix products they would be rounded to bfloat16 in a training
+// of that precision.
+
+torch::Tensor right_of(const torch::Tensor& matrix, const torch::Tensor& left) {
+  return normalised((matrix * left).sum(0, true));
+}
+
+torch::Tensor left_of(const torch::Tensor& matrix, const torch::Tensor& right) {
+  return normalised((matrix * right).sum(1, true));
+}
+
+}  // namespace
+
+SpectralConvolutionImpl::SpectralConvolutionImpl(int inputs, int outputs, int size, int stride,
+                                                 int padding)
+    : convolution_(torch::nn::Conv2dOptions(inputs, outputs, size)),
+      left_(normalised(torch::ones({outputs, 1}))),
+      stride_(stride),
+      padding_(padding) {
+  register_module("convolution", convolution_);
+  register_buffer("left", left_);
+  for (int i = 0; i < first_iterations; ++i) kernel();
+}
+
+torch::Tensor SpectralConvolutionImpl::kernel() {
+  const torch::Tensor matrix = convolution_->weight.flatten(1);
+  torch::Tensor left;
+  torch::Tensor right;
+  {
+    const torch::NoGradGuard no_gradients;
+    right = right_of(matrix, left_);
+    left = left_of(matrix, right);
+    if (is_training()) left_.copy_(left);
+  }
+  // The vectors are held fixed, so that the gradient is that of the singular value itself.
+  const torch::Tensor largest = (matrix * left * right).sum();
+  return convolution_->weight / largest.clamp_min(least_norm);
+}
+
+torch::Tensor SpectralConvolutionImpl::forward(const torch::Tensor& maps) {
+  return torch::nn::functional::conv2d(maps, kernel(),
+                                       torch::nn::functional::Conv2dFuncOptions()
+                                           .bias(convolution_->bias)
+                                           .stride(stride_)
+                                           .padding(padding_));
+}
+
 namespace nn = torch::nn;
 namespace {
 
@@ -125,6 +201,31 @@ std::unique_ptr<InferencePlan> DdErtGenerator::plan(bool bfloat16) const {
   const int up_full = add_layers(plan, decode_full_, {rise(rise_full_, up_half), full});
   const int logits = plan.image_convolution(up_full, weights_of(*image_, nullptr));
   return plan.finish(plan.sigmoid(logits));
+}
+
+PatchDiscriminatorImpl::PatchDiscriminatorImpl(const std::array<int, 2>& widths,
+                                               bool spectral_norm) {
+  const auto leaky = [] { return nn::LeakyReLU(nn::LeakyReLUOptions().negative_slope(0.2)); };
+  if (spectral_norm) {
+    layers_->push_back(SpectralConvolution(1, widths[0], 4, 2, 1));
+    layers_->push_back(leaky());
+    layers_->push_back(SpectralConvolution(widths[0], widths[1], 4, 1, 1));
+    layers_->push_back(leaky());
+    layers_->push_back(SpectralConvolution(widths[1], 1, 4, 1, 1));
+  } else {
+    layers_->push_back(nn::Conv2d(nn::Conv2dOptions(1, widths[0], 4).stride(2).padding(1)));
+    layers_->push_back(leaky());
+    layers_->push_back(
+        nn::Conv2d(nn::Conv2dOptions(widths[0], widths[1], 4).padding(1).bias(false)));
+    layers_->push_back(nn::BatchNorm2d(widths[1]));
+    layers_->push_back(leaky());
+    layers_->push_back(nn::Conv2d(nn::Conv2dOptions(widths[1], 1, 4).padding(1)));
+  }
+  register_module("layers", layers_);
+}
+
+torch::Tensor PatchDiscriminatorImpl::forward(const torch::Tensor& images) {
+  return layers_->forward(images);
 }
 
 }  // namespace ertbench

@@ -3,12 +3,57 @@
 #include <torch/nn/modules/container/sequential.h>
 #include <torch/nn/modules/conv.h>
 #include <torch/nn/modules/linear.h>
+#include <torch/nn/pimpl.h>
+
+#include <array>
 
 #include "forward/sheet/sensor.h"
+#include "models/inference/inference_plan.h"
 #include "models/networks/network.h"
-#include "models/networks/spatial_attention.h"
 
 namespace ertbench {
+
+/// Spatial attention (B2 of the DD-ERT supplement): every place of a feature map is weighted by
+///
+///     sigmoid(convolution 7x7 of [mean over the channels; maximum over the channels]).
+class SpatialAttentionImpl final : public torch::nn::Module {
+ public:
+  SpatialAttentionImpl();
+  /// `features` [frames, channels, height, width] -> the same, weighted.
+  torch::Tensor forward(const torch::Tensor& features);
+  /// The same in a plan: maps -> maps.
+  int add_to(PlanBuilder& plan, int maps) const;
+
+ private:
+  torch::nn::Conv2d convolution_;
+};
+TORCH_MODULE(SpatialAttention);
+
+/// A convolution whose kernel, as a matrix [outputs, inputs * size * size], is divided by its
+/// largest singular value (spectral normalisation, Miyato et al. 2018): whatever the weights learn,
+/// that value of the kernel in use is 1, which bounds how fast the output can change.
+///
+/// The value is found by power iteration, one step at every call in training mode, so that it
+/// follows weights that learn with a lag of some steps, in which the value in use may be a few
+/// tenths above 1. The singular vector that it has come to is a buffer, saved and loaded with the
+/// weights.
+class SpectralConvolutionImpl final : public torch::nn::Module {
+ public:
+  SpectralConvolutionImpl(int inputs, int outputs, int size, int stride, int padding);
+
+  /// `maps` [frames, inputs, height, width].
+  torch::Tensor forward(const torch::Tensor& maps);
+
+  /// The kernel in use [outputs, inputs, size, size]. In training mode it iterates once.
+  torch::Tensor kernel();
+
+ private:
+  torch::nn::Conv2d convolution_;
+  torch::Tensor left_;  ///< left singular vector [outputs, 1]
+  int stride_;
+  int padding_;
+};
+TORCH_MODULE(SpectralConvolution);
 
 /// Settings of DD-ERT's generator; w is `width`.
 struct GeneratorShape {
@@ -66,5 +111,26 @@ class DdErtGenerator final : public Network {
   SpatialAttention attention_quarter_{nullptr};  ///< null without attention
   SpatialAttention attention_bottom_{nullptr};
 };
+
+/// PatchGAN discriminator (Isola et al. 2017, as DD-ERT uses it): judges patches of 16 x 16 pixels
+/// of an image,
+///
+///     4x4 convolution w0, stride 2, LeakyReLU 0.2       12 x 12
+///     4x4 convolution w1, batch norm., LeakyReLU 0.2    11 x 11
+///     4x4 convolution 1                                 10 x 10
+///
+/// each padded by one pixel. With spectral normalisation each convolution is a SpectralConvolution,
+/// and there is no batch normalisation, whose own scales would undo the bound on the kernels.
+class PatchDiscriminatorImpl final : public torch::nn::Module {
+ public:
+  explicit PatchDiscriminatorImpl(const std::array<int, 2>& widths, bool spectral_norm = false);
+  /// `images` [frames, 1, grid, grid] -> log-odds of each patch being of a true image
+  /// [frames, 1, grid/2 - 2, grid/2 - 2].
+  torch::Tensor forward(const torch::Tensor& images);
+
+ private:
+  torch::nn::Sequential layers_;
+};
+TORCH_MODULE(PatchDiscriminator);
 
 }  // namespace ertbench

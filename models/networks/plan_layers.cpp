@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "models/networks/prelu.h"
+#include "models/networks/network.h"
 
 namespace ertbench {
 namespace nn = torch::nn;

@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "models/inference/plan_builder.h"
+#include "models/inference/inference_plan.h"
 
 /// libtorch's layers as layers of an InferencePlan, each with the batch normalisation behind it, as
 /// it is in evaluation mode, folded into its weights.

@@ -1,7 +1,40 @@
 #pragma once
 
+#include <torch/types.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "core/hdf5_file.h"
-#include "models/networks/named_tensors.h"
+#include "models/networks/network.h"
+
+namespace torch::nn {
+class Module;
+}
+
+namespace ertbench {
+
+/// A tensor and the name under which a file keeps it.
+struct NamedTensor {
+  std::string name;
+  torch::Tensor values;
+};
+using NamedTensors = std::vector<NamedTensor>;
+
+/// Parameters ("layers.0.weight") and buffers of a module, in its order; they are the module's own.
+NamedTensors weights_of(const torch::nn::Module& module);
+
+/// Without gradients, sharing nothing with the originals.
+NamedTensors copies(const NamedTensors& tensors);
+
+/// Copies the values of each tensor into the one in the same place.
+void copy_values(const NamedTensors& from, const NamedTensors& to);
+
+/// Appends `tensors`, their names behind `prefix`.
+void append(NamedTensors& all, const std::string& prefix, const NamedTensors& tensors);
+
+}  // namespace ertbench
 
 /// Tensors as datasets of an HDF5 file: numbers and nothing else, so that a file from elsewhere can
 /// be read. (What libtorch itself saves holds programs that run when it is read.)
@@ -20,5 +53,34 @@ void write_tensors(Hdf5File& file, const std::string& group, const NamedTensors&
 /// New tensors of the names, types and shapes of `like`, in its order. Throws InputError naming the
 /// dataset as read_tensor does, and where the group holds anything else.
 NamedTensors read_tensors(const Hdf5File& file, const std::string& group, const NamedTensors& like);
+
+}  // namespace ertbench
+
+namespace torch::jit {
+struct GraphExecutor;
+}
+
+namespace ertbench {
+
+/// A trained network with its weights as constants: batch normalisations folded into the
+/// convolutions and dense layers before them, weights kept in the layout that the processor's
+/// convolutions want.
+class FrozenGraph {
+ public:
+  /// `network` is put into evaluation mode and must not be trained any further. With `bfloat16` its
+  /// weights are rounded to that, for good, and all it computes in between.
+  FrozenGraph(Network& network, int channels, bool bfloat16 = false);
+  ~FrozenGraph();
+  FrozenGraph(FrozenGraph&&) noexcept;
+  FrozenGraph& operator=(FrozenGraph&&) noexcept;
+
+  /// As Network::forward. Thread-safe.
+  torch::Tensor run(const torch::Tensor& frames) const;
+
+ private:
+  std::unique_ptr<torch::jit::GraphExecutor> many_frames_;
+  std::unique_ptr<torch::jit::GraphExecutor> one_frame_;  ///< with matrix-vector products
+  bool bfloat16_;
+};
 
 }  // namespace ertbench

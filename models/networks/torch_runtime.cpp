@@ -2,6 +2,7 @@
 
 #include <ATen/Context.h>
 #include <ATen/Parallel.h>
+#include <ATen/autocast_mode.h>
 #include <dlfcn.h>
 #include <link.h>
 #include <malloc.h>
@@ -80,6 +81,18 @@ OneThread::OneThread() : before_(omp_get_max_threads()) {
 
 OneThread::~OneThread() {
   if (before_ != 1) omp_set_num_threads(before_);
+}
+
+ReducedPrecision::ReducedPrecision(bool enabled) : enabled_(enabled) {
+  if (!enabled_) return;
+  at::autocast::set_autocast_cpu_dtype(at::kBFloat16);
+  at::autocast::set_cpu_enabled(true);
+}
+
+ReducedPrecision::~ReducedPrecision() {
+  if (!enabled_) return;
+  at::autocast::clear_cache();  // weights that were rounded; the next step changes them
+  at::autocast::set_cpu_enabled(false);
 }
 
 }  // namespace ertbench

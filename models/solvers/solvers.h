@@ -4,12 +4,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "models/networks/dd_ert_generator.h"
 #include "models/networks/lean_net.h"
 #include "models/solvers/learned_solver.h"
-#include "models/training/adversarial_objective.h"
-#include "solvers/tunable.h"
+#include "models/training/objective.h"
+#include "solvers/parameter_choice.h"
 
 /// The learned solvers: their settings, and how network and objective are made of them.
 namespace ertbench {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "core/json_text.h"
+#include "core/json.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "models/networks/torch_runtime.h"

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "solvers/solver.h"
 
 namespace ertbench {

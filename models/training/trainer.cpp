@@ -6,18 +6,80 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "core/replace_file.h"
-#include "models/networks/reduced_precision.h"
-#include "models/training/adam_state.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "models/networks/torch_runtime.h"
 #include "models/training/checkpoint.h"
-#include "models/training/sheet_mask.h"
-#include "models/training/training_log.h"
-#include "models/training/weights.h"
+#include "models/training/objective.h"
 
 namespace ertbench {
+
+nlohmann::json to_json(const TrainingResult& result) {
+  nlohmann::json out = {{"status", result.report.status},
+                        {"message", result.report.message},
+                        {"earlier_s", result.report.earlier_s},
+                        {"epochs", result.epochs},
+                        {"best_epoch", result.best_epoch},
+                        {"validation_error", result.validation_error},
+                        {"seconds", result.seconds}};
+  if (!result.converged) out["converged"] = false;
+  return out;
+}
+
+TrainingResult training_result_from_json(const nlohmann::json& json) {
+  TrainingResult out;
+  out.report = {json.at("status"), json.at("message"), json.value("earlier_s", 0.0)};
+  out.epochs = json.at("epochs");
+  out.best_epoch = json.at("best_epoch");
+  out.converged = json.value("converged", true);
+  out.validation_error = json.at("validation_error");
+  out.seconds = json.at("seconds");
+  return out;
+}
+
+void TrainingLog::write(const std::filesystem::path& folder) const {
+  const auto write = [&](const std::filesystem::path& aside) {
+    std::ofstream out(aside);
+    out.precision(9);
+    const char* separator = "";
+    for (const std::string& column : columns_) {
+      out << separator << column;
+      separator = ",";
+    }
+    for (const std::vector<double>& row : rows_) {
+      separator = "\n";
+      for (const double value : row) {
+        out << separator << value;
+        separator = ",";
+      }
+    }
+    out << "\n";
+    out.close();
+    if (!out) throw InputError(aside.string() + ": cannot be written; is the disk full?");
+  };
+  replace_file(folder / "training.csv", write, folder / "training.csv.part");
+}
+
+RowMajorMatrix TrainingLog::rows() const {
+  RowMajorMatrix out(static_cast<Eigen::Index>(rows_.size()),
+                     static_cast<Eigen::Index>(columns_.size()));
+  for (Eigen::Index i = 0; i < out.rows(); ++i) {
+    const std::vector<double>& row = rows_[static_cast<std::size_t>(i)];
+    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), out.cols());
+  }
+  return out;
+}
+
+void TrainingLog::set_rows(const RowMajorMatrix& rows) {
+  rows_.clear();
+  for (const auto& row : rows.rowwise()) rows_.emplace_back(row.begin(), row.end());
+}
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -3,15 +3,53 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
+#include "core/arrays.h"
 #include "models/networks/network.h"
 #include "models/training/objective.h"
-#include "models/training/training_result.h"
 #include "models/training/training_set.h"
-#include "models/training/validation_set.h"
+#include "solvers/solver.h"
 
 namespace ertbench {
+
+/// How a training went.
+struct TrainingResult {
+  FitReport report;
+  int epochs = 0;      ///< finished
+  int best_epoch = 0;  ///< whose weights were kept, from 1
+  /// False where the best epoch is the last one that was allowed: the validation error was still
+  /// falling when the budget ended, and a longer training may give a better network. A learning
+  /// rate that falls to 0 by then makes that the usual end, and does not say how much is to gain.
+  bool converged = true;
+  double validation_error = 0;  ///< of those weights
+  double seconds = 0;           ///< all its parts together, where it was interrupted
+};
+
+/// `{"status", "message", "earlier_s", "epochs", "best_epoch", "validation_error", "seconds"}`, and
+/// `"converged": false` where it had not.
+nlohmann::json to_json(const TrainingResult& result);
+TrainingResult training_result_from_json(const nlohmann::json& json);
+
+/// One line for each epoch of a training, written as training.csv into the work folder:
+/// `epoch,loss,<terms>,validation_error,learning_rate,seconds`; losses are means over the epoch's
+/// steps, seconds the epoch's own.
+class TrainingLog {
+ public:
+  explicit TrainingLog(std::vector<std::string> columns) : columns_(std::move(columns)) {}
+
+  void add(std::vector<double> row) { rows_.push_back(std::move(row)); }
+  void write(const std::filesystem::path& folder) const;
+
+  RowMajorMatrix rows() const;  ///< [epochs, columns]
+  void set_rows(const RowMajorMatrix& rows);
+
+ private:
+  std::vector<std::string> columns_;
+  std::vector<std::vector<double>> rows_;
+};
 
 /// Where a training is watched and kept.
 struct TrainingOutlet {

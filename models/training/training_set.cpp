@@ -1,13 +1,129 @@
 #include "models/training/training_set.h"
 
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <numeric>
+#include <random>
+#include <string>
+#include <vector>
 
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/hdf5_file.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/noise.h"
-#include "models/training/sheet_mask.h"
+#include "forward/data/faults.h"
+#include "models/training/objective.h"
 
 namespace ertbench {
+namespace {
+
+constexpr std::uint64_t scenes_of_a_block = 1024;
+
+DatasetSpec drawable(const DatasetFile& file) {
+  DatasetSpec spec = file.spec();
+  if (std::holds_alternative<std::vector<Scene>>(spec.scenes) || spec.sequences() ||
+      spec.measured()) {
+    throw InputError(file.path().string() +
+                     ": its scenes are listed, measured or move, so that \"new_scenes\" cannot "
+                     "draw others; leave it out or give the training set a distribution");
+  }
+  return spec;
+}
+
+}  // namespace
+
+EpochScenes::EpochScenes(const DatasetFile& file)
+    : spec_(drawable(file)),
+      size_(file.size()),
+      folder_(std::filesystem::path(file.path()).replace_extension(".epochs")),
+      checksum_(Hdf5File::open(file.path()).read_text("/", "checksum")),
+      model_(spec_.sensor, spec_.model) {}
+
+std::filesystem::path EpochScenes::file_of(std::uint64_t epoch, std::uint64_t block) const {
+  return folder_ / std::to_string(epoch) / (std::to_string(block) + ".h5");
+}
+
+EpochScenes::Block EpochScenes::made(std::uint64_t epoch, std::uint64_t block) const {
+  const std::uint64_t first = block * scenes_of_a_block;
+  const DatasetBlock drawn = generate_block(spec_, model_, epoch * size_ + first,
+                                            std::min(scenes_of_a_block, size_ - first));
+  return {drawn.clean_voltages.cast<float>(),
+          (1 - drawn.conductivity.array() / spec_.sensor.background).cast<float>()};
+}
+
+EpochScenes::Block EpochScenes::kept(const std::filesystem::path& file,
+                                     std::uint64_t scenes) const {
+  const Hdf5File in = Hdf5File::open(file);
+  if (const std::string why = in.why_changed(); !why.empty()) {
+    throw InputError(file.string() + ": " + why);
+  }
+  if (in.read_text("/", "dataset") != checksum_) {
+    throw InputError(file.string() + ": is of another dataset");
+  }
+  in.require_shape("/clean", {scenes, static_cast<std::uint64_t>(spec_.sensor.channels())});
+  in.require_shape("/change", {scenes, static_cast<std::uint64_t>(spec_.sensor.pixels())});
+  return {in.read_rows("/clean", 0, scenes).cast<float>(),
+          in.read_rows("/change", 0, scenes).cast<float>()};
+}
+
+void EpochScenes::keep(const Block& block, const std::filesystem::path& file) const {
+  const auto write = [](Hdf5File& out, const char* name, const FloatRows& rows) {
+    out.create_dataset(
+        name, {static_cast<std::uint64_t>(rows.rows()), static_cast<std::uint64_t>(rows.cols())},
+        Hdf5File::Number::real32);
+    out.write_rows(name, 0, rows.cast<double>());
+  };
+  // What a killed training left is written over: the block's lock keeps all others away.
+  replace_file(
+      file,
+      [&](const std::filesystem::path& aside) {
+        Hdf5File out = Hdf5File::create(aside);
+        out.write_text("/", "dataset", checksum_);
+        write(out, "/clean", block.clean);
+        write(out, "/change", block.change);
+        out.write_checksum();
+        out.close();
+      },
+      std::filesystem::path(file).replace_extension(".part"));
+}
+
+void EpochScenes::read(std::uint64_t epoch,
+                       const std::function<void(std::uint64_t first, const Block& block)>& take) {
+  std::vector<std::uint64_t> left((size_ + scenes_of_a_block - 1) / scenes_of_a_block);
+  std::iota(left.begin(), left.end(), 0);
+  // Trainings at the same time begin with different blocks, so that they seldom want the same one.
+  std::shuffle(left.begin(), left.end(), std::minstd_rand(static_cast<unsigned>(::getpid())));
+  for (const std::uint64_t b : left) {
+    const std::uint64_t first = b * scenes_of_a_block;
+    const std::uint64_t scenes = std::min(scenes_of_a_block, size_ - first);
+    const std::filesystem::path file = file_of(epoch, b);
+    if (!keeps_) {
+      take(first, made(epoch, b));
+      continue;
+    }
+    try {
+      const FileLock lock(std::filesystem::path(file).replace_extension(".lock"),
+                          MissingFolder::make);
+      if (std::filesystem::exists(file)) {
+        try {
+          take(first, kept(file, scenes));
+          continue;
+        } catch (const InputError&) {  // made again
+        }
+      }
+      const Block block = made(epoch, b);
+      take(first, block);
+      keep(block, file);
+    } catch (const std::exception& error) {
+      spdlog::warn("{}; scenes of epochs are not kept, each training makes its own", error.what());
+      keeps_ = false;
+      take(first, made(epoch, b));
+    }
+  }
+}
+
 namespace {
 
 constexpr std::uint64_t scenes_at_a_time = 1024;
@@ -87,6 +203,59 @@ TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const
     }
   }
   return out;
+}
+
+namespace {
+
+constexpr std::int64_t batch = 250;
+
+}  // namespace
+
+ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& standardisation) {
+  const Frames changes =
+      file.voltages(0, file.size()).rowwise() - file.reference_voltages().transpose();
+  const Images y = (1 - file.conductivity(0, file.size()).array() / file.sensor().background) /
+                   standardisation.image;
+  std::vector<Eigen::Index> touched;
+  for (Eigen::Index f = 0; f < y.rows(); ++f) {
+    // Rounding in the file's conductivities is no contact.
+    if (y.row(f).cwiseAbs().maxCoeff() > 1e-12) touched.push_back(f);
+  }
+  if (touched.empty()) {
+    throw InputError(file.path().string() +
+                     ": a network is chosen by its error on frames with contacts, and the "
+                     "validation set has none; add scenes with contacts");
+  }
+  frames_ = standardisation.apply(changes(touched, Eigen::all));
+  mask_ = sheet_mask(file.sensor());
+  truths_ = torch::empty({static_cast<std::int64_t>(touched.size()), 1, file.sensor().image_rows(),
+                          file.sensor().image_columns()});
+  Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+      truths_.data_ptr<float>(), static_cast<Eigen::Index>(touched.size()), y.cols()) =
+      y(touched, Eigen::all).cast<float>();
+}
+
+ValidationSet::Score ValidationSet::score(Network& network) const {
+  const torch::NoGradGuard no_gradients;
+  network.eval();
+  Score score;
+  double sum = 0;
+  torch::Tensor least;
+  torch::Tensor most;
+  for (std::int64_t first = 0; first < frames_.size(0); first += batch) {
+    const std::int64_t last = std::min(first + batch, frames_.size(0));
+    const torch::Tensor images =
+        masked(network.forward(frames_.slice(0, first, last)), mask_).flatten(1);
+    const torch::Tensor truths = truths_.slice(0, first, last).flatten(1);
+    sum += ((images - truths).norm(2, 1) / truths.norm(2, 1)).sum(torch::kFloat64).item<double>();
+    const torch::Tensor low = images.amin(0);
+    const torch::Tensor high = images.amax(0);
+    least = least.defined() ? torch::minimum(least, low) : low;
+    most = most.defined() ? torch::maximum(most, high) : high;
+  }
+  score.error = sum / static_cast<double>(frames_.size(0));
+  score.spread = (most - least).max().item<double>();
+  return score;
 }
 
 }  // namespace ertbench

@@ -4,13 +4,76 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <vector>
 
 #include "core/errors.h"
-#include "core/quantile.h"
+#include "core/statistics.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/uniform_sheet.h"
+#include "forward/data/sheet_model.h"
+#include "solvers/decompositions.h"
 
 namespace ertbench {
+
+double tail_limit(Eigen::VectorXd values, double share) {
+  std::sort(values.begin(), values.end(), std::greater<>());
+  const Eigen::Index farthest = std::max<Eigen::Index>(values.size() / 10, 1);
+  if (values.size() <= farthest || values[farthest] <= 0) return values[0];
+  const double begin = values[farthest];
+  const double seen = values[static_cast<Eigen::Index>(share * static_cast<double>(values.size()))];
+  const Eigen::ArrayXd logarithms = (values.head(farthest).array() / begin).log();
+  const double first = logarithms.mean();
+  const double second = logarithms.square().mean();
+  if (!(second > first * first)) return values[0];
+  const double bounded = std::min(0.0, 1 - 0.5 / (1 - first * first / second));
+  const double exponent = first + bounded;
+  const double farther =
+      std::log(static_cast<double>(farthest) / static_cast<double>(values.size()) / share);
+  // (farther^exponent - 1) / exponent, which is a logarithm where the exponent is 0.
+  const double reach =
+      std::abs(exponent) < 1e-9 ? farther : std::expm1(exponent * farther) / exponent;
+  return std::max(begin * (1 + first * (1 - bounded) * reach), seen);
+}
+
+UsualLevel UsualLevel::of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, double floor,
+                          double share) {
+  // Least squares with relative errors: the weights follow from the level found before.
+  UsualLevel level{std::max(q.mean(), floor), 0, 0};
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::ArrayXd w = (level.a + level.b * s.array()).square().inverse();
+    const double ww = w.sum();
+    const double ws = (w * s.array()).sum();
+    const double wss = (w * s.array().square()).sum();
+    const double wq = (w * q.array()).sum();
+    const double wqs = (w * q.array() * s.array()).sum();
+    const double determinant = ww * wss - ws * ws;
+    level.b = determinant > 1e-12 * ww * wss ? (ww * wqs - ws * wq) / determinant : 0;
+    level.b = std::max(level.b, 0.0);
+    level.a = (wq - level.b * ws) / ww;
+    if (level.a < floor) {
+      level.a = floor;
+      level.b = wss > 0 ? std::max(0.0, (wqs - floor * ws) / wss) : 0;
+    }
+  }
+  level.limit = tail_limit((q.array() / (level.a + level.b * s.array())).matrix(), share);
+  // A level below the floor is none: what a converter does not resolve raises no alarm.
+  level.limit = std::max(level.limit, 1.0);
+  return level;
+}
+
+PrincipalDirections PrincipalDirections::of(const Eigen::MatrixXd& frames, double noise) {
+  PrincipalDirections out;
+  out.mean = frames.colwise().mean().transpose();
+  const Eigen::MatrixXd centred = frames.rowwise() - out.mean.transpose();
+  const SymmetricEigen eigen =
+      symmetric_eigen(centred.transpose() * centred / static_cast<double>(frames.rows() - 1));
+  const auto above = (eigen.values.array() >= 2 * noise).count();
+  const Eigen::Index count = std::min({above, most, frames.rows() / 4});
+  out.rows = eigen.vectors.rightCols(count).transpose();
+  out.inverse_power = eigen.values.tail(count).cwiseInverse();
+  out.tilt = out.inverse_power.cwiseProduct(out.rows * out.mean);
+  return out;
+}
+
 namespace {
 
 constexpr double tail_share = 1.0 / 1200;  ///< of good frames beyond each limit
@@ -276,6 +339,77 @@ void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report
   if ((against != 0 && report.status == FrameStatus::ok) || explains) {
     report.status = FrameStatus::suspect;
   }
+}
+
+}  // namespace ertbench
+
+// How a FrameCheck is kept: in one vector of numbers.
+
+namespace ertbench {
+namespace {
+
+/// Takes vectors off the front of another.
+class Unpacking {
+ public:
+  explicit Unpacking(const Eigen::VectorXd& all) : all_(all) {}
+
+  Eigen::VectorXd take(Eigen::Index count) {
+    if (count < 0 || count > all_.size() - done_) {
+      throw std::invalid_argument("the frame check is damaged");
+    }
+    done_ += count;
+    return all_.segment(done_ - count, count);
+  }
+  double take() { return take(1)[0]; }
+  void finish() { take(all_.size() == done_ ? 0 : all_.size() + 1); }
+
+ private:
+  const Eigen::VectorXd& all_;
+  Eigen::Index done_ = 0;
+};
+
+}  // namespace
+
+Eigen::VectorXd FrameCheck::packed() const {
+  std::vector<double> out(reference_.begin(), reference_.end());
+  if (noise_.limit > 0) {
+    out.insert(out.end(), {noise_.a, noise_.b, noise_.limit, outside_.a, outside_.b, outside_.limit,
+                           noise_of_change_ ? 1.0 : 0.0, least_size_, largest_, farthest_, lowest_,
+                           highest_, static_cast<double>(directions_.rows.rows())});
+    const auto add = [&](const auto& values) {
+      out.insert(out.end(), values.data(), values.data() + values.size());
+    };
+    add(directions_.mean);
+    add(directions_.rows);
+    add(directions_.inverse_power);
+    add(directions_.tilt);
+  }
+  return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
+}
+
+FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed) {
+  set_sensor(sensor, masked);
+  Unpacking in(packed);
+  set_reference(in.take(sensor.channels()));
+  if (packed.size() == sensor.channels()) return;
+  for (UsualLevel* level : {&noise_, &outside_}) {
+    level->a = in.take();
+    level->b = in.take();
+    level->limit = in.take();
+  }
+  noise_of_change_ = in.take() != 0;
+  for (double* limit : {&least_size_, &largest_, &farthest_, &lowest_, &highest_}) {
+    *limit = in.take();
+  }
+  const auto count = static_cast<Eigen::Index>(
+      std::clamp(in.take(), 0.0, static_cast<double>(PrincipalDirections::most)));
+  const auto pairs = static_cast<Eigen::Index>(pairs_.size());
+  directions_.mean = in.take(pairs);
+  const Eigen::VectorXd rows = in.take(count * pairs);
+  directions_.rows = Eigen::Map<const Eigen::MatrixXd>(rows.data(), count, pairs);
+  directions_.inverse_power = in.take(count);
+  directions_.tilt = in.take(count);
+  in.finish();
 }
 
 }  // namespace ertbench

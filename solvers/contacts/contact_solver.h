@@ -3,14 +3,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "solvers/channel_mask.h"
 #include "solvers/contacts/contact_fit.h"
 #include "solvers/contacts/contact_image.h"
-#include "solvers/contacts/nuisances.h"
+#include "solvers/contacts/contact_prior.h"
 #include "solvers/parameter_choice.h"
 #include "solvers/solver.h"
-#include "solvers/tunable.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
 
@@ -92,5 +93,8 @@ class ContactSolver final : public Solver, private ContactFinder {
   std::unique_ptr<const ContactFit> fit_;
   std::unique_ptr<const ContactImage> image_;
 };
+
+/// The solvers of this room.
+std::vector<SolverType> contact_solvers();
 
 }  // namespace ertbench

@@ -4,18 +4,99 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <vector>
 
 #include "core/errors.h"
-#include "core/json_text.h"
+#include "core/json.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/uniform_sheet.h"
-#include "solvers/external/echo_program.h"
+#include "forward/data/sheet_model.h"
+#include "solvers/external/program.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
+namespace {
+
+bool read_whole(char* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t some = ::read(STDIN_FILENO, bytes, count);
+    if (some < 0 && errno == EINTR) continue;
+    if (some <= 0) return false;
+    bytes += some;
+    count -= static_cast<std::size_t>(some);
+  }
+  return true;
+}
+
+bool write_whole(const char* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t some = ::write(STDOUT_FILENO, bytes, count);
+    if (some < 0 && errno == EINTR) continue;
+    if (some <= 0) return false;
+    bytes += some;
+    count -= static_cast<std::size_t>(some);
+  }
+  return true;
+}
+
+/// The life of the program that answers.
+void answer_frames(std::size_t channels, std::size_t pixels) {
+  std::vector<double> frames;
+  std::vector<char> images;
+  std::uint64_t count = 0;
+  while (read_whole(reinterpret_cast<char*>(&count), sizeof count)) {
+    frames.resize(count * channels);
+    images.resize(count * (pixels * sizeof(double) + 1));
+    if (!read_whole(reinterpret_cast<char*>(frames.data()), frames.size() * sizeof(double))) return;
+    if (!write_whole(images.data(), images.size())) return;
+  }
+}
+
+class EchoSolver final : public Solver {
+ public:
+  explicit EchoSolver(const Sensor& sensor)
+      : program_(
+            "echo",
+            [channels = static_cast<std::size_t>(sensor.channels()),
+             pixels = static_cast<std::size_t>(sensor.pixels())] {
+              answer_frames(channels, pixels);
+              ::_exit(
+                  0);  // a copy of this process: what else it is to do at its end is not its own
+            },
+            0),
+        exchange_(program_, limit_s) {}
+
+  nlohmann::json parameters() const override { return nlohmann::json::object(); }
+  void fit(const FitInput&) override {}
+  void reconstruct(FramesView changes, ImagesView images,
+                   std::span<FrameReport> reports) const override {
+    exchange_.reconstruct(changes, images, reports);
+  }
+  void save(const std::filesystem::path&) const override {
+    throw std::logic_error("the echo of frames is not kept");
+  }
+  void load(const std::filesystem::path&, const Sensor&) override {
+    throw std::logic_error("the echo of frames is not kept");
+  }
+
+ private:
+  static constexpr double limit_s = 10;
+
+  Program program_;
+  mutable FrameExchange exchange_;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> echo_solver(const Sensor& sensor) {
+  return std::make_unique<EchoSolver>(sensor);
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -228,6 +309,28 @@ void CommandSolver::load(const fs::path& file, const Sensor& sensor) {
                      " is not what a program is told; fit the solver anew");
   }
   start(sensor);
+}
+
+std::vector<SolverType> external_solvers() {
+  SolverInfo info;
+  info.summary =
+      "a program of any language in a process of its own: a line of JSON in, then frames in and "
+      "images out (docs/your_method.md)";
+  info.parameters = {
+      {"command",
+       "the program and its arguments, [\"python3\", \"my_method.py\"]; it runs in the "
+       "experiment's folder, and what is in the files among these words is part of the fit",
+       ParameterRole::file},
+      {"files", "further files whose contents are part of the fit; default none",
+       ParameterRole::file},
+      {"parameters", "an object that the program gets as it is; default {}"},
+      {"ready_limit_s", "until it is ready, > 0; default 3600"},
+      {"frame_limit_s", "for each frame, > 0; default 10"},
+      {"memory_limit_mb", "of all its processes, 1 ...; default that of the trial"}};
+  info.make = make_from_json<CommandSolver>;
+  // What a program computes, and with what libraries, is its own business: by rounding.
+  info.comparison = ImageComparison::rounding;
+  return {{CommandSolver::type, info}};
 }
 
 }  // namespace ertbench

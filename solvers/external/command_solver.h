@@ -7,13 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "core/json_reader.h"
-#include "core/temporary_folder.h"
-#include "solvers/external/frame_exchange.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "forward/sheet/sensor.h"
 #include "solvers/external/program.h"
 #include "solvers/solver.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
+
+/// A solver whose images are zero: a process of its own reads the frames as the protocol of
+/// programs has them (command_solver.h), and answers at once. What it takes is what the pipes and
+/// the two changes of process take. Throws std::system_error where no process can be made.
+std::unique_ptr<Solver> echo_solver(const Sensor& sensor);
 
 /// A program of any language as a solver. It is started by `fit` and by `load`, in the folder of
 /// the experiment, and lives as long as the solver. Its standard input and output are binary, its
@@ -68,5 +74,8 @@ class CommandSolver final : public Solver {
   std::unique_ptr<Program> program_;
   std::unique_ptr<FrameExchange> exchange_;
 };
+
+/// The solvers of this room.
+std::vector<SolverType> external_solvers();
 
 }  // namespace ertbench

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
-#include "solvers/kernel/kernel_scales.h"
+#include "solvers/kernel/kernel_regression.h"
 #include "solvers/solver.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
 
@@ -73,5 +75,8 @@ class KernelRidge final : public Solver, public ContactFinder {
   KernelRegression place_;
   KernelRegression strength_;
 };
+
+/// The solvers of this room.
+std::vector<SolverType> kernel_solvers();
 
 }  // namespace ertbench

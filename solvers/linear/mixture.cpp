@@ -3,12 +3,191 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "solvers/linear/k_means.h"
-#include "solvers/symmetric_eigen.h"
+#include "core/errors.h"
+#include "core/random.h"
+#include "forward/data/dataset_file.h"
+#include "solvers/decompositions.h"
 
 namespace ertbench {
+namespace {
+
+constexpr std::uint64_t read_at_once = 1000;
+constexpr Eigen::Index scenes_at_once = 512;  ///< scenes of one matrix product
+
+/// For each pair the one that a symmetry takes it from: both channels of a pair come from the two
+/// of another.
+std::vector<Eigen::Index> turned_pairs(const Reciprocity& reciprocity, const Symmetry& symmetry) {
+  std::vector<Eigen::Index> pair_of(symmetry.channels.size());
+  for (Eigen::Index p = 0; p < reciprocity.pairs(); ++p) {
+    for (const int channel : reciprocity.pair(p)) pair_of[static_cast<std::size_t>(channel)] = p;
+  }
+  std::vector<Eigen::Index> from;
+  for (Eigen::Index p = 0; p < reciprocity.pairs(); ++p) {
+    const auto channel = static_cast<std::size_t>(reciprocity.pair(p)[0]);
+    from.push_back(pair_of[static_cast<std::size_t>(symmetry.channels[channel])]);
+  }
+  return from;
+}
+
+}  // namespace
+
+TrainingScenes::TrainingScenes(const FitInput& input, const std::string& place, bool symmetries) {
+  if (!input.training) {
+    throw InputError(place + ": needs a training set; add \"train\" to the datasets");
+  }
+  const DatasetFile& set = *input.training;
+  if (set.sensor() != input.sensor) {
+    throw InputError(place + ": the training set " + set.path().string() +
+                     " is of another sensor; generate it for this one");
+  }
+  const Reciprocity reciprocity(input.sensor);
+  changes_.resize(static_cast<Eigen::Index>(set.size()), reciprocity.pairs());
+  images_.resize(static_cast<Eigen::Index>(set.size()), input.sensor.pixels());
+  for (std::uint64_t first = 0; first < set.size(); first += read_at_once) {
+    const std::uint64_t count = std::min(read_at_once, set.size() - first);
+    const auto row = static_cast<Eigen::Index>(first);
+    const Frames voltages = set.voltages(first, count);
+    images_.middleRows(row, static_cast<Eigen::Index>(count)) =
+        (set.conductivity(first, count).array() - input.sensor.background).cast<float>();
+    for (Eigen::Index f = 0; f < voltages.rows(); ++f) {
+      changes_.row(row + f) =
+          reciprocity.reduce(voltages.row(f) - set.reference_voltages().transpose()).transpose();
+    }
+  }
+  // Rounding in the file's conductivities is no contact.
+  const auto rounding = static_cast<float>(1e-6 * input.sensor.background);
+  if (images_.size() == 0 || images_.cwiseAbs().maxCoeff() <= rounding) {
+    throw InputError(place + ": needs a training set with contacts; " + set.path().string() +
+                     " has none");
+  }
+  for (const Symmetry& symmetry : ertbench::symmetries(input.sensor)) {
+    turns_.push_back(
+        {turned_pairs(reciprocity, symmetry), {symmetry.pixels.begin(), symmetry.pixels.end()}});
+    if (!symmetries) break;
+  }
+}
+
+void TrainingScenes::change(Eigen::Index index, Eigen::Ref<Eigen::RowVectorXd> out) const {
+  const Turn& turn = turns_[static_cast<std::size_t>(index / changes_.rows())];
+  const double* const row = changes_.row(index % changes_.rows()).data();
+  for (Eigen::Index p = 0; p < out.size(); ++p)
+    out[p] = row[turn.pairs[static_cast<std::size_t>(p)]];
+}
+
+void TrainingScenes::image(Eigen::Index index, Eigen::Ref<Eigen::RowVectorXd> out) const {
+  const Turn& turn = turns_[static_cast<std::size_t>(index / images_.rows())];
+  const float* const row = images_.row(index % images_.rows()).data();
+  for (Eigen::Index p = 0; p < out.size(); ++p) {
+    out[p] = static_cast<double>(row[turn.pixels[static_cast<std::size_t>(p)]]);
+  }
+}
+
+JointMoments moments_of(const TrainingScenes& scenes, const std::vector<Eigen::Index>& which,
+                        bool about_zero) {
+  const Eigen::Index count =
+      which.empty() ? scenes.count() : static_cast<Eigen::Index>(which.size());
+  JointMoments out{static_cast<double>(count), Eigen::VectorXd::Zero(scenes.pairs()),
+                   Eigen::VectorXd::Zero(scenes.pixels()),
+                   Eigen::MatrixXd::Zero(scenes.pairs(), scenes.pairs()),
+                   Eigen::MatrixXd::Zero(scenes.pixels(), scenes.pairs())};
+  RowMajorMatrix changes(scenes_at_once, scenes.pairs());
+  RowMajorMatrix images(scenes_at_once, scenes.pixels());
+  for (Eigen::Index first = 0; first < count; first += scenes_at_once) {
+    const Eigen::Index size = std::min(scenes_at_once, count - first);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const Eigen::Index index =
+          which.empty() ? first + i : which[static_cast<std::size_t>(first + i)];
+      scenes.change(index, changes.row(i));
+      scenes.image(index, images.row(i));
+    }
+    const auto d = changes.topRows(size);
+    const auto x = images.topRows(size);
+    out.changes.noalias() += d.transpose() * d;
+    out.cross.noalias() += x.transpose() * d;
+    out.change_mean += d.colwise().sum().transpose();
+    out.image_mean += x.colwise().sum().transpose();
+  }
+  out.changes /= out.scenes;
+  out.cross /= out.scenes;
+  out.change_mean /= out.scenes;
+  out.image_mean /= out.scenes;
+  if (about_zero) {
+    out.change_mean.setZero();
+    out.image_mean.setZero();
+  } else {
+    out.changes -= out.change_mean * out.change_mean.transpose();
+    out.cross -= out.image_mean * out.change_mean.transpose();
+  }
+  return out;
+}
+
+namespace {
+
+constexpr int rounds = 12;
+constexpr Eigen::Index points_at_once = 1024;  ///< points of one matrix product
+
+/// k-means++ (Arthur, Vassilvitskii 2007): each centre a point, drawn by its squared distance to
+/// those drawn before.
+Eigen::MatrixXf first_centres(const Eigen::MatrixXf& points, Eigen::Index count) {
+  RandomStream random(1, key_of("k-means"), 0, Purpose::training);
+  Eigen::MatrixXf centres(count, points.cols());
+  Eigen::ArrayXf nearest =
+      Eigen::ArrayXf::Constant(points.rows(), std::numeric_limits<float>::infinity());
+  Eigen::Index drawn = random.integer(0, static_cast<int>(points.rows() - 1));
+  for (Eigen::Index k = 0; k < count; ++k) {
+    centres.row(k) = points.row(drawn);
+    nearest = nearest.min((points.rowwise() - centres.row(k)).rowwise().squaredNorm().array());
+    double left = random.uniform() * nearest.cast<double>().sum();
+    for (drawn = 0; drawn < points.rows() - 1; ++drawn) {
+      left -= static_cast<double>(nearest[drawn]);
+      if (left < 0) break;
+    }
+  }
+  return centres;
+}
+
+/// The nearest centre of each point.
+std::vector<Eigen::Index> nearest_centres(const Eigen::MatrixXf& points,
+                                          const Eigen::MatrixXf& centres) {
+  // |p - c|^2 less |p|^2, which is the same for all centres.
+  const Eigen::RowVectorXf squares = centres.rowwise().squaredNorm().transpose();
+  std::vector<Eigen::Index> out(static_cast<std::size_t>(points.rows()));
+  Eigen::MatrixXf distances;
+  for (Eigen::Index first = 0; first < points.rows(); first += points_at_once) {
+    const Eigen::Index size = std::min(points_at_once, points.rows() - first);
+    distances.noalias() = -2.0F * points.middleRows(first, size) * centres.transpose();
+    distances.rowwise() += squares;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      distances.row(i).minCoeff(&out[static_cast<std::size_t>(first + i)]);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::vector<Eigen::Index>> k_means(const Eigen::MatrixXf& points, int groups) {
+  Eigen::MatrixXf centres = first_centres(points, std::min<Eigen::Index>(groups, points.rows()));
+  for (int round = 0;; ++round) {
+    const std::vector<Eigen::Index> nearest = nearest_centres(points, centres);
+    std::vector<std::vector<Eigen::Index>> out(static_cast<std::size_t>(centres.rows()));
+    for (std::size_t i = 0; i < nearest.size(); ++i) {
+      out[static_cast<std::size_t>(nearest[i])].push_back(static_cast<Eigen::Index>(i));
+    }
+    if (round == rounds) {
+      std::erase_if(out, [](const auto& group) { return group.empty(); });
+      return out;
+    }
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      if (out[k].empty()) continue;
+      centres.row(static_cast<Eigen::Index>(k)) = points(out[k], Eigen::all).colwise().mean();
+    }
+  }
+}
+
 namespace {
 
 /// Directions of the changes that images are estimated from, and that tell the components apart. On

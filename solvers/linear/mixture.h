@@ -4,9 +4,57 @@
 #include <vector>
 
 #include "core/arrays.h"
-#include "solvers/linear/training_scenes.h"
+#include "forward/sheet/sensor.h"
+#include "solvers/channel_mask.h"
+#include "solvers/solver.h"
 
 namespace ertbench {
+
+/// What an estimator learns from: the changes of the training set, halved by reciprocity, beside
+/// its images, every scene as it is and, with `symmetries`, turned by each symmetry of the sensor.
+class TrainingScenes {
+ public:
+  /// Reads the whole training set. Throws InputError where there is none (`place` is what needs
+  /// it), where it is of another sensor, or where it has no contact.
+  TrainingScenes(const FitInput& input, const std::string& place, bool symmetries);
+
+  Eigen::Index count() const { return changes_.rows() * static_cast<Eigen::Index>(turns_.size()); }
+  Eigen::Index pairs() const { return changes_.cols(); }
+  Eigen::Index pixels() const { return images_.cols(); }
+
+  /// d' of scene `index` < count() [pairs], V, and its image [pixels], S/m.
+  void change(Eigen::Index index, Eigen::Ref<Eigen::RowVectorXd> out) const;
+  void image(Eigen::Index index, Eigen::Ref<Eigen::RowVectorXd> out) const;
+
+ private:
+  struct Turn {
+    std::vector<Eigen::Index> pairs, pixels;  ///< turned[i] = original[from[i]]
+  };
+
+  RowMajorMatrix changes_;  ///< [scenes, pairs]
+  /// [scenes, pixels]; in single precision, for they are most of the memory.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> images_;
+  std::vector<Turn> turns_;  ///< the identity first
+};
+
+/// First and second moments of changes d' and images x over some scenes.
+struct JointMoments {
+  double scenes = 0;
+  Eigen::VectorXd change_mean;  ///< [pairs]
+  Eigen::VectorXd image_mean;   ///< [pixels]
+  Eigen::MatrixXd changes;      ///< E[(d' - mean) (d' - mean)^T] [pairs, pairs], noise and all
+  Eigen::MatrixXd cross;        ///< E[(x - mean) (d' - mean)^T] [pixels, pairs]
+};
+
+/// Of the scenes `which`, all of them where it is empty; `about_zero`: with means of zero.
+JointMoments moments_of(const TrainingScenes& scenes, const std::vector<Eigen::Index>& which,
+                        bool about_zero);
+
+/// Divides the rows of `points` [points, features] into up to `groups` groups of rows that lie
+/// close together, by Lloyd's algorithm (k-means) from centres drawn by k-means++, a dozen rounds
+/// of it. Each group's rows ascend; none is empty, so that fewer groups come back where points
+/// coincide. The same every time.
+std::vector<std::vector<Eigen::Index>> k_means(const Eigen::MatrixXf& points, int groups);
 
 /// A mixture of joint Gaussians of changes d' and images x: what the training scenes look like.
 struct GaussianMixture {

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "solvers/linear/linear_solver.h"
-#include "solvers/linear/prior.h"
+#include "solvers/linear/masked_inverse.h"
 #include "solvers/parameter_choice.h"
-#include "solvers/tunable.h"
+#include "solvers/solver_info.h"
 
 namespace ertbench {
 
@@ -42,5 +43,8 @@ class OneStepGaussNewton final : public LinearSolver {
   Tunable lambda_;
   std::optional<ParameterChoice> choice_;
 };
+
+/// The solvers of this folder, for the registry.
+std::vector<SolverType> linear_solvers();
 
 }  // namespace ertbench

@@ -5,17 +5,16 @@
 #include <utility>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/text.h"
 #include "solvers/check/checked_solver.h"
-#include "solvers/contacts/registration.h"
-#include "solvers/external/registration.h"
-#include "solvers/iterated/registration.h"
-#include "solvers/kernel/registration.h"
-#include "solvers/linear/registration.h"
-#include "solvers/registry/plugin_description.h"
-#include "solvers/registry/plugin_library.h"
-#include "solvers/total_variation/registration.h"
+#include "solvers/contacts/contact_solver.h"
+#include "solvers/external/command_solver.h"
+#include "solvers/iterated/gauss_newton.h"
+#include "solvers/kernel/kernel_ridge.h"
+#include "solvers/linear/one_step_gn.h"
+#include "solvers/registry/plugin.h"
+#include "solvers/total_variation/pdipm.h"
 
 namespace ertbench {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/registry/plugin_abi.h"
+#include "solvers/registry/plugin.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
 

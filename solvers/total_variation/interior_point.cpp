@@ -1,9 +1,125 @@
 #include "solvers/total_variation/interior_point.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace ertbench {
+namespace {
+
+constexpr Eigen::Index gram_lanes = 8;
+constexpr Eigen::Index rows_at_once = 64;  ///< of G, which stay in the first-level cache
+using GramLanes = Eigen::Array<double, gram_lanes, 1>;
+
+/// Eight columns of the sum from `sum`, `registers` times eight rows of it, in registers all the
+/// while. `left` and `right` point into the first of `rows` rows of G.
+template <int registers>
+void add_tile(const double* left, const double* right, Eigen::Index stride, Eigen::Index rows,
+              double* sum, Eigen::Index sum_stride) {
+  std::array<std::array<GramLanes, registers>, gram_lanes> tile;
+  for (std::size_t a = 0; a < gram_lanes; ++a) {
+    for (std::size_t b = 0; b < registers; ++b) tile[a][b].setZero();
+  }
+  for (Eigen::Index k = 0; k < rows; ++k, left += stride, right += stride) {
+    std::array<GramLanes, registers> row;
+    for (std::size_t b = 0; b < registers; ++b) {
+      row[b] = Eigen::Map<const GramLanes>(right + b * gram_lanes);
+    }
+    for (std::size_t a = 0; a < gram_lanes; ++a) {
+      for (std::size_t b = 0; b < registers; ++b) tile[a][b] += left[a] * row[b];
+    }
+  }
+  for (std::size_t a = 0; a < gram_lanes; ++a, sum += sum_stride) {
+    for (std::size_t b = 0; b < registers; ++b) {
+      Eigen::Map<GramLanes>(sum + b * gram_lanes) += tile[a][b];
+    }
+  }
+}
+
+}  // namespace
+
+void add_gram(const RowMajorMatrix& tall, Eigen::Index rows, Eigen::MatrixXd& sum) {
+  const Eigen::Index stride = tall.cols();
+  for (Eigen::Index first = 0; first < rows; first += rows_at_once) {
+    const Eigen::Index size = std::min(rows_at_once, rows - first);
+    const double* const g = tall.data() + first * stride;
+    for (Eigen::Index a = 0; a < sum.cols(); a += gram_lanes) {
+      Eigen::Index b = a;
+      const auto tile = [&](auto add, Eigen::Index width) {
+        add(g + a, g + b, stride, size, &sum(b, a), sum.rows());
+        b += width;
+      };
+      while (sum.rows() - b >= 3 * gram_lanes) tile(add_tile<3>, 3 * gram_lanes);
+      if (sum.rows() - b == 2 * gram_lanes) tile(add_tile<2>, 2 * gram_lanes);
+      if (sum.rows() - b == gram_lanes) tile(add_tile<1>, gram_lanes);
+    }
+  }
+}
+
+namespace {
+
+constexpr int refinements = 4;    ///< at most
+constexpr double refined = 1e-8;  ///< relative mismatch between J x and w that is small enough
+
+}  // namespace
+
+NewtonSystem::NewtonSystem(const TotalVariation& problem)
+    : problem_(problem),
+      band_(problem.edges().columns(), problem.edges().rows()),
+      work_(problem.edges().pixels() - 1) {}
+
+bool NewtonSystem::factor(const Eigen::VectorXd& weights, Eigen::Index channels) {
+  band_.factor(problem_.edges(), weights);
+  half_.resize(band_.unknowns(), channels);
+  band_.half_solve(problem_.jacobian_transposed(), channels, half_);
+  schur_.setIdentity(channels, channels);
+  add_gram(half_, band_.unknowns(), schur_);
+  schur_factor_.compute(schur_);
+  if (schur_factor_.info() != Eigen::Success) return false;
+  constant_ = problem_.constant().head(channels);
+  constant_solve_ = schur_factor_.solve(constant_);
+  constant_product_ = constant_.dot(constant_solve_);
+  return true;
+}
+
+void NewtonSystem::solve(const Eigen::VectorXd& right, Eigen::VectorXd& x) {
+  const Eigen::Index unknowns = band_.unknowns();
+  const Eigen::Index channels = half_.cols();
+  work_ = right.head(unknowns);
+  band_.half_solve(work_);
+  data_.noalias() = half_.transpose() * work_;
+  double c = solve_data(data_, right.sum());
+  work_.noalias() -= half_ * data_;
+  band_.half_solve_transposed(work_);
+  x.head(unknowns) = work_.array() + c;
+  x[unknowns] = c;
+
+  // Where H is small beside J^T J, x is a small difference of large numbers, and J x is not w.
+  double before = std::numeric_limits<double>::infinity();
+  for (int refinement = 0; refinement < refinements; ++refinement) {
+    error_.noalias() = problem_.jacobian_transposed().leftCols(channels).transpose() * x;
+    error_ -= data_;
+    const double error = error_.norm();
+    if (!(error > refined * data_.norm() && error < before / 2)) break;
+    before = error;
+    c = solve_data(error_, 0);
+    data_ += error_;
+    work_.noalias() = -half_ * error_;
+    band_.half_solve_transposed(work_);
+    x.head(unknowns) += (work_.array() + c).matrix();
+    x[unknowns] += c;
+  }
+}
+
+/// w and c of S w - c J 1 = data, (J 1)^T w = sum; w replaces the data.
+double NewtonSystem::solve_data(Eigen::VectorXd& data, double sum) const {
+  schur_factor_.solveInPlace(data);
+  const double c = (sum - constant_.dot(data)) / constant_product_;
+  data += c * constant_solve_;
+  return c;
+}
+
 namespace {
 
 constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone

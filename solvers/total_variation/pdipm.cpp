@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/quantile.h"
+#include "core/statistics.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -117,6 +117,25 @@ void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
   const nlohmann::json parameters = parameters_of_fit(open_solver_file(file, type, sensor));
   read(JsonObject(parameters, file.string(), "/parameters"));
   set_sensor(sensor);
+}
+
+std::vector<SolverType> total_variation_solvers() {
+  SolverInfo info;
+  info.summary =
+      "total variation by a primal-dual interior point method, min 1/2 |J x - dv|^2 + alpha |A "
+      "x|_1";
+  info.parameters = {
+      {"alpha",
+       "weight of the total variation, > 0 or \"auto\"; default \"auto\"; V^2 per (S/m "
+       "x domain unit)"},
+      {"tolerance", "relative duality gap at which a frame is done, 1e-8 ... 0.1; default 1e-4"},
+      {"max_iterations",
+       "Newton steps after which a frame is given up as not converged, 1 ... "
+       "1000; default 50"},
+      ChannelMask::parameter()};
+  info.make = make_from_json<Pdipm>;
+  info.comparison = ImageComparison::duality_gap;
+  return {{Pdipm::type, info}};
 }
 
 }  // namespace ertbench

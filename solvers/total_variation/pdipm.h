@@ -8,8 +8,8 @@
 #include "solvers/channel_mask.h"
 #include "solvers/parameter_choice.h"
 #include "solvers/solver.h"
+#include "solvers/solver_info.h"
 #include "solvers/total_variation/interior_point.h"
-#include "solvers/tunable.h"
 
 namespace ertbench {
 
@@ -53,5 +53,8 @@ class Pdipm final : public Solver {
   /// Methods that no thread uses; a call takes one and brings it back, with its memory.
   mutable std::vector<std::unique_ptr<InteriorPoint>> idle_;
 };
+
+/// The solvers of this folder, for the registry.
+std::vector<SolverType> total_variation_solvers();
 
 }  // namespace ertbench

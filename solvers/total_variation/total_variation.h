@@ -4,12 +4,101 @@
 
 #include "core/arrays.h"
 #include "solvers/channel_mask.h"
-#include "solvers/reciprocity.h"
 #include "solvers/solver.h"
-#include "solvers/total_variation/grid_laplacian.h"
-#include "solvers/total_variation/pixel_edges.h"
 
 namespace ertbench {
+
+/// Differences of an image [rows, columns] across its interior pixel edges: first those between
+/// neighbours in a row, [rows, columns - 1], then those between neighbours in a column, [rows - 1,
+/// columns].
+class PixelEdges {
+ public:
+  explicit PixelEdges(int n) : PixelEdges(n, n) {}
+  PixelEdges(int columns, int rows) : columns_(columns), rows_(rows) {}
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  Eigen::Index pixels() const { return Eigen::Index{columns_} * rows_; }
+  Eigen::Index count() const { return across() + along(); }
+  /// Number of edges between neighbours in a row.
+  Eigen::Index across() const { return Eigen::Index{rows_} * (columns_ - 1); }
+  /// Number of edges between neighbours in a column.
+  Eigen::Index along() const { return Eigen::Index{columns_} * (rows_ - 1); }
+
+  /// Next pixel less previous: [pixels] -> [count].
+  void differences(const Eigen::VectorXd& image, Eigen::VectorXd& edges) const {
+    const Eigen::Map<const RowMajorMatrix> x(image.data(), rows_, columns_);
+    Eigen::Map<RowMajorMatrix> in_row(edges.data(), rows_, columns_ - 1);
+    Eigen::Map<RowMajorMatrix> in_column(edges.data() + across(), rows_ - 1, columns_);
+    in_row = x.rightCols(columns_ - 1) - x.leftCols(columns_ - 1);
+    in_column = x.bottomRows(rows_ - 1) - x.topRows(rows_ - 1);
+  }
+
+  /// The transpose: [count] -> [pixels].
+  void transposed(const Eigen::VectorXd& edges, Eigen::VectorXd& image) const {
+    const Eigen::Map<const RowMajorMatrix> in_row(edges.data(), rows_, columns_ - 1);
+    const Eigen::Map<const RowMajorMatrix> in_column(edges.data() + across(), rows_ - 1, columns_);
+    Eigen::Map<RowMajorMatrix> x(image.data(), rows_, columns_);
+    x.setZero();
+    x.rightCols(columns_ - 1) += in_row;
+    x.leftCols(columns_ - 1) -= in_row;
+    x.bottomRows(rows_ - 1) += in_column;
+    x.topRows(rows_ - 1) -= in_column;
+  }
+
+ private:
+  int columns_;
+  int rows_;
+};
+
+/// Banded Cholesky factor of H = A^T diag(weights) A, the Laplacian of the pixel grid with weighted
+/// edges, with its last pixel held at zero (H maps constants to zero; what remains is definite).
+///
+/// What is left of such a matrix after each elimination is a weighted Laplacian again. It is kept
+/// as that: weights between pixels and to the pixel held, all positive, of which the diagonal is
+/// the sum. No number is ever subtracted, so every entry of the factor is accurate to a few
+/// roundings however many decades the weights span (Grassmann, Taksar, Heyman 1985), and the
+/// factorisation cannot fail while sums do not overflow.
+class GridLaplacian {
+ public:
+  /// Right-hand sides are solved in blocks of this many.
+  static constexpr Eigen::Index block = 16;
+
+  explicit GridLaplacian(int grid) : GridLaplacian(grid, grid) {}
+  GridLaplacian(int columns, int rows);
+
+  /// `weights` [edges], > 0.
+  void factor(const PixelEdges& edges, const Eigen::VectorXd& weights);
+
+  Eigen::Index unknowns() const { return unknowns_; }  ///< pixels - 1
+
+  /// L^-1 of the first `columns` columns of `right` [>= unknowns, >= columns], to the first
+  /// unknowns() rows of `out` [., columns]; `columns` is a multiple of `block`.
+  void half_solve(const RowMajorMatrix& right, Eigen::Index columns, RowMajorMatrix& out) const;
+  /// L^-T of the first `columns` columns of `x` [>= unknowns, >= columns], in place; `columns` is a
+  /// multiple of `block`.
+  void half_solve_transposed(RowMajorMatrix& x, Eigen::Index columns) const;
+  /// L^-1 x and L^-T x in place; `x` [>= unknowns].
+  void half_solve(Eigen::VectorXd& x) const;
+  void half_solve_transposed(Eigen::VectorXd& x) const;
+
+ private:
+  template <int known>
+  void eliminate();
+
+  double* row(Eigen::Index j) { return band_.data() + j * stride_; }
+  const double* row(Eigen::Index j) const { return band_.data() + j * stride_; }
+
+  Eigen::Index columns_;  ///< the width of the band
+  Eigen::Index rows_;
+  Eigen::Index unknowns_;
+  Eigen::Index stride_;  ///< columns rounded up to whole SIMD registers, and one more of zeros
+  /// Row j: -L(j + i, j) at i - 1, i = 1 ... columns. During the factorisation the weight between j
+  /// and j + i.
+  Eigen::VectorXd band_;
+  Eigen::VectorXd inverse_diagonal_;  ///< 1 / L(j, j)
+  Eigen::VectorXd ground_;            ///< weight to the pixel held
+};
 
 /// min over images x of P(x) = 1/2 |J x - d|^2 + alpha |A x|_1 on one sensor, J the Jacobian at the
 /// uniform background, A the differences across the interior pixel edges times the edges' length.

@@ -1,6 +1,6 @@
 // Annealing on targets whose posterior is known.
 
-#include "bench/limit/annealed_sampler.h"
+#include "limit/annealed_sampler.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <memory>
 #include <numbers>
 
-#include "forward/sheet/rectangle_sheet.h"
+#include "forward/sheet/sheet_shapes.h"
 #include "tests/bench/limit_testing.h"
 
 namespace ertbench {

@@ -1,6 +1,6 @@
 // Who is who in two sets, and how far the sets are apart: by hand and by all permutations.
 
-#include "bench/contacts/assignment.h"
+#include "bench/score/assignment.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,6 @@
 #include <limits>
 #include <numeric>
 #include <random>
-
-#include "bench/contacts/ospa.h"
 
 namespace ertbench {
 namespace {

@@ -1,11 +1,10 @@
-#include "bench/score/breakdown.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "bench/ladder/ladder_record.h"
 #include "core/random.h"
 
 namespace ertbench {

@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart_types.h"
-#include "bench/record/accuracy_record.h"
+#include "bench/features/features.h"
 #include "bench/record/cache.h"
+#include "bench/record/measurement_records.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/experiment_testing.h"
 #include "tests/bench/program.h"

@@ -1,17 +1,16 @@
-#include "bench/charts/chart_types.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart.h"
-#include "bench/experiment/chart_keys.h"
 #include "bench/experiment/experiment.h"
-#include "bench/report/results.h"
+#include "bench/experiment/experiment_charts.h"
+#include "bench/features/features.h"
+#include "bench/report/chart.h"
+#include "bench/run/results.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/figure_testing.h"
 #include "tests/bench/small_experiment.h"

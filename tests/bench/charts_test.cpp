@@ -7,12 +7,11 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "bench/analysis/training_curves.h"
-#include "bench/charts/bar_chart.h"
-#include "bench/charts/heat_map_chart.h"
-#include "bench/charts/method_styles.h"
 #include "bench/plot/palette.h"
-#include "bench/report/training_results.h"
+#include "bench/report/bar_chart.h"
+#include "bench/report/chart.h"
+#include "bench/report/heat_map_chart.h"
+#include "bench/training/training_chart.h"
 #include "core/errors.h"
 #include "tests/bench/figure_testing.h"
 

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/check/check.h"
-#include "bench/record/timing_record.h"
-#include "core/json_reader.h"
+#include "bench/record/measurement_records.h"
+#include "core/json.h"
 
 namespace ertbench {
 namespace {

@@ -8,13 +8,10 @@
 #include <numeric>
 
 #include "bench/check/check.h"
-#include "bench/check/check_table.h"
-#include "bench/check/noticeable.h"
 #include "bench/experiment/experiment_json.h"
-#include "bench/table/writers.h"
-#include "core/moments.h"
+#include "bench/table/table.h"
 #include "core/random.h"
-#include "core/student_t.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

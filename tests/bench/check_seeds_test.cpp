@@ -1,15 +1,13 @@
 // The experiment that is trained over seeds: the same but for that.
 
-#include "bench/check/check_seeds.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart_types.h"
+#include "bench/check/stored_images.h"
 #include "bench/experiment/experiment.h"
-#include "core/atomic_file.h"
-#include "core/temporary_folder.h"
+#include "bench/features/features.h"
+#include "core/files.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {

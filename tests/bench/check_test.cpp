@@ -8,9 +8,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "bench/check/check_table.h"
 #include "bench/check/tolerance.h"
-#include "bench/table/writers.h"
+#include "bench/table/table.h"
 #include "core/errors.h"
 #include "tests/bench/program.h"
 

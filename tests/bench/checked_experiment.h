@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/json_checksum.h"
+#include "core/checksum.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench::testing {

@@ -4,8 +4,8 @@
 
 #include <cstdlib>
 
-#include "bench/charts/chart_types.h"
-#include "bench/experiment/fit_recipe.h"
+#include "bench/experiment/solver_entry.h"
+#include "bench/features/features.h"
 #include "bench/publish/publish.h"
 #include "bench/publish/published_result.h"
 #include "core/errors.h"

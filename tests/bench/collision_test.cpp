@@ -5,9 +5,8 @@
 #include <stdexcept>
 
 #include "bench/studies/alarm_thresholds.h"
-#include "bench/studies/arm.h"
 #include "bench/studies/collision_detectors.h"
-#include "bench/studies/detection_share.h"
+#include "bench/studies/error_statistics.h"
 #include "core/random.h"
 
 namespace ertbench {

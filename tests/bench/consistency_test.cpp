@@ -1,9 +1,10 @@
+#include "bench/studies/consistency.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "bench/studies/consistency_scores.h"
 #include "core/random.h"
 
 namespace ertbench {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/contacts/contact_rule_choice.h"
-#include "bench/record/accuracy_record.h"
-#include "bench/run/score_set.h"
-#include "bench/score/contact_score.h"
+#include "bench/record/measurement_records.h"
+#include "bench/run/accuracy_stage.h"
+#include "bench/score/contact_rule_choice.h"
+#include "bench/score/metric_formulas.h"
 #include "bench/score/metrics.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 #include "forward/sheet/rasterise.h"

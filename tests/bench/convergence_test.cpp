@@ -1,13 +1,12 @@
 // Which trainings used their budget of epochs up, and what the table says of them.
 
-#include "bench/record/convergence.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "bench/record/result_row.h"
 #include "bench/report/result_table.h"
-#include "bench/table/writers.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 namespace {

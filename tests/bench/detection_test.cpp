@@ -1,10 +1,9 @@
-#include "bench/analysis/detection.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "bench/table/writers.h"
+#include "bench/ladder/ladder_results.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 namespace {

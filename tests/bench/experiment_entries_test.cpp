@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart_types.h"
-#include "bench/charts/speed_chart.h"
+#include "bench/features/features.h"
+#include "bench/speed/speed_chart.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/experiment_testing.h"
 #include "tests/bench/program.h"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_json.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "tests/bench/experiment_testing.h"
 
 namespace ertbench {

@@ -4,12 +4,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart_types.h"
-#include "bench/record/accuracy_record.h"
+#include "bench/features/features.h"
 #include "bench/record/cache.h"
+#include "bench/record/measurement_records.h"
 #include "core/errors.h"
 #include "forward/fem/forward_model.h"
-#include "forward/sheet/sensor_file.h"
+#include "forward/sheet/sensor_json.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/experiment_testing.h"
 #include "tests/bench/program.h"

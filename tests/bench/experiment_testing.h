@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/charts/chart_types.h"
 #include "bench/experiment/experiment.h"
+#include "bench/features/features.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/line_process.h"

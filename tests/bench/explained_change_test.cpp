@@ -1,12 +1,11 @@
-#include "bench/score/explained_change.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
 #include <cmath>
 
+#include "bench/score/metric_formulas.h"
 #include "core/random.h"
-#include "forward/data/uniform_sheet.h"
+#include "forward/data/sheet_model.h"
 
 namespace ertbench {
 namespace {

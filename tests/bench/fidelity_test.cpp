@@ -1,11 +1,10 @@
-#include "bench/run/fidelity.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "bench/fidelity/fidelity_stage.h"
 #include "tests/bench/small_experiment.h"
 #include "tests/under_sanitizers.h"
 

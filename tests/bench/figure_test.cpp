@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "bench/charts/reconstruction_figure.h"
-#include "bench/plot/colour_scale.h"
-#include "bench/plot/gnuplot.h"
+#include "bench/plot/canvas.h"
+#include "bench/plot/palette.h"
+#include "bench/report/reconstruction_figure.h"
 #include "core/errors.h"
 #include "tests/bench/figure_testing.h"
 

@@ -1,15 +1,14 @@
 // Cross-validation on measured frames: which rows are learned from, and what is made of what was
 // found.
 
-#include "bench/experiment/folds.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/studies/presses.h"
-#include "core/json_reader.h"
+#include "bench/experiment/study_spec.h"
+#include "bench/folds/presses.h"
+#include "core/json.h"
 
 namespace ertbench {
 namespace {

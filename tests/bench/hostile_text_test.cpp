@@ -10,11 +10,9 @@
 
 #include "bench/pages/page.h"
 #include "bench/plot/canvas.h"
-#include "bench/report/inline_svg.h"
 #include "bench/report/report.h"
-#include "bench/table/writers.h"
-#include "core/csv_field.h"
-#include "core/progress.h"
+#include "bench/table/table.h"
+#include "core/process.h"
 #include "core/text.h"
 #include "tests/bench/figure_testing.h"
 #include "tests/bench/markup.h"

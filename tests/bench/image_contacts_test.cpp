@@ -1,14 +1,12 @@
 // Contacts read out of images, and what is kept of a frame.
 
-#include "bench/contacts/image_contacts.h"
+#include "bench/score/image_contacts.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "bench/contacts/frame_reading.h"
-#include "bench/contacts/true_contacts.h"
 #include "forward/sheet/rasterise.h"
 
 namespace ertbench {

@@ -1,11 +1,10 @@
-#include "bench/limit/joint_step.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "forward/border/border_model.h"
+#include "limit/annealed_sampler.h"
 
 namespace ertbench {
 namespace {

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/analysis/ladder_results.h"
-#include "bench/charts/ladder_chart.h"
 #include "bench/experiment/experiment.h"
-#include "bench/run/ladder_run.h"
-#include "bench/table/writers.h"
+#include "bench/ladder/ladder_report.h"
+#include "bench/ladder/ladder_results.h"
+#include "bench/ladder/ladder_stage.h"
+#include "bench/table/table.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/figure_testing.h"

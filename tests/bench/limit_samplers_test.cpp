@@ -6,13 +6,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/limit/annealed_sampler.h"
-#include "bench/limit/disc_importance.h"
-#include "bench/limit/enumerated_discs.h"
-#include "bench/limit/estimators.h"
 #include "forward/border/border_model.h"
-#include "forward/border/elliptic_contact.h"
-#include "forward/sheet/rectangle_sheet.h"
+#include "forward/border/contact_electrodes.h"
+#include "forward/sheet/sheet_shapes.h"
+#include "limit/annealed_sampler.h"
+#include "limit/frame_limit.h"
+#include "limit/posterior_sampler.h"
 #include "tests/bench/limit_testing.h"
 
 namespace ertbench {

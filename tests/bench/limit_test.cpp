@@ -5,15 +5,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/limit/estimators.h"
-#include "bench/limit/limit_json.h"
-#include "bench/limit/limit_run.h"
 #include "bench/record/limit_file.h"
 #include "bench/record/record_file.h"
-#include "core/atomic_file.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "limit/frame_limit.h"
+#include "limit/limit_run.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"
 

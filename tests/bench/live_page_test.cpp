@@ -7,7 +7,7 @@
 #include <atomic>
 #include <thread>
 
-#include "bench/live/http_library.h"
+#include "live/live_server.h"
 #include "tests/bench/browser.h"
 #include "tests/bench/live_testing.h"
 

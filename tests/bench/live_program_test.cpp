@@ -7,7 +7,7 @@
 
 #include <thread>
 
-#include "core/quantile.h"
+#include "core/statistics.h"
 #include "tests/bench/live_testing.h"
 
 namespace ertbench {

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "core/quantile.h"
+#include "core/statistics.h"
 #include "tests/bench/live_testing.h"
 
 namespace ertbench {

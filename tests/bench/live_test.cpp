@@ -8,17 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bench/live/frame_parser.h"
-#include "bench/live/latency_histogram.h"
-#include "bench/live/live_server.h"
-#include "bench/live/live_source.h"
-#include "bench/live/live_state.h"
-#include "bench/live/mailbox.h"
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "core/quantile.h"
+#include "core/json.h"
 #include "core/random.h"
+#include "core/statistics.h"
 #include "forward/sheet/sensor.h"
+#include "live/line_output.h"
+#include "live/live_server.h"
+#include "live/live_source.h"
+#include "live/live_state.h"
 
 namespace ertbench {
 namespace {

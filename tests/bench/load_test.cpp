@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "bench/load/highest_rate.h"
-#include "bench/load/load_report.h"
+#include "bench/speed/load_run.h"
+#include "bench/speed/offered_load.h"
 #include "core/errors.h"
 #include "core/random.h"
 #include "tests/bench/figure_testing.h"

@@ -1,9 +1,9 @@
-#include "bench/run/machine_load.h"
-
 #include <gtest/gtest.h>
 #include <sched.h>
 
 #include <future>
+
+#include "bench/run/timing_stage.h"
 
 namespace ertbench {
 namespace {

@@ -1,12 +1,11 @@
-#include "bench/score/metric_summary.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <optional>
 #include <vector>
 
-#include "core/bootstrap.h"
+#include "bench/score/metrics.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

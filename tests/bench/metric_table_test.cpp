@@ -1,12 +1,12 @@
 // The table of metrics: what its readers rely on, whatever the metrics are.
 
-#include "bench/score/metric_table.h"
-
 #include <gtest/gtest.h>
 
 #include <set>
 #include <stdexcept>
 #include <string>
+
+#include "bench/score/metrics.h"
 
 namespace ertbench {
 namespace {

@@ -1,9 +1,8 @@
-#include "bench/experiment/overrides.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
 #include "tests/bench/experiment_testing.h"
 #include "tests/bench/program.h"

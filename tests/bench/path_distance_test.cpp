@@ -1,5 +1,3 @@
-#include "bench/contacts/path_distance.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "forward/touch/characters.h"
+#include "bench/score/tracker.h"
+#include "forward/touch/touch_sequence.h"
 
 namespace ertbench {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "bench/plot/category_names.h"
-#include "bench/plot/legend.h"
 #include "bench/plot/panel.h"
 #include "tests/bench/figure_testing.h"
 

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "core/temporary_folder.h"
+#include "core/files.h"
 
 namespace ertbench::testing {
 

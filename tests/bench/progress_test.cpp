@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "bench/record/progress_file.h"
+#include "bench/record/record_file.h"
 #include "tests/bench/program.h"
 
 namespace ertbench {

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart_types.h"
-#include "bench/experiment/fit_recipe.h"
+#include "bench/experiment/solver_entry.h"
+#include "bench/features/features.h"
 #include "bench/record/limit_file.h"
 #include "core/build.h"
 #include "core/build_stamp.h"

@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <set>
 
-#include "bench/charts/chart_types.h"
-#include "bench/load/load_run.h"
+#include "bench/features/features.h"
 #include "bench/publish/latency_pairs.h"
 #include "bench/publish/origins.h"
+#include "bench/speed/load_run.h"
 #include "core/errors.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/figure_testing.h"
 #include "tests/bench/small_experiment.h"

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/html.h"
+#include "core/text.h"
 #include "tests/bench/browser.h"
 #include "tests/bench/markup.h"
 #include "tests/bench/small_experiment.h"

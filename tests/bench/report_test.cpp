@@ -7,12 +7,11 @@
 #include <set>
 #include <stdexcept>
 
-#include "bench/charts/heat_map.h"
-#include "bench/plot/svg_tooltips.h"
-#include "bench/report/experiment_report.h"
-#include "bench/report/inline_svg.h"
+#include "bench/plot/canvas.h"
+#include "bench/report/heat_map.h"
+#include "bench/run/experiment_report.h"
 #include "core/errors.h"
-#include "core/html.h"
+#include "core/text.h"
 #include "tests/bench/figure_testing.h"
 #include "tests/bench/markup.h"
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 
 namespace ertbench {
 namespace {

@@ -1,12 +1,10 @@
-#include "bench/record/reuse.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "bench/record/record_file.h"
 #include "core/build.h"
-#include "core/json_checksum.h"
+#include "core/checksum.h"
 #include "tests/bench/small_experiment.h"
 
 namespace ertbench {

@@ -1,10 +1,10 @@
-#include "bench/analysis/row_remarks.h"
+#include "bench/report/row_remarks.h"
 
 #include <gtest/gtest.h>
 
-#include "bench/analysis/speed_accuracy.h"
 #include "bench/report/result_table.h"
-#include "bench/table/writers.h"
+#include "bench/speed/speed_accuracy.h"
+#include "bench/table/table.h"
 
 namespace ertbench {
 namespace {

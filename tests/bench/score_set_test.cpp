@@ -1,17 +1,16 @@
 // Frames that move reach a solver as streams, those that stand alone all at once.
 
-#include "bench/run/score_set.h"
-
 #include <gtest/gtest.h>
 
 #include <deque>
 #include <nlohmann/json.hpp>
 
-#include "core/json_reader.h"
-#include "core/temporary_folder.h"
+#include "bench/run/accuracy_stage.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
-#include "forward/sheet/skin.h"
+#include "forward/sheet/scene.h"
 #include "solvers/solver.h"
 
 namespace ertbench {

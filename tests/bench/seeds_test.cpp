@@ -1,12 +1,10 @@
-#include "bench/run/seeds.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "bench/run/rows.h"
-#include "bench/score/metric_summary.h"
+#include "bench/score/metrics.h"
 
 namespace ertbench {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "bench/studies/sheet_regions.h"
+#include "bench/studies/error_statistics.h"
 
 namespace ertbench {
 namespace {

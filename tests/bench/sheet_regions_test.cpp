@@ -1,9 +1,9 @@
-#include "bench/studies/sheet_regions.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <stdexcept>
+
+#include "bench/studies/error_statistics.h"
 
 namespace ertbench {
 namespace {

@@ -7,8 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cluster/slurm_engine.h"
-#include "bench/cluster/slurm_plan.h"
-#include "bench/cluster/submissions.h"
 #include "core/errors.h"
 #include "tests/bench/experiment_testing.h"
 #include "tests/bench/program.h"

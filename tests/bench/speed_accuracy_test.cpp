@@ -1,16 +1,15 @@
-#include "bench/analysis/speed_accuracy.h"
+#include "bench/speed/speed_accuracy.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bench/analysis/speed_tables.h"
-#include "bench/charts/speed_figure.h"
-#include "bench/charts/speed_panel.h"
 #include "bench/plot/label_layout.h"
-#include "bench/plot/style.h"
-#include "bench/table/writers.h"
+#include "bench/plot/palette.h"
+#include "bench/speed/speed_chart.h"
+#include "bench/speed/speed_figure.h"
+#include "bench/table/table.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

@@ -1,13 +1,12 @@
-#include "bench/run/stages.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bench/features/features.h"
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
-#include "bench/run/job_records.h"
+#include "bench/run/job_runner.h"
 #include "bench/run/trial.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"

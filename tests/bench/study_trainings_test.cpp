@@ -1,13 +1,10 @@
-#include "bench/studies/study_trainings.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/chart_types.h"
+#include "bench/features/features.h"
 #include "bench/report/report.h"
 #include "bench/studies/study.h"
-#include "bench/studies/study_text.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/program.h"
 

@@ -1,5 +1,7 @@
 // The table of results in its formats.
 
+#include "bench/table/table.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "bench/report/result_table.h"
-#include "bench/table/writers.h"
 
 namespace ertbench {
 namespace {

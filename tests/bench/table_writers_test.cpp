@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "bench/table/writers.h"
+#include "bench/table/table.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/report/report.h"
-#include "bench/studies/targets_tables.h"
-#include "bench/table/writers.h"
-#include "core/wilson_interval.h"
+#include "bench/table/table.h"
+#include "core/statistics.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

@@ -1,13 +1,13 @@
 // The timing command, with shell scripts in place of the benchmark programs.
 
-#include "bench/timing/timing.h"
+#include "bench/speed/timing.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "bench/table/writers.h"
-#include "bench/timing/benchmark_output.h"
+#include "bench/speed/benchmark_output.h"
+#include "bench/table/table.h"
 #include "core/errors.h"
 #include "tests/bench/program.h"
 

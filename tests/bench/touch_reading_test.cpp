@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "bench/contacts/frame_reading.h"
-#include "bench/contacts/image_contacts.h"
+#include "bench/score/image_contacts.h"
 #include "forward/sheet/rasterise.h"
-#include "forward/touch/skin_touch.h"
+#include "forward/touch/indenter.h"
 #include "forward/touch/touch_distribution.h"
 
 namespace ertbench {

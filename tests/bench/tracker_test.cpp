@@ -1,4 +1,4 @@
-#include "bench/contacts/tracker.h"
+#include "bench/score/tracker.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
+#include "bench/studies/tracking.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "bench/studies/tracking_figure.h"
 #include "bench/studies/tracking_run.h"
-#include "bench/studies/tracking_scores.h"
-#include "bench/studies/tracking_tables.h"
 #include "forward/sheet/sensor.h"
-#include "forward/touch/sequence_plan.h"
+#include "forward/touch/touch_sequence.h"
 
 namespace ertbench {
 namespace {

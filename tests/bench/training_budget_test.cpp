@@ -1,12 +1,11 @@
 // What a longer training buys: the points of the chart, and its picture.
 
-#include "bench/analysis/training_budget.h"
+#include "bench/training/training_budget.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/training_budget_figure.h"
 #include "tests/bench/figure_testing.h"
 
 namespace ertbench {

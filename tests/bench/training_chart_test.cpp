@@ -1,6 +1,6 @@
 // Charts of training logs as other people's solvers may leave them, and figures that fail.
 
-#include "bench/charts/training_chart.h"
+#include "bench/training/training_chart.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "bench/plot/drawing.h"
+#include "bench/plot/canvas.h"
 #include "tests/bench/program.h"
 #include "tests/bench/small_experiment.h"
 

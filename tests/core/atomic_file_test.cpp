@@ -1,5 +1,3 @@
-#include "core/atomic_file.h"
-
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -9,6 +7,7 @@
 #include <string>
 
 #include "core/errors.h"
+#include "core/files.h"
 
 namespace ertbench {
 namespace {

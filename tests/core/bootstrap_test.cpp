@@ -1,5 +1,3 @@
-#include "core/bootstrap.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,8 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/median_interval.h"
-#include "core/moments.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

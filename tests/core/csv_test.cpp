@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "core/csv_field.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {

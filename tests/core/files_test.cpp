@@ -1,3 +1,5 @@
+#include "core/files.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,9 +15,6 @@
 
 #include "core/build_stamp.h"
 #include "core/errors.h"
-#include "core/file_lock.h"
-#include "core/replace_file.h"
-#include "core/temporary_folder.h"
 
 namespace ertbench {
 namespace {

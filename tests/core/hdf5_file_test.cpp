@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "core/errors.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
 #include "tests/file_size_limit.h"
 
 namespace ertbench {

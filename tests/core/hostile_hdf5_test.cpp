@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/hdf5_file.h"
-#include "core/temporary_folder.h"
 
 namespace ertbench {
 namespace {

@@ -1,5 +1,3 @@
-#include "core/json_text.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -9,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "core/regular_file.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
+#include "core/json.h"
 
 namespace ertbench {
 namespace {

@@ -1,11 +1,10 @@
-#include "core/paired_bootstrap.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
 #include "core/random.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "core/process_tree.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
+#include "core/supervisor.h"
 
 namespace ertbench {
 namespace {

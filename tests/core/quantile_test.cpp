@@ -1,11 +1,9 @@
-#include "core/quantile.h"
-
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 #include <vector>
 
-#include "core/moments.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

@@ -1,8 +1,8 @@
-#include "core/student_t.h"
-
 #include <gtest/gtest.h>
 
 #include <stdexcept>
+
+#include "core/statistics.h"
 
 namespace ertbench {
 namespace {

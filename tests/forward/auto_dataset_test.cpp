@@ -5,12 +5,10 @@
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/border/border_model.h"
-#include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
-#include "forward/data/missed_promise.h"
 #include "forward/data/scene_model.h"
 
 namespace ertbench {

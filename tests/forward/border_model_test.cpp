@@ -8,12 +8,12 @@
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
-#include "forward/border/contact_arcs.h"
-#include "forward/border/elliptic_contact.h"
+#include "forward/border/border_layout.h"
+#include "forward/border/contact_electrodes.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/rasterise.h"
-#include "forward/sheet/square_map.h"
+#include "forward/sheet/sheet_shapes.h"
 #include "reference_data.h"
 
 namespace ertbench {

@@ -1,11 +1,10 @@
-#include "forward/touch/characters.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 
 #include "core/errors.h"
+#include "forward/touch/touch_sequence.h"
 
 namespace ertbench {
 namespace {

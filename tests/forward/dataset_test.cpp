@@ -9,9 +9,8 @@
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/dataset_layout.h"
 #include "forward/data/generate.h"
 #include "forward/fem/forward_model.h"
 

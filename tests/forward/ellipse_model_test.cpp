@@ -10,9 +10,7 @@
 
 #include "core/random.h"
 #include "forward/border/border_model.h"
-#include "forward/border/differentiation.h"
-#include "forward/border/gathering.h"
-#include "forward/ellipses/nearest_ellipse.h"
+#include "forward/border/border_system.h"
 #include "forward/ellipses/row_lu.h"
 
 namespace ertbench {

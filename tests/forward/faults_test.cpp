@@ -9,8 +9,8 @@
 #include <set>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "forward/data/dataset_block.h"
+#include "core/json.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/data/scene_model.h"
 #include "forward/fem/forward_model.h"

@@ -7,7 +7,7 @@
 
 #include "core/random.h"
 #include "forward/sheet/rasterise.h"
-#include "forward/sheet/symmetry.h"
+#include "forward/sheet/sensor.h"
 #include "tests/forward/reference_data.h"
 
 namespace ertbench {

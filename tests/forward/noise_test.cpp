@@ -1,9 +1,8 @@
-#include "forward/data/noise.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "forward/data/faults.h"
 #include "forward/fem/forward_model.h"
 
 namespace ertbench {

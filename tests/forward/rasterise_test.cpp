@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/random.h"
 #include "forward/data/scene_distribution.h"
 

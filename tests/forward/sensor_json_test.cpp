@@ -1,12 +1,13 @@
 // What a sensor's description comes to: channels, electrodes' places, refusals.
 
+#include "forward/sheet/sensor_json.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "forward/sheet/sensor_file.h"
 #include "tests/forward/sensors_testing.h"
 
 namespace ertbench {

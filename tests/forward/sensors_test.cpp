@@ -7,18 +7,15 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "forward/border/border_jacobian.h"
+#include "core/json.h"
 #include "forward/border/border_model.h"
-#include "forward/data/uniform_sheet.h"
+#include "forward/data/sheet_model.h"
 #include "forward/ellipses/ellipse_model.h"
 #include "forward/fem/forward_model.h"
-#include "forward/sheet/disc_sheet.h"
 #include "forward/sheet/rasterise.h"
-#include "forward/sheet/rectangle_sheet.h"
-#include "forward/sheet/sensor_file.h"
-#include "forward/sheet/square_map.h"
-#include "forward/sheet/symmetry.h"
+#include "forward/sheet/sensor.h"
+#include "forward/sheet/sensor_json.h"
+#include "forward/sheet/sheet_shapes.h"
 #include "tests/forward/reference_data.h"
 #include "tests/forward/sensors_testing.h"
 

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/sheet/sensor.h"
 
 namespace ertbench::testing {

@@ -4,13 +4,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/json_reader.h"
-#include "core/temporary_folder.h"
-#include "forward/data/dataset_block.h"
+#include "core/files.h"
+#include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 #include "forward/data/scene_model.h"
-#include "forward/data/sequence_frames.h"
 
 namespace ertbench {
 namespace {

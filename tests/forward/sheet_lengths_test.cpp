@@ -1,5 +1,3 @@
-#include "forward/sheet/sheet_lengths.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -7,6 +5,7 @@
 #include "core/errors.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/sheet/scene.h"
+#include "forward/sheet/sensor_json.h"
 #include "tests/forward/disc_sheet.h"
 
 namespace ertbench {

@@ -7,13 +7,13 @@
 
 #include "core/errors.h"
 #include "disc_sheet.h"
+#include "forward/border/border_layout.h"
 #include "forward/border/border_model.h"
-#include "forward/border/contact_arcs.h"
 #include "forward/data/faults.h"
 #include "forward/data/scene_distribution.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/rasterise.h"
-#include "forward/sheet/symmetry.h"
+#include "forward/sheet/sensor.h"
 
 namespace ertbench {
 namespace {

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "disc_sheet.h"
+#include "forward/border/border_layout.h"
 #include "forward/border/border_model.h"
-#include "forward/border/corner_grading.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/rasterise.h"
 

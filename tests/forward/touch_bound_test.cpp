@@ -1,13 +1,11 @@
-#include "forward/data/touch_bound.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "forward/data/scene_model.h"
-#include "forward/touch/skin_touch.h"
+#include "forward/touch/indenter.h"
 
 namespace ertbench {
 namespace {

@@ -5,9 +5,8 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/json_reader.h"
-#include "forward/touch/contact_law.h"
-#include "forward/touch/skin_touch.h"
+#include "core/json.h"
+#include "forward/touch/indenter.h"
 #include "forward/touch/touch_sequence.h"
 
 namespace ertbench {

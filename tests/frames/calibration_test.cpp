@@ -1,21 +1,20 @@
 // Calibration on simulated frames whose noise is known, and on frames of a water tank that a
 // commercial instrument measured.
 
-#include "bench/frames/calibration.h"
+#include "frames/calibration.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/frames/calibrated_set.h"
-#include "bench/frames/reference_check.h"
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/hdf5_file.h"
-#include "core/temporary_folder.h"
 #include "forward/data/dataset_file.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/rasterise.h"
+#include "frames/reference_check.h"
 #include "tests/forward/disc_sheet.h"
 #include "tests/frames/frames_testing.h"
 

@@ -4,13 +4,12 @@
 
 #include <fstream>
 
-#include "bench/frames/channel_order.h"
-#include "bench/frames/csv_frames.h"
-#include "bench/frames/eit_frames.h"
-#include "bench/frames/own_frames.h"
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/hdf5_file.h"
-#include "core/temporary_folder.h"
+#include "frames/channels.h"
+#include "frames/frame_source.h"
+#include "frames/own_frames.h"
 #include "tests/forward/disc_sheet.h"
 #include "tests/frames/frames_testing.h"
 

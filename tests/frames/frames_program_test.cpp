@@ -5,9 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/frames/calibration.h"
-#include "core/csv_field.h"
 #include "core/hdf5_file.h"
+#include "core/text.h"
+#include "frames/calibration.h"
 #include "tests/bench/program.h"
 #include "tests/bench/small_experiment.h"
 #include "tests/frames/frames_testing.h"

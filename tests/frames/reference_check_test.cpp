@@ -1,14 +1,13 @@
 // The check of reference voltages: eight mistakes of those who connect instrument and program, none
 // of which may be imaged, and sound references, none of which may be refused.
 
-#include "bench/frames/reference_check.h"
+#include "frames/reference_check.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "bench/frames/channel_order.h"
-#include "bench/frames/contact_span.h"
+#include "frames/channels.h"
 #include "tests/forward/disc_sheet.h"
 #include "tests/frames/frames_testing.h"
 

@@ -2,9 +2,8 @@
 // One that is read is written and read again, and stays what it is.
 
 #include "bench/check/baseline.h"
-#include "core/json_checksum.h"
-#include "core/json_reader.h"
-#include "core/json_text.h"
+#include "core/checksum.h"
+#include "core/json.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace ertbench {

@@ -1,7 +1,7 @@
 // An experiment file: read and checked whole, then what a run does with each dataset first.
 
-#include "bench/charts/chart_types.h"
 #include "bench/experiment/experiment.h"
+#include "bench/features/features.h"
 #include "bench/record/cache.h"
 #include "solvers/registry/registry.h"
 #include "tests/fuzz/fuzz_input.h"

@@ -2,8 +2,8 @@
 // library, which is not ours, crashes on many of them; the program survives that, as it reads them
 // in a child process first.
 
-#include "bench/run/reconstruct.h"
 #include "forward/data/dataset_file.h"
+#include "frames/reconstruct.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace ertbench {

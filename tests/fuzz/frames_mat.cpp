@@ -1,6 +1,6 @@
 // A MATLAB file of frames: the bytes behind the 512 that MATLAB puts before an HDF5 file.
 
-#include "bench/run/reconstruct.h"
+#include "frames/reconstruct.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {

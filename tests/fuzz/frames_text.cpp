@@ -1,8 +1,7 @@
 // Frames as text: a table of numbers, and an instrument's .eit file. What is accepted is finite and
 // has one shape.
 
-#include "bench/frames/csv_frames.h"
-#include "bench/frames/eit_frames.h"
+#include "frames/frame_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "core/errors.h"
-#include "core/temporary_folder.h"
+#include "core/files.h"
 
 /// libhdf5 loses a few hundred bytes when it refuses some damaged files. A target is one source,
 /// and includes this once.

@@ -4,14 +4,12 @@
 #include <array>
 #include <cctype>
 
-#include "bench/plot/gnuplot.h"
-#include "bench/plot/svg_tooltips.h"
+#include "bench/plot/canvas.h"
 #include "bench/record/record_file.h"
 #include "bench/report/report.h"
 #include "bench/report/result_table.h"
-#include "bench/table/writers.h"
-#include "core/csv_field.h"
-#include "core/json_reader.h"
+#include "bench/table/table.h"
+#include "core/json.h"
 #include "core/text.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -1,7 +1,7 @@
 // The file of a fitted solver, loaded by each of the built-in solvers as the registry makes them.
 // One that is loaded reconstructs.
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "solvers/registry/registry.h"
 #include "tests/fuzz/fuzz_input.h"
 #include "tests/fuzz/small_sensor.h"

@@ -1,14 +1,13 @@
 // Scenes of epochs: made once for all trainings on a set, and the set's own whatever lies there.
 
-#include "models/training/epoch_scenes.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <map>
 
 #include "core/errors.h"
-#include "forward/data/dataset_block.h"
+#include "forward/data/dataset_file.h"
+#include "models/training/training_set.h"
 #include "tests/file_size_limit.h"
 #include "tests/models/models_testing.h"
 

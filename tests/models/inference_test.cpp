@@ -8,14 +8,12 @@
 #include <cstring>
 #include <thread>
 
-#include "models/inference/plan_builder.h"
-#include "models/networks/dcnn.h"
+#include "models/inference/inference_plan.h"
 #include "models/networks/dd_ert_generator.h"
-#include "models/networks/eit_nn.h"
-#include "models/networks/fcnn.h"
+#include "models/networks/dense_networks.h"
 #include "models/networks/lean_net.h"
+#include "models/networks/network.h"
 #include "models/networks/plan_layers.h"
-#include "models/networks/prelu.h"
 
 namespace ertbench {
 namespace {

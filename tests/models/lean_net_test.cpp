@@ -6,8 +6,8 @@
 #include <torch/torch.h>
 
 #include "core/random.h"
-#include "models/training/linear_estimate.h"
 #include "models/training/objective.h"
+#include "models/training/standardisation.h"
 #include "tests/models/models_testing.h"
 
 namespace ertbench {

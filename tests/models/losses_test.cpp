@@ -1,11 +1,9 @@
 // The losses of DD-ERT against their formulas.
 
-#include "models/training/losses.h"
-
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
-#include "models/training/adversarial_objective.h"
+#include "models/training/objective.h"
 
 namespace ertbench {
 namespace {

@@ -3,16 +3,10 @@
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
-#include "core/temporary_folder.h"
-#include "models/networks/dcnn.h"
+#include "core/files.h"
 #include "models/networks/dd_ert_generator.h"
-#include "models/networks/eit_nn.h"
-#include "models/networks/fcnn.h"
-#include "models/networks/frozen_graph.h"
+#include "models/networks/dense_networks.h"
 #include "models/networks/lean_net.h"
-#include "models/networks/patch_discriminator.h"
-#include "models/networks/spatial_attention.h"
-#include "models/networks/spectral_convolution.h"
 #include "models/networks/tensor_file.h"
 
 namespace ertbench {

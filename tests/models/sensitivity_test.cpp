@@ -1,11 +1,10 @@
 // What networks take from the physics: a first dense layer, and the blur of a target.
 
-#include "models/solvers/sensitivity.h"
-
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
 #include "forward/fem/forward_model.h"
+#include "models/solvers/learned_solver.h"
 #include "models/training/standardisation.h"
 #include "tests/models/models_testing.h"
 

@@ -10,7 +10,7 @@
 #include "forward/fem/forward_model.h"
 #include "models/networks/dd_ert_generator.h"
 #include "models/networks/torch_runtime.h"
-#include "models/training/adversarial_objective.h"
+#include "models/training/objective.h"
 #include "models/training/trainer.h"
 #include "tests/file_size_limit.h"
 #include "tests/models/models_testing.h"

@@ -1,7 +1,5 @@
 // Contacts at the border of a sheet: where a fit's steps may take them.
 
-#include "solvers/contacts/contact_bounds.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +8,8 @@
 #include "core/random.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/contacts/contact_fit.h"
-#include "solvers/contacts/contact_moves.h"
-#include "solvers/contacts/nuisances.h"
+#include "solvers/contacts/contact_prior.h"
+#include "solvers/contacts/contact_search.h"
 #include "tests/forward/sensors_testing.h"
 #include "tests/solvers/contact_testing.h"
 

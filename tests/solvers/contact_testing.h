@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "forward/border/border_model.h"
-#include "forward/data/noise.h"
+#include "forward/data/faults.h"
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/solver.h"

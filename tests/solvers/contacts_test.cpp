@@ -7,12 +7,12 @@
 #include <numbers>
 
 #include "forward/border/border_model.h"
-#include "forward/data/uniform_sheet.h"
+#include "forward/data/sheet_model.h"
 #include "forward/sheet/rasterise.h"
 #include "solvers/channel_mask.h"
 #include "solvers/contacts/contact_fit.h"
 #include "solvers/contacts/contact_image.h"
-#include "solvers/contacts/nuisances.h"
+#include "solvers/contacts/contact_prior.h"
 #include "tests/solvers/contact_testing.h"
 #include "tests/solvers/solver_testing.h"
 

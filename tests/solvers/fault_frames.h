@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "forward/data/dataset_block.h"
+#include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
 #include "forward/fem/forward_model.h"
 #include "solvers/channel_mask.h"

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "forward/fem/forward_model.h"
-#include "solvers/check/frame_limits.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {

@@ -9,7 +9,7 @@
 #include "core/random.h"
 #include "forward/data/generate.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/linear/prior.h"
+#include "solvers/linear/masked_inverse.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {

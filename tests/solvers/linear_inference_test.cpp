@@ -1,8 +1,7 @@
-#include "solvers/linear/linear_inference.h"
-
 #include <gtest/gtest.h>
 
-#include "solvers/image_map.h"
+#include "solvers/linear/linear_solver.h"
+#include "solvers/solver.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

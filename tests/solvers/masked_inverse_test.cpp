@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include "forward/fem/forward_model.h"
-#include "solvers/dense_svd.h"
+#include "solvers/decompositions.h"
 #include "tests/solvers/fault_frames.h"
 #include "tests/solvers/total_variation_reference.h"
 

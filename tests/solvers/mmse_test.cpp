@@ -1,3 +1,5 @@
+#include "solvers/linear/mmse.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -8,10 +10,7 @@
 #include "core/random.h"
 #include "forward/data/generate.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/linear/k_means.h"
-#include "solvers/linear/linear_mmse.h"
 #include "solvers/linear/mixture.h"
-#include "solvers/linear/training_scenes.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {

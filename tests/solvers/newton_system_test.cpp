@@ -1,5 +1,3 @@
-#include "solvers/total_variation/newton_system.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -7,8 +5,8 @@
 
 #include "core/random.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/total_variation/gram.h"
-#include "solvers/total_variation/pixel_edges.h"
+#include "solvers/total_variation/interior_point.h"
+#include "solvers/total_variation/total_variation.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

@@ -4,7 +4,7 @@
 
 #include "core/errors.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/linear/prior.h"
+#include "solvers/linear/masked_inverse.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

@@ -5,8 +5,6 @@
 #include "core/random.h"
 #include "forward/fem/forward_model.h"
 #include "solvers/channel_mask.h"
-#include "solvers/iterated/bounded_conductivity.h"
-#include "solvers/reciprocity.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

@@ -10,11 +10,10 @@
 #include <vector>
 
 #include "core/arrays.h"
+#include "core/files.h"
 #include "core/hdf5_file.h"
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "core/random.h"
-#include "core/temporary_folder.h"
-#include "forward/data/dataset_block.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/dataset_spec.h"
 #include "forward/data/scene_model.h"

@@ -8,7 +8,7 @@
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/channel_mask.h"
-#include "solvers/total_variation/pixel_edges.h"
+#include "solvers/total_variation/total_variation.h"
 
 namespace ertbench::testing {
 

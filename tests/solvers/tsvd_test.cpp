@@ -7,8 +7,7 @@
 #include "core/errors.h"
 #include "core/random.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/dense_svd.h"
-#include "solvers/linear/singular_triplets.h"
+#include "solvers/decompositions.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "solvers/registry/registry.h"
 
 namespace {

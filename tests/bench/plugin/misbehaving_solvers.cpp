@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "core/json_reader.h"
+#include "core/json.h"
 #include "solvers/registry/registry.h"
 
 namespace {

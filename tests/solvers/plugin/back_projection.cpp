@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "core/json_reader.h"
-#include "forward/data/uniform_sheet.h"
+#include "core/json.h"
+#include "forward/data/sheet_model.h"
 #include "solvers/registry/registry.h"
 
 namespace {

@@ -1,0 +1,234 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+
+#include "bench/check/baseline.h"
+#include "bench/check/check_command.h"
+#include "bench/cli/command.h"
+#include "bench/experiment/experiment.h"
+#include "bench/features/features.h"
+#include "bench/record/cache.h"
+#include "bench/run/runner.h"
+#include "bench/run/timing_stage.h"
+#include "bench/speed/load_run.h"
+#include "bench/speed/timing.h"
+#include "bench/table/table.h"
+#include "core/text.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+struct CheckArguments {
+  std::string experiment;
+  std::string out;
+  std::string baseline;
+  int jobs = usable_cores();
+  bool all = false;
+  bool update = false;
+  bool images = false;
+  bool reuse = false;
+  bool warn_times = false;
+  bool accept_coarse = false;
+  std::optional<int> seed_count;
+};
+
+ExitCode check(const CheckArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
+  CheckOptions options;
+  options.out = arguments.out;
+  options.baseline = arguments.baseline;
+  options.jobs = arguments.jobs;
+  options.all = arguments.all;
+  options.images = arguments.images;
+  options.update = arguments.update;
+  options.seeds = arguments.seed_count;
+  options.reuse = arguments.reuse;
+  options.accept_coarse = arguments.accept_coarse;
+  options.warn_times = arguments.warn_times;
+  return check_experiment(experiment, registry, options) ? done : regression;
+}
+
+}  // namespace
+
+Action add_check(CLI::App& command) {
+  const auto arguments = std::make_shared<CheckArguments>();
+  command.description("Run an experiment and compare with its baseline");
+  add_experiment(command, arguments->experiment);
+  command.add_flag("--update", arguments->update, "Write the baseline anew, and say what changed");
+  command
+      .add_flag("--images", arguments->images,
+                "Only hold stored networks and short trainings to their images: seconds")
+      ->excludes("--update");
+  command
+      .add_option("--seeds", arguments->seed_count,
+                  "With --update: training seeds behind the interval of a learned solver\n"
+                  "(default: \"baseline_seeds\" of the experiment's \"check\"; without it\n"
+                  "those of the entry if 5 or more, else 8)")
+      ->check(CLI::Range(least_seeds, most_seeds));
+  command.add_flag("--accept-coarse", arguments->accept_coarse,
+                   "With --update: write a baseline that would let a learned solver become worse\n"
+                   "by more than 10 % of relative_error or RIE, 0.03 of AR or 25 % of PE");
+  command.add_flag("--all", arguments->all, "Show every quantity, not just what changed");
+  command.add_flag("--warn-times", arguments->warn_times,
+                   "Only warn about times, as on another cpu: for shared machines");
+  command.add_flag("--reuse", arguments->reuse,
+                   "Take what `run` left in the cache and in results/EXPERIMENT: quick, but\n"
+                   "blind to changes of the program since");
+  command.add_option("--baseline", arguments->baseline,
+                     "Baseline (default: results/baselines/EXPERIMENT.json)");
+  command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT/check)");
+  command.add_option("--jobs", arguments->jobs, "Trials fitted and scored at a time, as in `run`")
+      ->check(CLI::Range(1, 256));
+  command.footer(
+      "Example:\n  ertbench check experiments/quick.json\n"
+      "Everything is made anew by this very program, in a cache of its own; a check that was cut\n"
+      "off goes on where it stopped. Exit code 1 where something is worse, slower or missing.\n"
+      "Times are multiples of a calibration loop, and only warned about on another cpu.");
+  return [arguments] { return check(*arguments); };
+}
+
+namespace {
+
+struct TimingArguments {
+  std::string filter;
+  std::string out;
+  int rounds = 3;
+};
+
+ExitCode timing(const TimingArguments& arguments) {
+  TimingOptions options;
+  options.filter = arguments.filter;
+  options.rounds = arguments.rounds;
+  if (!arguments.out.empty()) options.out = arguments.out;
+  return run_timing(options) > 0 ? trial_failed : done;
+}
+
+struct LoadArguments {
+  std::string experiment;
+  std::string out;
+  std::vector<double> deadlines_ms;
+  LoadOptions options;
+};
+
+ExitCode load(const LoadArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
+  LoadOptions options = arguments.options;
+  if (!arguments.deadlines_ms.empty()) options.deadlines_s.clear();
+  for (const double ms : arguments.deadlines_ms) options.deadlines_s.push_back(ms / 1000);
+  std::sort(options.deadlines_s.begin(), options.deadlines_s.end());
+  const std::filesystem::path folder = result_folder(arguments.out, experiment.name);
+  bool drawn = true;
+  options.finished = [&](const LoadResults& so_far) { drawn = write_load(so_far, folder); };
+  const LoadResults results = run_load(experiment, Cache::standard(), registry, options);
+  std::printf("%s%s\n", terminal_of(load_table(results)).c_str(),
+              printable_path((folder / "load.md").string()).c_str());
+  const bool failed = std::any_of(results.solvers.begin(), results.solvers.end(),
+                                  [](const SolverLoad& one) { return !one.failure.empty(); });
+  return failed || !drawn ? trial_failed : done;
+}
+
+/// Returns what runs it, and the subcommand.
+std::pair<CLI::App*, Action> add_load(CLI::App& timing_command) {
+  const auto arguments = std::make_shared<LoadArguments>();
+  CLI::App& command = *timing_command.add_subcommand(
+      "load", "The highest rate of frames at which each solver keeps a deadline");
+  add_experiment(command, arguments->experiment);
+  command
+      .add_option("--deadline", arguments->deadlines_ms,
+                  "Deadlines of 99 % of the frames, ms, up to 1000 (default: 1,5,20)")
+      ->delimiter(',')
+      ->check(CLI::Range(1e-3, 1e3));
+  command.add_option("--only", arguments->options.only, "Only these solvers, labels")
+      ->delimiter(',');
+  command
+      .add_option("--frames", arguments->options.frames,
+                  "Of each run at a rate, at least (default: 1000)")
+      ->check(CLI::Range(662, 10000000));
+  command.add_option("--seed", arguments->options.seed, "Of Poisson arrivals (default: 1)");
+  command
+      .add_option("--threads", arguments->options.threads,
+                  "Of fits that are not in the cache (default: 1)")
+      ->check(CLI::Range(1, 1024));
+  command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
+  command.footer(
+      "Example:\n  ertbench timing load experiments/quick.json --only one-step-gn,tsvd "
+      "--deadline 1,5\n"
+      "Frames arrive at a fixed rate and as a Poisson process, whether the solver is ready or "
+      "not;\n"
+      "latency counts from the arrival. The machine should be otherwise idle; that it was not is\n"
+      "noticed and said. See docs/live.md.");
+  return {&command, [arguments] { return load(*arguments); }};
+}
+
+}  // namespace
+
+Action add_timing(CLI::App& command) {
+  const auto arguments = std::make_shared<TimingArguments>();
+  command.description("Run the timing benchmarks, beside the limits of this machine");
+  command.add_option("FILTER", arguments->filter,
+                     "Regular expression of names; default: all, several minutes");
+  command.add_option("--out", arguments->out, "JSON file to write (default: results/timing.json)");
+  command
+      .add_option("--rounds", arguments->rounds,
+                  "Rounds of all benchmark programs, of which the median counts (default: 3)")
+      ->check(CLI::Range(1, 99));
+  command.footer(
+      "Example:\n  ertbench timing 'reconstruct/(tsvd|fcnn)' --out timing.json\n"
+      "The machine should be otherwise idle. \"0.80 of stream\" means that the least time this\n"
+      "machine allows, here for reading the matrices once, is 0.80 of what was measured.");
+  const std::pair<CLI::App*, Action> with_load = add_load(command);
+  return [arguments, with_load] {
+    return with_load.first->parsed() ? with_load.second() : timing(*arguments);
+  };
+}
+
+namespace {
+
+struct FidelityArguments {
+  std::string experiment;
+  std::string out;
+  int scenes = fidelity_usual_scenes;
+  bool fresh = false;
+  bool rebuild_stale = false;
+};
+
+ExitCode fidelity(const FidelityArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
+  RunOptions options;
+  options.out = result_folder(arguments.out, experiment.name);
+  options.fresh = arguments.fresh;
+  const Stages stages = stages_of_fidelity(arguments.scenes);
+  const Cache cache =
+      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
+  const ExperimentResults results = run_stages(stages, experiment, cache, options);
+  report_stages(stages, experiment, results, options.out);
+  return results.failures > 0 ? trial_failed : done;
+}
+
+}  // namespace
+
+Action add_fidelity(CLI::App& command) {
+  const auto arguments = std::make_shared<FidelityArguments>();
+  command.description("Error and time of the forward models on an experiment's scenes");
+  add_experiment(command, arguments->experiment);
+  command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
+  command.add_option("--scenes", arguments->scenes, "Scenes of each dataset (default: 500)")
+      ->check(CLI::Range(10, 1000000));
+  command.add_flag("--fresh", arguments->fresh, "Measure again what is finished already");
+  command.add_flag("--rebuild-stale", arguments->rebuild_stale,
+                   "Measure again what another build of the program measured");
+  command.footer(
+      "Example:\n  ertbench fidelity experiments/fidelity.json --scenes 200\n"
+      "\"grid\": \"auto\" against the grids of 24, 48, 96 and 192, one thread: how long a scene\n"
+      "takes, how far its voltages are from the converged ones, and how often the estimate of\n"
+      "\"auto\" promised too much. A dataset that is finished is not measured again.");
+  return [arguments] { return fidelity(*arguments); };
+}
+
+}  // namespace ertbench

@@ -1,0 +1,287 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "bench/cli/command.h"
+#include "bench/experiment/experiment.h"
+#include "bench/features/features.h"
+#include "bench/record/cache.h"
+#include "bench/run/datasets.h"
+#include "bench/run/timing_stage.h"
+#include "bench/score/metrics.h"
+#include "core/build.h"
+#include "core/errors.h"
+#include "core/json.h"
+#include "core/process.h"
+#include "core/text.h"
+#include "forward/data/generate.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+struct GenerateArguments {
+  std::string experiment;
+  std::string dataset;
+  std::string out;
+};
+
+ExitCode generate(const GenerateArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
+  const Cache cache = Cache::standard();
+  if (arguments.dataset.empty() && arguments.out.empty()) {
+    ensure_datasets(experiment, cache);
+    for (const DatasetSpec* spec : experiment.datasets()) {
+      std::printf("%s: %s\n", spec->name.c_str(),
+                  printable_path(cache.dataset(*spec).string()).c_str());
+    }
+    return done;
+  }
+  std::vector<std::string> names;
+  for (const DatasetSpec* spec : experiment.datasets()) names.push_back(spec->name);
+  std::string name = arguments.dataset;
+  if (name.empty() && names.size() == 1) name = names.front();
+  const DatasetSpec* spec = experiment.find_dataset(name);
+  if (!spec) {
+    throw InputError("--dataset: must name one of the datasets of " + arguments.experiment + ": " +
+                     list_of(names) + (name.empty() ? "" : "; got \"" + printable(name) + "\""));
+  }
+  const std::filesystem::path file =
+      arguments.out.empty() ? cache.dataset(*spec) : std::filesystem::path(arguments.out);
+  if (arguments.out.empty()) {
+    std::filesystem::create_directories(file.parent_path());
+  } else {
+    std::vector<std::filesystem::path> inputs = experiment.plugins;
+    inputs.insert(inputs.end(), experiment.files.begin(), experiment.files.end());
+    require_dataset_output(file, inputs);
+  }
+  Progress progress("generating \"" + name + "\"");
+  generate_dataset(*spec, file, {usable_cores(), [&](std::uint64_t written, std::uint64_t total) {
+                                   progress.update(written, total);
+                                 }});
+  std::printf("%s: %llu scenes in %s\n", name.c_str(), static_cast<unsigned long long>(spec->count),
+              printable_path(file.string()).c_str());
+  warn_of_missed_promise(*spec, file);
+  return done;
+}
+
+}  // namespace
+
+Action add_generate(CLI::App& command) {
+  const auto arguments = std::make_shared<GenerateArguments>();
+  command.description("Write the datasets of an experiment");
+  add_experiment(command, arguments->experiment);
+  command.add_option("--dataset", arguments->dataset,
+                     "Only this one (default: all, into the cache)");
+  command.add_option("--out", arguments->out,
+                     "HDF5 file to write (default: in the cache); of what is there,\n"
+                     "only a dataset is written over");
+  command.footer(
+      "Example:\n  ertbench generate experiments/table_c1.json --dataset test --out test.h5\n"
+      "A run that was cut off goes on where it stopped when the same command is given again.");
+  return [arguments] { return generate(*arguments); };
+}
+
+namespace {
+
+struct CacheArguments {
+  bool prune = false;
+  bool all = false;
+  bool stale = false;
+  bool dry_run = false;
+  std::optional<double> older_than;
+};
+
+std::string megabytes(std::uint64_t bytes) {
+  return fixed(static_cast<double>(bytes) / (1 << 20), 1) + " MB";
+}
+
+bool is_chosen(const CachedThing& thing, const CacheArguments& arguments) {
+  if (thing.in_use) return false;
+  return arguments.all || (arguments.stale && thing.stale) ||
+         (arguments.older_than && thing.age_days > *arguments.older_than);
+}
+
+std::string line_of(const CachedThing& thing) {
+  return thing.kind + "  " + printable_path(thing.file.filename().string()) + "  " +
+         megabytes(thing.bytes) + ", " + fixed(thing.age_days, 1) + " days old, commit " +
+         printable(thing.commit) + (thing.stale ? ", of other code: made again when needed" : "") +
+         (thing.in_use ? ", in use" : "");
+}
+
+ExitCode cache(const CacheArguments& arguments) {
+  const Cache cache = Cache::standard();
+  if (arguments.prune && !arguments.all && !arguments.stale && !arguments.older_than) {
+    throw InputError("--prune: say what: --stale, --older-than DAYS, or --all");
+  }
+  std::uint64_t bytes = 0;
+  std::size_t count = 0;
+  for (const CachedThing& thing : cache_contents(cache)) {
+    if (arguments.prune && !is_chosen(thing, arguments)) continue;
+    if (arguments.prune && !arguments.dry_run) remove_cached(thing);
+    std::printf("%s\n", line_of(thing).c_str());
+    bytes += thing.bytes;
+    ++count;
+  }
+  const char* what = !arguments.prune ? "" : arguments.dry_run ? " would be removed" : " removed";
+  std::printf("%s: %zu datasets and solvers%s, %s\n",
+              printable_path(cache.folder().string()).c_str(), count, what,
+              megabytes(bytes).c_str());
+  return done;
+}
+
+}  // namespace
+
+Action add_cache(CLI::App& command) {
+  const auto arguments = std::make_shared<CacheArguments>();
+  command.description("List the datasets and fitted solvers that are kept, or remove some");
+  CLI::Option* prune = command.add_flag("--prune", arguments->prune,
+                                        "Remove what the other options choose, but for what is\n"
+                                        "in use; the next run makes again what it needs");
+  command.add_flag("--stale", arguments->stale, "Of other code than this program's")->needs(prune);
+  command.add_option("--older-than", arguments->older_than, "Written so many days ago")
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs(prune);
+  command.add_flag("--all", arguments->all, "All of it")->needs(prune);
+  command.add_flag("--dry-run", arguments->dry_run, "Only say what would be removed")->needs(prune);
+  command.footer(
+      "Example:\n  ertbench cache --prune --stale --older-than 30\n"
+      "The cache is the folder cache/ of the project, or $ERTBENCH_CACHE. Whatever is in it can\n"
+      "be made again; a training may take hours.");
+  return [arguments] { return cache(*arguments); };
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::size_t most_described = 1000;  ///< characters of a plugin's own words
+
+struct ListArguments {
+  std::string type;
+  bool as_json = false;
+};
+
+void print_solver(SolverRegistry& registry, const std::string& type) {
+  const SolverInfo* info = registry.find(type);
+  if (!info) {
+    std::printf("\n  %s\n      not available: its plugin is not built\n", type.c_str());
+    return;
+  }
+  std::printf("\n  %s\n      %s\n", type.c_str(), printable(info->summary, most_described).c_str());
+  for (const ParameterInfo& parameter : info->parameters) {
+    std::printf("      \"%s\": %s\n", printable(parameter.name).c_str(),
+                printable(parameter.description, most_described).c_str());
+  }
+}
+
+json json_of_solver(SolverRegistry& registry, const std::string& type) {
+  const SolverInfo* info = registry.find(type);
+  if (!info) return {{"type", type}, {"available", false}};
+  json parameters = json::array();
+  for (const ParameterInfo& parameter : info->parameters) {
+    parameters.push_back({{"name", parameter.name},
+                          {"description", parameter.description},
+                          {"inference", parameter.role == ParameterRole::inference}});
+  }
+  return {{"type", type},
+          {"available", true},
+          {"summary", info->summary},
+          {"seeded", info->has_seed()},
+          {"parameters", parameters}};
+}
+
+std::vector<fs::path> experiment_files() {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(project_folder() / "experiments")) {
+    if (entry.path().extension() == ".json" && entry.path().filename() != "schema.json") {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The types asked for: all, or one. Throws InputError where there is no such type.
+std::vector<std::string> types_of(const SolverRegistry& registry, const std::string& type) {
+  std::vector<std::string> all = registry.types();
+  if (type.empty()) return all;
+  if (std::find(all.begin(), all.end(), type) != all.end()) return {type};
+  const std::string near = nearest_word(type, all);
+  throw InputError("no solver has the type \"" + printable(type) + "\"" +
+                   (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " +
+                   list_of(all));
+}
+
+void print_metrics_and_experiments(SolverRegistry& registry) {
+  std::printf("\nMetrics (δσ: the change of the conductivity; * may be chosen as an error):\n\n");
+  for (const MetricEntry& entry : kMetricTable) {
+    std::printf("  %s%s: %s\n", entry.name, is_error(entry) ? "*" : "", entry.legend);
+  }
+  std::printf("\nExperiments:\n");
+  for (const fs::path& file : experiment_files()) {
+    std::string question;
+    try {
+      question = read_experiment(file, registry, {}, SolverCheck::none).question;
+    } catch (const InputError& error) {
+      question = std::string("cannot be used: ") + error.what();
+    }
+    std::printf("\n  experiments/%s\n      %s\n", printable_path(file.filename().string()).c_str(),
+                printable(question).c_str());
+  }
+}
+
+void print_json(SolverRegistry& registry, const ListArguments& arguments) {
+  json out = {{"solvers", json::array()}};
+  for (const std::string& type : types_of(registry, arguments.type)) {
+    out["solvers"].push_back(json_of_solver(registry, type));
+  }
+  if (arguments.type.empty()) {
+    for (const MetricEntry& entry : kMetricTable) {
+      out["metrics"].push_back(
+          {{"name", entry.name}, {"legend", entry.legend}, {"error", is_error(entry)}});
+    }
+    for (const fs::path& file : experiment_files()) {
+      json& entry = out["experiments"].emplace_back();
+      entry["file"] = "experiments/" + file.filename().string();
+      try {
+        const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
+        entry["title"] = experiment.title;
+        entry["question"] = experiment.question;
+      } catch (const InputError& error) {
+        entry["error"] = error.what();
+      }
+    }
+  }
+  std::printf("%s\n", json_text(printable_json(out, most_described), 2).c_str());
+}
+
+ExitCode list(const ListArguments& arguments) {
+  SolverRegistry registry;
+  if (arguments.as_json) {
+    print_json(registry, arguments);
+    return done;
+  }
+  const std::vector<std::string> types = types_of(registry, arguments.type);
+  std::printf("Solvers (\"type\" in an experiment's \"solvers\" list):\n");
+  for (const std::string& type : types) print_solver(registry, type);
+  if (arguments.type.empty()) print_metrics_and_experiments(registry);
+  return done;
+}
+
+}  // namespace
+
+Action add_list(CLI::App& command) {
+  const auto arguments = std::make_shared<ListArguments>();
+  command.description("Solvers with their parameters; metrics; experiments");
+  command.add_option("TYPE", arguments->type, "Only the solver of this type");
+  command.add_flag("--json", arguments->as_json, "For programs");
+  command.footer("Examples:\n  ertbench list\n  ertbench list dd-ert --json");
+  return [arguments] { return list(*arguments); };
+}
+
+}  // namespace ertbench

@@ -1,0 +1,314 @@
+#include "bench/ladder/ladder_figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "bench/ladder/ladder_results.h"
+#include "bench/plot/image_panel.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+/// "misplaced by 0.83", "error 1.42".
+std::string failure_text(const WorstFrame& worst) {
+  const JudgedFrame& frame = worst.judged;
+  switch (worst.kind) {
+    case FailureKind::undefined:
+      return "undefined";
+    case FailureKind::worse_than_nothing:
+      return "error " + (frame.error ? three_digits(*frame.error) : "—");
+    case FailureKind::misplaced:
+      return "misplaced by " + three_digits(frame.distance.value_or(0));
+    case FailureKind::ghost:
+      return "ghost of " + three_digits(frame.peak.value_or(0));
+  }
+  return "";
+}
+
+double severity(const GalleryFrame& one) {
+  const JudgedFrame& frame = one.frame->judged;
+  switch (one.frame->kind) {
+    case FailureKind::worse_than_nothing:
+      return frame.error.value_or(0);
+    case FailureKind::misplaced:
+      return frame.distance.value_or(0);
+    default:
+      return frame.peak.value_or(0);
+  }
+}
+
+/// What the colours of truth and image end at: the image's largest change, but at least the truth's
+/// and at most three times that, unless the sheet is blank; S/m.
+double largest(const Sensor& sensor, const WorstFrame& worst) {
+  const auto finite = worst.change.array().isFinite();
+  const double image = finite.select(worst.change.array(), 0.0).abs().maxCoeff();
+  const double truth = (worst.conductivity.array() - sensor.background).abs().maxCoeff();
+  const double rounding = 1e-4 * sensor.background;  // of what a record holds
+  return truth > rounding ? std::clamp(image, truth, 3 * truth) : std::max(image, rounding);
+}
+
+/// As many digits as a cell has room for: three, of what is less than a tenth two.
+std::string brief_digits(double level) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", std::abs(level) < 0.1 ? 2 : 3, std::abs(level));
+  return (level < 0 ? "−" : "") + std::string(text);
+}
+
+std::string cell_text(const Breakdown& found) {
+  const std::string level = brief_digits(found.level);
+  if (found.state == BreakState::at_mildest) return "at " + level;
+  return found.state == BreakState::never ? "ok " + level : level;
+}
+
+// Places and sizes in px.
+constexpr int side = 92;
+constexpr int gap = 4;           ///< between truth and image
+constexpr int pair_width = 214;  ///< with the space to the next
+constexpr int row_height = 159;  ///< title, images, three lines
+constexpr int left_edge = 16;
+constexpr int top_edge = 12;
+constexpr std::size_t most_pairs = 4;
+constexpr int bar_width = 80;
+
+/// Truth and image of a frame side by side in `box`, and below them what failed and where.
+void draw_pair(Canvas& canvas, ImagePanels& panels, const Sensor& sensor, const std::string& label,
+               const GalleryFrame& one, const Box& box) {
+  const Level& value = one.frame->level;
+  const std::string level = (value.is_number() ? level_digits(value.number()) : value.text()) +
+                            (one.axis->unit.empty() ? "" : " " + one.axis->unit);
+  const std::string failure = failure_text(*one.frame);
+  constexpr TextStyle style{.size = 9, .align = TextAlign::left};
+  constexpr double line_height = 13;
+  double y = box.bottom + 10;
+  canvas.text(failure, box.left, y, style);
+  for (const std::string& line : wrapped(one.axis->title + ": " + level, 38)) {
+    canvas.text(line, box.left, y += line_height, style);
+  }
+  canvas.tooltip(box, label + ", frame " + std::to_string(one.frame->frame) + "\n" +
+                          one.axis->title + ": " + level + "\n" + failure);
+  const double unit = largest(sensor, *one.frame);
+  const bool finite = one.frame->change.array().isFinite().any();
+  panels.image(Box::sized(box.left, box.top, side, side),
+               (one.frame->conductivity.array() - sensor.background) / unit, "");
+  panels.image(Box::sized(box.right - side, box.top, side, side), one.frame->change / unit,
+               finite ? "" : "undefined");
+}
+
+}  // namespace
+
+std::optional<HeatMap> ladder_map_of(const std::string& title,
+                                     const std::vector<AxisBreakdown>& breakdowns) {
+  std::vector<std::string> solvers;
+  std::vector<const LadderAxis*> axes;
+  for (const AxisBreakdown& line : breakdowns) {
+    if (line.axis->categories || line.axis->of_parameter()) continue;
+    if (std::find(solvers.begin(), solvers.end(), line.solver) == solvers.end()) {
+      solvers.push_back(line.solver);
+    }
+    if (std::find(axes.begin(), axes.end(), line.axis) == axes.end()) axes.push_back(line.axis);
+  }
+  if (axes.empty()) return std::nullopt;
+  std::reverse(axes.begin(), axes.end());  // the first on top
+  HeatMap map;
+  map.title = title;
+  map.x_values = solvers;
+  for (const LadderAxis* axis : axes) {
+    map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
+  }
+  HeatMapPanel panel;
+  panel.title = "level at which it breaks down";
+  panel.quantity = panel.title;
+  map.published_note =
+      "colour: 0 breaks down at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
+  panel.decimals = 2;
+  panel.range = {0, 1};
+  const std::size_t cells = solvers.size() * axes.size();
+  panel.values.resize(cells);
+  panel.colours.resize(cells);
+  panel.texts.resize(cells);
+  map.statuses.resize(cells);
+  for (const AxisBreakdown& line : breakdowns) {
+    const auto y = std::find(axes.begin(), axes.end(), line.axis) - axes.begin();
+    if (y == std::ssize(axes)) continue;
+    const auto x = std::find(solvers.begin(), solvers.end(), line.solver) - solvers.begin();
+    const auto cell = static_cast<std::size_t>(y * std::ssize(solvers) + x);
+    if (!line.breakdown) {
+      map.statuses[cell] = line.state.substr(0, line.state.find(':'));
+      continue;
+    }
+    panel.values[cell] = line.breakdown->level;
+    panel.colours[cell] = line.breakdown->place;
+    panel.texts[cell] = cell_text(*line.breakdown);
+  }
+  map.panels = {panel};
+  return map;
+}
+
+std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record) {
+  std::vector<GalleryFrame> rest;
+  for (const LadderAxis& axis : ladders.axes) {
+    const LadderClimb* climb = record.find(axis.name);
+    if (!axis.of_parameter() && climb && climb->worst) rest.push_back({&*climb->worst, &axis});
+  }
+  std::stable_sort(rest.begin(), rest.end(), [](const GalleryFrame& a, const GalleryFrame& b) {
+    return severity(a) > severity(b);
+  });
+  std::vector<GalleryFrame> out;
+  const auto take = [&](auto one) {
+    if (one == rest.end() || out.size() == most_pairs) return;
+    out.push_back(*one);
+    rest.erase(one);
+  };
+  for (const FailureKind kind : kFailureKinds) {
+    take(std::find_if(rest.begin(), rest.end(),
+                      [&](const GalleryFrame& one) { return one.frame->kind == kind; }));
+  }
+  while (!rest.empty() && out.size() < most_pairs) take(rest.begin());
+  return out;
+}
+
+bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
+                  const Sensor& sensor, const std::filesystem::path& stem) {
+  struct Row {
+    std::string label;
+    std::vector<GalleryFrame> frames;
+  };
+  std::vector<Row> rows;
+  for (const LadderOutcome& outcome : outcomes) {
+    if (!outcome.record) continue;
+    Row row{outcome.entry->label, gallery_of(ladders, *outcome.record)};
+    if (!row.frames.empty()) rows.push_back(std::move(row));
+  }
+  if (rows.empty()) return false;
+
+  std::size_t widest = 2;  // so that the titles have room
+  for (const Row& row : rows) widest = std::max(widest, row.frames.size());
+  const double bar_left = left_edge + pair_width * static_cast<double>(widest);
+  const auto row_count = static_cast<double>(rows.size());
+  Canvas canvas(bar_left + bar_width, top_edge + row_count * row_height + 4);
+  ImagePanels panels(canvas, sensor, ColourScale{-1, 1, 0.5, true, true});
+  double top = top_edge;
+  for (const Row& row : rows) {
+    canvas.text(row.label + ": truth and image", left_edge, top,
+                {.size = 11, .align = TextAlign::left});
+    for (std::size_t p = 0; p < row.frames.size(); ++p) {
+      const double left = left_edge + pair_width * static_cast<double>(p);
+      draw_pair(canvas, panels, sensor, row.label, row.frames[p],
+                Box::sized(left, top + 12, 2 * side + gap, side));
+    }
+    top += row_height;
+  }
+  // To the right of the first row's title, where nothing else stands.
+  panels.scale_bar(Box::sized(bar_left - side - 40, top_edge - 8 - side, side, side));
+  const bool several = rows.size() > 1;
+  panels.colour_bar(Box::sized(bar_left - 4, top_edge + 12, ImagePanels::bar_width,
+                               several ? 2 * row_height - 46 : side),
+                    several ? "change over the pair's largest" : "change");
+  canvas.draw(stem);
+  return true;
+}
+
+namespace {
+
+/// A row for each axis (and side), a column for each solver.
+TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
+  TableSection section;
+  section.caption = "Where each solver breaks down";
+  section.columns = {{"axis", Align::left}};
+  std::vector<std::string> solvers;
+  std::vector<std::string> rows;
+  std::map<std::pair<std::string, std::string>, std::string> cells;
+  const auto place_of = [](std::vector<std::string>& list, const std::string& name) {
+    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
+  };
+  std::vector<AxisBreakdown> lines = breakdowns;  // in the order of the file's axes
+  std::stable_sort(lines.begin(), lines.end(), [](const AxisBreakdown& a, const AxisBreakdown& b) {
+    return std::less<>()(a.axis, b.axis);
+  });
+  for (const AxisBreakdown& line : lines) {
+    std::string row = line.axis->title;
+    if (!line.side.empty()) row += ", " + line.side;
+    if (!line.axis->unit.empty()) row += " (" + line.axis->unit + ")";
+    place_of(solvers, line.solver);
+    place_of(rows, row);
+    cells[{row, line.solver}] = line.text();
+  }
+  for (const std::string& solver : solvers) section.columns.emplace_back(solver);
+  for (const std::string& row : rows) {
+    std::vector<Cell>& line = section.rows.emplace_back();
+    line.emplace_back(row);
+    for (const std::string& solver : solvers) {
+      const auto found = cells.find({row, solver});
+      line.emplace_back(found == cells.end() ? "" : found->second);
+    }
+  }
+  return section;
+}
+
+/// What a reader of the table must know.
+std::vector<std::string> notes_of(const Ladders& ladders) {
+  const FailureRule& rule = ladders.failure;
+  return {"A frame fails when its image is not finite, when its relative error of δσ is " +
+              number_text(rule.relative_error) +
+              " or more, when its strongest contact lies more than " + number_text(rule.distance) +
+              " (domain units) from a true one, or when a blank sheet shows a change of " +
+              number_text(rule.contact_threshold) + " of the background or more.",
+          "A solver breaks down at the level where more than " + fixed(100 * rule.share, 1) + " %" +
+              " of its frames fail: the first such crossing along the ladder, found by bisection "
+              "and interpolated; in brackets the 95 % interval by resampling the frames, which are "
+              "the same at all levels and for all solvers. \"before\" and \"beyond\": the interval "
+              "leaves the ladder there.",
+          "\"fails at … already\": at the ladder's mildest level. \"holds to …\": not even at its "
+          "severest. Parameters have two rows, below and above the values that work; of levels "
+          "without an order the shares of failing frames are given.",
+          "By this rule an image that fades to nothing does not fail: its error comes near 1 from "
+          "below. Where a solver holds, the chart of its errors says what its images are worth.",
+          "no-contact, the image of nothing, fails on every frame with a contact by definition "
+          "(its relative error is 1), and on no blank one."};
+}
+
+}  // namespace
+
+TableSection breakdown_data(const std::vector<AxisBreakdown>& breakdowns) {
+  TableSection section;
+  section.columns = {"solver",    "axis", "side",  "level",  "ci_low",
+                     "ci_high",   "unit", "state", "frames", "share_at_default",
+                     "categories"};
+  for (const AxisBreakdown& line : breakdowns) {
+    std::optional<double> level;
+    std::optional<double> low;
+    std::optional<double> high;
+    if (line.breakdown) {
+      const Breakdown& found = *line.breakdown;
+      level = found.level;
+      low = found.mild;
+      high = found.severe;
+      // From milder to severer levels fall where the ladder does.
+      const double first = line.axis->levels.front().number();
+      const double last = line.axis->levels.back().number();
+      const bool falls = line.side.empty() ? last < first : line.side == "below";
+      if (falls) std::swap(low, high);
+    }
+    section.rows.push_back({line.solver, line.axis->name, line.side, csv_number(level),
+                            csv_number(low), csv_number(high), line.axis->unit, line.state,
+                            std::to_string(line.frames), csv_number(line.share_at_default),
+                            line.categories});
+  }
+  return section;
+}
+
+Table breakdown_table(const std::string& title, const Ladders& ladders,
+                      const std::vector<AxisBreakdown>& breakdowns) {
+  Table table;
+  table.title = title;
+  table.sections = {breakdown_section(breakdowns)};
+  table.legend = notes_of(ladders);
+  return table;
+}
+
+}  // namespace ertbench

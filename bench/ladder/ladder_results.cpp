@@ -1,0 +1,385 @@
+#include "bench/ladder/ladder_results.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/json.h"
+#include "core/statistics.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+std::string percent(double share) { return fixed(100 * share, 1) + " %"; }
+
+Between between_of(const LadderAxis& axis) {
+  if (axis.integer) return Between::nothing;
+  return axis.logarithmic ? Between::logarithmic : Between::linear;
+}
+
+std::string state_of(const Breakdown& breakdown) {
+  switch (breakdown.state) {
+    case BreakState::breaks:
+      return "breaks";
+    case BreakState::at_mildest:
+      return "fails at its mildest level";
+    case BreakState::never:
+      return "never within the ladder";
+  }
+  return "";
+}
+
+/// Frames at each level; the levels at which there was no solver have none.
+std::size_t frames_of(const LadderRecord& record) { return record.base.frames.size(); }
+
+std::vector<LadderStep> steps_of(const LadderClimb& climb, std::size_t frames) {
+  std::vector<LadderStep> steps;
+  for (const LadderLevel& level : climb.levels) steps.push_back(level.step(frames));
+  return steps;
+}
+
+std::string category_text(const LadderClimb& climb) {
+  std::string out;
+  for (const LadderLevel& level : climb.levels) {
+    out += (out.empty() ? "" : ", ") + level.level.text() + " ";
+    out += level.message.empty() ? percent(level.share()) : "impossible";
+  }
+  return out;
+}
+
+/// The lines of a parameter: from its best value towards both ends.
+std::vector<AxisBreakdown> range_lines(const AxisBreakdown& line, const LadderAxis& axis,
+                                       const std::vector<LadderStep>& steps, double limit) {
+  const WorkingRange range = working_range(steps, limit, between_of(axis), axis.name);
+  if (steps[range.best].share() > limit) {
+    AxisBreakdown one = line;
+    one.state = "fails at every level";
+    return {one};
+  }
+  const bool rises = steps.back().level > steps.front().level;
+  std::vector<AxisBreakdown> lines;
+  for (const bool below : {true, false}) {
+    AxisBreakdown one = line;
+    one.side = below ? "below" : "above";
+    const std::optional<Breakdown>& end = below == rises ? range.to_first : range.to_last;
+    if (end) {
+      one.breakdown = end;
+    } else {  // the best value is that end of the ladder
+      one.breakdown = Breakdown{BreakState::never, steps[range.best].level, 1, {}, {}};
+    }
+    one.state = state_of(*one.breakdown);
+    lines.push_back(one);
+  }
+  return lines;
+}
+
+std::string breakdown_interval(const Breakdown& breakdown, const std::string& side) {
+  if (breakdown.mild && breakdown.mild == breakdown.severe) return "";
+  const std::string mild = breakdown.mild ? level_digits(*breakdown.mild) : "before";
+  const std::string severe = breakdown.severe ? level_digits(*breakdown.severe) : "beyond";
+  return side == "below" ? " (" + severe + " … " + mild + ")" : " (" + mild + " … " + severe + ")";
+}
+
+}  // namespace
+
+std::string level_digits(double level) {
+  if (level == std::round(level) && std::abs(level) < 1e5) return fixed(level, 0);
+  if (std::abs(level) >= 1e-3) return three_digits(level);
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", level);
+  return text;
+}
+
+std::string AxisBreakdown::text() const {
+  if (!categories.empty()) return categories;
+  if (!breakdown) return state.substr(0, state.find(':'));
+  switch (breakdown->state) {
+    case BreakState::breaks:
+      return level_digits(breakdown->level) + breakdown_interval(*breakdown, side);
+    case BreakState::at_mildest:
+      return "fails at " + level_digits(breakdown->level) + " already";
+    case BreakState::never:
+      return "holds to " + level_digits(breakdown->level);
+  }
+  return "";
+}
+
+std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
+                                         const std::vector<LadderOutcome>& outcomes) {
+  std::vector<AxisBreakdown> out;
+  for (const LadderOutcome& outcome : outcomes) {
+    for (const LadderAxis& axis : ladders.axes) {
+      if (!axis.concerns(*outcome.entry)) continue;
+      AxisBreakdown line;
+      line.solver = outcome.entry->label;
+      line.axis = &axis;
+      const LadderClimb* climb = outcome.record ? outcome.record->find(axis.name) : nullptr;
+      if (!climb) {
+        line.state = outcome.failure;
+        out.push_back(line);
+        continue;
+      }
+      const std::size_t frames = frames_of(*outcome.record);
+      line.frames = static_cast<int>(frames);
+      line.share_at_default = outcome.record->base.share();
+      if (axis.categories) {
+        line.state = "categories";
+        line.categories = category_text(*climb);
+        out.push_back(line);
+        continue;
+      }
+      const std::vector<LadderStep> steps = steps_of(*climb, frames);
+      const double limit = ladders.failure.share;
+      if (axis.of_parameter()) {
+        const auto lines = range_lines(line, axis, steps, limit);
+        out.insert(out.end(), lines.begin(), lines.end());
+      } else {
+        line.breakdown = break_down(steps, limit, between_of(axis), axis.name);
+        line.state = state_of(*line.breakdown);
+        out.push_back(line);
+      }
+    }
+  }
+  return out;
+}
+
+std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
+                                        std::optional<double> JudgedFrame::*value) {
+  std::vector<double> values;
+  for (const JudgedFrame& frame : level.frames) {
+    if (frame.*value) values.push_back(*(frame.*value));
+  }
+  if (values.empty()) return std::nullopt;
+  const SortedValues sorted = values;
+  return FrameQuantiles{interpolated_quantile(sorted, 0.05), median(sorted),
+                        interpolated_quantile(sorted, 0.95)};
+}
+
+namespace {
+
+std::vector<Cell> cells_of(const std::string& solver, const std::string& axis,
+                           const std::string& name, const LadderLevel& level) {
+  std::vector<Cell> cells = {solver, axis, name, std::to_string(level.frames.size()),
+                             number_text(level.share())};
+  for (const FailureKind kind : kFailureKinds) {
+    if (level.frames.empty()) {
+      cells.emplace_back();
+    } else {
+      cells.emplace_back(number_text(level.count(kind) / static_cast<double>(level.frames.size())));
+    }
+  }
+  const DetectionCounts counts = detection_at(level);
+  cells.emplace_back(csv_number(counts.suspect_rate()));
+  cells.emplace_back(csv_number(counts.detection_rate()));
+  cells.emplace_back(csv_number(counts.false_alarm_rate()));
+  const auto errors = quantiles(level, &JudgedFrame::error);
+  for (const double FrameQuantiles::*part :
+       {&FrameQuantiles::low, &FrameQuantiles::median, &FrameQuantiles::high}) {
+    cells.emplace_back(errors ? number_text((*errors).*part) : "");
+  }
+  cells.emplace_back(level.message);
+  return cells;
+}
+
+}  // namespace
+
+TableSection levels_data(const std::vector<LadderOutcome>& outcomes) {
+  TableSection section;
+  section.columns = {"solver",
+                     "axis",
+                     "level",
+                     "frames",
+                     "failed",
+                     "undefined",
+                     "worse_than_nothing",
+                     "misplaced",
+                     "ghost",
+                     "suspect",
+                     "detected",
+                     "false_alarms",
+                     "error_q05",
+                     "error_q50",
+                     "error_q95",
+                     "message"};
+  for (const LadderOutcome& outcome : outcomes) {
+    if (!outcome.record) continue;
+    const std::string& solver = outcome.entry->label;
+    section.rows.push_back(cells_of(solver, "default", "", outcome.record->base));
+    for (const LadderClimb& climb : outcome.record->axes) {
+      for (const LadderLevel& level : climb.levels) {
+        const Level& at = level.level;
+        section.rows.push_back(
+            cells_of(solver, climb.axis, at.is_number() ? json_text(at.json()) : at.text(), level));
+      }
+    }
+  }
+  return section;
+}
+
+namespace {
+
+/// The axis that stands for the test set itself.
+const char* const test_set = "default";
+
+std::optional<double> rate(int count, int total) {
+  if (total == 0) return std::nullopt;
+  return count / static_cast<double>(total);
+}
+
+/// For programs: all, of these the counted, their share and the ends of its interval.
+void add_rate(int count, int total, std::vector<Cell>& cells) {
+  cells.emplace_back(std::to_string(total));
+  cells.emplace_back(std::to_string(count));
+  cells.emplace_back(csv_number(rate(count, total)));
+  std::optional<Interval> interval;
+  if (total > 0) interval = wilson_interval(count, total);
+  cells.emplace_back(csv_number(interval ? std::optional(interval->low) : std::nullopt));
+  cells.emplace_back(csv_number(interval ? std::optional(interval->high) : std::nullopt));
+}
+
+/// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash where there are no such frames.
+Cell rate_cell(int count, int total) {
+  if (total == 0) return "—";
+  Cell cell = number_cell(100.0 * count / total, 1);
+  const Interval interval = wilson_interval(count, total);
+  cell.interval = interval_text(fixed(100 * interval.low, 1), fixed(100 * interval.high, 1));
+  cell.lines = {std::to_string(count) + " of " + std::to_string(total)};
+  return cell;
+}
+
+/// One of the two sections: `count` of `total`.
+TableSection detection_section(const std::string& caption, const Ladders& ladders,
+                               const std::vector<AxisDetection>& detections,
+                               int DetectionCounts::*count, int DetectionCounts::*total) {
+  TableSection section;
+  section.caption = caption;
+  section.columns = {{"axis", Align::left}};
+  std::vector<std::pair<std::string, std::string>> axes = {{test_set, "The test set itself"}};
+  for (const LadderAxis& axis : ladders.axes) axes.emplace_back(axis.name, axis.title);
+  for (const AxisDetection& one : detections) {
+    if (one.axis == test_set) section.columns.emplace_back(one.solver);
+  }
+  for (const auto& [name, title] : axes) {
+    std::vector<Cell> row(section.columns.size());
+    row[0] = title;
+    bool climbed = false;
+    for (const AxisDetection& one : detections) {
+      if (one.axis != name) continue;
+      const auto column =
+          std::find_if(section.columns.begin() + 1, section.columns.end(),
+                       [&](const Column& candidate) { return candidate.title == one.solver; });
+      row[static_cast<std::size_t>(column - section.columns.begin())] =
+          rate_cell(one.counts.*count, one.counts.*total);
+      climbed = true;
+    }
+    if (climbed) section.rows.push_back(std::move(row));
+  }
+  return section;
+}
+
+}  // namespace
+
+DetectionCounts& DetectionCounts::operator+=(const DetectionCounts& other) {
+  failing += other.failing;
+  detected += other.detected;
+  good += other.good;
+  false_alarms += other.false_alarms;
+  suspect += other.suspect;
+  return *this;
+}
+
+std::optional<double> DetectionCounts::suspect_rate() const {
+  return rate(suspect, failing + good);
+}
+std::optional<double> DetectionCounts::detection_rate() const { return rate(detected, failing); }
+std::optional<double> DetectionCounts::false_alarm_rate() const { return rate(false_alarms, good); }
+
+DetectionCounts detection_at(const LadderLevel& level) {
+  DetectionCounts counts;
+  for (const JudgedFrame& frame : level.frames) {
+    const bool doubted = frame.status != FrameStatus::ok;
+    ++(frame.failed != 0 ? counts.failing : counts.good);
+    if (doubted) ++(frame.failed != 0 ? counts.detected : counts.false_alarms);
+    counts.suspect += frame.status == FrameStatus::suspect;
+  }
+  return counts;
+}
+
+std::vector<AxisDetection> detections_of(const std::vector<LadderOutcome>& outcomes) {
+  std::vector<AxisDetection> out;
+  for (const LadderOutcome& outcome : outcomes) {
+    if (!outcome.record) continue;
+    const std::string& solver = outcome.entry->label;
+    out.push_back({solver, test_set, detection_at(outcome.record->base)});
+    for (const LadderClimb& climb : outcome.record->axes) {
+      AxisDetection line{solver, climb.axis, {}};
+      for (const LadderLevel& level : climb.levels) line.counts += detection_at(level);
+      out.push_back(std::move(line));
+    }
+  }
+  return out;
+}
+
+TableSection detection_data(const std::vector<AxisDetection>& detections) {
+  TableSection section;
+  section.columns = {"solver",          "axis",
+                     "failing",         "detected",
+                     "detection_rate",  "detection_low",
+                     "detection_high",  "good",
+                     "false_alarms",    "false_alarm_rate",
+                     "false_alarm_low", "false_alarm_high"};
+  for (const AxisDetection& line : detections) {
+    std::vector<Cell>& cells = section.rows.emplace_back();
+    cells = {line.solver, line.axis};
+    add_rate(line.counts.detected, line.counts.failing, cells);
+    add_rate(line.counts.false_alarms, line.counts.good, cells);
+  }
+  return section;
+}
+
+namespace {
+
+/// What a reader of the table must know.
+std::vector<std::string> notes() {
+  return {
+      "A solver doubts a frame when it reports it as suspect, not converged or undefined. All "
+      "levels "
+      "of an axis are counted together, those of the bisection too; levels.csv has each by itself. "
+      "In brackets Wilson's 95 % interval, which takes frames as independent: the same scenes come "
+      "back at every level, so that the true interval of an axis is wider.",
+      "What the check cannot see: it knows the voltages and not the truth. A failure on a frame "
+      "that "
+      "is like those of the training (the validation set) passes unseen, as when voltages that are "
+      "in order give a wrong image because the contact is small, weak or near another, or because "
+      "the method or its parameter is at fault. A frame that is not doubted is an ordinary frame; "
+      "its image may be wrong all the same.",
+      "The check looks for frames unlike those that the solver was fitted for, not for images that "
+      "fail: doubt begins a little beyond the training's noise, or with the first fault, long "
+      "before "
+      "most solvers fail. So the false alarms on axes of noise and faults are many; the rate on "
+      "ordinary frames is the one of the test set itself.",
+      "On the axes of a parameter all frames are those of the test set; what is detected there is "
+      "mostly an iteration that did not converge or an image that is undefined.",
+      "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged without "
+      "them and is not doubted for them: where that image fails all the same, it passes unseen."};
+}
+
+}  // namespace
+
+Table detection_table(const std::string& title, const Ladders& ladders,
+                      const std::vector<AxisDetection>& detections) {
+  Table table;
+  table.title = title;
+  table.sections = {
+      detection_section("Detected: failing frames that the solver doubted, %", ladders, detections,
+                        &DetectionCounts::detected, &DetectionCounts::failing),
+      detection_section("False alarms: frames that did not fail and were doubted, %", ladders,
+                        detections, &DetectionCounts::false_alarms, &DetectionCounts::good)};
+  table.legend = notes();
+  return table;
+}
+
+}  // namespace ertbench

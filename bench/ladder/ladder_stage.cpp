@@ -1,0 +1,302 @@
+#include "bench/ladder/ladder_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "bench/ladder/ladder_report.h"
+#include "bench/record/record_file.h"
+#include "bench/run/datasets.h"
+#include "bench/run/job_runner.h"
+#include "core/errors.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/scene_model.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int halvings = 6;
+
+/// A test set, or a part of one, in memory.
+struct TestBlock {
+  Frames changes;       ///< [frames, channels] V, from the recorded reference
+  Images conductivity;  ///< [frames, pixels] S/m, the truth
+  std::vector<Scene> scenes;
+};
+
+/// Makes test sets; the forward models are kept.
+class TestBlocks {
+ public:
+  TestBlock make(const DatasetSpec& spec, std::uint64_t first, std::uint64_t count) {
+    const auto model = models_.try_emplace(text_of(spec.model), spec.sensor, spec.model).first;
+    DatasetBlock block = generate_block(spec, model->second, first, count);
+    const Eigen::VectorXd reference =
+        recorded_reference(spec.faults, model->second.reference_voltages());
+    return {block.voltages.rowwise() - reference.transpose(), std::move(block.conductivity),
+            std::move(block.truths)};
+  }
+
+ private:
+  std::map<std::string, SceneModel> models_;  ///< by text_of their model
+};
+
+/// Images of the block; those that are not usable are NaN.
+Images images_of(const Solver& solver, const Sensor& sensor, const TestBlock& block,
+                 std::vector<FrameReport>& reports) {
+  Images images(block.changes.rows(), sensor.pixels());
+  reports.assign(static_cast<std::size_t>(images.rows()), {});
+  solver.reconstruct(block.changes, images, reports);
+  return images;
+}
+
+double severity(const JudgedFrame& frame, FailureKind kind) {
+  switch (kind) {
+    case FailureKind::worse_than_nothing:
+      return frame.error.value_or(0);
+    case FailureKind::misplaced:
+      return frame.distance.value_or(0);
+    case FailureKind::ghost:
+      return frame.peak.value_or(0);
+    case FailureKind::undefined:
+      break;
+  }
+  return 0;
+}
+
+/// The level to show: where the limit is first exceeded, else the one with the most failures.
+const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<LadderLevel>& levels,
+                                 double limit) {
+  const LadderLevel* worst = nullptr;
+  for (const LadderLevel& level : levels) {
+    if (level.frames.empty()) continue;
+    if (!axis.categories && level.share() > limit) return &level;
+    if (level.share() > (worst ? worst->share() : 0)) worst = &level;
+  }
+  return worst;
+}
+
+class Climber {
+ public:
+  /// `base`: the test set that all levels are variants of.
+  Climber(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
+          const Cache& cache, SolverRegistry& registry, int threads,
+          const std::filesystem::path& progress_file)
+      : recipe_(recipe),
+        ladders_(ladders),
+        base_(base),
+        cache_(cache),
+        registry_(registry),
+        threads_(threads),
+        progress_path_(progress_file),
+        base_block_(blocks_.make(base_, 0, base_.count)),
+        fitted_(fitted_solver(recipe_, cache, registry, threads, progress_path_)),
+        progress_(progress_path_) {
+    for (const LadderAxis& axis : ladders_.axes) {
+      if (axis.concerns(recipe_.entry)) total_ += axis.levels.size();
+    }
+  }
+
+  LadderRecord run() {
+    LadderRecord record;
+    record.base = judged(*fitted_.solver, base_block_, Level());
+    for (const LadderAxis& axis : ladders_.axes) {
+      if (axis.concerns(recipe_.entry)) record.axes.push_back(climb(axis));
+    }
+    return record;
+  }
+
+ private:
+  LadderClimb climb(const LadderAxis& axis) {
+    const double limit = ladders_.failure.share;
+    std::uint64_t own = 0;
+    LadderClimb out{axis.name, {}, std::nullopt};
+    out.levels = climb_ladder(axis, limit, [&](const Level& level) {
+      progress_.update(done_ + std::min<std::uint64_t>(own++, axis.levels.size()), total_,
+                       axis.name + " " + level.text());
+      return evaluate(axis, level);
+    });
+    done_ += axis.levels.size();
+    if (const LadderLevel* level = telling_level(axis, out.levels, limit)) {
+      out.worst = worst_of(axis, *level);
+    }
+    return out;
+  }
+
+  LadderLevel evaluate(const LadderAxis& axis, const Level& level) {
+    if (!axis.of_parameter()) {
+      const DatasetSpec spec = dataset_at(ladders_, recipe_.sensor, axis, level);
+      return judged(*fitted_.solver, blocks_.make(spec, 0, spec.count), level);
+    }
+    try {
+      return judged(*refitted(axis, level), base_block_, level);
+    } catch (const std::exception& error) {
+      return {level, {}, error.what()};
+    }
+  }
+
+  LadderLevel judged(const Solver& solver, const TestBlock& block, const Level& level) const {
+    std::vector<FrameReport> reports;
+    const Images images = images_of(solver, recipe_.sensor, block, reports);
+    LadderLevel out{level, {}, ""};
+    for (Eigen::Index i = 0; i < images.rows(); ++i) {
+      const auto f = static_cast<std::size_t>(i);
+      out.frames.push_back(judge(recipe_.sensor, ladders_.failure, block.scenes[f],
+                                 block.conductivity.row(i), images.row(i), reports[f].status));
+    }
+    return out;
+  }
+
+  /// The solver with the level's parameter, or trained on the level's training set.
+  std::unique_ptr<Solver> refitted(const LadderAxis& axis, const Level& level) {
+    FitRecipe recipe = recipe_;
+    recipe.entry = entry_at(recipe_.entry, axis, level);
+    recipe.training = training_at(ladders_, recipe_.sensor, axis, level);
+    if (recipe.training) ensure_dataset(*recipe.training, cache_, threads_);
+    return fitted_solver(recipe, cache_, registry_, threads_, progress_path_).solver;
+  }
+
+  WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
+    WorstFrame worst;
+    worst.level = level.level;
+    // Most frames that fail are worse than nothing too: what else they are tells more.
+    worst.kind = FailureKind::worse_than_nothing;
+    for (const FailureKind kind : kFailureKinds) {
+      if (2 * level.count(kind) > level.count(worst.kind)) worst.kind = kind;
+    }
+    double most = -1;
+    for (std::size_t f = 0; f < level.frames.size(); ++f) {
+      const JudgedFrame& frame = level.frames[f];
+      if (!frame.has(worst.kind) || severity(frame, worst.kind) <= most) continue;
+      most = severity(frame, worst.kind);
+      worst.frame = static_cast<int>(f);
+      worst.judged = frame;
+    }
+    const auto index = static_cast<std::uint64_t>(worst.frame);
+    const DatasetSpec spec =
+        axis.of_parameter() ? base_ : dataset_at(ladders_, recipe_.sensor, axis, level.level);
+    const TestBlock block = blocks_.make(spec, index, 1);
+    const std::unique_ptr<Solver> other =
+        axis.of_parameter() ? refitted(axis, level.level) : nullptr;
+    std::vector<FrameReport> reports;
+    worst.change =
+        images_of(other ? *other : *fitted_.solver, recipe_.sensor, block, reports).row(0);
+    worst.conductivity = block.conductivity.row(0);
+    return worst;
+  }
+
+  const FitRecipe& recipe_;
+  const Ladders& ladders_;
+  const DatasetSpec& base_;
+  const Cache& cache_;
+  SolverRegistry& registry_;
+  int threads_;
+  std::filesystem::path progress_path_;
+  TestBlocks blocks_;
+  TestBlock base_block_;
+  FittedSolver fitted_;
+  ProgressFile progress_;
+  std::uint64_t done_ = 0;  ///< levels of the file
+  std::uint64_t total_ = 0;
+};
+
+}  // namespace
+
+std::vector<LadderLevel> climb_ladder(
+    const LadderAxis& axis, double limit,
+    const std::function<LadderLevel(const Level& level)>& evaluate) {
+  std::vector<LadderLevel> levels;
+  for (const Level& level : axis.levels) levels.push_back(evaluate(level));
+  if (axis.categories || axis.of_parameter()) return levels;
+  const auto exceeds = [&](const LadderLevel& level) { return level.share() > limit; };
+  auto severe = std::find_if(levels.begin(), levels.end(), exceeds);
+  if (severe == levels.begin() || severe == levels.end()) return levels;
+  for (int i = 0; axis.integer || i < halvings; ++i) {
+    const double a = std::prev(severe)->level.number();
+    const double b = severe->level.number();
+    if (axis.integer && std::abs(b - a) <= 1) break;
+    const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
+    // On a logarithmic axis the whole number below the middle may be an end.
+    const long whole = std::clamp(std::lround(std::floor(middle)), std::lround(std::min(a, b)) + 1,
+                                  std::lround(std::max(a, b)) - 1);
+    const Level value = axis.integer ? Level(nlohmann::json(whole)) : Level(middle);
+    severe = levels.insert(severe, evaluate(value));
+    if (!exceeds(*severe)) ++severe;
+  }
+  return levels;
+}
+
+LadderRecord climb_ladders(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
+                           const Cache& cache, SolverRegistry& registry, int threads,
+                           const std::filesystem::path& progress_file) {
+  return Climber(recipe, ladders, base, cache, registry, threads, progress_file).run();
+}
+
+namespace {
+
+const DatasetSpec& base_of(const Experiment& experiment) {
+  return *experiment.find_dataset(experiment.ladders->dataset);
+}
+
+}  // namespace
+
+std::string LadderStage::name() const { return "ladders"; }
+
+std::string LadderStage::noun() const { return "trial"; }
+
+std::vector<Job> LadderStage::jobs(const Experiment& experiment) const {
+  std::vector<Job> jobs;
+  for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
+  return jobs;
+}
+
+std::vector<Job> LadderStage::due(const Experiment& experiment,
+                                  const ExperimentResults& results) const {
+  if (!experiment.ladders) return {};
+  std::vector<Job> due = jobs(experiment);
+  std::erase_if(
+      due, [&](const Job& job) { return results.labels.at(job.entry->label).scored != job.entry; });
+  return due;
+}
+
+std::string LadderStage::key(const Experiment& experiment, const Job& job) const {
+  return ladder_key(fit_recipe(experiment, *job.entry), *experiment.ladders, base_of(experiment));
+}
+
+nlohmann::json LadderStage::run(const Job& job, const JobContext& context) const {
+  const Experiment& experiment = context.experiment;
+  return to_json(climb_ladders(fit_recipe(experiment, *job.entry), *experiment.ladders,
+                               base_of(experiment), context.cache, context.registry,
+                               context.threads, context.progress_file));
+}
+
+void LadderStage::check(const Experiment&, const nlohmann::json& record) const {
+  ladder_record_from_json(record);
+}
+
+void LadderStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,
+                          ExperimentResults& results) const {
+  if (!experiment.ladders) return;
+  for (const std::span<const SolverEntry> entries : experiment.rows()) {
+    const LabelOutcome& label = results.labels.at(entries.front().label);
+    LadderOutcome& outcome = results.ladders.emplace_back();
+    outcome.entry = label.scored ? label.scored : &entries.front();
+    outcome.failure = label.failure;
+    if (!label.scored) continue;
+    const Job job = job_of(*this, *label.scored);
+    if (const auto record = records.read(job)) {
+      outcome.record = ladder_record_from_json(*record);
+    } else {
+      outcome.failure = records.why_missing(job).text();
+    }
+  }
+}
+
+std::vector<ReportSection> LadderStage::report(const Experiment& experiment,
+                                               const ExperimentResults& results,
+                                               const std::filesystem::path& folder) const {
+  return write_ladder_results(experiment, results.ladders, results.builds, folder);
+}
+
+}  // namespace ertbench

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/solver_entry.h"
+#include "bench/record/result_row.h"
+#include "bench/score/image_contacts.h"
+#include "bench/score/metrics.h"
+#include "core/arrays.h"
+#include "solvers/solver.h"
+
+namespace ertbench {
+
+/// `{"contacts": [[x_mm, y_mm, strength, peak, area_mm2], ...], "peak", "sum", "centroid_mm": [x,
+/// y], "centroid25_mm": [x, y], "explained"}` in the units of FrameReading; null where there is no
+/// value.
+nlohmann::json to_json(const FrameReading& reading);
+
+/// The inverse, of a list of them. Throws an exception of any kind where the JSON is none.
+std::vector<FrameReading> frame_readings_from_json(const nlohmann::json& list);
+
+/// Raised whenever the same images would score otherwise; part of the keys of accuracy and timing.
+/// A metric more needs no other version: the key of what was scored holds the metrics' names.
+inline constexpr int metrics_version = 1;
+
+/// What one trial did on one test set.
+struct ScoredSet {
+  ResultRow row;
+  std::vector<FrameMetrics> frames;
+  std::vector<FrameStatus> statuses;  ///< [frames]
+  /// [frames], where the experiment keeps them; else empty.
+  std::vector<FrameReading> readings;
+};
+
+/// `{"schema", "key", "fit_s", "fit_report": {"status", "message"}, "rows", "frames": {dataset:
+/// {metric: [values], "status", "reasons", "iterations", "gap"}}, "figure_images": [[S/m]]}`; where
+/// sizes are chosen on it, the validation set is the last of the datasets. Where the experiment
+/// keeps contacts, a dataset has its "readings" (frame_reading_record.h) too.
+struct AccuracyRecord {
+  std::vector<ScoredSet> sets;  ///< of each test set; the rows' statuses are the fit report's
+  std::optional<ScoredSet> validation;
+  Images figure_images;  ///< [figure scenes, pixels] S/m
+};
+
+/// What there is in a record besides what every one has.
+struct AccuracyContent {
+  bool validation = false;         ///< the validation set is scored as well
+  std::vector<int> figure_scenes;  ///< whose images are kept
+  ContactSettings contacts;        ///< by which contacts are read and scored
+  bool keep_contacts = false;      ///< what was read out of each image is kept
+  bool keep_explained = false;     ///< and what each image explains of its voltages
+};
+
+/// What determines the record: the solver, the test sets and the content.
+std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
+                         const AccuracyContent& content);
+
+/// Throws an exception of any kind where the JSON is not such a record. `source` names the file.
+AccuracyRecord accuracy_record_from_json(const nlohmann::json& record, bool validation, int pixels,
+                                         const std::string& source);
+
+/// What the clock said on one test set.
+struct MeasuredTimes {
+  LatencySummary latency_us;
+  double frames_per_s = 0;  ///< median of the rounds
+  int batch = 0;            ///< frames in a call where the throughput was measured
+};
+
+/// Of each round `{"schema", "key", "timing": {dataset: {"latency_us": [every frame],
+/// "frames_per_s", "batch", "pipe_us": [every frame through Solver::transport, if any]}},
+/// "calibration_us", "peak_rss_mb", "place"}`, put together.
+struct TimingRecord {
+  std::map<std::string, MeasuredTimes> sets;  ///< by test set
+  double calibration_us = 0;                  ///< median of the rounds
+  double peak_rss_mb = 0;                     ///< largest of the rounds
+  TimingPlace place;                          ///< the first round's, with the busiest load
+};
+
+/// The latency of one round in units of what calibration_us() took just before it, in the same
+/// process: whatever clock rate the processor had then, both had. Of frames under a millisecond the
+/// median counts; a longer one is seldom left alone on a busy machine, and the fastest counts.
+double relative_latency(double median_us, double fastest_us, double calibration_us);
+
+/// What determines the record of a round, whichever it is: the solver, the test sets, how the clock
+/// is used. The processor is no part of it; it stands in the record.
+std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
+                       const TimingSettings& timing);
+
+/// Where a round was measured. Throws an exception of any kind where it does not say.
+TimingPlace timing_place_of(const nlohmann::json& round);
+nlohmann::json to_json(const TimingPlace& place);
+
+/// Puts all rounds together, one at least. Throws an exception of any kind where one is not such a
+/// record.
+TimingRecord timing_record_from_json(const std::vector<nlohmann::json>& rounds);
+
+}  // namespace ertbench

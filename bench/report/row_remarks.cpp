@@ -1,0 +1,101 @@
+#include "bench/report/row_remarks.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "core/text.h"
+
+namespace ertbench {
+
+std::optional<double> published_value(const PublishedTable& published, const ResultRow& row,
+                                      Metric metric) {
+  const auto& sets = published.datasets;
+  if (!sets.empty() && std::find(sets.begin(), sets.end(), row.dataset) == sets.end()) {
+    return std::nullopt;
+  }
+  for (const PublishedRow& candidate : published.rows) {
+    if (candidate.label == row.label) return candidate.values[metric];
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+/// Of each label its first row that was timed.
+std::vector<const ResultRow*> timed_labels(std::span<const ResultRow> rows) {
+  std::vector<const ResultRow*> out;
+  std::set<std::string> known;
+  for (const ResultRow& row : rows) {
+    if (row.timed_on && known.insert(row.label).second) out.push_back(&row);
+  }
+  return out;
+}
+
+/// A solver in a process of its own works where its trial waits, and is counted there among the
+/// others: up to one core of them is its own.
+double disturbing_cores(const ResultRow& row) {
+  const bool own_process = row.latency_us && row.latency_us->pipe;
+  return row.timed_on->busy_cores - (own_process ? 1 : 0);
+}
+
+void append(const std::string& text, std::string& list) {
+  list += (list.empty() ? "" : ", ") + text;
+}
+
+}  // namespace
+
+bool worse_than_no_contact(const ResultRow& row, std::span<const ResultRow> rows) {
+  constexpr double rounding = 1e-9;
+  const auto& error = row.metrics[Metric::relative_error].mean;
+  if (!error || row.type == "no-contact" || row.type == "truth") return false;
+  const auto other = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& one) {
+    return one.type == "no-contact" && one.dataset == row.dataset;
+  });
+  if (other == rows.end()) return false;
+  const auto& nothing = other->metrics[Metric::relative_error].mean;
+  return nothing && *error > *nothing * (1 + rounding);
+}
+
+std::string usual_processor(std::span<const ResultRow> rows) {
+  std::map<std::string, int> counts;
+  std::string usual;
+  for (const ResultRow* row : timed_labels(rows)) ++counts[row->timed_on->cpu];
+  for (const ResultRow* row : timed_labels(rows)) {
+    const std::string& cpu = row->timed_on->cpu;
+    if (usual.empty() || counts[cpu] > counts[usual]) usual = cpu;
+  }
+  return usual;
+}
+
+bool timed_elsewhere(const ResultRow& row, const std::string& usual) {
+  return row.timed_on && row.timed_on->cpu != usual;
+}
+
+std::vector<std::string> timing_remarks(std::span<const ResultRow> rows) {
+  const std::string usual = usual_processor(rows);
+  std::string elsewhere;
+  std::string busy;
+  for (const ResultRow* row : timed_labels(rows)) {
+    const TimingPlace& place = *row->timed_on;
+    const std::string label = printable(row->label);
+    if (place.cpu != usual) append(label + " (" + printable(place.cpu) + ")", elsewhere);
+    if (const double cores = disturbing_cores(*row); cores >= least_disturbing_cores) {
+      append(label + " (" + fixed(cores, 1) + ")", busy);
+    }
+  }
+  std::vector<std::string> out;
+  if (!elsewhere.empty()) {
+    out.push_back("†: timed on another processor than the other rows (" + printable(usual) +
+                  "), with whose times these must not be compared: " + elsewhere + ".");
+  }
+  if (!busy.empty()) {
+    out.push_back(
+        "timed while other processes kept cores of the machine busy (so many of them on the "
+        "average of the busiest round), which lengthens p99 above all: " +
+        busy + ". On an idle machine `--fresh` times them again.");
+  }
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,234 @@
+#include "bench/run/experiment_report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "bench/report/chart.h"
+#include "bench/report/result_table.h"
+#include "core/json.h"
+
+namespace ertbench {
+namespace {
+
+std::string range_text(const std::pair<double, double>& interval) {
+  char text[64];
+  if (interval.first == interval.second) {
+    std::snprintf(text, sizeof text, "%g", interval.first);
+  } else {
+    std::snprintf(text, sizeof text, "%g to %g", interval.first, interval.second);
+  }
+  return text;
+}
+
+std::string added_noise_text(const Noise& noise) {
+  char snr[64];
+  std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *noise.snr_db, name_of(noise.basis));
+  return snr;
+}
+
+std::string measured_description(const DatasetSpec& spec) {
+  const MeasuredFrames& frames = *spec.measured();
+  std::string text = std::to_string(spec.count) + " frames of " + frames.name + " (checksum " +
+                     frames.checksum + "), rows " + std::to_string(frames.first) + " to " +
+                     std::to_string(frames.last - 1);
+  if (const auto& fold = frames.fold) {
+    text += ", of fold " + std::to_string(fold->number + 1) + " of " + std::to_string(fold->count) +
+            (fold->held_out ? " the part held out" : " the rest");
+  }
+  if (!frames.truth.places) text += "; where contacts are is not known";
+  if (!frames.truth.images) text += "; true images are not known";
+  if (spec.noise.snr_db) text += "; noise that trainings add, " + added_noise_text(spec.noise);
+  return text;
+}
+
+}  // namespace
+
+std::string description(const DatasetSpec& spec) {
+  if (spec.measured()) return measured_description(spec);
+  std::string text = std::to_string(spec.count) + " scenes, ";
+  if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
+    std::string shapes;
+    for (const DrawnShape shape : d->shapes) {
+      shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
+    }
+    text += range_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
+            range_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() + "), conductivity " +
+            range_text(d->conductivity_ratio) + " of the background, placed " +
+            (d->inside ? "inside the sheet" : "with their centres inside the sheet");
+  } else {
+    text += "listed in the experiment";
+  }
+  if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
+    text += "; voltages from a " + std::to_string(grid->side) + " x " + std::to_string(grid->side) +
+            " grid" + (grid->side == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  } else {
+    char fraction[64];
+    std::snprintf(fraction, sizeof fraction, "%g",
+                  std::get<ContinuousSheet>(spec.model).model_error);
+    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
+  }
+  if (spec.noise.snr_db) {
+    text += added_noise_text(spec.noise);
+  } else {
+    text += "no noise";
+  }
+  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
+  return text + "; seed " + std::to_string(spec.seed);
+}
+
+namespace {
+
+using nlohmann::json;
+
+ReportSection results_section(TableSection table) {
+  ReportSection section;
+  section.title = "Results: " + table.caption;
+  section.text = table.text;
+  section.notes = table.notes;
+  table.caption = "Test set " + table.caption;
+  section.tables = {std::move(table)};
+  return section;
+}
+
+ReportSection reading_section(const std::vector<std::string>& legend) {
+  ReportSection section;
+  section.title = "How to read the tables";
+  section.text =
+      "Beside this page: the same tables as table.md, table.csv (all digits) and table.tex; "
+      "summary.json with the parameters in use and the medians; a record of every frame.";
+  section.notes = legend;
+  return section;
+}
+
+/// Charts without a section of their own share one.
+std::vector<ReportSection> chart_sections(const Experiment& experiment,
+                                          const std::vector<ResultRow>& rows,
+                                          const std::filesystem::path& folder) {
+  ReportSection shared;
+  shared.title = "Charts";
+  std::vector<ReportSection> sections;
+  for (const auto& chart : experiment.charts) {
+    const ReportFigure figure{chart->name(), folder / (chart->name() + ".svg"), chart->caption()};
+    if (chart->section().empty()) {
+      shared.figures.push_back(figure);
+      continue;
+    }
+    ReportSection own;
+    own.title = chart->section();
+    own.text = chart->notes(rows);
+    own.tables = chart->tables(rows);
+    own.figures = {figure};
+    sections.push_back(own);
+  }
+  if (!shared.figures.empty()) sections.insert(sections.begin(), shared);
+  return sections;
+}
+
+ReportSection reconstructions_section(const Experiment& experiment,
+                                      const std::filesystem::path& folder) {
+  ReportSection section;
+  section.title = "Reconstructions";
+  section.figures = {{"True images and reconstructions", folder / "reconstructions.svg",
+                      "scenes of the test set " + experiment.tests.front().name +
+                          ", below each image its relative error of δσ"}};
+  return section;
+}
+
+ReportSection training_section(const std::vector<ReportFigure>& curves) {
+  ReportSection section;
+  section.title = "Training curves";
+  section.text = "All values of each epoch are in training/, a CSV file for each training run.";
+  section.collapsed = true;
+  section.figures = curves;
+  return section;
+}
+
+std::string value_text(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_object()) return json_text(value);
+  std::string out;
+  for (const auto& [key, part] : value.items()) {
+    out += (out.empty() ? "" : ", ") + key + " " + value_text(part);
+  }
+  return out;
+}
+
+/// "1, 2, 3" of each label that was trained more than once.
+std::string training_seeds(const std::vector<ResultRow>& rows, const std::string& dataset) {
+  std::string out;
+  for (const ResultRow& row : rows) {
+    if (!row.seeds || row.dataset != dataset) continue;
+    std::string seeds;
+    for (const int seed : row.seeds->values) {
+      seeds += (seeds.empty() ? "" : ", ") + std::to_string(seed);
+    }
+    out += (out.empty() ? "" : "; ") + row.label + ": " + seeds;
+  }
+  return out;
+}
+
+/// JSON with a line for each setting of each dataset.
+std::string recipes_text(const json& datasets) {
+  std::string out;
+  for (const auto& [name, recipe] : datasets.items()) {
+    out += (out.empty() ? "{\n" : ",\n") + json_text(name) + ": {";
+    const char* separator = "\n  ";
+    for (const auto& [key, value] : recipe.items()) {
+      out += separator + json_text(key) + ": " + json_text(value);
+      separator = ",\n  ";
+    }
+    out += "\n}";
+  }
+  return out + "\n}";
+}
+
+std::vector<ReportSection> provenance_sections(const Experiment& experiment,
+                                               const std::vector<ResultRow>& rows,
+                                               const json& provenance) {
+  ReportSection origin;
+  origin.title = "Provenance";
+  TableSection table;
+  table.caption = "What the numbers were made with";
+  table.columns = {{"what", Align::left}, {"value", Align::left}};
+  for (const auto& [key, value] : provenance.items()) {
+    if (key == "datasets") continue;
+    table.rows.push_back({key == "seeds" ? "seeds of datasets" : key, value_text(value)});
+    const std::string trained = training_seeds(rows, experiment.tests.front().name);
+    if (key == "seeds" && !trained.empty()) table.rows.push_back({"seeds of training", trained});
+  }
+  origin.tables = {table};
+  ReportSection recipes;
+  recipes.title = "Recipes of the datasets";
+  recipes.code = recipes_text(provenance.at("datasets"));
+  recipes.collapsed = true;
+  return {origin, recipes};
+}
+
+}  // namespace
+
+Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                 const TableText& text, const std::vector<ReportFigure>& training_curves,
+                 const std::vector<ReportSection>& ladders, const json& provenance,
+                 const std::filesystem::path& folder) {
+  Report report;
+  report.title = experiment.title;
+  if (experiment.question != experiment.title) report.question = experiment.question;
+  const auto append = [&](const std::vector<ReportSection>& sections) {
+    report.sections.insert(report.sections.end(), sections.begin(), sections.end());
+  };
+  const Table results = result_table(rows, text);
+  for (const TableSection& table : results.sections) append({results_section(table)});
+  append({reading_section(results.legend)});
+  append(ladders);
+  append(chart_sections(experiment, rows, folder));
+  if (!experiment.figure_scenes.empty()) append({reconstructions_section(experiment, folder)});
+  if (!training_curves.empty()) append({training_section(training_curves)});
+  append(provenance_sections(experiment, rows, provenance));
+  ReportSection again;
+  again.title = "To make it again";
+  again.code = text.command;
+  append({again});
+  return report;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,333 @@
+#include "bench/run/results.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "bench/plot/canvas.h"
+#include "bench/record/record_file.h"
+#include "bench/report/chart.h"
+#include "bench/report/differences.h"
+#include "bench/report/reconstruction_figure.h"
+#include "bench/report/result_table.h"
+#include "bench/report/row_remarks.h"
+#include "bench/run/experiment_report.h"
+#include "bench/score/metrics.h"
+#include "bench/table/table.h"
+#include "bench/training/training_chart.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "core/text.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Nothing where the file is no longer there.
+MissedPromise missed_promise_in(const fs::path& file, const DatasetSpec& spec) {
+  if (!fs::exists(file)) return {};
+  return missed_promise(spec, DatasetFile(file));
+}
+
+/// Truth of the figure's scenes and the column of every solver.
+bool draw_figure(const Experiment& experiment, const Cache& cache, const ExperimentResults& results,
+                 const fs::path& folder) {
+  if (experiment.figure_scenes.empty()) return true;
+  const DatasetSpec& test = experiment.tests.front();
+  const DatasetFile set = cache.open_dataset(test);
+  const auto count = static_cast<Eigen::Index>(experiment.figure_scenes.size());
+  ReconstructionFigure figure;
+  figure.sensor = experiment.sensor;
+  figure.truth_is_known = set.truth().images || set.truth().places;
+  figure.conductivity.resize(count, experiment.sensor.pixels());
+  std::vector<Scene> scenes;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const int scene = experiment.figure_scenes[static_cast<std::size_t>(i)];
+    const auto index = static_cast<std::uint64_t>(scene);
+    figure.conductivity.row(i) = set.conductivity(index, 1);
+    scenes.push_back(set.scenes(index, 1).front());
+    figure.row_labels.push_back("scene " + std::to_string(scene));
+  }
+  for (const auto& trials : experiment.rows()) {
+    FigureColumn column;
+    column.label = trials.front().label;
+    const auto images = results.images.find(column.label);
+    if (images != results.images.end()) {
+      column.changes = images->second;
+      for (Eigen::Index i = 0; set.truth().images && i < count; ++i) {
+        column.errors.push_back(frame_metric(Metric::relative_error, experiment.sensor,
+                                             figure.conductivity.row(i), column.changes.row(i),
+                                             scenes[static_cast<std::size_t>(i)]));
+      }
+    } else {
+      const auto row = std::find_if(results.rows.begin(), results.rows.end(),
+                                    [&](const ResultRow& r) { return r.label == column.label; });
+      column.failure = row == results.rows.end() ? "not run" : row->status;
+    }
+    figure.columns.push_back(std::move(column));
+  }
+  const fs::path stem = folder / "reconstructions";
+  return draw_or_say(stem, [&] { draw_reconstruction_figure(figure, stem); });
+}
+
+/// The figures of the stages that could not be drawn, by their files' names.
+std::vector<std::string> undrawn_of(const std::vector<ReportSection>& sections) {
+  std::vector<std::string> names;
+  for (const ReportSection& section : sections) {
+    for (const ReportFigure& figure : section.figures) {
+      if (!figure.drawn) names.push_back(figure.svg.stem().string());
+    }
+  }
+  return names;
+}
+
+/// differences.csv and differences.md, where there are two rows to compare.
+void write_differences(const ExperimentResults& results, const fs::path& folder) {
+  std::vector<MeanDifference> differences;
+  for (const ScoredLabels& scored : results.frames) {
+    const std::vector<MeanDifference> of_set = mean_differences(scored);
+    differences.insert(differences.end(), of_set.begin(), of_set.end());
+  }
+  if (differences.empty()) return;
+  write_file_atomically(folder / "differences.csv", csv_of(difference_data(differences)));
+  write_file_atomically(folder / "differences.md", markdown_of(difference_table(differences)));
+}
+
+/// What stands around the tables of a result, but for the builds.
+TableText table_text(const Experiment& experiment, const nlohmann::json& summary) {
+  TableText text;
+  text.title = experiment.title;
+  text.published = experiment.published;
+  text.command = summary.at("command");
+  const auto missed = summary.find("missed_promises");
+  for (const DatasetSpec& test : experiment.tests) {
+    std::string& sentence = text.dataset_descriptions[test.name] = description(test);
+    if (missed != summary.end() && missed->contains(test.name)) {
+      sentence += "; " + missed->at(test.name).at("sentence").get<std::string>();
+    }
+  }
+  return text;
+}
+
+/// What the page has beside the rows, their tables and charts.
+struct BesideRows {
+  std::vector<ReportFigure> training_curves;
+  std::vector<ReportSection> sections;
+  std::vector<std::string> undrawn;  ///< figures that could not be drawn
+};
+
+/// The tables, the charts, the page and summary.json. Returns how many figures could not be drawn.
+std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                       const TableText& text, BesideRows beside, nlohmann::json summary,
+                       const fs::path& folder) {
+  summary["rows"] = nlohmann::json::array();
+  for (const ResultRow& row : rows) summary["rows"].push_back(to_json(row));
+  const Table table = result_table(rows, text);
+  write_file_atomically(folder / "table.md", markdown_of(table));
+  write_file_atomically(folder / "table.csv", csv_of(result_data(rows, experiment.published)));
+  write_file_atomically(folder / "table.tex", latex_of(table));
+  for (const auto& chart : experiment.charts) {
+    const bool drawn =
+        draw_or_say(folder / chart->name(), [&] { chart->draw(rows, experiment.title, folder); });
+    if (!drawn) beside.undrawn.push_back(chart->name());
+    chart->summarise(rows, summary);
+  }
+  summary.erase("undrawn");
+  if (!beside.undrawn.empty()) summary["undrawn"] = beside.undrawn;
+  const Report report = report_of(experiment, rows, text, beside.training_curves, beside.sections,
+                                  summary.at("provenance"), folder);
+  write_file_atomically(folder / "report.html", report_html(report));
+  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
+  return beside.undrawn.size();
+}
+
+/// Each once, in the order of the alphabet, as ExperimentResults::training has them.
+std::set<std::string> labels_of(const std::vector<ResultRow>& rows) {
+  std::set<std::string> labels;
+  for (const ResultRow& row : rows) labels.insert(row.label);
+  return labels;
+}
+
+Builds builds_from_json(const nlohmann::json& json) {
+  Builds builds;
+  for (const auto& [what, stamps] : json.items()) {
+    for (const nlohmann::json& stamp : stamps) {
+      if (const auto build = build_stamp_from_json(stamp)) builds[what].push_back(*build);
+    }
+  }
+  return builds;
+}
+
+}  // namespace
+
+std::size_t write_results(const Experiment& experiment, const Cache& cache,
+                          const ExperimentResults& results,
+                          const std::vector<ReportSection>& sections, const fs::path& folder) {
+  nlohmann::json summary = {
+      {"schema", 1},
+      {"experiment", experiment.name},
+      {"title", experiment.title},
+      {"question", experiment.question},
+      {"command", results.command.empty()
+                      ? "./ertbench run " + printable_path(experiment.file.string())
+                      : results.command},
+      {"provenance", provenance(experiment, results.jobs, results.measured)},
+      {"builds", to_json(results.builds)}};
+  if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
+  for (const DatasetSpec& test : experiment.tests) {
+    const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
+    if (missed.scenes == 0) continue;
+    summary["missed_promises"][test.name] = {{"scenes", missed.scenes},
+                                             {"of", missed.of},
+                                             {"model_error", missed.model_error},
+                                             {"largest_error", missed.largest_error},
+                                             {"sentence", missed.sentence()}};
+  }
+  TableText text = table_text(experiment, summary);
+  text.builds = results.builds;
+  std::vector<std::string> undrawn = undrawn_of(sections);
+  if (!draw_figure(experiment, cache, results, folder)) undrawn.emplace_back("reconstructions");
+  write_differences(results, folder);
+  std::vector<ReportFigure> training_curves;
+  for (const auto& [label, sources] : results.training) {
+    const auto figure = write_training_results(label, sources, folder / "training");
+    if (!figure) continue;
+    if (!figure->drawn) undrawn.push_back("training/" + label);
+    training_curves.push_back(*figure);
+  }
+  for (const StudyOutcome& study : results.studies) {
+    summary["studies"][study.name] = study.result->summary();
+    summary["studies"][study.name]["type"] = study.type;
+  }
+  return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,
+                    folder);
+}
+
+std::size_t rewrite_results(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                            const std::string& clocks, nlohmann::json summary,
+                            const fs::path& folder) {
+  TableText text = table_text(experiment, summary);
+  text.builds = builds_from_json(summary.at("builds"));
+  if (!clocks.empty()) text.builds.erase("timing");  // it says it
+  text.clocks = clocks;
+  std::vector<ReportFigure> training_curves;
+  for (const std::string& label : labels_of(rows)) {
+    if (const auto figure = training_figure(label, folder / "training")) {
+      training_curves.push_back(*figure);
+    }
+  }
+  return write_rows(experiment, rows, text, {training_curves, {}, {}}, std::move(summary), folder);
+}
+
+std::size_t report_results(const Experiment& experiment, const Cache& cache,
+                           const ExperimentResults& results,
+                           const std::vector<ReportSection>& sections, const fs::path& folder) {
+  const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
+  std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
+              printable_path(folder.string()).c_str());
+  return undrawn;
+}
+
+namespace {
+
+std::vector<Column> data_columns() {
+  std::vector<Column> out = {"dataset",
+                             "label",
+                             "type",
+                             "status",
+                             "message",
+                             "frames",
+                             "undefined_frames",
+                             "frames_not_converged",
+                             "suspect_frames"};
+  for (const MetricEntry& entry : kMetricTable) {
+    const auto add = [&](const char* part) { out.emplace_back(entry.name + std::string(part)); };
+    for (const char* part : {"_mean", "_low", "_high", "_median", "_median_low", "_median_high",
+                             "_count", "_undefined", "_seed_deviation"}) {
+      add(part);
+    }
+    if (!entry.published) continue;
+    add("_paper");
+    add("_difference");
+  }
+  for (const char* title : {"relative_error_over_limit", "relative_error_over_limit_low",
+                            "relative_error_over_limit_high", "latency_p50_us", "latency_p99_us",
+                            "latency_max_us", "latency_pipe_us", "frames_per_s", "throughput_batch",
+                            "fit_s", "peak_rss_mb", "seeds", "sweep", "parameters"}) {
+    out.emplace_back(title);
+  }
+  return out;
+}
+
+std::string seeds_of(const ResultRow& row) {
+  std::string out;
+  if (!row.seeds) return out;
+  for (const int seed : row.seeds->values) out += (out.empty() ? "" : " ") + std::to_string(seed);
+  return out;
+}
+
+void add_ends(const std::optional<Interval>& interval, std::vector<Cell>& cells) {
+  cells.push_back(exact_cell(interval ? std::optional(interval->low) : std::nullopt));
+  cells.push_back(exact_cell(interval ? std::optional(interval->high) : std::nullopt));
+}
+
+void add_metric(const ResultRow& row, Metric metric, const PublishedTable& published,
+                std::vector<Cell>& cells) {
+  const MetricSummary& summary = row.metrics[metric];
+  cells.push_back(exact_cell(summary.mean));
+  add_ends(summary.ci95, cells);
+  cells.push_back(exact_cell(summary.median));
+  add_ends(summary.median_ci95, cells);
+  cells.emplace_back(std::to_string(summary.count));
+  cells.emplace_back(std::to_string(summary.undefined));
+  cells.push_back(exact_cell(row.seeds ? row.seeds->deviation[metric] : std::nullopt));
+  if (!entry_of(metric).published) return;
+  const std::optional<double> paper = published_value(published, row, metric);
+  cells.push_back(exact_cell(paper));
+  cells.push_back(
+      exact_cell(paper && summary.mean ? std::optional(*summary.mean - *paper) : std::nullopt));
+}
+
+}  // namespace
+
+TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& published) {
+  TableSection section;
+  section.columns = data_columns();
+  for (const ResultRow& row : rows) {
+    std::vector<Cell>& cells = section.rows.emplace_back();
+    cells = {row.dataset,
+             row.label,
+             row.type,
+             row.status,
+             row.message,
+             std::to_string(row.frames),
+             std::to_string(row.undefined_frames),
+             std::to_string(row.frames_not_converged),
+             std::to_string(row.suspect_frames)};
+    for (const Metric metric : kMetrics) add_metric(row, metric, published, cells);
+    cells.push_back(
+        exact_cell(row.over_limit ? std::optional(row.over_limit->ratio) : std::nullopt));
+    add_ends(row.over_limit ? std::optional(row.over_limit->ci95) : std::nullopt, cells);
+    const auto latency = [&](double LatencySummary::*part) {
+      return exact_cell(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);
+    };
+    cells.push_back(latency(&LatencySummary::p50));
+    cells.push_back(latency(&LatencySummary::p99));
+    cells.push_back(latency(&LatencySummary::max));
+    cells.push_back(exact_cell(row.latency_us ? row.latency_us->pipe : std::nullopt));
+    cells.push_back(exact_cell(row.frames_per_s));
+    cells.emplace_back(row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "");
+    cells.push_back(exact_cell(row.fit_s));
+    cells.push_back(exact_cell(row.peak_rss_mb));
+    cells.emplace_back(seeds_of(row));
+    cells.emplace_back(row.sweep.text());
+    cells.emplace_back(row.parameters.text());
+  }
+  return section;
+}
+
+}  // namespace ertbench

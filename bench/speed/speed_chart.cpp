@@ -1,0 +1,317 @@
+#include "bench/speed/speed_chart.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_charts.h"
+#include "bench/speed/speed_accuracy.h"
+#include "bench/speed/speed_figure.h"
+#include "bench/table/table.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "core/text.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+const std::string dash = "—";
+
+Cell error_cell(const SpeedPoint& point) {
+  if (!point.error) return dash;
+  Cell cell = three_digits(*point.error);
+  cell.value = point.error;
+  if (point.error_ci95) {
+    cell.interval =
+        interval_text(three_digits(point.error_ci95->low), three_digits(point.error_ci95->high));
+  }
+  return cell;
+}
+
+std::string p50_text(const SpeedPoint& point) {
+  return point.latency ? time_text(point.latency->p50) : dash;
+}
+
+std::string p99_text(const SpeedPoint& point) {
+  return point.latency ? time_text(point.latency->p99) : dash;
+}
+
+/// The least and the largest of the rounds' medians.
+std::string rounds_text(const SpeedPoint& point) {
+  if (!point.latency || point.latency->p50_of_rounds.empty()) return dash;
+  const auto& rounds = point.latency->p50_of_rounds;
+  const auto [least, most] = std::minmax_element(rounds.begin(), rounds.end());
+  return time_text(*least) + " to " + time_text(*most);
+}
+
+std::string seconds_text(const std::optional<double>& seconds) {
+  return seconds ? time_text(1e6 * *seconds) : dash;
+}
+
+std::string marks_of(const SpeedPoint& point) {
+  std::string text = point.remark;
+  const auto add = [&](bool set, const char* mark) {
+    if (set) text += (text.empty() ? "" : ", ") + std::string(mark);
+  };
+  add(point.frontier, "frontier");
+  add(point.batch_frontier, "frontier in batches");
+  add(point.right_size, "right size");
+  return text;
+}
+
+std::string wish_of(const WithinMargin& within) {
+  return "the fastest within " + fixed(100 * within.margin, 0) + " % of the least error";
+}
+
+std::string wish_of(const WithinBudget& budget) {
+  return "the least error with p99 within " + time_text(budget.us);
+}
+
+std::vector<Cell> choice_row(const std::string& wish, const SpeedAccuracy& chart,
+                             const std::optional<std::size_t>& choice) {
+  if (!choice) return {wish, "none", dash, dash, dash};
+  const SpeedPoint& point = chart.points[*choice];
+  return {wish, point.label, error_cell(point), p50_text(point), p99_text(point)};
+}
+
+TableSection choices(const SpeedAccuracy& chart) {
+  TableSection section;
+  section.caption = chart.chosen_on_validation
+                        ? "What to take, chosen on the validation set; errors on the test set"
+                        : "What to take, chosen on the test set: no validation set was scored";
+  section.columns = {{"asked for", Align::left},
+                     {"configuration", Align::left},
+                     "median " + axis_title(chart.metric) + " [95 %]",
+                     "p50",
+                     "p99"};
+  for (const WithinMargin& within : chart.margins) {
+    section.rows.push_back(choice_row(wish_of(within), chart, within.point));
+  }
+  for (const WithinBudget& budget : chart.budgets) {
+    section.rows.push_back(choice_row(wish_of(budget), chart, budget.point));
+  }
+  return section;
+}
+
+TableSection right_sizes(const SpeedAccuracy& chart) {
+  const std::string error = "mean " + axis_title(chart.right_sizing->metric) + ", validation";
+  TableSection section;
+  section.caption = "Right sizes: the smallest within " +
+                    fixed(100 * chart.right_sizing->margin, 0) +
+                    " % of the family's least validation error";
+  section.columns = {{"family", Align::left},
+                     {"best", Align::left},
+                     error,
+                     "p50",
+                     {"right size", Align::left},
+                     error,
+                     "p50"};
+  for (const RightSize& size : chart.right_sizes) {
+    const SpeedPoint& best = chart.points[size.best];
+    const SpeedPoint& chosen = chart.points[size.chosen];
+    section.rows.push_back({size.family, best.label, three_digits(*best.validation_error),
+                            p50_text(best), chosen.label, three_digits(*chosen.validation_error),
+                            p50_text(chosen)});
+  }
+  return section;
+}
+
+std::string frames_text(const SpeedAccuracy& chart, const BreakEven& one, std::size_t point) {
+  if (chart.points[point].label == one.reference) return dash;
+  const auto measured = [](const SpeedPoint& one) { return one.latency && one.fit_s; };
+  if (!measured(chart.points[point])) return dash;
+  if (std::none_of(chart.points.begin(), chart.points.end(), [&](const SpeedPoint& other) {
+        return other.label == one.reference && measured(other);
+      })) {
+    return dash;
+  }
+  if (!one.frames[point]) return "never";
+  return *one.frames[point] == 0 ? "at once" : rate_text(*one.frames[point]);
+}
+
+TableSection configurations(const SpeedAccuracy& chart) {
+  TableSection section;
+  section.caption = "All configurations, from the fastest";
+  section.columns = {{"configuration", Align::left},
+                     "p50",
+                     "p50 of the rounds",
+                     "p99",
+                     "frames/s",
+                     "median " + axis_title(chart.metric) + " [95 %]",
+                     "validation",
+                     "fit",
+                     "memory"};
+  for (const BreakEven& one : chart.break_even) {
+    section.columns.emplace_back("frames until it pays against " + one.reference);
+  }
+  section.columns.emplace_back("remarks", Align::left);
+  std::vector<std::size_t> order(chart.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const auto key = [&](std::size_t i) {
+      return chart.points[i].latency ? chart.points[i].latency->p50 : INFINITY;
+    };
+    return key(a) < key(b);
+  });
+  for (const std::size_t i : order) {
+    const SpeedPoint& point = chart.points[i];
+    std::vector<Cell> row = {point.label,
+                             p50_text(point),
+                             rounds_text(point),
+                             p99_text(point),
+                             point.frames_per_s ? rate_text(*point.frames_per_s) : dash,
+                             error_cell(point),
+                             point.validation_error ? three_digits(*point.validation_error) : dash,
+                             seconds_text(point.fit_s),
+                             point.peak_rss_mb ? fixed(*point.peak_rss_mb, 0) + " MB" : dash};
+    for (const BreakEven& one : chart.break_even) row.emplace_back(frames_text(chart, one, i));
+    row.emplace_back(marks_of(point));
+    section.rows.push_back(std::move(row));
+  }
+  return section;
+}
+
+/// How the tables are to be read, in a few sentences.
+std::string notes_on(const SpeedAccuracy& chart) {
+  std::string text =
+      "Time from raw voltages to the finished image of one frame, one thread; frames per second " +
+      std::to_string(chart.batch) +
+      " frames at a time, one thread. The frames are timed in rounds, all configurations in turn "
+      "and never two at once. The error is the median over the frames of the test set \"" +
+      chart.dataset +
+      "\" with its 95 % interval. A configuration that failed, or left more than 1 % of the frames "
+      "without a converged image, is shown and takes no part in the frontier or in any choice.";
+  if (!chart.break_even.empty()) {
+    text +=
+        " A longer fit pays after as many frames as its faster frames need to make good the time; "
+        "\"never\" where its frames are slower.";
+  }
+  return text;
+}
+
+}  // namespace
+
+Table speed_table(const SpeedAccuracy& chart, const std::string& title) {
+  Table table;
+  table.title = title;
+  table.text = notes_on(chart);
+  table.sections = {choices(chart)};
+  if (!chart.right_sizes.empty()) table.sections.push_back(right_sizes(chart));
+  table.sections.push_back(configurations(chart));
+  return table;
+}
+
+TableSection speed_choices(const SpeedAccuracy& chart) {
+  TableSection section;
+  section.columns = {{"choice", Align::left},
+                     "margin",
+                     "budget_us",
+                     {"label", Align::left},
+                     "error",
+                     "error_low",
+                     "error_high",
+                     "p50_us",
+                     "p99_us"};
+  const auto add = [&](const std::string& wish, std::optional<double> margin,
+                       std::optional<double> budget, const std::optional<std::size_t>& choice) {
+    const SpeedPoint point = choice ? chart.points[*choice] : SpeedPoint{};
+    const auto end = [&](double Interval::*which) -> std::optional<double> {
+      return point.error_ci95 ? std::optional((*point.error_ci95).*which) : std::nullopt;
+    };
+    const auto time = [&](double LatencySummary::*which) -> std::optional<double> {
+      return point.latency ? std::optional((*point.latency).*which) : std::nullopt;
+    };
+    section.rows.push_back(
+        {wish, exact_cell(margin), exact_cell(budget), point.label, exact_cell(point.error),
+         exact_cell(end(&Interval::low)), exact_cell(end(&Interval::high)),
+         exact_cell(time(&LatencySummary::p50)), exact_cell(time(&LatencySummary::p99))});
+  };
+  for (const WithinMargin& within : chart.margins) {
+    add(wish_of(within), within.margin, {}, within.point);
+  }
+  for (const WithinBudget& budget : chart.budgets)
+    add(wish_of(budget), {}, budget.us, budget.point);
+  return section;
+}
+
+namespace {
+
+using nlohmann::json;
+
+std::vector<double> read_budgets(JsonObject& object) {
+  if (!object.has("budgets_us")) return {100, 1000, 10000};
+  const json& values = object.raw("budgets_us");
+  const bool positive =
+      values.is_array() && std::all_of(values.begin(), values.end(), [](const json& value) {
+        return value.is_number() && value > 0;
+      });
+  if (!positive) object.fail("budgets_us", "must be a list of times in microseconds, all > 0");
+  return values.get<std::vector<double>>();
+}
+
+/// By default the first row that is shown and whose type is registered as a reference for the
+/// break-even.
+std::vector<std::string> read_references(const ChartRequest& request,
+                                         const std::vector<std::string>& labels) {
+  if (request.object.has("break_even_against")) {
+    return request.object.choices("break_even_against", labels);
+  }
+  for (const auto& trials : request.experiment.rows()) {
+    const SolverEntry& entry = trials.front();
+    if (std::find(labels.begin(), labels.end(), entry.label) == labels.end()) continue;
+    if (entry.break_even_reference) return {entry.label};
+  }
+  return {};
+}
+
+SpeedQuestion read_question(const ChartRequest& request) {
+  JsonObject& object = request.object;
+  if (!request.experiment.timing.enabled) {
+    object.fail("type", "needs latencies; remove \"enabled\": false from /timing");
+  }
+  SpeedQuestion question;
+  question.dataset = request.place.dataset;
+  question.labels = read_row_labels(object, request.experiment);
+  question.metric = metric_from_name(
+      object.choice_or("metric", name_of(question.metric), names_of(kErrorMetrics)));
+  question.budgets_us = read_budgets(object);
+  question.right_sizing = request.experiment.right_sizing;
+  question.break_even_against = read_references(request, question.labels);
+  return question;
+}
+
+}  // namespace
+
+SpeedChart::SpeedChart(const ChartRequest& request)
+    : Chart(request.place), question_(read_question(request)) {}
+
+void SpeedChart::draw(std::span<const ResultRow> rows, const std::string& title,
+                      const std::filesystem::path& folder) const {
+  const SpeedAccuracy answer = speed_accuracy_of(question_, rows);
+  draw_speed_figure(answer, title, folder / name());
+  write_file_atomically(folder / (name() + ".md"), markdown_of(speed_table(answer, title)));
+  write_file_atomically(folder / (name() + "_choices.csv"), csv_of(speed_choices(answer)));
+}
+
+std::string SpeedChart::caption() const {
+  return "medians of the " + axis_title(question_.metric) + " over the time of a frame, test set " +
+         dataset();
+}
+
+std::string SpeedChart::section() const { return "Speed and accuracy: " + dataset(); }
+
+std::string SpeedChart::notes(std::span<const ResultRow> rows) const {
+  return speed_table(speed_accuracy_of(question_, rows), "").text;
+}
+
+std::vector<TableSection> SpeedChart::tables(std::span<const ResultRow> rows) const {
+  return speed_table(speed_accuracy_of(question_, rows), "").sections;
+}
+
+void SpeedChart::summarise(std::span<const ResultRow> rows, json& summary) const {
+  summary["speed_accuracy"][name()] = to_json(speed_accuracy_of(question_, rows));
+}
+
+}  // namespace ertbench

@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bench/table/table.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+/// A line of numbers that breaks before "(" and "over" and after "to" and "%," only.
+std::string kept_together(const std::string& line) {
+  std::string out;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const std::string_view before = std::string_view(line).substr(0, i);
+    const std::string_view after = std::string_view(line).substr(i);
+    const bool breaks = after.starts_with(" (") || after.starts_with(" over") ||
+                        before.ends_with(" to") || before.ends_with("%,");
+    out += line[i] == ' ' && !breaks ? "\u00a0" : std::string(1, line[i]);
+  }
+  return out;
+}
+
+/// The lines of a cell. An interval has a line of its own below a number.
+std::vector<std::string> lines_of(const Cell& cell, Align align) {
+  std::vector<std::string> lines = {cell.text};
+  if (!cell.interval.empty()) lines.push_back(cell.interval);
+  lines.insert(lines.end(), cell.lines.begin(), cell.lines.end());
+  if (align == Align::right) {
+    for (std::string& line : lines) line = kept_together(line);
+  }
+  return lines;
+}
+
+/// The words of a name break only where they are longer than a line: not "alpha=1e-" and "07".
+std::string unbroken_words(const std::string& name) {
+  std::string out;
+  for (const std::string& word : split(name, " ")) {
+    out += (out.empty() ? "" : " ") + ("<span class=\"word\">" + html_escaped(word)) + "</span>";
+  }
+  return out;
+}
+
+std::string more_lines(const std::vector<std::string>& lines) {
+  std::string out;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    out += "<span class=\"more\">" + html_escaped(lines[i]) + "</span>";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string html_of(const TableSection& section) {
+  section.require_cells();
+  const auto class_of = [&](std::size_t c) {
+    return c > 0 && section.columns[c].align == Align::right ? " class=\"number\"" : "";
+  };
+  TextStream out;
+  out << "<table>\n<caption>" << html_escaped(section.caption) << "</caption>\n<thead><tr>";
+  for (std::size_t c = 0; c < section.columns.size(); ++c) {
+    out << "<th scope=\"col\"" << class_of(c) << ">" << html_escaped(section.columns[c].title)
+        << "</th>";
+  }
+  out << "</tr></thead>\n<tbody>\n";
+  for (const auto& row : section.rows) {
+    const std::vector<std::string> name = lines_of(row.front(), Align::left);
+    out << "<tr><th scope=\"row\">" << unbroken_words(name.front()) << more_lines(name) << "</th>";
+    for (std::size_t c = 1; c < row.size(); ++c) {
+      const std::vector<std::string> lines = lines_of(row[c], section.columns[c].align);
+      out << "<td" << class_of(c) << ">" << html_escaped(lines.front()) << more_lines(lines)
+          << "</td>";
+    }
+    out << "</tr>\n";
+  }
+  out << "</tbody>\n</table>\n";
+  return out.str();
+}
+
+namespace {
+
+using Replacement = std::pair<char32_t, const char*>;
+
+constexpr std::array<Replacement, 16> kAscii = {{{U'\\', "\\textbackslash{}"},
+                                                 {U'{', "\\{"},
+                                                 {U'}', "\\}"},
+                                                 {U'$', "\\$"},
+                                                 {U'&', "\\&"},
+                                                 {U'#', "\\#"},
+                                                 {U'%', "\\%"},
+                                                 {U'_', "\\_"},
+                                                 {U'^', "\\textasciicircum{}"},
+                                                 {U'~', "\\textasciitilde{}"},
+                                                 {U'<', "\\ensuremath{<}"},
+                                                 {U'>', "\\ensuremath{>}"},
+                                                 {U'|', "\\ensuremath{|}"},
+                                                 {U'"', "''"},
+                                                 {U'\n', " "},
+                                                 {U'\r', " "}}};
+
+/// Names of U+03B1 ... U+03C9 in TeX's mathematics.
+constexpr std::array kGreek = {
+    "alpha", "beta",   "gamma",   "delta",  "varepsilon", "zeta", "eta",  "theta", "iota",
+    "kappa", "lambda", "mu",      "nu",     "xi",         "o",    "pi",   "rho",   "varsigma",
+    "sigma", "tau",    "upsilon", "varphi", "chi",        "psi",  "omega"};
+
+constexpr std::array<Replacement, 18> kSymbols = {{{U'−', "\\ensuremath{-}"},
+                                                   {U'—', "---"},
+                                                   {U'–', "--"},
+                                                   {U'…', "\\ldots{}"},
+                                                   {U'µ', "\\ensuremath{\\mu}"},
+                                                   {U'×', "\\ensuremath{\\times}"},
+                                                   {U'·', "\\ensuremath{\\cdot}"},
+                                                   {U'±', "\\ensuremath{\\pm}"},
+                                                   {U'≤', "\\ensuremath{\\le}"},
+                                                   {U'≥', "\\ensuremath{\\ge}"},
+                                                   {U'‖', "\\ensuremath{\\|}"},
+                                                   {U'√', "\\ensuremath{\\surd}"},
+                                                   {U'°', "\\ensuremath{^\\circ}"},
+                                                   {U'²', "\\ensuremath{^2}"},
+                                                   {U'₀', "\\ensuremath{_0}"},
+                                                   {U'“', "``"},
+                                                   {U'”', "''"},
+                                                   {U'’', "'"}}};
+
+template <std::size_t N>
+const char* find(const std::array<Replacement, N>& table, char32_t point) {
+  const auto found = std::find_if(table.begin(), table.end(),
+                                  [point](const Replacement& r) { return r.first == point; });
+  return found == table.end() ? nullptr : found->second;
+}
+
+/// U+0080 ... U+07FF in UTF-8.
+std::string two_bytes(char32_t point) {
+  return {static_cast<char>(0xc0U | (point >> 6U)), static_cast<char>(0x80U | (point & 0x3fU))};
+}
+
+/// Text that every LaTeX since 2018 prints as it is meant, without packages. Letters of the Latin
+/// alphabets stay, Greek ones and common symbols become mathematics, any other character becomes
+/// its number.
+std::string escaped(const std::string& text) {
+  TextStream out;
+  char32_t previous = 0;
+  for (const char32_t point : code_points(text)) {
+    if (const char* ascii = find(kAscii, point)) {
+      out << ascii;
+    } else if (const char* symbol = find(kSymbols, point)) {
+      out << symbol;
+    } else if (point == U'-' && previous == U'-') {
+      out << "{}-";  // two hyphens, not a dash
+    } else if (point >= 0x20 && point < 0x7f) {
+      out << static_cast<char>(point);
+    } else if (point >= 0xc0 && point < 0x17f) {
+      out << two_bytes(point);
+    } else if (point >= 0x3b1 && point < 0x3b1 + kGreek.size()) {
+      out << "\\ensuremath{\\" << kGreek[point - 0x3b1] << "}";
+    } else {
+      out << "[U+" << std::hex << std::uppercase << static_cast<unsigned>(point) << std::dec << "]";
+    }
+    previous = point;
+  }
+  return out.str();
+}
+
+std::string stacked(const std::vector<std::string>& lines, char alignment) {
+  // "{}": a line may begin with a bracket, which would be read as an option of the line end.
+  if (lines.size() == 1) return "{}" + escaped(lines[0]);
+  std::string out = std::string("\\begin{tabular}[t]{@{}") + alignment + "@{}}";
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    out += (i > 0 ? "\\\\{}" : "{}") + escaped(lines[i]);
+  }
+  return out + "\\end{tabular}";
+}
+
+/// A cell in lines of at most `width` characters; the interval has a line of its own.
+std::string narrow(const Cell& cell, std::size_t width, char alignment) {
+  std::vector<std::string> lines = wrapped(cell.text, width);
+  if (!cell.interval.empty()) lines.push_back(cell.interval);
+  for (const std::string& line : cell.lines) {
+    for (std::string& part : wrapped(line, width)) lines.push_back(std::move(part));
+  }
+  return stacked(lines, alignment);
+}
+
+char letter_of(const Column& column) { return column.align == Align::right ? 'r' : 'l'; }
+
+/// The first column, and those of one part.
+void print(std::ostream& out, const TableSection& section, int part) {
+  constexpr std::size_t label_width = 16;
+  constexpr std::size_t cell_width = 12;
+  constexpr std::size_t head_width = 9;
+  std::vector<std::size_t> columns;
+  std::string letters = "l";
+  for (std::size_t c = 1; c < section.columns.size(); ++c) {
+    if (section.columns[c].part != part) continue;
+    columns.push_back(c);
+    letters += letter_of(section.columns[c]);
+  }
+  out << "\\begin{tabular}{@{}" << letters << "@{}}\n\\hline\\noalign{\\vskip 2pt}\n"
+      << escaped(section.columns[0].title);
+  for (const std::size_t c : columns) {
+    out << " & " << narrow(section.columns[c].title, head_width, letter_of(section.columns[c]));
+  }
+  out << " \\\\\n\\hline\\noalign{\\vskip 2pt}\n";
+  for (const auto& row : section.rows) {
+    // What went wrong is said once, in the first of the tabulars.
+    out << narrow(part == 0 ? row[0] : Cell(row[0].text), label_width, 'l');
+    for (const std::size_t c : columns) {
+      out << " & " << narrow(row[c], cell_width, letter_of(section.columns[c]));
+    }
+    out << " \\\\\\noalign{\\vskip 2pt}\n";
+  }
+  out << "\\hline\n\\end{tabular}\n\n\\medskip\n\n";
+}
+
+/// "title, caption: text", as far as there is any.
+std::string caption_of(const Table& table, const TableSection& section) {
+  std::string out = table.title;
+  if (!section.caption.empty()) out += (out.empty() ? "" : ", ") + section.caption;
+  if (!section.text.empty()) out += (out.empty() ? "" : ": ") + section.text;
+  return escaped(out);
+}
+
+}  // namespace
+
+std::string latex_of(const Table& table) {
+  TextStream out;
+  for (const TableSection& section : table.sections) {
+    section.require_cells();
+    out << "\\begin{table}[htbp]\n\\centering\\scriptsize\\setlength{\\tabcolsep}{3pt}\n"
+        << "\\caption{" << caption_of(table, section) << "}\n\\smallskip\n";
+    int parts = 1;
+    for (const Column& column : section.columns) parts = std::max(parts, column.part + 1);
+    for (int part = 0; part < parts; ++part) print(out, section, part);
+    out << "\\begin{minipage}{\\linewidth}\\tiny\n";
+    for (const std::string& note : section.notes) out << escaped(note) << "\\par\n";
+    if (!table.text.empty()) out << escaped(table.text) << "\\par\n";
+    for (const std::string& entry : table.legend) out << escaped(entry) << "\n";
+    if (!table.command.empty()) {
+      out << "To make it again: \\texttt{" << escaped(table.command) << "}\n";
+    }
+    out << "\\end{minipage}\n\\end{table}\n\n";
+  }
+  return out.str();
+}
+
+}  // namespace ertbench

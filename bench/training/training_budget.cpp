@@ -1,0 +1,330 @@
+#include "bench/training/training_budget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_charts.h"
+#include "bench/plot/panel.h"
+#include "bench/record/result_row.h"
+#include "bench/report/chart.h"
+#include "bench/score/metrics.h"
+#include "core/json.h"
+#include "core/statistics.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+using nlohmann::json;
+
+const ResultRow* row_named(std::span<const ResultRow> rows, const std::string& label,
+                           const std::string& dataset) {
+  for (const ResultRow& row : rows) {
+    if (row.label == label && row.dataset == dataset) return &row;
+  }
+  return nullptr;
+}
+
+/// Epochs times scenes of one training; none where it does not say them.
+std::optional<double> scenes_seen(const json& parameters) {
+  const json training = parameters.is_object() ? parameters.value("training", json()) : json();
+  if (!training.is_object()) return std::nullopt;
+  const json epochs = training.value("epochs", json());
+  const json scenes = training.value("scenes", json());
+  if (!epochs.is_number() || !scenes.is_number()) return std::nullopt;
+  return epochs.get<double>() * scenes.get<double>();
+}
+
+std::optional<double> mean_scenes_seen(const ResultRow& row) {
+  std::vector<double> seen;
+  const auto add = [&](const json& parameters) {
+    if (const auto scenes = scenes_seen(parameters)) seen.push_back(*scenes);
+  };
+  if (row.seeds) {
+    for (const json& different : *row.seeds->parameters) add(different);
+  }
+  if (seen.empty()) add(*row.parameters);
+  return seen.empty() ? std::nullopt : std::optional(mean(seen));
+}
+
+/// Why a row has no point; empty where it has one.
+std::string reason_of(const ResultRow* row, const std::optional<double>& cost, Metric metric) {
+  if (!row) return "not run";
+  if (!row->ok()) return row->status;
+  if (convergence_of(*row).runs == 0 || !cost || *cost <= 0) return "not trained";
+  return row->metrics[metric].mean ? "" : "no error";
+}
+
+BudgetLine& line_of(std::vector<BudgetLine>& lines, const std::string& family) {
+  const auto found = std::find_if(lines.begin(), lines.end(),
+                                  [&](const BudgetLine& line) { return line.family == family; });
+  if (found != lines.end()) return *found;
+  lines.push_back({family, {}});
+  return lines.back();
+}
+
+}  // namespace
+
+TrainingBudgets training_budgets_of(const BudgetQuestion& question,
+                                    std::span<const ResultRow> rows) {
+  TrainingBudgets out;
+  out.metric = question.metric;
+  out.cost = question.cost;
+  for (const std::string& label : question.labels) {
+    const ResultRow* row = row_named(rows, label, question.dataset);
+    const bool seconds = question.cost == TrainingCost::seconds;
+    const std::optional<double> cost = !row      ? std::nullopt
+                                       : seconds ? row->fit_s
+                                                 : mean_scenes_seen(*row);
+    if (const std::string reason = reason_of(row, cost, question.metric); !reason.empty()) {
+      out.without.emplace_back(label, reason);
+      continue;
+    }
+    const MetricSummary& summary = row->metrics[question.metric];
+    line_of(out.lines, row->family.empty() ? label : row->family)
+        .points.push_back({label, *cost, *summary.mean, summary.ci95, convergence_of(*row).all()});
+  }
+  for (BudgetLine& line : out.lines) {
+    std::stable_sort(line.points.begin(), line.points.end(),
+                     [](const BudgetPoint& a, const BudgetPoint& b) { return a.cost < b.cost; });
+  }
+  if (const ResultRow* nothing = row_named(rows, "no-contact", question.dataset)) {
+    out.nothing = nothing->metrics[question.metric].mean;
+  }
+  return out;
+}
+
+namespace {
+
+// Places and sizes in px.
+constexpr int width = 860;
+constexpr Box box{72, 44, 836, 424};
+constexpr double legend_top = 492;
+constexpr double mark_radius = 5;
+
+constexpr LineStyle whisker_line{ink::light, 1};
+constexpr LineStyle nothing_line{rgb(0x606060), 1, 3};
+
+const char* title_of(TrainingCost cost) {
+  return cost == TrainingCost::seconds ? "time of the training, s" : "scenes seen in training";
+}
+
+/// "20", "5000", "60 k", "2 M".
+std::string short_number(double value) {
+  if (value >= 1e6) return number_text(value / 1e6) + " M";
+  return value >= 1e4 ? number_text(value / 1e3) + " k" : number_text(value);
+}
+
+MethodStyles styles_of(const TrainingBudgets& budgets) {
+  std::vector<std::string> families;
+  for (const BudgetLine& line : budgets.lines) families.push_back(line.family);
+  return MethodStyles(families);
+}
+
+class BudgetDrawing {
+ public:
+  BudgetDrawing(const TrainingBudgets& budgets, const std::string& title)
+      : budgets_(budgets),
+        styles_(styles_of(budgets)),
+        legend_(legend()),
+        canvas_(width, legend_top + legend_.height()),
+        panel_(canvas_, box, cost_axis(), error_axis()) {
+    canvas_.title(title);
+  }
+
+  void draw(const std::filesystem::path& stem) {
+    if (budgets_.lines.empty()) {
+      canvas_.text("no training has a result", box.middle(), box.centre(), {.size = 11});
+    } else {
+      plot();
+    }
+    name_what_is_missing();
+    legend_.draw(canvas_, legend_top);
+    canvas_.draw(stem);
+  }
+
+ private:
+  Span costs() const {
+    Span span;
+    for (const BudgetLine& line : budgets_.lines) {
+      for (const BudgetPoint& point : line.points) span.extend(point.cost);
+    }
+    return span.empty() ? Span{1, 10} : span;
+  }
+
+  /// With room at the right, for the names at the ends of the lines.
+  Axis cost_axis() const {
+    const Span span = costs();
+    const double decades = std::max(0.5, std::log10(span.high / span.low));
+    Axis axis = Axis::logarithms(
+        {span.low / std::pow(10, 0.05 * decades), span.high * std::pow(10, 0.16 * decades)},
+        title_of(budgets_.cost));
+    for (Tick& tick : axis.ticks) tick.text = short_number(tick.value);
+    return axis;
+  }
+
+  bool shows_nothing() const {
+    return budgets_.nothing && *budgets_.nothing <= errors().high * 1.3;
+  }
+
+  Span errors() const {
+    Span span;
+    for (const BudgetLine& line : budgets_.lines) {
+      for (const BudgetPoint& point : line.points) {
+        span.extend(point.ci95 ? point.ci95->low : point.error);
+        span.extend(point.ci95 ? point.ci95->high : point.error);
+      }
+    }
+    return span.empty() ? Span{0, 1} : span;
+  }
+
+  Axis error_axis() const {
+    Span span = errors();
+    if (shows_nothing()) span.extend(*budgets_.nothing);
+    const double margin = std::max(0.06 * (span.high - span.low), 0.01 * std::abs(span.high));
+    span.low = span.low < 0.15 * span.high ? 0 : span.low - margin;
+    span.high += margin;
+    return Axis::even(span, "mean " + axis_title(budgets_.metric));
+  }
+
+  void plot() {
+    std::vector<Box> taken;
+    if (shows_nothing()) add_nothing(taken);
+    std::vector<PointLabel> names;
+    for (std::size_t f = 0; f < budgets_.lines.size(); ++f) add_line(f, names, taken);
+    panel_.draw();
+    panel_.labels(names, taken);
+  }
+
+  void add_nothing(std::vector<Box>& taken) {
+    panel_.level(*budgets_.nothing, nothing_line);
+    const double y = panel_.y(*budgets_.nothing);
+    canvas_.text("an image of nothing", box.right - 4, y + 8,
+                 {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
+    taken.push_back({box.left, y - 1, box.right, y + 1});
+    taken.push_back({box.right - 110, y, box.right, y + 15});
+  }
+
+  void add_line(std::size_t family, std::vector<PointLabel>& names, std::vector<Box>& taken) {
+    const BudgetLine& line = budgets_.lines[family];
+    Points points;
+    Points hollow_points;
+    Points filled_points;
+    std::vector<Whisker> whiskers;
+    for (const BudgetPoint& point : line.points) {
+      points.emplace_back(point.cost, point.error);
+      (point.converged ? filled_points : hollow_points).push_back(points.back());
+      if (point.ci95) whiskers.push_back({point.cost, point.ci95->low, point.ci95->high});
+      panel_.tooltip(point.cost, point.error, text_of(point));
+    }
+    panel_.whiskers(whiskers, whisker_line);
+    panel_.line(points, styles_.line(family, 1.5));
+    // On a white ground, so that the line does not show through.
+    const MarkStyle converged = styles_.filled_mark(family, 1);
+    panel_.marks(hollow_points, {converged.shape, ink::white, 1});
+    panel_.marks(hollow_points, styles_.hollow_mark(family, 1));
+    panel_.marks(filled_points, converged);
+    occupy(points, taken);
+    names.push_back({line.family, panel_.x(points.back().first), panel_.y(points.back().second),
+                     styles_.colour(family).for_text()});
+  }
+
+  /// What names must leave free: a line in short pieces, and its marks.
+  void occupy(const Points& points, std::vector<Box>& taken) const {
+    constexpr int pieces = 24;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double x = panel_.x(points[i].first);
+      const double y = panel_.y(points[i].second);
+      taken.push_back(Box::around(x, y, mark_radius));
+      if (i == 0) continue;
+      const double dx = x - panel_.x(points[i - 1].first);
+      const double dy = y - panel_.y(points[i - 1].second);
+      for (int p = 1; p < pieces; ++p) {
+        taken.push_back(Box::around(x - dx * p / pieces, y - dy * p / pieces, 2));
+      }
+    }
+  }
+
+  std::string text_of(const BudgetPoint& point) const {
+    std::string text = point.label + "\n" + title_of(budgets_.cost) + ": " +
+                       three_digits(point.cost) + "\n" + axis_title(budgets_.metric) + ": " +
+                       three_digits(point.error);
+    if (point.ci95) {
+      text += " [" + three_digits(point.ci95->low) + ", " + three_digits(point.ci95->high) + "]";
+    }
+    return text + (point.converged ? "" : "\nhad not converged");
+  }
+
+  void name_what_is_missing() {
+    double y = box.top + 8;
+    for (const auto& [label, reason] : budgets_.without) {
+      std::string text = label;
+      text.append(": ").append(reason);
+      canvas_.text("✕ " + one_line(text, 60), box.right - 4, y,
+                   {.align = TextAlign::right, .colour = ink::alarm});
+      y += 14;
+    }
+  }
+
+  Legend legend() const {
+    Legend legend(box.left, width - 20);
+    for (std::size_t f = 0; f < budgets_.lines.size(); ++f) {
+      legend.add({budgets_.lines[f].family, styles_.line(f, 1.5), styles_.filled_mark(f, 1)});
+    }
+    legend.new_line();
+    legend.add({"hollow: had not converged, the best epoch was the last of the budget",
+                {},
+                MarkStyle{circle, ink::dark}});
+    legend.add({"vertical bar: 95 % interval of the mean"});
+    return legend;
+  }
+
+  const TrainingBudgets& budgets_;
+  MethodStyles styles_;
+  Legend legend_;
+  Canvas canvas_;
+  Panel panel_;
+};
+
+}  // namespace
+
+void draw_training_budgets(const TrainingBudgets& budgets, const std::string& title,
+                           const std::filesystem::path& stem) {
+  BudgetDrawing(budgets, title).draw(stem);
+}
+
+namespace {
+
+BudgetQuestion read_question(const ChartRequest& request) {
+  JsonObject& object = request.object;
+  BudgetQuestion question;
+  question.dataset = request.place.dataset;
+  question.labels = read_row_labels(object, request.experiment);
+  question.metric = metric_from_name(
+      object.choice_or("metric", name_of(question.metric), names_of(kErrorMetrics)));
+  if (object.choice_or("cost", "seconds", {"seconds", "scenes"}) == "scenes") {
+    question.cost = TrainingCost::scenes;
+  }
+  return question;
+}
+
+}  // namespace
+
+TrainingBudgetChart::TrainingBudgetChart(const ChartRequest& request)
+    : Chart(request.place), question_(read_question(request)) {}
+
+void TrainingBudgetChart::draw(std::span<const ResultRow> rows, const std::string& title,
+                               const std::filesystem::path& folder) const {
+  draw_training_budgets(training_budgets_of(question_, rows), title, folder / name());
+}
+
+std::string TrainingBudgetChart::caption() const {
+  return "means of the " + axis_title(question_.metric) + " with their 95 % intervals over " +
+         (question_.cost == TrainingCost::seconds ? "the time of the training"
+                                                  : "the scenes seen in training") +
+         ", test set " + dataset();
+}
+
+}  // namespace ertbench

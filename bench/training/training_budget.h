@@ -1,0 +1,83 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bench/record/result_row.h"
+#include "bench/report/chart.h"
+
+namespace ertbench {
+
+/// What a training is paid in.
+enum class TrainingCost {
+  seconds,  ///< of the whole fit
+  scenes,   ///< seen by the network, each as often as it was seen
+};
+
+/// What is asked of the rows.
+struct BudgetQuestion {
+  std::string dataset;
+  std::vector<std::string> labels;  ///< of the rows, in order
+  Metric metric = Metric::relative_error;
+  TrainingCost cost = TrainingCost::seconds;
+};
+
+/// A network trained at one budget.
+struct BudgetPoint {
+  std::string label;
+  double cost = 0;               ///< mean over the seeds
+  double error = 0;              ///< mean over the frames
+  std::optional<Interval> ci95;  ///< of that mean
+  bool converged = true;         ///< false where a seed's best epoch was its last (Convergence)
+};
+
+/// One network at all its budgets.
+struct BudgetLine {
+  std::string family;
+  std::vector<BudgetPoint> points;  ///< from the cheapest to the dearest
+};
+
+/// What more training buys.
+struct TrainingBudgets {
+  Metric metric = Metric::relative_error;
+  TrainingCost cost = TrainingCost::seconds;
+  std::vector<BudgetLine> lines;                             ///< in the order of the rows
+  std::vector<std::pair<std::string, std::string>> without;  ///< labels without a point, and why
+  std::optional<double> nothing;  ///< the error of the image without contact
+};
+
+/// Of the rows asked for; those of one family make a line. A row that failed or was not trained
+/// stands in `without`.
+TrainingBudgets training_budgets_of(const BudgetQuestion& question,
+                                    std::span<const ResultRow> rows);
+
+/// Draws `stem`.svg and `stem`.png: the error against the cost of the training (logarithmic), a
+/// line with a dash and a mark of its own for each family, named at its end; a hollow mark where
+/// the training had not converged. What has no point is named in the corner. Throws InputError
+/// where gnuplot is missing or a file cannot be written.
+void draw_training_budgets(const TrainingBudgets& budgets, const std::string& title,
+                           const std::filesystem::path& stem);
+
+/// Error against what the training cost, a line for each family of networks: `{"type":
+/// "training-budget", "name", "solvers", "metric", "dataset", "cost": "seconds" or "scenes"}`.
+class TrainingBudgetChart : public Chart {
+ public:
+  static constexpr const char* type = "training-budget";
+
+  explicit TrainingBudgetChart(const ChartRequest& request);
+
+  const BudgetQuestion& question() const { return question_; }
+
+  void draw(std::span<const ResultRow> rows, const std::string& title,
+            const std::filesystem::path& folder) const override;
+  std::string caption() const override;
+
+ private:
+  BudgetQuestion question_;
+};
+
+}  // namespace ertbench

@@ -1,0 +1,390 @@
+#include "bench/training/training_chart.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bench/plot/canvas.h"
+#include "bench/plot/panel.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream in(line);
+  for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+  if (line.ends_with(',')) fields.emplace_back();
+  return fields;
+}
+
+std::vector<std::string> lines_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw InputError(file.string() + ": cannot be opened");
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) {
+    if (in.eof()) break;  // no line end: still being written, or cut off
+    if (line.ends_with('\r')) line.pop_back();
+    if (!line.empty()) lines.push_back(line);
+  }
+  return lines;
+}
+
+}  // namespace
+
+TrainingCurves read_training_curves(const std::filesystem::path& file) {
+  const std::vector<std::string> lines = lines_of(file);
+  TrainingCurves curves;
+  if (!lines.empty()) curves.columns = fields_of(lines.front());
+  if (curves.columns.empty() || curves.columns.front() != "epoch") {
+    throw InputError(file.string() + ": line 1: must name the columns, \"epoch\" first");
+  }
+  curves.values.resize(curves.columns.size());
+  for (std::size_t l = 1; l < lines.size(); ++l) {
+    const auto fail = [&](const std::string& what) {
+      throw InputError(file.string() + ": line " + std::to_string(l + 1) + ": " + what);
+    };
+    const std::vector<std::string> fields = fields_of(lines[l]);
+    if (fields.size() != curves.columns.size()) {
+      fail("must hold " + std::to_string(curves.columns.size()) + " numbers, holds " +
+           std::to_string(fields.size()));
+    }
+    for (std::size_t c = 0; c < fields.size(); ++c) {
+      char* end = nullptr;
+      const double value = std::strtod(fields[c].c_str(), &end);
+      if (fields[c].empty() || *end != '\0')
+        fail("\"" + printable(fields[c]) + "\" is not a number");
+      curves.values[c].push_back(value);
+    }
+  }
+  return curves;
+}
+
+namespace {
+
+// Places and sizes in px.
+constexpr int chart_width = 760;
+constexpr double panels_left = 72;
+constexpr double panels_right = 552;
+constexpr double key_left = 564;
+constexpr double top = 34;
+constexpr double gap = 18;     ///< between two panels
+constexpr double bottom = 44;  ///< below the last, for the epochs
+
+/// What is drawn together, in a panel of its own.
+enum class Group { losses, shares, validation };
+
+constexpr double height_of(Group group) {
+  switch (group) {
+    case Group::losses:
+      return 215;
+    case Group::shares:
+      return 110;
+    case Group::validation:
+      return 169;
+  }
+  return 0;
+}
+
+const char* title_of(Group group) {
+  switch (group) {
+    case Group::losses:
+      return "loss";
+    case Group::shares:
+      return "judged right";
+    case Group::validation:
+      return "validation error";
+  }
+  return "";
+}
+
+Group group_of(const std::string& column) {
+  if (column.starts_with("validation")) return Group::validation;
+  return column.starts_with("discriminator_right") ? Group::shares : Group::losses;
+}
+
+/// The columns of one panel, over all runs, in the order in which they first come.
+std::vector<std::string> columns_of(const TrainingChart& chart, Group group) {
+  std::vector<std::string> out;
+  for (const TrainingRun& run : chart.runs) {
+    for (const std::string& name : run.curves.columns) {
+      const bool other = name == "epoch" || name == "learning_rate" || name == "seconds";
+      if (other || group_of(name) != group) continue;
+      if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
+    }
+  }
+  return out;
+}
+
+const std::vector<double>* find_column(const TrainingCurves& curves, const std::string& name) {
+  const auto found = std::find(curves.columns.begin(), curves.columns.end(), name);
+  if (found == curves.columns.end()) return nullptr;
+  return &curves.values[static_cast<std::size_t>(found - curves.columns.begin())];
+}
+
+bool any_negative(const TrainingChart& chart, const std::string& name) {
+  return std::any_of(chart.runs.begin(), chart.runs.end(), [&](const TrainingRun& run) {
+    const auto* values = find_column(run.curves, name);
+    return values && std::any_of(values->begin(), values->end(), [](double v) { return v < 0; });
+  });
+}
+
+std::string spaced(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+/// One column of one run.
+struct Curve {
+  Points points;
+  LineStyle line;
+  MarkStyle mark;
+  bool marked = false;  ///< a few marks on the line, so that the losses can be told apart in grey
+};
+
+/// All that one of the panels shows.
+class Curves {
+ public:
+  Curves(const TrainingChart& chart, Group group) : chart_(chart), group_(group) {
+    std::size_t index = 0;
+    for (const std::string& name : columns_of(chart, group)) add(name, index++);
+    if (!kept_.empty()) legend_.add({"epoch kept", {}, dot(kept_.front().second)});
+  }
+
+  void draw(Canvas& canvas, const Box& box) const {
+    if (curves_.empty()) {
+      canvas.text(std::string("the log has no ") + title_of(group_), box.middle(), box.centre(),
+                  {.size = 11});
+      return;
+    }
+    const Axis across = epoch_axis();
+    Panel panel(canvas, box, across, value_axis());
+    if (group_ == Group::shares) {  // where a discriminator does no better than a coin
+      panel.line({{across.low, 0.5}, {across.high, 0.5}}, {ink::light, 1, 3});
+    }
+    for (const Curve& curve : curves_) {
+      panel.line(curve.points, curve.line);
+      if (curve.marked) panel.marks(some_of(curve.points), curve.mark);
+    }
+    for (const auto& [point, colour] : kept_) panel.marks({point}, dot(colour));
+    panel.draw();
+    legend_.draw(canvas, box.top + 8);
+    add_tooltips(canvas, panel);
+  }
+
+ private:
+  static MarkStyle dot(const Colour& colour) { return {filled(0), colour, 0.7}; }
+
+  static Points some_of(const Points& points) {
+    const std::size_t every = std::max<std::size_t>(1, points.size() / 8);
+    Points out;
+    for (std::size_t i = 0; i < points.size(); i += every) out.push_back(points[i]);
+    return out;
+  }
+
+  void add(const std::string& name, std::size_t index) {
+    const bool absolute = group_ == Group::losses && any_negative(chart_, name);
+    bool named = false;
+    for (std::size_t r = 0; r < chart_.runs.size(); ++r) {
+      const TrainingRun& run = chart_.runs[r];
+      const Points points = points_of(run, name);
+      if (points.empty()) continue;
+      const Colour base = group_ == Group::validation ? ink::black : hue(index);
+      const double step = chart_.runs.size() > 1 ? 0.6 / double(chart_.runs.size() - 1) : 0;
+      const Colour colour = base.towards_white(step * double(r));
+      const bool marked = group_ != Group::validation || points.size() <= 2;
+      const Curve curve{points, {colour, 1.3}, {hollow(index), colour, 0.45}, marked};
+      if (!named) {
+        legend_.add({spaced(name) + (absolute ? ", absolute" : ""), curve.line,
+                     marked ? std::optional(curve.mark) : std::nullopt});
+      }
+      named = true;
+      curves_.push_back(curve);
+      if (!run.kept_epoch || name != "validation_error") continue;
+      for (const auto& point : points) {
+        if (point.first == *run.kept_epoch) kept_.emplace_back(point, colour);
+      }
+    }
+  }
+
+  /// Of what is finite and can be drawn, and above zero where the axis is logarithmic.
+  Points points_of(const TrainingRun& run, const std::string& name) {
+    constexpr double most = 1e100;  // axes have no room for more
+    Points points;
+    const std::vector<double>* column = find_column(run.curves, name);
+    for (std::size_t i = 0; column && i < column->size(); ++i) {
+      const double epoch = run.curves.values.front()[i];
+      const bool loss = group_ == Group::losses;
+      const double value = loss ? std::abs((*column)[i]) : (*column)[i];
+      if (!(std::abs(epoch) < most) || !(std::abs(value) < most)) continue;
+      if (loss && value < 1 / most) continue;
+      epochs_.extend(epoch);
+      values_.extend(value);
+      points.emplace_back(epoch, value);
+      texts_[epoch] += "\n" + run.title + (run.title.empty() ? "" : ", ") + spaced(name) + ": " +
+                       number_text((*column)[i]) + (run.kept_epoch == epoch ? " (kept)" : "");
+    }
+    return points;
+  }
+
+  Axis epoch_axis() const {
+    const double slack = std::max(0.02 * (epochs_.high - epochs_.low), 0.25);
+    Axis axis = Axis::even({epochs_.low - slack, epochs_.high + slack});
+    std::erase_if(axis.ticks,
+                  [](const Tick& tick) { return tick.value != std::round(tick.value); });
+    axis.grid = false;
+    if (group_ != Group::validation) {
+      for (Tick& tick : axis.ticks) tick.text.clear();
+    }
+    return axis;
+  }
+
+  Axis value_axis() const {
+    Span shown = values_;
+    if (group_ == Group::shares) return Axis::even({-0.05, 1.05});
+    if (group_ == Group::validation) {
+      const double spread = shown.high - shown.low;
+      const double margin = std::max({0.06 * spread, 0.02 * std::abs(shown.high), 1e-6});
+      return Axis::even({shown.low - margin, shown.high + margin});
+    }
+    const double margin = std::max(1.06, std::sqrt(1.3 * shown.low / shown.high));
+    return Axis::logarithms({shown.low / margin, shown.high * margin});
+  }
+
+  /// A strip for each epoch with all values of it; of many epochs for some.
+  void add_tooltips(Canvas& canvas, const Panel& panel) const {
+    constexpr std::size_t most = 160;
+    const Box& box = panel.box();
+    const std::size_t every = (texts_.size() + most - 1) / most;
+    std::vector<std::pair<double, std::string>> shown;
+    std::size_t index = 0;
+    for (const auto& [epoch, text] : texts_) {
+      if (index++ % every != 0) continue;
+      shown.emplace_back(panel.x(epoch), "epoch " + number_text(epoch) + text);
+    }
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      const double x = shown[i].first;
+      const double left = i == 0 ? box.left : (shown[i - 1].first + x) / 2;
+      const double right = i + 1 == shown.size() ? box.right : (x + shown[i + 1].first) / 2;
+      canvas.tooltip({left, box.top, right, box.bottom}, shown[i].second);
+    }
+  }
+
+  const TrainingChart& chart_;
+  Group group_;
+  std::vector<Curve> curves_;
+  std::vector<std::pair<std::pair<double, double>, Colour>> kept_;
+  std::map<double, std::string> texts_;  ///< by epoch: a line for each value
+  Span epochs_;
+  Span values_;
+  Legend legend_{key_left, chart_width, 1};
+};
+
+std::string runs_text(const TrainingChart& chart) {
+  std::string out;
+  for (const TrainingRun& run : chart.runs) out += (out.empty() ? "" : ", ") + run.title;
+  return out + ": dark to light";
+}
+
+}  // namespace
+
+void draw_training_chart(const TrainingChart& chart, const std::filesystem::path& stem) {
+  std::vector<std::pair<Group, Box>> panels;
+  double y = top;
+  for (const Group group : {Group::losses, Group::shares, Group::validation}) {
+    if (group == Group::shares && columns_of(chart, group).empty()) continue;
+    panels.emplace_back(group, Box{panels_left, y, panels_right, y + height_of(group)});
+    y += height_of(group) + gap;
+  }
+  const Box last = panels.back().second;
+  const double height = last.bottom + bottom;
+  Canvas canvas(chart_width, height);
+  canvas.title(chart.title);
+  for (const auto& [group, box] : panels) {
+    Curves(chart, group).draw(canvas, box);
+    canvas.text(title_of(group), 14, box.centre(), {.size = 11, .upright = true});
+  }
+  canvas.text("epoch", last.middle(), height - 14, {.size = 11});
+  if (chart.runs.size() > 1) {
+    y = last.top + 64;
+    for (const std::string& line : wrapped(runs_text(chart), 24)) {
+      canvas.text(line, key_left + 6, y, {.align = TextAlign::left});
+      y += 13;
+    }
+  }
+  canvas.draw(stem);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<double> best_epoch(const nlohmann::json& parameters) {
+  if (!parameters.is_object() || !parameters.contains("training")) return std::nullopt;
+  const nlohmann::json& training = parameters.at("training");
+  if (!training.is_object() || !training.contains("best_epoch")) return std::nullopt;
+  const nlohmann::json& epoch = training.at("best_epoch");
+  return epoch.is_number() ? std::optional(epoch.get<double>()) : std::nullopt;
+}
+
+/// The log of a training, which a plugin may have written.
+std::string harmless_csv(const fs::path& file) {
+  require_regular_file(file);
+  const std::string text = contents_of(file);
+  std::string out;
+  for (const std::vector<std::string>& line : csv_lines(text)) {
+    for (std::size_t c = 0; c < line.size(); ++c) {
+      out += (c > 0 ? "," : "") + csv_field(printable(line[c]));
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+ReportFigure curves_of(const std::string& label, const fs::path& folder) {
+  return {label, folder / (label + ".svg"),
+          "losses and validation error; dots mark the epochs that were kept"};
+}
+
+}  // namespace
+
+std::optional<ReportFigure> write_training_results(const std::string& label,
+                                                   const std::vector<TrainingSource>& sources,
+                                                   const fs::path& folder) {
+  TrainingChart chart;
+  chart.title = label;
+  for (const TrainingSource& source : sources) {
+    if (!fs::exists(source.log)) continue;
+    fs::create_directories(folder);
+    try {
+      write_file_atomically(folder / (source.stem + ".csv"), harmless_csv(source.log));
+      chart.runs.push_back(
+          {source.title, read_training_curves(source.log), best_epoch(*source.parameters)});
+    } catch (const InputError& error) {
+      spdlog::warn("{}: {}", source.stem, error.what());
+    }
+  }
+  if (chart.runs.empty()) return std::nullopt;
+  const bool drawn =
+      draw_or_say(folder / label, [&] { draw_training_chart(chart, folder / label); });
+  ReportFigure figure = curves_of(label, folder);
+  figure.drawn = drawn;
+  return figure;
+}
+
+std::optional<ReportFigure> training_figure(const std::string& label, const fs::path& folder) {
+  ReportFigure figure = curves_of(label, folder);
+  return fs::exists(figure.svg) ? std::optional(figure) : std::nullopt;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,222 @@
+#include "frames/calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "core/json.h"
+#include "core/random.h"
+#include "core/statistics.h"
+#include "forward/border/border_model.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/generate.h"
+#include "frames/reference_check.h"
+
+namespace ertbench {
+namespace {
+
+constexpr Eigen::Index least_frames = 10;
+constexpr double floating_noise = 10;  ///< of a channel, over the middle channel's
+
+double decibels(double signal, double noise) {
+  // What no instrument reaches stands for frames that are all alike.
+  constexpr double most = 300;
+  return noise > 0 ? std::min(most, 20 * std::log10(signal / noise)) : most;
+}
+
+/// How far each channel moves from the first frame to the last along its straight line, [channels].
+Eigen::RowVectorXd lines_of(const Frames& frames) {
+  const Eigen::Index count = frames.rows();
+  const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(count, -0.5, 0.5);
+  return time.transpose() * frames / time.squaredNorm();
+}
+
+double change_of_a_contact(const Sensor& sensor, const BorderModel& model) {
+  Contact disc;
+  disc.centre = sensor.sheet->bounds().center();
+  disc.half_size.setConstant(Calibration::contact_radius * sensor.sheet->inner_radius());
+  disc.conductivity_ratio = Calibration::contact_ratio;
+  return model.solve_at({{disc}}, 1).change.norm();
+}
+
+double reciprocity_error_of(const Sensor& sensor, const Eigen::VectorXd& reference) {
+  double differences = 0;
+  double means = 0;
+  for (const auto& [a, b] : reciprocal_pairs(sensor)) {
+    differences += std::pow(reference[a] - reference[b], 2);
+    means += std::pow((reference[a] + reference[b]) / 2, 2);
+  }
+  return means > 0 ? std::sqrt(differences / means) : 0;
+}
+
+}  // namespace
+
+Calibration calibrate(const Sensor& sensor, const Frames& frames) {
+  const Eigen::Index count = frames.rows();
+  if (count < least_frames || frames.cols() != sensor.channels()) {
+    throw std::invalid_argument("calibrate: ten frames of the sensor's channels, at least");
+  }
+  Calibration out;
+  out.sensor = sensor;
+  out.frames = static_cast<int>(count);
+  const Eigen::RowVectorXd mean = frames.colwise().mean();
+  out.reference = mean.transpose();
+  const Frames rest = frames.rowwise() - mean;
+  const auto freedom = static_cast<double>(count - 1);
+  out.noise = (rest.colwise().squaredNorm() / freedom).cwiseSqrt().transpose();
+  const Frames steps = frames.bottomRows(count - 1) - frames.topRows(count - 1);
+  out.white_noise = (steps.colwise().squaredNorm() / (2 * freedom)).cwiseSqrt().transpose();
+
+  const Eigen::RowVectorXd lines = lines_of(frames);
+  out.drift = mean.norm() > 0 ? lines.norm() / mean.norm() : 0;
+  out.drift_level = mean.norm() > 0 ? lines.dot(mean) / mean.squaredNorm() : 0;
+  out.reciprocity_error = reciprocity_error_of(sensor, out.reference);
+
+  const BorderModel model(sensor);
+  const Eigen::VectorXd& expected = model.reference_voltages();
+  out.level = out.reference.dot(expected) / expected.squaredNorm();
+  out.background = sensor.background / out.level;
+  out.misfit = out.reference.norm() > 0
+                   ? (out.reference - out.level * expected).norm() / out.reference.norm()
+                   : 1;
+  out.snr_absolute = decibels(out.reference.norm(), out.noise.norm());
+  out.snr_white = decibels(out.reference.norm(), out.white_noise.norm());
+  out.snr_difference =
+      decibels(std::abs(out.level) * change_of_a_contact(sensor, model), out.noise.norm());
+
+  std::vector<int> zero = electrodes_reading_zero(sensor, out.reference, out.level * expected);
+  const double usual = median(std::vector<double>(out.noise.begin(), out.noise.end()));
+  const std::vector<int> floating = electrodes_with_bad_channels(
+      sensor, [&](Eigen::Index c) { return out.noise[c] > floating_noise * usual && usual > 0; });
+  zero.insert(zero.end(), floating.begin(), floating.end());
+  std::sort(zero.begin(), zero.end());
+  zero.erase(std::unique(zero.begin(), zero.end()), zero.end());
+  out.dead_electrodes = std::move(zero);
+  return out;
+}
+
+namespace {
+
+using nlohmann::json;
+
+std::vector<double> list_of(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
+
+Eigen::VectorXd vector_of(JsonObject& object, const char* key, std::size_t size, Range range) {
+  const std::vector<double> values = object.numbers(key, size, range);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(size));
+}
+
+/// Above what any instrument reaches and below what any number can be.
+constexpr double most_volts = 1e9;
+constexpr double most_decibels = 1000;
+
+}  // namespace
+
+json to_json(const Calibration& c) {
+  return {{"schema", Calibration::schema},
+          {"sensor", to_json(c.sensor)},
+          {"frames", c.frames},
+          {"reference_voltages", list_of(c.reference)},
+          {"noise_V", list_of(c.noise)},
+          {"white_noise_V", list_of(c.white_noise)},
+          {"snr_db",
+           {{"absolute", c.snr_absolute},
+            {"absolute_white", c.snr_white},
+            {"difference", c.snr_difference},
+            {"contact",
+             {{"radius", Calibration::contact_radius},
+              {"conductivity_ratio", Calibration::contact_ratio}}}}},
+          {"drift", {{"level", c.drift_level}, {"relative", c.drift}}},
+          {"dead_electrodes", c.dead_electrodes},
+          {"reciprocity_error", c.reciprocity_error},
+          {"level", c.level},
+          {"background", c.background},
+          {"misfit", c.misfit}};
+}
+
+Calibration read_calibration(const std::filesystem::path& file) {
+  const json content = read_json_file(file);
+  JsonObject object(content, file.string(), "");
+  if (!object.has("noise_V") || !object.has("schema")) {
+    object.fail("", "is no calibration; `ertbench calibrate` writes one");
+  }
+  object.integer("schema", Calibration::schema, Calibration::schema);
+  Calibration c;
+  c.sensor = sensor_from_json(object.object("sensor"));
+  const auto channels = static_cast<std::size_t>(c.sensor.channels());
+  c.frames = object.integer("frames", 1, 2000000000);
+  c.reference = vector_of(object, "reference_voltages", channels, {-most_volts, most_volts});
+  c.noise = vector_of(object, "noise_V", channels, {0, most_volts});
+  c.white_noise = vector_of(object, "white_noise_V", channels, {0, most_volts});
+  JsonObject snr = object.object("snr_db");
+  c.snr_absolute = snr.number("absolute", {-most_decibels, most_decibels});
+  c.snr_white = snr.number("absolute_white", {-most_decibels, most_decibels});
+  c.snr_difference = snr.number("difference", {-most_decibels, most_decibels});
+  snr.raw("contact");
+  snr.finish();
+  JsonObject drift = object.object("drift");
+  c.drift_level = drift.number("level");
+  c.drift = drift.number("relative");
+  drift.finish();
+  c.dead_electrodes =
+      object.integers("dead_electrodes", 0, static_cast<std::size_t>(c.sensor.electrode_count),
+                      {0, c.sensor.electrode_count - 1});
+  c.reciprocity_error = object.number("reciprocity_error", Range::at_least(0));
+  c.level = object.number("level");
+  c.background = object.number("background", {1e-9, 1e8, false, "S/m"});
+  c.misfit = object.number("misfit", Range::at_least(0));
+  if (object.has("source")) object.raw("source");
+  object.finish();
+  return c;
+}
+
+void require_calibration_of(const Calibration& calibration, const Sensor& sensor,
+                            const std::filesystem::path& file) {
+  Sensor same = sensor;
+  same.background = calibration.sensor.background;
+  if (!(same == calibration.sensor)) {
+    throw InputError(file.string() + ": /sensor: is another than that of the frames; calibrate " +
+                     "again with their --sensor");
+  }
+}
+
+namespace {
+
+constexpr std::uint64_t scenes = 400;
+constexpr const char* set_name = "calibrated";
+
+}  // namespace
+
+DatasetSpec calibrated_spec(const Calibration& calibration, const Sensor& sensor,
+                            const std::string& name) {
+  const nlohmann::json json = {{"count", scenes},         {"seed", 1},
+                               {"grid", "auto"},          {"snr_db", calibration.snr_absolute},
+                               {"snr_basis", "absolute"}, {"scenes", {{"contacts", {0, 3}}}}};
+  Sensor fitted = sensor;
+  fitted.background = calibration.background;
+  return dataset_spec_from_json(JsonObject(json, "calibration", ""), fitted, name);
+}
+
+void write_calibrated_set(const Calibration& calibration, const Sensor& sensor,
+                          const std::filesystem::path& file, int threads) {
+  const DatasetSpec spec = calibrated_spec(calibration, sensor, set_name);
+  generate_dataset(spec, file, {threads, {}});
+  Frames voltages = DatasetFile(file).clean_voltages(0, spec.count);
+  for (Eigen::Index f = 0; f < voltages.rows(); ++f) {
+    RandomStream random = spec.noise_stream(static_cast<std::uint64_t>(f));
+    for (Eigen::Index c = 0; c < voltages.cols(); ++c) {
+      voltages(f, c) += calibration.noise[c] * random.normal();
+    }
+  }
+  Hdf5File out = Hdf5File::open_writable(file);
+  out.write_rows(dataset_layout::voltages, 0, voltages);
+  out.write_checksum();
+  out.close();
+}
+
+}  // namespace ertbench

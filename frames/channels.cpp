@@ -1,0 +1,399 @@
+#include "frames/channels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "core/errors.h"
+#include "core/text.h"
+#include "frames/frame_source.h"
+
+namespace ertbench {
+
+Frames ChannelMap::apply(const RowMajorMatrix& table) const {
+  Frames frames(table.rows(), static_cast<Eigen::Index>(entries.size()));
+  for (Eigen::Index row = 0; row < table.rows(); ++row) {
+    for (std::size_t c = 0; c < entries.size(); ++c) {
+      const Entry& entry = entries[c];
+      double value = table(row, entry.plus);
+      if (entry.minus >= 0) value -= table(row, entry.minus);
+      frames(row, static_cast<Eigen::Index>(c)) = entry.factor * value;
+    }
+  }
+  return frames;
+}
+
+ChannelMap ChannelMap::mended(const std::vector<int>& from, const Eigen::VectorXd& factor) const {
+  ChannelMap out{order, columns, {}};
+  for (std::size_t c = 0; c < from.size(); ++c) {
+    Entry entry = entries[static_cast<std::size_t>(from[c])];
+    entry.factor *= factor[static_cast<Eigen::Index>(c)];
+    out.entries.push_back(entry);
+  }
+  return out;
+}
+
+RowMajorMatrix ChannelMap::table() const {
+  RowMajorMatrix out(static_cast<Eigen::Index>(entries.size()), 3);
+  for (std::size_t c = 0; c < entries.size(); ++c) {
+    out.row(static_cast<Eigen::Index>(c)) << static_cast<double>(entries[c].plus),
+        static_cast<double>(entries[c].minus), entries[c].factor;
+  }
+  return out;
+}
+
+namespace {
+
+constexpr NamedOrder orders[] = {
+    {"drive-major", "drive by drive, measurements ascending (the sensor's own)"},
+    {"measure-major", "measurement by measurement, drives ascending"},
+    {"rotating", "drive by drive, measurements from the one behind the drive on"},
+    {"rotating-back", "the same with the measurements going back from the drive"},
+    {"full", "all measurements of all drives, drive by drive"},
+    {"full-measure-major", "all drives of all measurements, measurement by measurement"},
+    {"potentials", "the potential of every electrode, drive by drive"}};
+
+std::string names_of_orders() {
+  std::string text;
+  for (const NamedOrder& order : orders)
+    text += (text.empty() ? "" : ", ") + std::string(order.name);
+  return text;
+}
+
+std::string source_name(const FrameSource& source) { return source.files().front().string(); }
+
+[[noreturn]] void refuse_columns(const FrameSource& source, Eigen::Index expected,
+                                 const std::string& order) {
+  const std::string place =
+      source_name(source) + ": " + (source.dataset().empty() ? "" : source.dataset() + ": ");
+  const std::string columns = std::to_string(source.columns());
+  if (source.frames() == static_cast<std::uint64_t>(expected)) {
+    throw InputError(place + "must have shape [N, " + std::to_string(expected) + "], has [" +
+                     std::to_string(source.frames()) + ", " + columns +
+                     "]; --transposed reads frames that are columns");
+  }
+  throw InputError(place + "must have shape [N, " + std::to_string(expected) + "], has [" +
+                   std::to_string(source.frames()) + ", " + columns + "]; the sensor has so many " +
+                   (order.empty() ? "channels" : "columns in the order \"" + order + "\"") +
+                   ": name another --sensor or --channels");
+}
+
+double factor_of(const std::string& unit) {
+  if (unit.empty() || unit == "V") return 1;
+  if (unit == "mV") return 1e-3;
+  if (unit == "uV" || unit == "µV") return 1e-6;
+  throw InputError("--unit: must be V, mV or uV, got \"" + printable(unit) + "\"");
+}
+
+/// Columns are channels, somewhere among `columns`.
+ChannelMap map_of_places(const std::string& order, Eigen::Index columns,
+                         const std::vector<int>& places) {
+  ChannelMap map{order, columns, {}};
+  for (const int place : places) map.entries.push_back({place, -1, 1});
+  return map;
+}
+
+/// Columns are [drives][electrodes].
+ChannelMap map_of_potentials(const Sensor& sensor) {
+  const auto drives = drive_pairs(sensor);
+  const auto measured = measurement_pairs(sensor);
+  const Eigen::Index electrodes = sensor.electrode_count;
+  ChannelMap map{"potentials", static_cast<Eigen::Index>(drives.size()) * electrodes, {}};
+  for (const Channel& channel : channels_of(sensor)) {
+    const auto& [first, second] = measured[static_cast<std::size_t>(channel.measurement)];
+    map.entries.push_back(
+        {channel.drive * electrodes + first, channel.drive * electrodes + second, 1});
+  }
+  return map;
+}
+
+/// By the injections that the file lists: either way round, and with more than are needed.
+ChannelMap map_of_injections(const Sensor& sensor, const FrameSource& source) {
+  const auto drives = drive_pairs(sensor);
+  const auto measured = measurement_pairs(sensor);
+  const std::vector<Injection> injections = source.injections();
+  const std::vector<int> electrodes = source.electrodes();
+  const auto column_of = [&](int electrode) {
+    const auto found = std::find(electrodes.begin(), electrodes.end(), electrode);
+    if (found == electrodes.end()) {
+      throw InputError(source_name(source) + ": measures no electrode " +
+                       std::to_string(electrode + 1) + ", which the sensor has; name another " +
+                       "--sensor");
+    }
+    return static_cast<Eigen::Index>(found - electrodes.begin());
+  };
+  ChannelMap map{"injections of the file", source.columns(), {}};
+  for (const Channel& channel : channels_of(sensor)) {
+    const auto& [sink, entry] = drives[static_cast<std::size_t>(channel.drive)];
+    Eigen::Index run = -1;
+    double sign = 1;
+    for (std::size_t i = 0; i < injections.size(); ++i) {
+      const bool same = injections[i] == Injection{entry, sink};
+      if (!same && injections[i] != Injection{sink, entry}) continue;
+      run = static_cast<Eigen::Index>(i);
+      sign = same ? 1 : -1;
+    }
+    if (run < 0) {
+      throw InputError(source_name(source) + ": has no injection between the electrodes " +
+                       std::to_string(sink + 1) + " and " + std::to_string(entry + 1) +
+                       ", which the sensor drives; name the --sensor of the recording");
+    }
+    const auto& [first, second] = measured[static_cast<std::size_t>(channel.measurement)];
+    const Eigen::Index begin = run * static_cast<Eigen::Index>(electrodes.size());
+    map.entries.push_back({begin + column_of(first), begin + column_of(second), sign});
+  }
+  return map;
+}
+
+/// `lines` [columns, 2 or 3]: drive, measurement, sign.
+ChannelMap map_of_lines(const Sensor& sensor, const FrameSource& source,
+                        const RowMajorMatrix& lines, const std::string& order) {
+  const auto fail = [&](Eigen::Index line, const std::string& what) {
+    throw InputError(order + ": column " + std::to_string(line) + ": " + what);
+  };
+  if (lines.cols() != 2 && lines.cols() != 3) {
+    throw InputError(order + ": must have a line \"drive measurement\" for each column, with a " +
+                     "sign behind them or without");
+  }
+  if (lines.rows() != source.columns()) {
+    throw InputError(order + ": has lines for " + std::to_string(lines.rows()) + " columns, " +
+                     source_name(source) + " has " + std::to_string(source.columns()));
+  }
+  const std::vector<Channel> channels = channels_of(sensor);
+  ChannelMap map{order, source.columns(), {}};
+  map.entries.resize(channels.size());
+  std::vector<Eigen::Index> stands(channels.size(), -1);
+  for (Eigen::Index line = 0; line < lines.rows(); ++line) {
+    const double sign = lines.cols() == 3 ? lines(line, 2) : 1;
+    if (std::abs(sign) != 1) fail(line, "the sign must be 1 or -1");
+    const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) {
+      return channel.drive == lines(line, 0) && channel.measurement == lines(line, 1);
+    });
+    if (found == channels.end()) continue;
+    const auto c = static_cast<std::size_t>(found - channels.begin());
+    if (stands[c] >= 0) {
+      fail(line, "is the same channel as column " + std::to_string(stands[c]));
+    }
+    stands[c] = line;
+    map.entries[c] = {line, -1, sign};
+  }
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (stands[c] < 0) {
+      throw InputError(order + ": no column has drive " + std::to_string(channels[c].drive) +
+                       " and measurement " + std::to_string(channels[c].measurement) +
+                       ", a channel of the sensor; both are counted from 0");
+    }
+  }
+  return map;
+}
+
+ChannelMap map_in_volts(const Sensor& sensor, const FrameSource& source, const std::string& order) {
+  const auto drives = static_cast<Eigen::Index>(drive_pairs(sensor).size());
+  const auto measurements = static_cast<Eigen::Index>(measurement_pairs(sensor).size());
+  const Eigen::Index channels = sensor.channels();
+  if (order.empty() && !source.injections().empty()) return map_of_injections(sensor, source);
+  std::string name = order;
+  if (order.empty()) name = source.columns() == drives * measurements ? "full" : "drive-major";
+  const auto require = [&](Eigen::Index columns) {
+    if (source.columns() != columns) refuse_columns(source, columns, order);
+  };
+  if (name == "full" || name == "full-measure-major") {
+    require(drives * measurements);
+    std::vector<int> places;
+    for (const Channel& channel : channels_of(sensor)) {
+      const Eigen::Index place = name == "full" ? channel.drive * measurements + channel.measurement
+                                                : channel.measurement * drives + channel.drive;
+      places.push_back(static_cast<int>(place));
+    }
+    return map_of_places(name, drives * measurements, places);
+  }
+  if (name == "potentials") {
+    ChannelMap map = map_of_potentials(sensor);
+    require(map.columns);
+    return map;
+  }
+  if (name == "drive-major" || name == "measure-major" || name == "rotating" ||
+      name == "rotating-back") {
+    require(channels);
+    return map_of_places(name, channels, places_in_order(sensor, name));
+  }
+  if (name.starts_with('/') && source.format() != "CSV" && source.format() != "eit") {
+    return map_of_lines(sensor, source, source.table(name), source_name(source) + ": " + name);
+  }
+  std::error_code error;
+  if (!std::filesystem::exists(name, error)) {
+    throw InputError("--channels: must be one of " + names_of_orders() +
+                     ", or a file with a line \"drive measurement\" for each column; \"" +
+                     printable(name) + "\" does not exist");
+  }
+  return map_of_lines(sensor, source, numbers_of_text(text_of_file(name), name), name);
+}
+
+}  // namespace
+
+std::span<const NamedOrder> named_orders() { return orders; }
+
+std::vector<int> places_in_order(const Sensor& sensor, const std::string& name) {
+  const std::vector<Channel> channels = channels_of(sensor);
+  const auto measurements = static_cast<int>(measurement_pairs(sensor).size());
+  std::vector<int> file(channels.size());  // the channels in the order of the file
+  for (std::size_t c = 0; c < file.size(); ++c) file[c] = static_cast<int>(c);
+  const auto channel = [&](int c) { return channels[static_cast<std::size_t>(c)]; };
+  if (name == "measure-major") {
+    std::sort(file.begin(), file.end(), [&](int a, int b) {
+      return std::pair(channel(a).measurement, channel(a).drive) <
+             std::pair(channel(b).measurement, channel(b).drive);
+    });
+  } else if (name == "rotating" || name == "rotating-back") {
+    const int way = name == "rotating" ? 1 : -1;
+    const auto behind = [&](int c) {
+      const int apart = channel(c).measurement - channel(c).drive % measurements;
+      return (way * apart + measurements) % measurements;
+    };
+    std::sort(file.begin(), file.end(), [&](int a, int b) {
+      return std::pair(channel(a).drive, behind(a)) < std::pair(channel(b).drive, behind(b));
+    });
+  } else if (name != "drive-major") {
+    throw std::invalid_argument("an order of other columns than the channels");
+  }
+  std::vector<int> places(file.size());
+  for (std::size_t p = 0; p < file.size(); ++p) {
+    places[static_cast<std::size_t>(file[p])] = static_cast<int>(p);
+  }
+  return places;
+}
+
+ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
+                       const std::string& unit) {
+  const double factor = factor_of(unit);
+  ChannelMap map = map_in_volts(sensor, source, order);
+  for (ChannelMap::Entry& entry : map.entries) entry.factor *= factor;
+  return map;
+}
+
+namespace {
+
+/// A pair in a list, and whether it stands there the other way round.
+struct PairPlace {
+  int index;
+  double sign;
+};
+
+std::optional<PairPlace> find_pair(const std::vector<ElectrodePair>& pairs,
+                                   const ElectrodePair& pair) {
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (pairs[p] == pair) return PairPlace{static_cast<int>(p), 1};
+  }
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (pairs[p] == ElectrodePair{pair.second, pair.first})
+      return PairPlace{static_cast<int>(p), -1};
+  }
+  return std::nullopt;
+}
+
+/// What the instrument calls an electrode of the sensor.
+int instruments_number(int electrode, int shift, bool mirrored, int count) {
+  return ((mirrored ? shift - electrode : electrode - shift) + count) % count;
+}
+
+/// Which value is which channel where the instrument counts its electrodes in another way but
+/// drives, measures and lists the pairs that the sensor lists. `places` as places_in_order has it.
+std::optional<ChannelReading> relabelled(const Sensor& sensor, int shift, bool mirrored,
+                                         const std::vector<int>& places) {
+  const auto drives = drive_pairs(sensor);
+  const auto measured = measurement_pairs(sensor);
+  const std::vector<Channel> channels = channels_of(sensor);
+  std::vector<int> index(drives.size() * measured.size(), -1);
+  const auto at = [&](int drive, int measurement) -> int& {
+    return index[static_cast<std::size_t>(drive) * measured.size() +
+                 static_cast<std::size_t>(measurement)];
+  };
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    at(channels[c].drive, channels[c].measurement) = static_cast<int>(c);
+  }
+  const auto named = [&](const ElectrodePair& pair) {
+    const int count = sensor.electrode_count;
+    return ElectrodePair{instruments_number(pair.first, shift, mirrored, count),
+                         instruments_number(pair.second, shift, mirrored, count)};
+  };
+  ChannelReading reading;
+  reading.shift = shift;
+  reading.mirrored = mirrored;
+  reading.sign.resize(static_cast<Eigen::Index>(channels.size()));
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto drive =
+        find_pair(drives, named(drives[static_cast<std::size_t>(channels[c].drive)]));
+    const auto measurement =
+        find_pair(measured, named(measured[static_cast<std::size_t>(channels[c].measurement)]));
+    if (!drive || !measurement) return std::nullopt;
+    const int channel = at(drive->index, measurement->index);
+    if (channel < 0) return std::nullopt;
+    reading.from.push_back(places[static_cast<std::size_t>(channel)]);
+    reading.sign[static_cast<Eigen::Index>(c)] = drive->sign * measurement->sign;
+  }
+  return reading;
+}
+
+}  // namespace
+
+std::string ChannelReading::text() const {
+  std::string out;
+  const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
+  if (!order.empty()) {
+    add(order == "measure-major" ? "drive and measurement are exchanged (order measure-major)"
+                                 : "the channels stand in the order " + order);
+  }
+  if (mirrored) {
+    add("the instrument counts its electrodes the other way round, from the sensor's electrode " +
+        std::to_string(shift));
+  } else if (shift != 0) {
+    add("the instrument's electrodes are shifted: its electrode 0 is the sensor's electrode " +
+        std::to_string(shift));
+  }
+  if (rectified) add("the voltages are amplitudes that have lost their signs");
+  return out;
+}
+
+Eigen::VectorXd ChannelReading::apply(const Eigen::VectorXd& values) const {
+  return values(from).cwiseProduct(sign);
+}
+
+Frames ChannelReading::apply(const Frames& frames) const {
+  Frames out = frames(Eigen::all, from);
+  out.array().rowwise() *= sign.transpose().array();
+  return out;
+}
+
+std::vector<ChannelReading> channel_readings(const Sensor& sensor) {
+  std::vector<ChannelReading> readings;
+  for (const char* order : {"drive-major", "measure-major", "rotating", "rotating-back"}) {
+    const std::vector<int> places = places_in_order(sensor, order);
+    if (readings.empty() || places != places_in_order(sensor, "drive-major")) {
+      for (const bool mirrored : {false, true}) {
+        for (int shift = 0; shift < sensor.electrode_count; ++shift) {
+          auto reading = relabelled(sensor, shift, mirrored, places);
+          if (!reading) continue;
+          if (order != std::string("drive-major")) reading->order = order;
+          readings.push_back(std::move(*reading));
+        }
+      }
+    }
+  }
+  // An order that was declared and is not there is undone by its inverse.
+  for (const char* order : {"rotating", "rotating-back"}) {
+    const std::vector<int> places = places_in_order(sensor, order);
+    std::vector<int> inverse(places.size());
+    for (std::size_t c = 0; c < places.size(); ++c) {
+      inverse[static_cast<std::size_t>(places[c])] = static_cast<int>(c);
+    }
+    if (inverse == places) continue;
+    auto reading = relabelled(sensor, 0, false, inverse);
+    if (!reading) continue;
+    reading->order = std::string("drive-major (and not \"") + order + "\", if that was declared)";
+    readings.push_back(std::move(*reading));
+  }
+  return readings;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,192 @@
+#include "frames/own_frames.h"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "core/json.h"
+#include "core/text.h"
+#include "forward/sheet/sensor_json.h"
+#include "frames/channels.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t looked_at = 1000;  ///< frames of the check
+constexpr std::uint64_t block_frames = 1024;
+
+Frames mean_of(const Frames& frames) { return frames.colwise().mean(); }
+
+/// The mean of many frames, a block at a time.
+Frames mean_of_rows(const FrameSource& source, const ChannelMap& map, std::uint64_t first,
+                    std::uint64_t last) {
+  Frames sum = Frames::Zero(1, static_cast<Eigen::Index>(map.entries.size()));
+  for (std::uint64_t row = first; row <= last; row += block_frames) {
+    const std::uint64_t count = std::min(block_frames, last + 1 - row);
+    sum += map.apply(source.read(row, count)).colwise().sum();
+  }
+  return sum / static_cast<double>(last + 1 - first);
+}
+
+}  // namespace
+
+std::optional<std::pair<std::uint64_t, std::uint64_t>> rows_of(const std::string& text) {
+  std::uint64_t first = 0;
+  std::uint64_t last = 0;
+  const char* const end = text.data() + text.size();
+  const auto [dash, error] = std::from_chars(text.data(), end, first);
+  if (error != std::errc() || dash == end || (*dash != '-' && *dash != ':')) return std::nullopt;
+  const auto [rest, wrong] = std::from_chars(dash + 1, end, last);
+  if (wrong != std::errc() || rest != end) return std::nullopt;
+  return std::pair(first, last);
+}
+
+Sensor sensor_from_file(const fs::path& file) {
+  const nlohmann::json content = read_json_file(file);
+  const bool is_experiment = content.is_object() && content.contains("datasets");
+  if (is_experiment && !content.contains("sensor")) return {};
+  if (content.is_object() && content.contains("sensor") && content.at("sensor").is_object()) {
+    return sensor_from_json(JsonObject(content.at("sensor"), file.string(), "/sensor"));
+  }
+  if (content.is_object() && content.contains("sensor") && content.at("sensor").is_string()) {
+    return read_sensor(find_sensor_file(content.at("sensor").get<std::string>(), file));
+  }
+  return read_sensor(file);
+}
+
+OwnFrames::OwnFrames(const OwnFramesOptions& options)
+    : options_(options), source_(open_frames(options.input, options.file)) {
+  if (!options_.calibration.empty()) calibration_ = read_calibration(options_.calibration);
+  if (!options_.sensor.empty()) {
+    sensor_ = sensor_from_file(options_.sensor);
+  } else if (const auto named = source_->sensor()) {
+    sensor_ = *named;
+  } else if (calibration_) {
+    sensor_ = calibration_->sensor;
+  }
+  if (calibration_) {
+    require_calibration_of(*calibration_, sensor_, options_.calibration);
+    sensor_.background = calibration_->background;
+  }
+  map_ = channel_map(sensor_, *source_, options_.channels, options_.unit);
+  take_reference();
+}
+
+void OwnFrames::take_reference() {
+  const std::string file = options_.input.string();
+  if (!options_.background.empty()) {
+    references_ = background_rows();
+    return;
+  }
+  const RowMajorMatrix own = source_->reference();
+  if (own.rows() > 0) {
+    const std::string place = file + ": /reference_voltages: ";
+    const auto frames = static_cast<Eigen::Index>(source_->frames());
+    const bool fits = own.cols() == map_.columns && (own.rows() == 1 || own.rows() == frames);
+    if (!fits) {
+      throw InputError(place + "must have shape [" + std::to_string(map_.columns) + "] or [" +
+                       std::to_string(frames) + ", " + std::to_string(map_.columns) +
+                       "], the order of the frames; has [" + std::to_string(own.rows()) + ", " +
+                       std::to_string(own.cols()) + "]");
+    }
+    references_ = map_.apply(own);
+    reference_text_ = "the file's /reference_voltages";
+    return;
+  }
+  if (calibration_) {
+    references_ = calibration_->reference.transpose();
+    reference_text_ = "of the calibration " + options_.calibration.string();
+    return;
+  }
+  if (!options_.needs_reference) return;
+  throw InputError(file + ": /reference_voltages: is missing; give frames without contact by " +
+                   "--background, as a file or as rows of this one (0-19)");
+}
+
+Frames OwnFrames::background_rows() {
+  const auto rows = rows_of(options_.background);
+  if (rows) {
+    const auto [first, last] = *rows;
+    if (first > last || last >= source_->frames()) {
+      throw InputError("--background: rows " + options_.background + " are not among the " +
+                       std::to_string(source_->frames()) + " of " + options_.input.string() +
+                       ", which are counted from 0");
+    }
+    reference_text_ = "mean of the rows " + options_.background + " of the input";
+    return mean_of_rows(*source_, map_, first, last);
+  }
+  const auto other = open_frames(options_.background, options_.file);
+  const ChannelMap map = channel_map(sensor_, *other, options_.channels, options_.unit);
+  reference_text_ =
+      "mean of " + std::to_string(other->frames()) + " frames of " + options_.background;
+  return mean_of_rows(*other, map, 0, other->frames() - 1);
+}
+
+Eigen::RowVectorXd OwnFrames::reference() const { return mean_of(references_); }
+
+Frames OwnFrames::voltages(std::uint64_t first, std::uint64_t count) const {
+  return map_.apply(source_->read(first, count));
+}
+
+Frames OwnFrames::changes(std::uint64_t first, std::uint64_t count) const {
+  Frames frames = voltages(first, count);
+  if (references_.rows() > 1) {
+    frames -=
+        references_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+  } else {
+    frames.rowwise() -= references_.row(0);
+  }
+  return frames;
+}
+
+ReferenceVerdict OwnFrames::check() const {
+  const std::uint64_t count = std::min(looked_at, frames());
+  Frames some(static_cast<Eigen::Index>(count), sensor_.channels());
+  for (std::uint64_t i = 0; i < count; ++i) {
+    some.row(static_cast<Eigen::Index>(i)) = changes(i * frames() / count, 1);
+  }
+  return check_reference(sensor_, reference().transpose(), some);
+}
+
+void OwnFrames::mend(const ReferenceVerdict& verdict) {
+  map_ = map_.mended(verdict.from, verdict.factor);
+  Frames mended = references_(Eigen::all, verdict.from);
+  mended.array().rowwise() *= verdict.factor.transpose().array();
+  references_ = std::move(mended);
+  mended_ = true;
+}
+
+nlohmann::json OwnFrames::description() const {
+  const std::vector<fs::path> files = source_->files();
+  nlohmann::json names = nlohmann::json::array();
+  // A recording of a thousand files is named by its first and last.
+  for (const fs::path& file : {files.front(), files.back()}) {
+    if (names.empty() || names.back() != printable_path(file.string())) {
+      names.push_back(printable_path(file.string()));
+    }
+  }
+  return {{"input",
+           {{"files", std::move(names)},
+            {"checksum", checksum_of(files)},
+            {"format", source_->format()},
+            {"dataset", source_->dataset()},
+            {"frames", source_->frames()}}},
+          {"channels", {{"order", printable(map_.order)}, {"columns", map_.columns}}},
+          {"unit", options_.unit.empty() ? "V" : options_.unit},
+          {"mended", mended_},
+          {"reference", reference_text_}};
+}
+
+std::vector<fs::path> OwnFrames::inputs() const {
+  std::vector<fs::path> out = source_->files();
+  for (const fs::path& file : {options_.sensor, options_.calibration, fs::path(options_.channels),
+                               fs::path(options_.background)}) {
+    std::error_code error;
+    if (!file.empty() && fs::exists(file, error)) out.push_back(file);
+  }
+  return out;
+}
+
+}  // namespace ertbench

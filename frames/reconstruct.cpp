@@ -1,0 +1,390 @@
+#include "frames/reconstruct.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+#include <tuple>
+
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/hdf5_file.h"
+#include "core/json.h"
+#include "core/process.h"
+#include "forward/data/dataset_file.h"
+#include "frames/calibration.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool holds_images(const fs::path& file) {
+  try {
+    return Hdf5File::open(file).has("/conductivity_change");
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+void require_image_output(const fs::path& output, const std::vector<fs::path>& inputs) {
+  require_output(output, inputs, {"file of images (/conductivity_change)", holds_images});
+}
+
+std::vector<fs::path> reconstruction_inputs(const fs::path& spec_file, const fs::path& frames) {
+  std::vector<fs::path> inputs = {spec_file, frames};
+  const nlohmann::json spec = read_json_file(spec_file);
+  if (spec.is_object() && spec.contains("checkpoint")) {
+    const fs::path checkpoint = JsonObject(spec, spec_file.string(), "").text("checkpoint");
+    inputs.push_back(spec_file.parent_path() / checkpoint);
+  }
+  return inputs;
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t streamed_frames = 1024;
+constexpr Eigen::Index most_written = 8;  ///< contacts of a frame, the strongest
+constexpr Eigen::Index contact_columns = 6;
+
+std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const OwnFrames& frames,
+                                    SolverRegistry& registry) {
+  const Sensor& sensor = frames.sensor();
+  json spec = read_json_file(spec_file);
+  std::optional<fs::path> checkpoint;
+  if (spec.is_object() && spec.contains("checkpoint")) {
+    checkpoint = JsonObject(spec, spec_file.string(), "").text("checkpoint");
+    if (checkpoint->is_relative()) checkpoint = spec_file.parent_path() / *checkpoint;
+    spec.erase("checkpoint");
+  }
+  std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, spec_file.string(), ""));
+  if (checkpoint) {
+    solver->load(*checkpoint, sensor);
+  } else {
+    FitInput fit;
+    fit.sensor = sensor;
+    const TemporaryFolder folder("reconstruct");
+    std::optional<DatasetFile> set;
+    if (frames.calibration()) {
+      write_calibrated_set(*frames.calibration(), sensor, folder / "calibrated.h5", fit.threads);
+      fit.validation = &set.emplace(folder / "calibrated.h5");
+    }
+    try {
+      solver->fit(fit);
+    } catch (const InputError& e) {
+      throw InputError(spec_file.string() + ": " + e.what());
+    }
+  }
+  return solver;
+}
+
+void count_report(const FrameReport& report, ReconstructSummary& summary) {
+  summary.not_converged += report.status == FrameStatus::not_converged;
+  summary.undefined += report.status == FrameStatus::undefined;
+  summary.suspect += report.status == FrameStatus::suspect;
+  summary.dead_electrode += (report.reasons & dead_electrode) != 0;
+  summary.noise += (report.reasons & noise) != 0;
+  summary.out_of_range += (report.reasons & out_of_range) != 0;
+  summary.unexplained += (report.reasons & unexplained) != 0;
+}
+
+/// Reads the frames as they are to be read, or throws where they are not what the sensor expects.
+std::string check_frames(const ReconstructOptions& options, OwnFrames& frames) {
+  using State = ReferenceVerdict::State;
+  const ReferenceVerdict verdict = frames.check();
+  std::string text = verdict.text();
+  if (verdict.state == State::sound) return text;
+  if (verdict.state == State::mendable && options.fix) {
+    frames.mend(verdict);
+    return text + "\n  the frames were read so (--fix)";
+  }
+  if (options.force) return text + "\n  the frames were imaged as they are (--force)";
+  throw InputError(options.frames.input.string() + ": " + text + "\n  nothing was imaged; " +
+                   (verdict.state == State::mendable ? "--fix reads the frames so, " : "") +
+                   "--force images them as they are");
+}
+
+void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
+  const PixelGrid pixels = frames.sensor().image();
+  const auto rows = static_cast<std::uint64_t>(pixels.rows());
+  const auto columns = static_cast<std::uint64_t>(pixels.columns());
+  const double unit_mm = frames.sensor().sheet->unit_mm();
+  out.create_dataset("/conductivity_change", {frames.frames(), rows, columns});
+  out.write_text("/conductivity_change", "units", "S/m");
+  out.write_text("/conductivity_change", "description",
+                 "change from the background [frame, row, column]: row 0 at the least y, column 0 "
+                 "at the least x (/y_mm, /x_mm)");
+  out.create_dataset("/status", {frames.frames()}, Hdf5File::Number::uint8);
+  out.write_text("/status", "description",
+                 "0 ok, 1 not converged, 2 undefined (image is NaN), 3 suspect (an image, but the "
+                 "frame is not one to trust: /reason says why)");
+  out.create_dataset("/reason", {frames.frames()}, Hdf5File::Number::uint8);
+  out.write_text("/reason", "description",
+                 "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
+                 "voltages out of the range that it was fitted for, 8 explained by no contacts "
+                 "of the solver's model; 0 none");
+  if (solver.contact_finder()) {
+    out.create_dataset("/contacts", {frames.frames(), most_written, contact_columns});
+    out.write_text("/contacts", "description",
+                   "[frame, contact, column], the strongest first, NaN where there is none: x and "
+                   "y of the centre, mm from the middle of the sheet; radius of the disc of its "
+                   "area, mm; largest change of the conductivity, S/m; standard deviations of x "
+                   "and y, mm, 0 where the solver knows none");
+  }
+  out.write_vector("/x_mm", unit_mm * pixels.centres_x().transpose());
+  out.write_vector("/y_mm", unit_mm * pixels.centres_y().transpose());
+  for (const char* axis : {"/x_mm", "/y_mm"}) {
+    out.write_text(axis, "description", "centres of the pixels, mm from the sheet's own origin");
+  }
+  out.write_vector("/reference_voltages", frames.reference().transpose());
+  out.write_text("/reference_voltages", "units", "V");
+  out.write_text("/", "sensor", json_text(to_json(frames.sensor())));
+  out.write_text("/", "solver", json_text(printable_json(solver.parameters())));
+  out.write_text("/", "source", json_text(printable_json(frames.description(), 4096)));
+  out.write_matrix("/channel_map", frames.map().table());
+  out.write_text("/channel_map", "description",
+                 "how channels were read [channel]: column of the input, the column that was taken "
+                 "from it or -1, factor to V");
+}
+
+/// As /contacts has them, [frames, most_written * contact_columns].
+RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
+                           const Frames& changes) {
+  std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
+  finder.find_contacts(changes, found);
+  const double unit_mm = sensor.sheet->unit_mm();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  RowMajorMatrix out =
+      RowMajorMatrix::Constant(changes.rows(), most_written * contact_columns, std::nan(""));
+  for (Eigen::Index f = 0; f < out.rows(); ++f) {
+    const std::vector<FoundContact>& contacts = found[static_cast<std::size_t>(f)];
+    const auto count = std::min(static_cast<Eigen::Index>(contacts.size()), most_written);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const FoundContact& contact = contacts[static_cast<std::size_t>(c)];
+      const Eigen::Vector2d place = unit_mm * (contact.place - middle);
+      const Eigen::Vector2d deviation = unit_mm * contact.place_deviation;
+      out.row(f).segment<contact_columns>(c * contact_columns) << place.x(), place.y(),
+          unit_mm * std::sqrt(contact.area / std::numbers::pi), contact.peak, deviation.x(),
+          deviation.y();
+    }
+  }
+  return out;
+}
+
+/// Where the solver looks for it: the change of the whole sheet beside what the images show.
+void write_level(Hdf5File& out, const RowMajorMatrix& level) {
+  if ((level.array() == 0).all()) return;
+  out.create_dataset("/level", {static_cast<std::uint64_t>(level.rows())});
+  out.write_rows("/level", 0, level);
+  out.write_text("/level", "description",
+                 "relative change of the whole sheet's conductivity that was found beside what the "
+                 "image shows [frame]");
+}
+
+/// In a process of its own.
+ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs::path& aside,
+                                    SolverRegistry& registry) {
+  OwnFrames frames(options.frames);
+  require_image_output(options.output, frames.inputs());
+  const std::unique_ptr<Solver> solver = solver_from(options.solver, frames, registry);
+
+  ReconstructSummary summary;
+  summary.reference = check_frames(options, frames);
+  summary.frames = frames.frames();
+  summary.checked = solver->fit_report().frame_check.empty();
+  const auto write = [&](const fs::path& place) {
+    Hdf5File out = Hdf5File::create(place);
+    describe(out, frames, *solver);
+    RowMajorMatrix level(static_cast<Eigen::Index>(frames.frames()), 1);
+    Progress progress("reconstructing");
+    for (std::uint64_t first = 0; first < frames.frames(); first += streamed_frames) {
+      const std::uint64_t count = std::min(streamed_frames, frames.frames() - first);
+      const Frames changes = frames.changes(first, count);
+      Images images(changes.rows(), frames.sensor().pixels());
+      std::vector<FrameReport> reports(count);
+      solver->reconstruct(changes, images, reports);
+      RowMajorMatrix status(changes.rows(), 1);
+      RowMajorMatrix reason(changes.rows(), 1);
+      for (Eigen::Index i = 0; i < changes.rows(); ++i) {
+        FrameReport& report = reports[static_cast<std::size_t>(i)];
+        if (!images.row(i).allFinite()) report.status = FrameStatus::undefined;
+        if (report.status == FrameStatus::undefined) images.row(i).setConstant(std::nan(""));
+        count_report(report, summary);
+        status(i, 0) = static_cast<double>(report.status);
+        reason(i, 0) = report.reasons;
+        level(static_cast<Eigen::Index>(first) + i, 0) = report.level;
+      }
+      out.write_rows("/conductivity_change", first, images);
+      out.write_rows("/status", first, status);
+      out.write_rows("/reason", first, reason);
+      if (const ContactFinder* finder = solver->contact_finder()) {
+        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), changes));
+      }
+      progress.update(first + count, frames.frames());
+    }
+    write_level(out, level);
+    out.close();
+  };
+  replace_file(options.output, write, aside);
+  return summary;
+}
+
+json to_json(const ReconstructSummary& s) {
+  return {s.frames, s.not_converged, s.undefined,   s.suspect, s.dead_electrode,
+          s.noise,  s.out_of_range,  s.unexplained, s.checked, s.reference};
+}
+
+ReconstructSummary summary_from_json(const json& value) {
+  return {value.at(0), value.at(1), value.at(2), value.at(3), value.at(4),
+          value.at(5), value.at(6), value.at(7), value.at(8), value.at(9)};
+}
+
+}  // namespace
+
+void survive_reading(const fs::path& path, const std::function<void()>& read) {
+  constexpr double time_limit_s = 600;  // for a library that never comes back
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto&) {
+        try {
+          read();
+        } catch (const std::exception&) {
+        }
+      },
+      {time_limit_s, machine_memory_bytes() / 2});
+  if (!outcome.finished) {
+    throw InputError(path.string() +
+                     ": is damaged: the HDF5 library cannot get through it; write it again");
+  }
+}
+
+void read_frames(const OwnFramesOptions& options) {
+  const OwnFrames frames(options);
+  for (std::uint64_t first = 0; first < frames.frames(); first += streamed_frames) {
+    frames.changes(first, std::min(streamed_frames, frames.frames() - first));
+  }
+}
+
+void read_frames(const fs::path& input) {
+  OwnFramesOptions options;
+  options.input = input;
+  read_frames(options);
+}
+
+ReconstructSummary reconstruct_file(const ReconstructOptions& options, SolverRegistry& registry) {
+  const fs::path& output = options.output;
+  require_image_output(output, reconstruction_inputs(options.solver, options.frames.input));
+  survive_reading(options.frames.input, [&] { read_frames(options.frames); });
+  const fs::path aside = aside_of(output);
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto& send) {
+        registry.allow_plugins();
+        json said;
+        try {
+          said["summary"] = to_json(reconstruct_here(options, aside, registry));
+        } catch (const InputError& wrong) {
+          said["refused"] = wrong.what();
+        } catch (const std::bad_alloc&) {
+          said["no_memory"] = true;
+        } catch (const std::exception& exception) {
+          said["failed"] = exception.what();
+        }
+        send(json_text(said));
+      },
+      {std::numeric_limits<double>::infinity(), machine_memory_bytes() / 10 * 9},
+      StandardError::shared);
+  if (!outcome.finished || outcome.messages.empty()) {
+    std::error_code ignored;
+    fs::remove(aside, ignored);
+    throw InputError(options.solver.string() + ": the solver ended its process (" +
+                     outcome.end.text() + "); " + output.string() + " was not written");
+  }
+  const json said = parse_json(outcome.messages.back(), "what the solver's process said");
+  if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
+  if (said.contains("no_memory")) throw std::bad_alloc();
+  if (said.contains("failed")) throw std::runtime_error(said.at("failed").get<std::string>());
+  return summary_from_json(said.at("summary"));
+}
+
+namespace {
+
+constexpr std::uint64_t least_recorded = 10;
+constexpr std::uint64_t most_frames = 1000000;
+
+bool is_calibration(const fs::path& file) {
+  try {
+    read_calibration(file);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path& output, bool fix,
+                                  bool force) {
+  OwnFramesOptions options = given;
+  options.needs_reference = false;
+  options.background.clear();
+  options.calibration.clear();
+  survive_reading(options.input, [&] { OwnFrames(options).source().read(0, 1); });
+  OwnFrames frames(options);
+  require_output(output, frames.inputs(), {"calibration", is_calibration});
+
+  std::uint64_t first = 0;
+  std::uint64_t last = frames.frames() - 1;
+  if (!given.background.empty()) {
+    const auto rows = rows_of(given.background);
+    if (!rows || rows->first > rows->second || rows->second > last) {
+      throw InputError("--rows: must be FIRST-LAST, counted from 0, among the " +
+                       std::to_string(frames.frames()) + " frames of " + options.input.string() +
+                       ", got " + given.background);
+    }
+    std::tie(first, last) = *rows;
+  }
+  const std::uint64_t count = last + 1 - first;
+  if (count < least_recorded || count > most_frames) {
+    throw InputError(options.input.string() + ": noise is known from " +
+                     std::to_string(least_recorded) + " to " + std::to_string(most_frames) +
+                     " frames without contact, these are " + std::to_string(count) +
+                     "; record more, or choose by --rows");
+  }
+  Frames voltages = frames.voltages(first, count);
+  const Eigen::VectorXd mean = voltages.colwise().mean().transpose();
+  CalibrationOutcome outcome;
+  outcome.verdict = check_reference(frames.sensor(), mean, {});
+  ReferenceVerdict& verdict = outcome.verdict;
+  using State = ReferenceVerdict::State;
+  // What a level would be mended by is what is wanted here.
+  const bool level_alone = verdict.state == State::mendable && verdict.is_level_alone;
+  if (verdict.state != State::sound && !level_alone && !force) {
+    if (!fix || verdict.state == State::beyond_help) {
+      throw InputError(options.input.string() + ": " + verdict.text() +
+                       "\n  nothing was calibrated; " +
+                       (verdict.state == State::mendable ? "--fix reads the frames so, " : "") +
+                       "--force calibrates on them as they are");
+    }
+    frames.mend(verdict);
+    voltages = frames.voltages(first, count);
+  }
+  outcome.calibration = calibrate(frames.sensor(), voltages);
+  if (!(outcome.calibration.level > 0)) {
+    throw InputError(options.input.string() +
+                     ": the voltages have the other sign than the model's; --fix turns them");
+  }
+  nlohmann::json json = to_json(outcome.calibration);
+  json["source"] = frames.description();
+  json["source"]["rows"] = {first, last};
+  write_file_atomically(output, json_text(printable_json(json, 4096), 1) + "\n");
+  return outcome;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,380 @@
+#include "frames/reference_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/statistics.h"
+#include "core/text.h"
+#include "forward/border/border_model.h"
+#include "frames/channels.h"
+#include "solvers/decompositions.h"
+
+namespace ertbench {
+
+std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
+                                              const std::function<bool(Eigen::Index)>& is_bad) {
+  constexpr double nearly_all = 0.8;
+  const auto drives = drive_pairs(sensor);
+  const auto measured = measurement_pairs(sensor);
+  const std::vector<Channel> channels = channels_of(sensor);
+  const auto electrodes = static_cast<std::size_t>(sensor.electrode_count);
+  std::vector<int> used(electrodes, 0);
+  std::vector<int> bad(electrodes, 0);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const bool channel_is_bad = is_bad(static_cast<Eigen::Index>(c));
+    for (const auto& pair : {drives[static_cast<std::size_t>(channels[c].drive)],
+                             measured[static_cast<std::size_t>(channels[c].measurement)]}) {
+      for (const int e : {pair.first, pair.second}) {
+        ++used[static_cast<std::size_t>(e)];
+        bad[static_cast<std::size_t>(e)] += channel_is_bad;
+      }
+    }
+  }
+  std::vector<int> out;
+  for (std::size_t e = 0; e < electrodes; ++e) {
+    if (used[e] > 0 && bad[e] >= nearly_all * used[e]) out.push_back(static_cast<int>(e));
+  }
+  return out;
+}
+
+std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::VectorXd& reference,
+                                         const Eigen::VectorXd& expected) {
+  constexpr double nearly_zero = 0.1;
+  return electrodes_with_bad_channels(sensor, [&](Eigen::Index c) {
+    return std::abs(reference[c]) < nearly_zero * std::abs(expected[c]);
+  });
+}
+
+namespace {
+
+constexpr int discs_across = 11;
+constexpr double disc_radius = 0.08;  ///< of half the sheet's longest side
+constexpr double disc_ratio = 0.5;
+constexpr double resolution = 0.7;
+constexpr double least_value = 0.01;  ///< of the largest singular value
+
+}  // namespace
+
+ContactSpan::ContactSpan(const Sensor& sensor) {
+  const BorderModel model(sensor);
+  const Eigen::AlignedBox2d& bounds = sensor.sheet->bounds();
+  const double radius = disc_radius * bounds.sizes().maxCoeff() / 2;
+  const PixelGrid places(bounds, discs_across, discs_across);
+  std::vector<Eigen::VectorXd> changes;
+  for (int p = 0; p < places.count(); ++p) {
+    const Eigen::Vector2d centre = places.centre(p);
+    if (sensor.sheet->depth(centre) < 1.2 * radius) continue;
+    Contact disc;
+    disc.centre = centre;
+    disc.half_size = {radius, radius};
+    disc.conductivity_ratio = disc_ratio;
+    changes.push_back(model.solve_at({{disc}}, resolution).change);
+  }
+  Eigen::MatrixXd columns(sensor.channels(), static_cast<Eigen::Index>(changes.size()));
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    columns.col(static_cast<Eigen::Index>(i)) = changes[i];
+  }
+  const DenseSvd svd = dense_svd(columns);
+  const Eigen::VectorXd& values = svd.values;
+  Eigen::Index kept = 0;
+  while (kept < values.size() && values[kept] > least_value * values[0]) ++kept;
+  basis_ = svd.left.leftCols(kept);
+}
+
+double ContactSpan::share(const Frames& changes) const {
+  const double all = changes.squaredNorm();
+  return all > 0 ? (changes * basis_).squaredNorm() / all : 0;
+}
+
+namespace {
+
+constexpr double sound_misfit = 0.15;
+constexpr double hopeless_misfit = 0.3;
+constexpr double much_better = 0.5;       ///< of the misfit as it came
+constexpr double least_gain = 0.02;       ///< of the misfit
+constexpr double same = 1e-6;             ///< of references by two readings
+constexpr double level_tolerance = 1.25;  ///< either way
+constexpr double unit_tolerance = 8;      ///< of a level beside a power of a thousand, either way
+constexpr double nearly_zero = 0.1;
+constexpr double telling_change = 0.02;    ///< of the reference voltages
+constexpr Eigen::Index most_telling = 32;  ///< frames
+constexpr double clearly_more = 0.1;       ///< of the changes explained
+constexpr double nearly_as_well = 1.2;     ///< of misfits between which frames decide
+constexpr double hardly_less = 0.01;       ///< of the misfit or of the part explained
+
+/// The model's voltages, and which channels count.
+struct Model {
+  Eigen::VectorXd voltages;
+  std::vector<int> counted;
+};
+
+struct Fit {
+  double level = 0;
+  double misfit = 1;
+};
+
+/// values = level * expected, in the least squares over the channels that count.
+Fit fit_level(const Eigen::VectorXd& values, const Eigen::VectorXd& expected,
+              const std::vector<int>& counted) {
+  const Eigen::VectorXd v = values(counted);
+  const Eigen::VectorXd e = expected(counted);
+  Fit fit;
+  if (v.norm() == 0 || e.norm() == 0) return fit;
+  fit.level = v.dot(e) / e.squaredNorm();
+  fit.misfit = (v - fit.level * e).norm() / v.norm();
+  return fit;
+}
+
+/// What a reading makes of the reference.
+struct Judged {
+  const ChannelReading* reading;
+  Fit fit;
+  double explained = 0;
+};
+
+std::string percent(double share) { return fixed(100 * share, 1) + " %"; }
+
+/// The frames that change most, where they change enough to tell a contact.
+Frames telling_frames(const Eigen::VectorXd& reference, const Frames& changes) {
+  std::vector<std::pair<double, Eigen::Index>> sizes;
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    const double size = changes.row(f).norm();
+    if (size > telling_change * reference.norm()) sizes.emplace_back(-size, f);
+  }
+  std::sort(sizes.begin(), sizes.end());
+  sizes.resize(std::min<std::size_t>(sizes.size(), most_telling));
+  Frames out(static_cast<Eigen::Index>(sizes.size()), changes.cols());
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    // Each frame counts alike.
+    out.row(static_cast<Eigen::Index>(i)) = changes.row(sizes[i].second) / std::abs(sizes[i].first);
+  }
+  return out;
+}
+
+/// What the level says: the causes, and the factor that mends it.
+double judge_level(const Sensor& sensor, double level, ReferenceVerdict& verdict) {
+  const double size = std::abs(level);
+  double factor = level < 0 ? -1 : 1;
+  if (level < 0) {
+    verdict.causes.emplace_back(
+        "the sign is turned round: drive or measurement pairs are connected, or subtracted, the "
+        "other way; multiply by -1");
+  }
+  if (size <= level_tolerance && size >= 1 / level_tolerance) return factor;
+  const std::pair<double, const char*> units[] = {{1e3, "millivolts for volts; --unit mV"},
+                                                  {1e6, "microvolts for volts; --unit uV"},
+                                                  {1e-3, "volts declared as millivolts; --unit V"},
+                                                  {1e-6, "volts declared as microvolts; --unit V"}};
+  double rest = size;
+  for (const auto& [unit, text] : units) {
+    if (size / unit > unit_tolerance || unit / size > unit_tolerance) continue;
+    verdict.causes.emplace_back(std::string("the unit is another: ") + text);
+    factor /= unit;
+    rest = size / unit;
+  }
+  if (rest > level_tolerance || rest < 1 / level_tolerance) {
+    verdict.causes.push_back(
+        "the level is " + number_text(rest) +
+        " times the model's: the current is not the sensor's " + number_text(sensor.drive_current) +
+        " A but " + number_text(rest * sensor.drive_current) +
+        " A (\"drive_current\"), or the background not " + number_text(sensor.background) +
+        " S/m but " + number_text(sensor.background / rest) +
+        " S/m (\"background\"; `ertbench calibrate` finds it); divide by " + number_text(rest));
+    factor /= rest;
+    verdict.is_level_alone = verdict.causes.size() == 1;
+  }
+  return factor;
+}
+
+/// Groups of readings that the reference, and the frames, cannot tell from the one that was chosen.
+std::vector<std::string> unseen_readings(int electrodes, const Eigen::VectorXd& expected,
+                                         const std::vector<Judged>& all, const Judged& chosen,
+                                         bool frames_tell) {
+  std::vector<int> turns;
+  std::vector<int> mirrored;  // the sensor's electrodes that such counts begin at
+  bool exchanged = false;
+  bool other = false;
+  // What the model's own voltages look like before they are read.
+  Eigen::VectorXd given(expected.size());
+  for (std::size_t c = 0; c < chosen.reading->from.size(); ++c) {
+    const auto i = static_cast<Eigen::Index>(c);
+    given[chosen.reading->from[c]] = chosen.reading->sign[i] * expected[i];
+  }
+  for (const Judged& judged : all) {
+    if (&judged == &chosen || judged.reading->rectified) continue;
+    const Eigen::VectorXd read = judged.reading->apply(given);
+    if ((read - expected).norm() > same * expected.norm()) continue;
+    if (frames_tell && judged.explained < chosen.explained - hardly_less) continue;
+    const ChannelReading& reading = *judged.reading;
+    if (reading.order == "measure-major" && reading.shift == chosen.reading->shift &&
+        reading.mirrored == chosen.reading->mirrored) {
+      exchanged = true;
+    } else if (reading.order != chosen.reading->order) {
+      other = other || reading.order != "measure-major";
+    } else if (reading.mirrored != chosen.reading->mirrored) {
+      mirrored.push_back(reading.shift);
+    } else {
+      turns.push_back(reading.shift - chosen.reading->shift);
+    }
+  }
+  std::vector<std::string> out;
+  if (static_cast<int>(turns.size()) == electrodes - 1) {
+    out.emplace_back("a turn by any number of electrodes");
+  } else if (!turns.empty()) {
+    std::string list;
+    for (const int turn : turns) list += (list.empty() ? "" : ", ") + std::to_string(turn);
+    out.push_back("a turn by " + list + " electrodes");
+  }
+  if (!mirrored.empty()) {
+    out.push_back("a count of the electrodes the other way round (from the sensor's electrode " +
+                  std::to_string(mirrored.front()) + ")");
+  }
+  if (exchanged) {
+    out.emplace_back("drive and measurement exchanged (by reciprocity, no image depends on it)");
+  }
+  if (other) out.emplace_back("another order of the channels");
+  return out;
+}
+
+/// The reading to go by: as it came, unless another explains much more.
+const Judged& choose(const std::vector<Judged>& all, bool frames_tell, bool& by_frames) {
+  by_frames = false;
+  const Judged& came = all.front();
+  const Judged* best = &came;
+  for (const Judged& judged : all) {
+    const double gain = best->fit.misfit - judged.fit.misfit;
+    const bool simpler = judged.reading->assumptions() < best->reading->assumptions();
+    if (gain > same || (gain > -same && simpler)) best = &judged;
+  }
+  const Judged* chosen = &came;
+  if (best->fit.misfit < much_better * came.fit.misfit &&
+      came.fit.misfit - best->fit.misfit > least_gain) {
+    chosen = best;
+  }
+  if (!frames_tell) return *chosen;
+  const Judged* explains = chosen;
+  for (const Judged& judged : all) {
+    if (judged.fit.misfit > nearly_as_well * chosen->fit.misfit + hardly_less) continue;
+    const double more = judged.explained - explains->explained;
+    const bool simpler = judged.reading->assumptions() < explains->reading->assumptions();
+    if (more > hardly_less || (more > -hardly_less && simpler)) explains = &judged;
+  }
+  if (explains->explained > chosen->explained + clearly_more &&
+      1 - explains->explained < much_better * (1 - chosen->explained)) {
+    by_frames = true;
+    chosen = explains;
+  }
+  return *chosen;
+}
+
+}  // namespace
+
+ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& reference,
+                                 const Frames& changes) {
+  ReferenceVerdict verdict;
+  const Eigen::VectorXd expected = BorderModel(sensor).reference_voltages();
+  const Eigen::Index channels = expected.size();
+
+  // The level by which an electrode is dead is that of the middle channel.
+  std::vector<double> ratios;
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    if (expected[c] != 0) ratios.push_back(std::abs(reference[c] / expected[c]));
+  }
+  const double usual = upper_median(ratios);
+  std::vector<int> counted;
+  const std::vector<int> dead = electrodes_reading_zero(sensor, reference, usual * expected);
+  const bool some_live = dead.size() < static_cast<std::size_t>(sensor.electrode_count) / 2;
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const bool is_zero = std::abs(reference[c]) < nearly_zero * usual * std::abs(expected[c]);
+    if (dead.empty() || !some_live || !is_zero) counted.push_back(static_cast<int>(c));
+  }
+  for (const int e : dead) {
+    if (some_live) verdict.notes.push_back("electrode " + std::to_string(e) + " reads zero");
+  }
+
+  std::vector<ChannelReading> readings = channel_readings(sensor);
+  const bool has_both_signs = expected.minCoeff() < 0 && expected.maxCoeff() > 0;
+  if (has_both_signs && (reference.minCoeff() >= 0 || reference.maxCoeff() <= 0)) {
+    const std::size_t count = readings.size();
+    for (std::size_t r = 0; r < count; ++r) {
+      ChannelReading rectified = readings[r];
+      rectified.rectified = true;
+      rectified.sign = expected.unaryExpr([](double v) { return v < 0 ? -1.0 : 1.0; });
+      readings.push_back(std::move(rectified));
+    }
+  }
+  const Frames telling = telling_frames(reference, changes);
+  const bool frames_tell = telling.rows() > 0;
+  std::vector<Judged> all;
+  for (const ChannelReading& reading : readings) {
+    all.push_back({&reading, fit_level(reading.apply(reference), expected, counted), 0});
+  }
+  if (frames_tell) {
+    const ContactSpan span(sensor);
+    for (Judged& judged : all) judged.explained = span.share(judged.reading->apply(telling));
+  }
+  bool by_frames = false;
+  const Judged& came = all.front();
+  const Judged& chosen = choose(all, frames_tell, by_frames);
+  verdict.misfit = came.fit.misfit;
+  verdict.level = came.fit.level;
+  verdict.explained = came.explained;
+  verdict.mended_misfit = chosen.fit.misfit;
+  verdict.mended_explained = chosen.explained;
+  verdict.from.resize(static_cast<std::size_t>(channels));
+  std::iota(verdict.from.begin(), verdict.from.end(), 0);
+  verdict.factor = Eigen::VectorXd::Ones(channels);
+  if (chosen.fit.misfit > hopeless_misfit) {
+    verdict.state = ReferenceVerdict::State::beyond_help;
+    verdict.causes.emplace_back(
+        "the values are not those of this sensor in any order that is known: another sheet, "
+        "electrodes or pattern (--sensor), other columns (--channels), amplitudes of another kind, "
+        "or the file's /reference_voltages are those of something else");
+    return verdict;
+  }
+  if (!chosen.reading->is_as_it_came()) {
+    std::string cause = chosen.reading->text();
+    if (by_frames) {
+      cause +=
+          " (the reference voltages do not show it; the frames with a contact do: contacts "
+          "explain " +
+          percent(chosen.explained) + " of their changes instead of " + percent(came.explained) +
+          ")";
+    }
+    if (!chosen.reading->order.empty() && chosen.reading->shift == 0 && !chosen.reading->mirrored &&
+        !chosen.reading->rectified) {
+      cause += "; --channels " + chosen.reading->order.substr(0, chosen.reading->order.find(' '));
+    }
+    verdict.causes.push_back(std::move(cause));
+  }
+  const double factor = judge_level(sensor, chosen.fit.level, verdict);
+  if (chosen.fit.misfit > sound_misfit) {
+    verdict.notes.push_back("the voltages are " + percent(chosen.fit.misfit) +
+                            " from the model's, more than usual: is it this sensor?");
+  }
+  verdict.unseen = unseen_readings(sensor.electrode_count, expected, all, chosen, frames_tell);
+  if (verdict.causes.empty()) return verdict;
+  verdict.state = ReferenceVerdict::State::mendable;
+  verdict.from = chosen.reading->from;
+  verdict.factor = factor * chosen.reading->sign;
+  return verdict;
+}
+
+std::string ReferenceVerdict::text() const {
+  std::string out = "reference voltages: " + percent(misfit) + " from the model's at " +
+                    number_text(level) + " times its level";
+  if (explained > 0) out += "; contacts explain " + percent(explained) + " of the changes";
+  for (const std::string& cause : causes) out += "\n  likely: " + cause;
+  if (state == State::mendable) {
+    out += "\n  mended: " + percent(mended_misfit) + " from the model's";
+  }
+  for (const std::string& note : notes) out += "\n  note: " + note;
+  if (state != State::beyond_help && !unseen.empty()) {
+    out += "\n  cannot be seen in them, press a known place to tell: ";
+    for (std::size_t i = 0; i < unseen.size(); ++i) out += (i > 0 ? "; " : "") + unseen[i];
+  }
+  return out;
+}
+
+}  // namespace ertbench

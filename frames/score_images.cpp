@@ -1,0 +1,288 @@
+#include "frames/score_images.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+
+#include "bench/plot/image_panel.h"
+#include "bench/score/image_contacts.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/hdf5_file.h"
+#include "forward/data/dataset_file.h"
+#include "frames/own_frames.h"
+#include "frames/reconstruct.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view titles = "frame,status,reason,";
+constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
+
+bool begins_with(const fs::path& file, std::string_view text) {
+  std::ifstream in(file, std::ios::binary);
+  std::string begin(text.size(), '\0');
+  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return in && begin == text;
+}
+
+void append_number(std::string& text, double value) {
+  char digits[32];
+  const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
+  if (error == std::errc()) text.append(digits, end);
+}
+
+}  // namespace
+
+void require_table_of_images(const fs::path& file, const std::vector<fs::path>& inputs) {
+  require_output(file, inputs, {"table of images (CSV)", [](const fs::path& there) {
+                                  return begins_with(there, titles);
+                                }});
+}
+
+void require_picture(const fs::path& file, const std::vector<fs::path>& inputs) {
+  if (file.extension() != ".png") {
+    throw InputError("--png: must end in .png, got " + file.string());
+  }
+  require_output(file, inputs, {"picture (PNG)", [](const fs::path& there) {
+                                  return begins_with(there, png_signature);
+                                }});
+  fs::path beside = file;
+  beside.replace_extension(".svg");
+  require_output(beside, inputs, {"picture (SVG)", [](const fs::path& there) {
+                                    return begins_with(there, "<?xml") ||
+                                           begins_with(there, "<svg");
+                                  }});
+}
+
+void write_table_of_images(const fs::path& images, const fs::path& file) {
+  const Hdf5File in = Hdf5File::open(images);
+  const std::vector<std::uint64_t> shape = in.require_shape("/conductivity_change", {0, 0, 0});
+  replace_file(file, [&](const fs::path& place) {
+    std::ofstream out(place, std::ios::binary);
+    std::string text(titles);
+    for (std::uint64_t row = 0; row < shape[1]; ++row) {
+      for (std::uint64_t column = 0; column < shape[2]; ++column) {
+        if (row + column > 0) text += ',';
+        text += 'r';
+        append_number(text, static_cast<double>(row));
+        text += 'c';
+        append_number(text, static_cast<double>(column));
+      }
+    }
+    text += '\n';
+    for (std::uint64_t frame = 0; frame < shape[0]; ++frame) {
+      const RowMajorMatrix image = in.read_rows("/conductivity_change", frame, 1, true);
+      append_number(text, static_cast<double>(frame));
+      for (const char* what : {"/status", "/reason"}) {
+        text += ',';
+        append_number(text, in.read_rows(what, frame, 1)(0, 0));
+      }
+      for (const double value : image.reshaped<Eigen::RowMajor>()) {
+        text += ',';
+        if (std::isfinite(value)) append_number(text, value);
+      }
+      text += '\n';
+      out << text;
+      text.clear();
+    }
+    out.close();
+    if (!out) throw InputError(file.string() + ": cannot be written; is the disk full?");
+  });
+}
+
+void draw_images(const fs::path& images, const std::vector<std::uint64_t>& frames,
+                 const fs::path& file) {
+  const Hdf5File in = Hdf5File::open(images);
+  const std::uint64_t there = in.require_shape("/conductivity_change", {0, 0, 0})[0];
+  std::vector<std::uint64_t> shown = frames;
+  if (shown.empty()) {
+    const std::uint64_t count = std::min<std::uint64_t>(there, most_pictured);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      shown.push_back(count > 1 ? i * (there - 1) / (count - 1) : 0);
+    }
+  }
+  const Sensor sensor = sensor_of(in);
+  Images pictures(static_cast<Eigen::Index>(shown.size()), sensor.pixels());
+  std::vector<std::string> labels;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    if (shown[i] >= there) {
+      throw InputError("--png-frames: there is no frame " + std::to_string(shown[i]) + "; the " +
+                       std::to_string(there) + " frames are counted from 0");
+    }
+    pictures.row(static_cast<Eigen::Index>(i)) =
+        in.read_rows("/conductivity_change", shown[i], 1, true).row(0);
+    labels.push_back("frame " + std::to_string(shown[i]));
+  }
+  fs::path stem = file;
+  stem.replace_extension();
+  draw_images_figure(sensor, pictures, labels, stem);
+}
+
+namespace {
+
+namespace layout = dataset_layout;
+
+constexpr std::uint64_t block = 256;
+
+Sensor sensor_of_truth(const ScoreOptions& options, const Hdf5File& truth, const Hdf5File& images) {
+  if (!options.sensor.empty()) return sensor_from_file(options.sensor);
+  return sensor_of(truth.has_attribute("/", "sensor") ? truth : images);
+}
+
+/// [N, rows, columns] or [N, pixels].
+std::uint64_t require_images(const Hdf5File& file, const std::string& dataset,
+                             const Sensor& sensor) {
+  const PixelGrid pixels = sensor.image();
+  const auto rows = static_cast<std::uint64_t>(pixels.rows());
+  const auto columns = static_cast<std::uint64_t>(pixels.columns());
+  if (file.shape(dataset).size() == 2) return file.require_shape(dataset, {0, rows * columns})[0];
+  return file.require_shape(dataset, {0, rows, columns})[0];
+}
+
+/// The regions of a true image as discs of their area.
+Scene scene_of_image(const Sensor& sensor, ContactReader& reader,
+                     const Eigen::RowVectorXd& true_change) {
+  constexpr double rounding = 1e-9;  // of a file's numbers; no contact
+  Scene scene;
+  if (true_change.cwiseAbs().maxCoeff() <= rounding * sensor.background) return scene;
+  std::vector<FoundContact> regions;
+  reader.read({}, true_change, regions);
+  for (const FoundContact& region : regions) {
+    Contact disc;
+    disc.centre = region.place;
+    disc.half_size.setConstant(std::sqrt(region.area / std::numbers::pi));
+    disc.conductivity_ratio =
+        std::clamp(1 - region.peak / sensor.background, conductivity_ratios[0], 1.0);
+    scene.contacts.push_back(disc);
+  }
+  return scene;
+}
+
+class ScoredFiles {
+ public:
+  explicit ScoredFiles(const ScoreOptions& options)
+      : truth_(Hdf5File::open(options.truth)),
+        images_(Hdf5File::open(options.images)),
+        sensor_(sensor_of_truth(options, truth_, images_)),
+        dataset_(options.dataset) {
+    if (dataset_.empty()) {
+      dataset_ = images_.has("/conductivity_change") ? "/conductivity_change" : "/conductivity";
+    }
+    if (!dataset_.starts_with('/')) dataset_.insert(0, "/");
+    is_absolute_ = dataset_ == layout::conductivity;
+    frames_ = require_images(truth_, layout::conductivity, sensor_);
+    const std::uint64_t there = require_images(images_, dataset_, sensor_);
+    if (there != frames_) {
+      throw InputError(options.images.string() + ": " + dataset_ + ": holds " +
+                       std::to_string(there) + " images, " + options.truth.string() + " " +
+                       std::to_string(frames_) + "; the two must belong together, row by row");
+    }
+    if (images_.has("/status")) images_.require_shape("/status", {frames_});
+    if (truth_.has(layout::contacts)) {
+      truth_.require_shape(layout::contacts, {frames_, 0, layout::contact_columns});
+    }
+  }
+
+  ImageScores score() const {
+    ImageScores out;
+    out.frames = static_cast<int>(frames_);
+    const bool has_contacts = truth_.has(layout::contacts);
+    out.contacts = has_contacts ? "contacts of the file" : "regions of the true images";
+    ContactReader reader(sensor_);
+    std::vector<FrameMetrics> metrics;
+    for (std::uint64_t first = 0; first < frames_; first += block) {
+      const std::uint64_t count = std::min(block, frames_ - first);
+      const Images truths = truth_.read_rows(layout::conductivity, first, count);
+      Images changes = images_.read_rows(dataset_, first, count, true);
+      if (is_absolute_) changes.array() -= sensor_.background;
+      RowMajorMatrix status = RowMajorMatrix::Zero(changes.rows(), 1);
+      if (images_.has("/status")) status = images_.read_rows("/status", first, count);
+      const std::vector<Scene> scenes =
+          has_contacts ? scenes_of_file(first, count) : std::vector<Scene>{};
+      for (Eigen::Index i = 0; i < changes.rows(); ++i) {
+        const Eigen::RowVectorXd truth = truths.row(i);
+        const bool usable = changes.row(i).allFinite() &&
+                            status(i, 0) != static_cast<double>(FrameStatus::undefined);
+        out.undefined_frames += !usable;
+        if (!usable) {
+          metrics.emplace_back();
+          continue;
+        }
+        const Scene scene =
+            has_contacts ? scenes[static_cast<std::size_t>(i)]
+                         : scene_of_image(sensor_, reader, truth.array() - sensor_.background);
+        metrics.push_back(frame_metrics(sensor_, truth, changes.row(i), scene));
+      }
+    }
+    out.metrics = summarise(metrics);
+    return out;
+  }
+
+ private:
+  std::vector<Scene> scenes_of_file(std::uint64_t first, std::uint64_t count) const {
+    const RowMajorMatrix contacts = truth_.read_rows(layout::contacts, first, count, true);
+    RowMajorMatrix vertices(contacts.rows(), 0);
+    if (truth_.has(layout::contact_vertices)) {
+      vertices = truth_.read_rows(layout::contact_vertices, first, count, true);
+    }
+    std::vector<Scene> scenes;
+    for (Eigen::Index i = 0; i < contacts.rows(); ++i) {
+      scenes.push_back(layout::unpack(contacts.row(i), vertices.row(i)));
+    }
+    return scenes;
+  }
+
+  Hdf5File truth_;
+  Hdf5File images_;
+  Sensor sensor_;
+  std::string dataset_;
+  bool is_absolute_ = false;
+  std::uint64_t frames_ = 0;
+};
+
+nlohmann::json number_or_null(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+}  // namespace
+
+ImageScores score_images(const ScoreOptions& options) {
+  survive_reading(options.truth, [&] {
+    const Hdf5File truth = Hdf5File::open(options.truth);
+    const std::uint64_t rows = truth.shape(layout::conductivity).at(0);
+    for (std::uint64_t r = 0; r < rows; r += block) {
+      truth.read_rows(layout::conductivity, r, std::min(block, rows - r), true);
+    }
+  });
+  // All that is read of either file, by the same code.
+  survive_reading(options.images, [&] { ScoredFiles(options).score(); });
+  return ScoredFiles(options).score();
+}
+
+nlohmann::json to_json(const ImageScores& scores) {
+  nlohmann::json metrics;
+  for (const Metric metric : kMetrics) {
+    const MetricSummary& summary = scores.metrics[metric];
+    nlohmann::json& out = metrics[name_of(metric)];
+    out = {{"mean", number_or_null(summary.mean)},
+           {"ci95", nlohmann::json()},
+           {"median", number_or_null(summary.median)},
+           {"count", summary.count},
+           {"undefined", summary.undefined}};
+    if (summary.ci95) out["ci95"] = {summary.ci95->low, summary.ci95->high};
+  }
+  return {{"schema", 1},
+          {"frames", scores.frames},
+          {"undefined_frames", scores.undefined_frames},
+          {"contacts", scores.contacts},
+          {"metrics", std::move(metrics)}};
+}
+
+}  // namespace ertbench

@@ -1,0 +1,306 @@
+#include "limit/limit_run.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <future>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "bench/record/limit_file.h"
+#include "bench/record/record_file.h"
+#include "core/build.h"
+#include "core/errors.h"
+#include "core/json.h"
+#include "core/process.h"
+#include "core/text.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/scene_model.h"
+#include "limit/frame_limit.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int limit_version = 6;        ///< of what records hold
+constexpr std::array efforts = {1, 2};  ///< the next where one did not do
+
+/// All that determines a frame's record but the code. `broad`: the prior whose samples are taken
+/// where other weights make them do, or null.
+std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, const ScenePrior* broad,
+                          const std::string& model, SamplerKind kind) {
+  nlohmann::json set = to_json(spec);
+  set.erase("count");
+  const nlohmann::json key = {{"version", limit_version},
+                              {"set", set},
+                              {"prior", to_json(prior.distribution())},
+                              {"broad", broad ? to_json(broad->distribution()) : nullptr},
+                              {"model", model},
+                              {"sampler", names_of_samplers()[static_cast<std::size_t>(kind)]}};
+  return key.dump();
+}
+
+/// The records of one set and prior.
+class Records {
+ public:
+  Records(fs::path folder, std::string key) : folder_(std::move(folder)), key_(std::move(key)) {}
+
+  std::optional<FrameLimit> read(std::uint64_t frame) const {
+    const fs::path file = file_of(frame);
+    const FoundRecord found = find_record(file, key_, build_, Reuse::same_code);
+    if (found.record->is_null()) {
+      if (!found.why_not.empty()) {
+        spdlog::info("{}: computed again: {}", file.string(), found.why_not);
+      }
+      return std::nullopt;
+    }
+    JsonObject record(*found.record, file.string(), "");
+    FrameLimit limit = frame_limit_from_json(record.object("limit"));
+    limit.build = *build_stamp_from_json(record.raw("build"));
+    return limit;
+  }
+
+  void write(FrameLimit& limit) const {
+    limit.build = build_;
+    write_record(file_of(limit.frame), {{"limit", to_json(limit)}}, key_, build_);
+  }
+
+ private:
+  fs::path file_of(std::uint64_t frame) const {
+    char name[32];
+    std::snprintf(name, sizeof name, "%06llu.json", static_cast<unsigned long long>(frame));
+    return folder_ / name;
+  }
+
+  fs::path folder_;
+  std::string key_;
+  BuildStamp build_ = stamp_of_this_build(this_build().limit_code);
+};
+
+/// A prior of a set, and where its frames' limits go.
+struct Task {
+  std::string name;  ///< "oracle", "fair"
+  ScenePrior prior;
+  Records records;
+  std::vector<std::optional<FrameLimit>> frames;
+
+  bool wants(std::size_t frame) const { return !frames[frame]; }
+};
+
+/// One test set under its priors.
+class SetRun {
+ public:
+  SetRun(const DatasetSpec& spec, const DatasetSpec* training, const LimitOptions& options)
+      : spec_(spec), training_(training), options_(options), voltages_(voltages_for(spec)) {
+    const auto count = static_cast<std::size_t>(
+        std::min<std::uint64_t>(spec.count, static_cast<std::uint64_t>(options.frames)));
+    const auto add = [&](const std::string& name, const ScenePrior& prior,
+                         const ScenePrior* broad) {
+      const std::string key =
+          key_of_record(spec, prior, broad, model_name(spec, *voltages_), options.sampler);
+      const fs::path folder = options.records / (spec.name + "_" + name);
+      fs::create_directories(folder);
+      tasks_.push_back({name, prior, Records(folder, key), {}});
+      for (std::size_t i = 0; i < count; ++i)
+        tasks_.back().frames.push_back(tasks_.back().records.read(i));
+    };
+    const auto& own = std::get<SceneDistribution>(spec.scenes);
+    const ScenePrior oracle(own, spec.sensor.sheet);
+    const auto* taught = training ? std::get_if<SceneDistribution>(&training->scenes) : nullptr;
+    const bool same = taught && to_json(*taught) == to_json(own);
+    std::optional<ScenePrior> fair;
+    if (options.fair && taught && !same) fair.emplace(*taught, spec.sensor.sheet);
+    const auto kind_of = [&](const ScenePrior& prior) {
+      return resolved(options.sampler, prior, *voltages_);
+    };
+    may_reweight_ = fair && kind_of(*fair) == kind_of(oracle);
+    add("oracle", oracle, may_reweight_ ? &*fair : nullptr);
+    if (fair) add("fair", *fair, nullptr);
+    is_fair_too_ = options.fair && same;
+  }
+
+  std::vector<SetLimit> run() {
+    prepare();
+    const std::size_t count = tasks_.front().frames.size();
+    const auto missing = static_cast<std::uint64_t>(
+        std::count_if(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; }));
+    if (missing > 0) {
+      Progress progress("limit of \"" + spec_.name + "\" (" + model_name(spec_, *voltages_) + ")");
+      std::atomic<std::size_t> next = 0;
+      std::uint64_t done = 0;
+      std::mutex mutex;
+      const auto work = [&] {
+        for (std::size_t i = next++; i < count; i = next++) {
+          if (!unfinished_[i]) continue;
+          compute(i);
+          const std::lock_guard lock(mutex);
+          progress.update(++done, missing);
+        }
+      };
+      std::vector<std::future<void>> workers;
+      for (int t = 0; t < std::max(1, options_.threads); ++t) {
+        workers.push_back(std::async(std::launch::async, work));
+      }
+      for (std::future<void>& worker : workers) worker.wait();
+      for (std::future<void>& worker : workers) worker.get();
+    }
+    std::vector<SetLimit> out;
+    for (const Task& task : tasks_) {
+      const DatasetSpec& scenes = task.name == "fair" ? *training_ : spec_;
+      out.push_back(
+          {spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_, scenes), {}});
+      for (const std::optional<FrameLimit>& frame : task.frames) {
+        out.back().frames.push_back(*frame);
+        judge(spec_.sensor.channels(), out.back().frames.back());
+      }
+    }
+    if (is_fair_too_) {
+      out.push_back(out.front());
+      out.back().prior = "fair";
+    }
+    return out;
+  }
+
+ private:
+  /// The samplers of what is missing, and the frames.
+  void prepare() {
+    const std::size_t count = tasks_.front().frames.size();
+    unfinished_.assign(count, false);
+    for (const Task& task : tasks_) {
+      for (std::size_t i = 0; i < count; ++i) unfinished_[i] = unfinished_[i] || task.wants(i);
+    }
+    if (std::none_of(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; })) return;
+    const SceneModel model(spec_.sensor, spec_.model);
+    block_ = generate_block(spec_, model, 0, count, options_.threads);
+    // The broadest prior first: its samples may do for the other.
+    for (auto task = tasks_.rbegin(); task != tasks_.rend(); ++task) {
+      samplers_.push_back(std::make_unique<PosteriorSampler>(spec_, task->prior, *voltages_,
+                                                             options_.sampler, options_.threads));
+    }
+    std::reverse(samplers_.begin(), samplers_.end());
+  }
+
+  /// A frame's records do not depend on which of them were there before: where the oracle takes the
+  /// broad prior's samples, these are drawn again for it.
+  void compute(std::size_t frame) {
+    const int channels = spec_.sensor.channels();
+    SampledPosterior posterior;
+    std::optional<FrameLimit> broad;
+    for (std::size_t t = tasks_.size(); t-- > 0;) {
+      Task& task = tasks_[t];
+      const bool serves = t > 0 && may_reweight_ && tasks_[t - 1].wants(frame);
+      if (!task.wants(frame) && !serves) continue;
+      const auto start = std::chrono::steady_clock::now();
+      std::optional<FrameLimit> limit;
+      if (broad && may_reweight_ && reweight(tasks_[t + 1].prior, task.prior, posterior)) {
+        limit = judged(frame, t, posterior);
+        limit->solves = 0;
+        // More work for what the weights alone have made too few.
+        if (deserves_more(channels, *limit) && !deserves_more(channels, *broad)) limit.reset();
+      }
+      if (!limit) {
+        posterior = {};
+        limit = sampled(frame, t, posterior);
+        limit->solves = posterior.samples.solves;
+      }
+      limit->seconds =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      broad = limit;
+      if (!task.wants(frame)) continue;
+      task.records.write(*limit);
+      task.frames[frame] = limit;
+    }
+  }
+
+  FrameLimit sampled(std::size_t frame, std::size_t task, SampledPosterior& posterior) const {
+    FrameLimit limit;
+    for (const int effort : efforts) {
+      RandomStream random(key_of("limit " + tasks_[task].name), key_of(spec_.name),
+                          frame * 16 + static_cast<std::uint64_t>(effort), Purpose::scene);
+      const auto row = static_cast<Eigen::Index>(frame);
+      const SampledPosterior before = std::exchange(posterior, {});
+      posterior =
+          samplers_[task]->sample(block_.voltages.row(row).transpose(), effort,
+                                  before.samples.samples.empty() ? nullptr : &before, random);
+      limit = judged(frame, task, posterior);
+      if (!deserves_more(spec_.sensor.channels(), limit)) break;
+    }
+    return limit;
+  }
+
+  FrameLimit judged(std::size_t frame, std::size_t task, const SampledPosterior& posterior) const {
+    RandomStream ties(key_of("limit ties"), key_of(spec_.name), frame, Purpose::scene);
+    const FrameTruth truth{block_.truths[frame],
+                           block_.conductivity.row(static_cast<Eigen::Index>(frame))};
+    FrameLimit limit =
+        limit_of_frame(spec_.sensor, spec_.rasterisation, truth, posterior.samples, ties.uniform());
+    limit.frame = frame;
+    limit.sampler = samplers_[task]->name();
+    limit.pareto_k = posterior.pareto_k;
+    judge(spec_.sensor.channels(), limit);
+    return limit;
+  }
+
+  const DatasetSpec& spec_;
+  const DatasetSpec* training_;
+  const LimitOptions& options_;
+  std::unique_ptr<SceneVoltages> voltages_;
+  std::vector<Task> tasks_;
+  bool is_fair_too_ = false;
+  bool may_reweight_ = false;     ///< samples of the broad prior may do for the oracle
+  std::vector<char> unfinished_;  ///< by frame, under some prior
+  DatasetBlock block_;
+  std::vector<std::unique_ptr<PosteriorSampler>> samplers_;
+};
+
+}  // namespace
+
+std::string why_no_limit(const DatasetSpec& spec) {
+  if (!std::holds_alternative<SceneDistribution>(spec.scenes)) {
+    return "its scenes are no contacts drawn at random";
+  }
+  if (std::get<SceneDistribution>(spec.scenes).gap) return "its contacts depend on each other";
+  if (!spec.noise.snr_db) return "it has no noise";
+  if (spec.faults.any()) return "it has faults";
+  return "";
+}
+
+std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOptions& options) {
+  for (const std::string& name : options.datasets) {
+    if (std::none_of(experiment.tests.begin(), experiment.tests.end(),
+                     [&](const DatasetSpec& test) { return test.name == name; })) {
+      std::string names;
+      for (const DatasetSpec& test : experiment.tests) {
+        names.append(names.empty() ? "\"" : ", \"").append(test.name).append("\"");
+      }
+      throw InputError(experiment.source + ": no test set is called \"" + printable(name) +
+                       "\"; there are " + names);
+    }
+  }
+  std::vector<SetLimit> out;
+  std::string reasons;
+  for (const DatasetSpec& test : experiment.tests) {
+    const bool wanted = options.datasets.empty() ||
+                        std::find(options.datasets.begin(), options.datasets.end(), test.name) !=
+                            options.datasets.end();
+    if (!wanted) continue;
+    const std::string why = why_no_limit(test);
+    if (!why.empty()) {
+      reasons += "; \"" + test.name + "\": " + why;
+      spdlog::warn("no limit of \"{}\": {}", test.name, why);
+      continue;
+    }
+    const DatasetSpec* training = experiment.training ? &*experiment.training : nullptr;
+    for (SetLimit& limit : SetRun(test, training, options).run()) out.push_back(std::move(limit));
+  }
+  if (out.empty()) throw InputError(experiment.source + ": no test set has a limit" + reasons);
+  return out;
+}
+
+}  // namespace ertbench

@@ -1,0 +1,221 @@
+#include "live/live_setup.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_solvers.h"
+#include "bench/record/cache.h"
+#include "bench/run/datasets.h"
+#include "bench/score/contact_rule_choice.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/json.h"
+#include "core/text.h"
+#include "forward/data/dataset_file.h"
+#include "forward/data/scene_model.h"
+#include "live/live_record.h"
+#include "solvers/registry/registry.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// A solver that is ready, and what belongs to it.
+struct ReadySolver {
+  std::string name;
+  Sensor sensor;
+  SheetModel model = ContinuousSheet{};  ///< of the sensor, for reference voltages
+  std::unique_ptr<Solver> solver;
+  ContactRule rule;
+};
+
+SolverEntry& entry_named(Experiment& experiment, const std::string& label) {
+  std::string known;
+  for (SolverEntry& entry : experiment.solvers) {
+    if (entry.label == label || entry.stem() == label) return entry;
+    if (!known.ends_with(entry.label)) known.append(known.empty() ? "" : ", ").append(entry.label);
+  }
+  throw InputError("--solver: " + experiment.source + " has no solver \"" + printable(label) +
+                   "\"; it has " + known);
+}
+
+ReadySolver solver_of_experiment(const LiveOptions& options, SolverRegistry& registry) {
+  Experiment experiment = read_experiment(options.experiment, registry, {}, SolverCheck::none);
+  SolverEntry& entry = entry_named(experiment, options.solver);
+  registry.allow_plugins();  // this process is there for nothing else
+  describe(entry, registry.load(entry.type));
+  const FitRecipe recipe = fit_recipe(experiment, entry);
+  const Cache cache = Cache::standard();
+  const DatasetSpec* chosen_on = experiment.find_dataset(
+      experiment.contacts.chosen_on.empty() ? "validation" : experiment.contacts.chosen_on);
+  for (const DatasetSpec* set : {recipe.training ? &*recipe.training : nullptr,
+                                 recipe.validation ? &*recipe.validation : nullptr, chosen_on}) {
+    if (!set) continue;
+    fs::create_directories(cache.dataset(*set).parent_path());
+    ensure_dataset(*set, cache, options.threads);
+  }
+  if (!fs::exists(cache.fitted_solver(recipe))) {
+    spdlog::info("fitting {}, once; then it is kept in the cache", entry.title());
+  }
+  const TemporaryFolder folder("live");
+  ReadySolver out;
+  out.name = entry.title();
+  out.sensor = experiment.sensor;
+  out.model = experiment.tests.front().model;
+  out.solver = fitted_solver(recipe, cache, registry, options.threads, folder / "progress").solver;
+  std::optional<DatasetFile> set;
+  if (chosen_on) set.emplace(cache.open_dataset(*chosen_on));
+  out.rule =
+      choose_contact_rule(experiment.contacts, out.sensor, *out.solver, set ? &*set : nullptr).rule;
+  return out;
+}
+
+ReadySolver solver_of_file(const LiveOptions& options, const Sensor& sensor,
+                           SolverRegistry& registry) {
+  const fs::path file = options.solver;
+  json spec = read_json_file(file);
+  std::optional<fs::path> checkpoint;
+  if (spec.is_object() && spec.contains("checkpoint")) {
+    checkpoint = JsonObject(spec, file.string(), "").text("checkpoint");
+    if (checkpoint->is_relative()) checkpoint = file.parent_path() / *checkpoint;
+    spec.erase("checkpoint");
+  }
+  registry.allow_plugins();
+  ReadySolver out;
+  out.sensor = sensor;
+  out.solver = registry.make(JsonObject(spec, file.string(), ""));
+  out.name = spec.at("type").get<std::string>();
+  if (checkpoint) {
+    out.solver->load(*checkpoint, sensor);
+    return out;
+  }
+  const TemporaryFolder folder("live");
+  FitInput fit;
+  fit.sensor = sensor;
+  fit.threads = options.threads;
+  fit.work_folder = folder.path();
+  try {
+    out.solver->check(sensor);
+    out.solver->fit(fit);
+  } catch (const InputError& e) {
+    throw InputError(file.string() + ": " + e.what());
+  }
+  return out;
+}
+
+/// The replayed frames, their own reference where the file has one, and its sensor.
+std::optional<FramesOfFile> replayed(const InputPlace& place) {
+  if (place.kind != InputPlace::Kind::replay) return std::nullopt;
+  return read_frames_of(place.name, "--input");
+}
+
+Sensor sensor_for_file(const LiveOptions& options, const std::optional<FramesOfFile>& replay) {
+  if (!options.sensor.empty()) {
+    const json value = read_json_file(options.sensor);
+    return sensor_from_json(JsonObject(value, options.sensor, ""));
+  }
+  if (replay) return replay->sensor.value_or(Sensor{});
+  const bool file = !options.reference.empty() && options.reference != "model";
+  return file ? read_frames_of(options.reference, "--reference").sensor.value_or(Sensor{})
+              : Sensor{};
+}
+
+/// Nothing where the first frames are to be it.
+std::optional<Eigen::RowVectorXd> reference_for(const LiveOptions& options,
+                                                const ReadySolver& ready,
+                                                const std::optional<FramesOfFile>& replay) {
+  if (options.background > 0) return std::nullopt;
+  if (options.reference == "model") {
+    return SceneModel(ready.sensor, ready.model).reference_voltages().transpose();
+  }
+  std::optional<Eigen::RowVectorXd> found;
+  if (!options.reference.empty()) {
+    found = read_frames_of(options.reference, "--reference").reference;
+    if (!found) {
+      throw InputError(options.reference + ": has no /reference_voltages [channels] V");
+    }
+  } else if (replay) {
+    found = replay->reference;
+  }
+  if (!found) {
+    throw InputError(
+        "the voltages of the untouched skin are not known: give --background N (the "
+        "first N frames), --reference FILE.h5 or --reference model");
+  }
+  if (found->size() != ready.sensor.channels()) {
+    throw InputError("--reference: has " + std::to_string(found->size()) +
+                     " voltages, the sensor " + std::to_string(ready.sensor.channels()) +
+                     " channels");
+  }
+  return found;
+}
+
+std::unique_ptr<LiveSource> source_for(const LiveOptions& options, const InputPlace& place,
+                                       int channels, std::optional<FramesOfFile>& replay) {
+  switch (place.kind) {
+    case InputPlace::Kind::standard_input:
+      return open_standard_input(channels, options.format);
+    case InputPlace::Kind::serial:
+      return open_serial(place, channels, options.format);
+    case InputPlace::Kind::udp:
+      return open_udp(place, channels, options.format);
+    case InputPlace::Kind::replay:
+      break;
+  }
+  return replay_of({std::move(replay->voltages), options.repeat}, place.rate);
+}
+
+std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& place) {
+  std::vector<fs::path> out;
+  if (place.kind == InputPlace::Kind::replay) out.emplace_back(place.name);
+  if (options.reference != "model") out.emplace_back(options.reference);
+  out.emplace_back(quiet_file(options.quiet));
+  out.emplace_back(options.forces);
+  std::erase_if(out, [](const fs::path& file) { return file.empty(); });
+  return out;
+}
+
+}  // namespace
+
+LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
+  const InputPlace place = input_place(options.input);
+  if (!options.plugin.empty()) registry.add_library(options.plugin);
+  std::optional<FramesOfFile> replay = replayed(place);
+  ReadySolver ready = options.experiment.empty()
+                          ? solver_of_file(options, sensor_for_file(options, replay), registry)
+                          : solver_of_experiment(options, registry);
+  const Sensor& sensor = ready.sensor;
+  if (replay) replay->require(sensor, place.name);
+  const std::optional<Eigen::RowVectorXd> reference = reference_for(options, ready, replay);
+
+  if (options.floor) ready.rule.floor = *options.floor / sensor.background;
+  LiveSetup out;
+  out.files = files_of(options, place);
+  out.solver_name = ready.name;
+  out.parameters = json_text(printable_json(ready.solver->parameters()));
+  out.checked = ready.solver->fit_report().frame_check.empty();
+  out.solver = std::make_unique<LiveSolver>(
+      sensor, std::shared_ptr<Solver>(std::move(ready.solver)), ready.rule);
+  if (reference) out.solver->set_reference(*reference);
+  if (!options.quiet.empty()) {
+    const QuietFrames quiet = read_quiet(options.quiet, sensor);
+    out.solver->learn_quiet(quiet.changes, quiet.runs, options.false_alarms_per_hour);
+  }
+  if (!options.forces.empty()) {
+    const ForceFrames known = read_forces(options.forces, sensor);
+    out.solver->learn_forces(known.changes, known.forces_N);
+  }
+  out.source = source_for(options, place, sensor.channels(), replay);
+  if (options.lossless && !out.source->can_wait()) {
+    throw InputError("--lossless: such a sender does not wait; it is for - and replay: alone");
+  }
+  return out;
+}
+
+}  // namespace ertbench

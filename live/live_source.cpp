@@ -1,0 +1,219 @@
+#include "live/live_source.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/seconds.h"
+#include "live/line_output.h"
+
+namespace ertbench {
+namespace {
+
+constexpr double most_volts = 1000;
+/// Bytes that tell lines of text from doubles: among so many of these some are no text.
+constexpr std::size_t bytes_to_detect = 32;
+/// Of a line, for each channel: a number takes two dozen.
+constexpr std::size_t most_line_bytes_per_channel = 64;
+
+bool is_text(std::string_view bytes) {
+  return std::all_of(bytes.begin(), bytes.end(), [](char c) {
+    return (c >= ' ' && c <= '~') || c == '\t' || c == '\r' || c == '\n';
+  });
+}
+
+bool is_separator(char c) { return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r'; }
+
+/// The numbers of a line; false where something is none.
+bool read_numbers(std::string_view text, std::vector<double>& values) {
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    while (at != end && is_separator(*at)) ++at;
+    if (at == end) return true;
+    if (*at == '+') ++at;
+    double value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error == std::errc::result_out_of_range) {
+      value = HUGE_VAL;
+    } else if (error != std::errc()) {
+      return false;
+    }
+    if (next != end && !is_separator(*next)) return false;
+    values.push_back(value);
+    at = next;
+  }
+}
+
+/// Column titles begin with a letter and are neither "nan" nor "inf".
+bool looks_like_titles(std::string_view text) {
+  double value = 0;
+  const bool letter =
+      !text.empty() && (std::isalpha(static_cast<unsigned char>(text[0])) != 0 || text[0] == '"');
+  return letter && std::from_chars(text.data(), text.data() + text.size(), value).ec != std::errc();
+}
+
+}  // namespace
+
+const char* name_of(Damage damage) {
+  switch (damage) {
+    case Damage::length:
+      return "wrong length";
+    case Damage::text:
+      return "not numbers";
+    case Damage::value:
+      break;
+  }
+  return "not voltages";
+}
+
+std::optional<FrameFormat> frame_format_named(std::string_view name) {
+  if (name == "detect") return FrameFormat::detect;
+  if (name == "binary") return FrameFormat::binary;
+  if (name == "csv") return FrameFormat::csv;
+  return std::nullopt;
+}
+
+void offer_frame(std::span<const double> voltages, int channels, FrameSink& sink) {
+  if (std::ssize(voltages) != channels) {
+    sink.damaged(Damage::length);
+  } else if (!std::all_of(voltages.begin(), voltages.end(),
+                          [](double v) { return std::abs(v) <= most_volts; })) {
+    sink.damaged(Damage::value);
+  } else {
+    sink.frame(voltages);
+  }
+}
+
+FrameParser::FrameParser(int channels, FrameFormat format) : channels_(channels), format_(format) {}
+
+void FrameParser::feed(std::string_view bytes, FrameSink& sink) {
+  buffer_.append(bytes);
+  if (format_ == FrameFormat::detect) {
+    if (buffer_.size() < bytes_to_detect) return;
+    format_ = is_text(std::string_view(buffer_).substr(0, bytes_to_detect)) ? FrameFormat::csv
+                                                                            : FrameFormat::binary;
+  }
+  if (format_ == FrameFormat::binary) {
+    feed_binary(sink);
+  } else {
+    feed_lines(sink);
+  }
+}
+
+void FrameParser::feed_binary(FrameSink& sink) {
+  const std::size_t size = sizeof(double) * static_cast<std::size_t>(channels_);
+  std::size_t at = 0;
+  for (; at + size <= buffer_.size(); at += size) {
+    binary(std::string_view(buffer_).substr(at, size), sink);
+  }
+  buffer_.erase(0, at);
+}
+
+void FrameParser::feed_lines(FrameSink& sink) {
+  std::size_t at = 0;
+  for (auto end = buffer_.find('\n'); end != std::string::npos; end = buffer_.find('\n', at)) {
+    if (overlong_) {
+      overlong_ = false;
+    } else {
+      line(std::string_view(buffer_).substr(at, end - at), sink);
+    }
+    at = end + 1;
+  }
+  buffer_.erase(0, at);
+  if (buffer_.size() <= most_line_bytes_per_channel * static_cast<std::size_t>(channels_)) return;
+  buffer_.clear();
+  if (!overlong_) sink.damaged(Damage::length);
+  overlong_ = true;
+}
+
+void FrameParser::line(std::string_view text, FrameSink& sink) {
+  while (!text.empty() && is_separator(text.front())) text.remove_prefix(1);
+  const bool first = std::exchange(first_line_, false);
+  if (text.empty() || text[0] == '#' || (first && looks_like_titles(text))) return;
+  values_.clear();
+  if (!read_numbers(text, values_)) return sink.damaged(Damage::text);
+  offer_frame(values_, channels_, sink);
+}
+
+void FrameParser::binary(std::string_view bytes, FrameSink& sink) {
+  values_.resize(bytes.size() / sizeof(double));
+  std::memcpy(values_.data(), bytes.data(), values_.size() * sizeof(double));
+  offer_frame(values_, channels_, sink);
+}
+
+void FrameParser::pause(FrameSink& sink) {
+  if (buffer_.empty() || format_ == FrameFormat::csv) return;
+  buffer_.clear();
+  sink.damaged(Damage::length);
+}
+
+void FrameParser::end(FrameSink& sink) {
+  if (buffer_.empty()) return;
+  const std::string rest = std::exchange(buffer_, {});
+  if (format_ == FrameFormat::csv || (format_ == FrameFormat::detect && is_text(rest))) {
+    if (!overlong_) line(rest, sink);
+  } else {
+    sink.damaged(Damage::length);
+  }
+}
+
+void FrameParser::datagram(std::string_view bytes, FrameSink& sink) {
+  const std::size_t size = sizeof(double) * static_cast<std::size_t>(channels_);
+  if (format_ != FrameFormat::csv && bytes.size() == size && !is_text(bytes)) {
+    binary(bytes, sink);
+  } else if (format_ != FrameFormat::binary && !bytes.empty() && is_text(bytes)) {
+    while (!bytes.empty() && bytes.back() == '\n') bytes.remove_suffix(1);
+    line(bytes, sink);
+  } else {
+    sink.damaged(format_ == FrameFormat::csv ? Damage::text : Damage::length);
+  }
+}
+
+namespace {
+
+/// Frames from memory, each at its time: a reader that falls behind gets the late ones at once.
+class ReplaySource final : public LiveSource {
+ public:
+  ReplaySource(ReplayFrames frames, std::optional<double> rate)
+      : frames_(std::move(frames)), rate_(rate) {}
+
+  bool can_wait() const override { return true; }
+
+  std::string run(FrameSink& sink, Stop& stop) override {
+    const SteadyClock::time_point start = SteadyClock::now();
+    const auto channels = static_cast<std::size_t>(frames_.voltages.cols());
+    for (std::uint64_t number = 0; number < total(); ++number) {
+      const double due_s = rate_ ? static_cast<double>(number) / *rate_ : 0;
+      const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(
+                                   std::chrono::duration<double>(due_s));
+      do {
+        if (stop.wait(-1, due - SteadyClock::now()) == Stop::Event::stopped) return "";
+      } while (SteadyClock::now() < due);
+      const auto row = static_cast<Eigen::Index>(number) % frames_.voltages.rows();
+      offer_frame({frames_.voltages.row(row).data(), channels}, static_cast<int>(channels), sink);
+    }
+    return "the file ended";
+  }
+
+ private:
+  std::uint64_t total() const {
+    return static_cast<std::uint64_t>(frames_.voltages.rows()) *
+           static_cast<std::uint64_t>(frames_.repeat);
+  }
+
+  ReplayFrames frames_;
+  std::optional<double> rate_;
+};
+
+}  // namespace
+
+std::unique_ptr<LiveSource> replay_of(ReplayFrames frames, std::optional<double> rate) {
+  return std::make_unique<ReplaySource>(std::move(frames), rate);
+}
+
+}  // namespace ertbench

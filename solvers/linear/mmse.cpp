@@ -1,0 +1,244 @@
+#include "solvers/linear/mmse.h"
+
+#include <Eigen/Cholesky>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "core/hdf5_file.h"
+#include "solvers/linear/mixture.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+
+Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
+                            double ridge) {
+  Eigen::MatrixXd matrix = changes;
+  matrix.diagonal().array() += ridge * changes.diagonal().mean();
+  const Eigen::MatrixXd solved = matrix.ldlt().solve(cross.transpose());
+  return solved.transpose();
+}
+
+LinearMmse::LinearMmse(JsonObject parameters)
+    : LinearSolver(LinearInference::from_json(parameters)) {
+  read(std::move(parameters));
+}
+
+void LinearMmse::read(JsonObject parameters) {
+  parameters.integer_or("components", 1, 1, 1);
+  ridge_ = read_weight(parameters, "ridge");
+  symmetries_ = parameters.boolean_or("symmetries", true);
+  choice_ = read_chosen(parameters, ridge_.value);
+  set_mask(ChannelMask::from_json(parameters));
+  parameters.finish();
+}
+
+nlohmann::json LinearMmse::parameters() const {
+  nlohmann::json out = fit_parameters();
+  inference().add_to(out);
+  return out;
+}
+
+nlohmann::json LinearMmse::fit_parameters() const {
+  nlohmann::json out = {{"components", 1}, {"ridge", "auto"}, {"symmetries", symmetries_}};
+  if (ridge_.value) out["ridge"] = *ridge_.value;
+  mask().add_to(out);
+  if (choice_) out["chosen"] = to_json(*choice_);
+  return out;
+}
+
+void LinearMmse::fit(const FitInput& input) {
+  set_sensor(input.sensor);
+  JointMoments moments = moments_of(TrainingScenes(input, type, symmetries_), {}, true);
+  changes_ = std::move(moments.changes);
+  cross_ = std::move(moments.cross);
+  const std::vector<Eigen::Index> kept = kept_pairs();
+  const Eigen::MatrixXd changes = changes_(kept, kept);
+  const Eigen::MatrixXd cross = cross_(Eigen::all, kept);
+  if (ridge_.automatic()) {
+    const ValidationFrames frames = read_validation_frames(input, ridge_.place);
+    const auto error_of = [&](double ridge) {
+      set_inverse(mmse_matrix(changes, cross, ridge));
+      return mean_relative_error(*this, frames, input.threads);
+    };
+    choice_ = choose_number(ridge_.place, 1e-7, 1e-2, 2, static_cast<int>(frames.changes.rows()),
+                            error_of);
+    ridge_.value = choice_->value;
+  }
+  set_inverse(mmse_matrix(changes, cross, *ridge_.value));
+  finish();
+}
+
+std::unique_ptr<const MaskedInverse> LinearMmse::masked_inverse() const {
+  return std::make_unique<MaskedMmse>(changes_, cross_, *ridge_.value);
+}
+
+void LinearMmse::save(const std::filesystem::path& file) const {
+  Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
+  save_matrix(out);
+  out.write_matrix("/changes", changes_);
+  out.write_matrix("/cross", cross_);
+  out.close();
+}
+
+void LinearMmse::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const Hdf5File opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parameters_of_fit(opened);
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  if (ridge_.automatic()) throw InputError(file.string() + ": has no ridge; fit the solver again");
+  const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
+  const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
+  opened.require_shape("/changes", {pairs, pairs});
+  opened.require_shape("/cross", {pixels, pairs});
+  changes_ = opened.read_rows("/changes", 0, pairs);
+  cross_ = opened.read_rows("/cross", 0, pixels);
+  load_matrix(opened, sensor);
+}
+
+namespace {
+
+constexpr std::size_t most_masked = 16;  ///< sets of dead electrodes that are kept
+
+/// One matrix below the other.
+template <typename Part>
+RowMajorMatrix stacked(const GaussianMixture& mixture, Part&& part) {
+  const auto& first = part(mixture.components.front());
+  RowMajorMatrix out(first.rows() * static_cast<Eigen::Index>(mixture.components.size()),
+                     first.cols());
+  Eigen::Index row = 0;
+  for (const GaussianMixture::Component& c : mixture.components) {
+    out.middleRows(row, first.rows()) = part(c);
+    row += first.rows();
+  }
+  return out;
+}
+
+}  // namespace
+
+MixtureMmse::MixtureMmse(JsonObject parameters) { read(std::move(parameters)); }
+
+void MixtureMmse::read(JsonObject parameters) {
+  components_ = parameters.integer("components", 2, 1024);
+  ridge_ = read_weight(parameters, "ridge");
+  symmetries_ = parameters.boolean_or("symmetries", true);
+  choice_ = read_chosen(parameters, ridge_.value);
+  mask_ = ChannelMask::from_json(parameters);
+  parameters.finish();
+}
+
+nlohmann::json MixtureMmse::parameters() const {
+  nlohmann::json out = {
+      {"components", components_}, {"ridge", "auto"}, {"symmetries", symmetries_}};
+  if (ridge_.value) out["ridge"] = *ridge_.value;
+  mask_.add_to(out);
+  if (choice_) out["chosen"] = to_json(*choice_);
+  return out;
+}
+
+void MixtureMmse::set_sensor(const Sensor& sensor) {
+  sensor_ = sensor;
+  reciprocity_ = Reciprocity(sensor);
+}
+
+void MixtureMmse::set_mean() {
+  mean_ = std::make_shared<const MixtureMean>(mixture_, pairs_without(sensor_, mask_.electrodes),
+                                              *ridge_.value);
+  masked_.clear();
+}
+
+void MixtureMmse::fit(const FitInput& input) {
+  set_sensor(input.sensor);
+  mixture_ = fit_mixture(TrainingScenes(input, type, symmetries_), components_);
+  if (ridge_.automatic()) {
+    const ValidationFrames frames = read_validation_frames(input, ridge_.place);
+    const auto error_of = [&](double ridge) {
+      ridge_.value = ridge;
+      set_mean();
+      return mean_relative_error(*this, frames, input.threads);
+    };
+    choice_ = choose_number(ridge_.place, 1e-7, 1e-2, 2, static_cast<int>(frames.changes.rows()),
+                            error_of);
+    ridge_.value = choice_->value;
+  }
+  set_mean();
+}
+
+std::shared_ptr<const MixtureMean> MixtureMmse::mean_without(ElectrodeSet dead) const {
+  const std::lock_guard lock(masked_mutex_);
+  const auto found = masked_.find(dead);
+  if (found != masked_.end()) return found->second;
+  const std::vector<Eigen::Index> kept = pairs_without(sensor_, mask_.electrodes | dead);
+  if (masked_.size() == most_masked) masked_.clear();
+  return masked_[dead] = kept.empty()
+                             ? nullptr
+                             : std::make_shared<const MixtureMean>(mixture_, kept, *ridge_.value);
+}
+
+void MixtureMmse::reconstruct(FramesView changes, ImagesView images,
+                              std::span<FrameReport> reports) const {
+  thread_local Eigen::VectorXd sums;
+  sums.resize(reciprocity_.pairs());
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    const ElectrodeSet dead = reports[static_cast<std::size_t>(f)].dead;
+    const std::shared_ptr<const MixtureMean> masked = dead ? mean_without(dead) : nullptr;
+    if (dead && !masked) {
+      images.row(f).setZero();
+      continue;
+    }
+    reciprocity_.sum(changes.row(f).data(), sums.data());
+    (masked ? *masked : *mean_).estimate(sums, images.row(f));
+  }
+}
+
+void MixtureMmse::save(const std::filesystem::path& file) const {
+  using Component = GaussianMixture::Component;
+  Hdf5File out = create_solver_file(file, type, sensor_, parameters());
+  Eigen::VectorXd weights(static_cast<Eigen::Index>(mixture_.components.size()));
+  for (Eigen::Index k = 0; k < weights.size(); ++k) {
+    weights[k] = mixture_.components[static_cast<std::size_t>(k)].weight;
+  }
+  out.write_vector("/weights", weights);
+  out.write_matrix("/directions", mixture_.directions);
+  out.write_matrix("/change_means", stacked(mixture_, [](const Component& c) {
+                     return Eigen::RowVectorXd(c.change_mean.transpose());
+                   }));
+  out.write_matrix("/image_means", stacked(mixture_, [](const Component& c) {
+                     return Eigen::RowVectorXd(c.image_mean.transpose());
+                   }));
+  out.write_matrix("/changes",
+                   stacked(
+                       mixture_, [](const Component& c) -> const auto& { return c.changes; }));
+  out.write_matrix("/cross",
+                   stacked(
+                       mixture_, [](const Component& c) -> const auto& { return c.cross; }));
+  out.close();
+}
+
+void MixtureMmse::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const Hdf5File opened = open_solver_file(file, type, sensor);
+  const nlohmann::json parameters = parameters_of_fit(opened);
+  read(JsonObject(parameters, file.string(), "/parameters"));
+  if (ridge_.automatic()) throw InputError(file.string() + ": has no ridge; fit the solver again");
+  const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
+  const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
+  const std::uint64_t count = opened.require_shape("/weights", {0}).front();
+  const std::uint64_t directions = opened.require_shape("/directions", {pairs, 0})[1];
+  opened.require_shape("/change_means", {count, pairs});
+  opened.require_shape("/image_means", {count, pixels});
+  opened.require_shape("/changes", {count * pairs, pairs});
+  opened.require_shape("/cross", {count * pixels, directions});
+  if (directions > pairs) throw InputError(file.string() + ": /directions: are more than pairs");
+
+  set_sensor(sensor);
+  mixture_ = {opened.read_rows("/directions", 0, pairs), {}};
+  const Eigen::VectorXd weights = opened.read_vector("/weights");
+  for (std::uint64_t k = 0; k < count; ++k) {
+    mixture_.components.push_back({weights[static_cast<Eigen::Index>(k)],
+                                   opened.read_rows("/change_means", k, 1).transpose(),
+                                   opened.read_rows("/image_means", k, 1).transpose(),
+                                   opened.read_rows("/changes", k * pairs, pairs),
+                                   opened.read_rows("/cross", k * pixels, pixels)});
+  }
+  set_mean();
+}
+
+}  // namespace ertbench

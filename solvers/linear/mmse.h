@@ -1,0 +1,110 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "solvers/channel_mask.h"
+#include "solvers/linear/linear_solver.h"
+#include "solvers/linear/mixture.h"
+#include "solvers/parameter_choice.h"
+#include "solvers/solver.h"
+
+namespace ertbench {
+
+/// The matrix of the linear estimate of least mean squared error,
+///
+///     x = cross (changes + ridge m 1)^-1 d',   m the mean of the diagonal of `changes`,
+///
+/// from second moments `changes` [pairs, pairs] and `cross` [pixels, pairs]; `ridge` >= 0.
+Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
+                            double ridge);
+
+/// Linear minimum-mean-square-error reconstruction, type "lmmse" with one component: among all
+/// matrices the one whose images have the least mean squared error over the training scenes,
+///
+///     image = E[x d^T] (E[d d^T] + ridge)^-1 changes.
+///
+/// It is the posterior mean where changes and images are jointly Gaussian with mean zero: no
+/// contact gives no image. The moments are those of the training set, whose voltages carry its
+/// noise and obey no linear model. (From C_xx by the Jacobian, C_xx J^T (J C_xx J^T + noise)^-1,
+/// the mean relative error is .77 in place of .62 on one to three contacts: the linear model's bias
+/// is taken for noise.) `ridge`, noise beyond that of the training set relative to the mean square
+/// of the changes, trades error of strong contacts for error of weak ones.
+class LinearMmse final : public LinearSolver {
+ public:
+  static constexpr const char* type = "lmmse";
+
+  /// `{"components": 1, "ridge": > 0 | "auto", "symmetries": bool}` and what LinearInference and
+  /// ChannelMask read.
+  explicit LinearMmse(JsonObject parameters);
+
+  nlohmann::json parameters() const override;
+  bool needs_training() const override { return true; }
+  void fit(const FitInput& input) override;
+  void save(const std::filesystem::path& file) const override;
+  void load(const std::filesystem::path& file, const Sensor& sensor) override;
+
+ private:
+  /// Reads what concerns the fit and calls `finish` of the object.
+  void read(JsonObject parameters);
+  nlohmann::json fit_parameters() const;
+  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
+
+  bool symmetries_ = true;
+  Tunable ridge_;
+  std::optional<ParameterChoice> choice_;
+  // Second moments of all pairs, from which frames with dead electrodes are imaged.
+  Eigen::MatrixXd changes_;  ///< [pairs, pairs]
+  Eigen::MatrixXd cross_;    ///< [pixels, pairs]
+};
+
+/// The minimum-mean-square-error image under a mixture of Gaussians fitted to the training scenes,
+/// type "lmmse" with several components: each covers contacts of about one place and strength, and
+/// has a linear estimate of its own; a frame's image is their mean, weighted by the posterior
+/// probabilities of the components. A frame costs the probabilities of all components (24 x 24
+/// numbers each) and the matrices of the two or three that have any. All in single precision.
+///
+/// Dead electrodes are left out of all the Gaussians, which is exact but for the choice of the
+/// directions; what that takes is kept for the sets of electrodes met last.
+class MixtureMmse final : public Solver {
+ public:
+  static constexpr const char* type = "lmmse";
+
+  /// `{"components": 2 ... 1024, "ridge": > 0 | "auto", "symmetries": bool}` and what ChannelMask
+  /// reads.
+  explicit MixtureMmse(JsonObject parameters);
+
+  nlohmann::json parameters() const override;
+  void check(const Sensor& sensor) const override { mask_.check(sensor); }
+  bool needs_training() const override { return true; }
+  void fit(const FitInput& input) override;
+  void reconstruct(FramesView changes, ImagesView images,
+                   std::span<FrameReport> reports) const override;
+  MaskedChannels masked_channels() const override { return mask_; }
+  void save(const std::filesystem::path& file) const override;
+  void load(const std::filesystem::path& file, const Sensor& sensor) override;
+
+ private:
+  void read(JsonObject parameters);
+  void set_sensor(const Sensor& sensor);
+  void set_mean();
+  /// Without the channels of these electrodes, besides those masked in every frame; null where none
+  /// is left.
+  std::shared_ptr<const MixtureMean> mean_without(ElectrodeSet dead) const;
+
+  int components_ = 2;
+  bool symmetries_ = true;
+  Tunable ridge_;
+  std::optional<ParameterChoice> choice_;
+  ChannelMask mask_;
+  Sensor sensor_;
+  Reciprocity reciprocity_;
+  GaussianMixture mixture_;
+  std::shared_ptr<const MixtureMean> mean_;
+  mutable std::mutex masked_mutex_;
+  mutable std::map<ElectrodeSet, std::shared_ptr<const MixtureMean>> masked_;
+};
+
+}  // namespace ertbench
