@@ -9,6 +9,7 @@
 #include "bench/check/baseline.h"
 #include "bench/check/check.h"
 #include "bench/check/stored_images.h"
+#include "bench/features/features.h"
 #include "bench/record/record_file.h"
 #include "bench/run/runner.h"
 #include "bench/table/table.h"

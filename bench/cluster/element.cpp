@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bench/features/features.h"
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
@@ -89,13 +90,13 @@ int run_element(const Experiment& experiment, const Cache& cache, const ElementO
   for (const std::unique_ptr<Stage>& stage : stages_of_run(Machines::any)) {
     JobRecords records(*stage, own, options.out, cache.reuse());
     if (stage->name() == options.part) {
-      const OneGo go(*stage, own, options.out, records, stage->due(own, results),
-                     stage->due(own, results));
+      const TimingSession session(*stage, own, options.out, records, stage->due(own, results),
+                                  stage->due(own, results));
       JobRunner runner(*stage, own, cache, options.out, records);
       runner.take_only(options.threads);
-      runner.run(go.jobs(), 1);
-      if (records.failures() == 0) go.finish();
-      note_failures(records, go.jobs());
+      runner.run(session.jobs(), 1);
+      if (records.failures() == 0) session.finish();
+      note_failures(records, session.jobs());
       return records.failures();
     }
     stage->collect(own, cache, records, results);

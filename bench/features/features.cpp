@@ -8,6 +8,7 @@
 #include "bench/report/bar_chart.h"
 #include "bench/report/heat_map_chart.h"
 #include "bench/run/accuracy_stage.h"
+#include "bench/run/results.h"
 #include "bench/run/timing_stage.h"
 #include "bench/speed/speed_chart.h"
 #include "bench/studies/study.h"
@@ -43,6 +44,18 @@ std::unique_ptr<Stage> stage_named(const std::string& name, int scenes) {
     names += (names.empty() ? "" : ", ") + stage->name();
   }
   throw InputError("no stage is called \"" + printable(name) + "\"; there are " + names);
+}
+
+ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,
+                                 const RunOptions& options) {
+  return run_stages(stages_of_run(), experiment, cache, options);
+}
+
+std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
+                              const ExperimentResults& results,
+                              const std::filesystem::path& folder) {
+  const auto sections = report_stages(stages_of_run(), experiment, results, folder);
+  return report_results(experiment, cache, results, sections, folder);
 }
 
 namespace {

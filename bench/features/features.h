@@ -5,12 +5,11 @@
 #include <vector>
 
 #include "bench/experiment/experiment_charts.h"
+#include "bench/run/runner.h"
 #include "bench/run/stage.h"
 #include "bench/run/timing_stage.h"
 
 namespace ertbench {
-
-using Stages = std::vector<std::unique_ptr<Stage>>;
 
 /// The stages of `ertbench run`, each after those whose results it needs. `machines`: whose times
 /// are taken as they are.
@@ -23,6 +22,16 @@ Stages stages_of_fidelity(int scenes);
 /// The stage of this name, whichever command has it. Throws InputError where there is none.
 /// `scenes`: for fidelity.
 std::unique_ptr<Stage> stage_named(const std::string& name, int scenes);
+
+/// Runs all stages of `ertbench run` (run_stages).
+ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,
+                                 const RunOptions& options);
+
+/// Has all stages of `ertbench run` report, then writes tables, figures and the page of the
+/// experiment, and prints the table. Returns how many figures could not be drawn.
+std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
+                              const ExperimentResults& results,
+                              const std::filesystem::path& folder);
 
 /// All charts that an experiment can ask for.
 ChartTypes chart_types();

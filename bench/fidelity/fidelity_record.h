@@ -36,6 +36,14 @@ struct FidelityRow {
 /// Upper ends of the classes of `sizes`; the last class has none.
 inline constexpr int fidelity_sizes[] = {16, 32, 64, 128, 256, 512};
 
+/// Outcome of comparing the models of the sheet on one dataset.
+struct FidelityOutcome {
+  std::string dataset;
+  std::vector<FidelityRow> rows;  ///< none where it failed
+  std::string failure;
+};
+using FidelityOutcomes = std::vector<FidelityOutcome>;
+
 /// One scene as one model of the sheet computes it.
 struct ModelledScene {
   bool smooth = true;   ///< whole discs and ellipses apart from each other, nothing else

@@ -197,7 +197,7 @@ void FidelityStage::collect(const Experiment& experiment, const Cache&, const Jo
   for (const DatasetSpec* dataset : experiment.datasets()) {
     if (dataset->measured()) continue;  // there is nothing to compare models on
     const Job job = job_of(*this, *dataset);
-    FidelityOutcome& outcome = results.fidelity.emplace_back();
+    FidelityOutcome& outcome = results.findings.of<FidelityOutcomes>().emplace_back();
     outcome.dataset = dataset->name;
     if (const auto record = records.read(job)) {
       outcome.rows = fidelity_rows(*dataset, fidelity_record_from_json(*record));
@@ -210,7 +210,7 @@ void FidelityStage::collect(const Experiment& experiment, const Cache&, const Jo
 std::vector<ReportSection> FidelityStage::report(const Experiment& experiment,
                                                  const ExperimentResults& results,
                                                  const std::filesystem::path& folder) const {
-  report_fidelity(experiment, results.fidelity, results.builds, folder);
+  report_fidelity(experiment, results.findings.found<FidelityOutcomes>(), results.builds, folder);
   return {};
 }
 

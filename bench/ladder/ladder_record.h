@@ -111,6 +111,7 @@ struct LadderOutcome {
   std::optional<LadderRecord> record;
   std::string failure;  ///< where there is none: "crashed: Aborted; see ..."
 };
+using LadderOutcomes = std::vector<LadderOutcome>;
 
 /// What determines the record: the solver, the test set that all levels are variants of, the rule
 /// of failure and the axes that concern the solver.

@@ -280,7 +280,7 @@ void LadderStage::collect(const Experiment& experiment, const Cache&, const JobR
   if (!experiment.ladders) return;
   for (const std::span<const SolverEntry> entries : experiment.rows()) {
     const LabelOutcome& label = results.labels.at(entries.front().label);
-    LadderOutcome& outcome = results.ladders.emplace_back();
+    LadderOutcome& outcome = results.findings.of<LadderOutcomes>().emplace_back();
     outcome.entry = label.scored ? label.scored : &entries.front();
     outcome.failure = label.failure;
     if (!label.scored) continue;
@@ -296,7 +296,8 @@ void LadderStage::collect(const Experiment& experiment, const Cache&, const JobR
 std::vector<ReportSection> LadderStage::report(const Experiment& experiment,
                                                const ExperimentResults& results,
                                                const std::filesystem::path& folder) const {
-  return write_ladder_results(experiment, results.ladders, results.builds, folder);
+  return write_ladder_results(experiment, results.findings.found<LadderOutcomes>(), results.builds,
+                              folder);
 }
 
 }  // namespace ertbench

@@ -1,15 +1,15 @@
 #pragma once
 
+#include <any>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <typeindex>
 #include <vector>
 
-#include "bench/fidelity/fidelity_record.h"
-#include "bench/ladder/ladder_record.h"
 #include "bench/record/result_row.h"
 #include "bench/score/image_contacts.h"
 #include "core/arrays.h"
@@ -74,11 +74,26 @@ struct LabelOutcome {
   std::string failure;  ///< of the first trial, where none was scored: "crashed: Aborted; see ..."
 };
 
-/// What became of the comparison of the sheet's models on one dataset.
-struct FidelityOutcome {
-  std::string dataset;
-  std::vector<FidelityRow> rows;  ///< none where it failed
-  std::string failure;
+/// Findings of the features that stand above this room, one value of each type. A feature's stage
+/// collects into its own type and reports from it; nothing else needs to know it.
+class FeatureFindings {
+ public:
+  /// The value of type T, made empty where there is none yet.
+  template <typename T>
+  T& of() {
+    std::any& value = values_[typeid(T)];
+    if (!value.has_value()) value = T();
+    return *std::any_cast<T>(&value);
+  }
+  /// A copy of the value of type T; an empty one where nothing was collected.
+  template <typename T>
+  T found() const {
+    const auto value = values_.find(typeid(T));
+    return value == values_.end() ? T() : std::any_cast<T>(value->second);
+  }
+
+ private:
+  std::map<std::type_index, std::any> values_;
 };
 
 /// All that the results of an experiment are made of. The stages fill it one after another.
@@ -93,8 +108,7 @@ struct ExperimentResults {
   /// By label, of the solvers that were fitted.
   std::map<std::string, std::vector<TrainingSource>> training;
   std::map<std::string, LabelOutcome> labels;
-  std::vector<LadderOutcome> ladders;  ///< of each label, where the experiment has ladders
-  std::vector<FidelityOutcome> fidelity;
+  FeatureFindings findings;  ///< of ladders and fidelity
   std::vector<StudyOutcome> studies;
   Builds builds;
   std::string command;  ///< makes them again; empty: that of all of the file

@@ -41,10 +41,11 @@ std::string hash_of_jobs(const Stage& stage, const Experiment& experiment,
 
 }  // namespace
 
-OneGo::OneGo(const Stage& stage, const Experiment& experiment, const fs::path& folder,
-             const JobRecords& records, const std::vector<Job>& due, const std::vector<Job>& wanted)
+TimingSession::TimingSession(const Stage& stage, const Experiment& experiment,
+                             const fs::path& folder, const JobRecords& records,
+                             const std::vector<Job>& due, const std::vector<Job>& wanted)
     : jobs_(wanted) {
-  if (!stage.in_one_go()) return;
+  if (!stage.in_one_session()) return;
   const auto missing = std::count_if(wanted.begin(), wanted.end(),
                                      [&](const Job& job) { return !has_record(records, job); });
   if (missing == 0) return;
@@ -71,7 +72,7 @@ OneGo::OneGo(const Stage& stage, const Experiment& experiment, const fs::path& f
   write_file_atomically(mark_, utc_now() + "\n");
 }
 
-void OneGo::finish() const {
+void TimingSession::finish() const {
   std::error_code ignored;
   if (!mark_.empty()) fs::remove(mark_, ignored);
 }
@@ -173,11 +174,11 @@ ExperimentResults run_stages(const Stages& stages, const Experiment& experiment,
   return gather(stages, experiment, cache, options,
                 [&](const Stage& stage, const ExperimentResults& results, JobRecords& records) {
                   const std::vector<Job> due = stage.due(experiment, results);
-                  const OneGo go(stage, experiment, options.out, records, due,
-                                 wanted(due, options.only));
+                  const TimingSession session(stage, experiment, options.out, records, due,
+                                              wanted(due, options.only));
                   JobRunner(stage, experiment, cache, options.out, records)
-                      .run(go.jobs(), stage.wants_machine_alone() ? 1 : options.jobs);
-                  if (records.failures() == 0) go.finish();
+                      .run(session.jobs(), stage.wants_machine_alone() ? 1 : options.jobs);
+                  if (records.failures() == 0) session.finish();
                 });
 }
 
@@ -197,11 +198,6 @@ ExperimentResults collect_stages(
                 });
 }
 
-ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,
-                                 const RunOptions& options) {
-  return run_stages(stages_of_run(), experiment, cache, options);
-}
-
 std::vector<ReportSection> report_stages(const Stages& stages, const Experiment& experiment,
                                          const ExperimentResults& results, const fs::path& folder) {
   std::vector<ReportSection> sections;
@@ -210,12 +206,6 @@ std::vector<ReportSection> report_stages(const Stages& stages, const Experiment&
     sections.insert(sections.end(), own.begin(), own.end());
   }
   return sections;
-}
-
-std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
-                              const ExperimentResults& results, const fs::path& folder) {
-  const auto sections = report_stages(stages_of_run(), experiment, results, folder);
-  return report_results(experiment, cache, results, sections, folder);
 }
 
 }  // namespace ertbench

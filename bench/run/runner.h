@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "bench/experiment/experiment.h"
-#include "bench/features/features.h"
 #include "bench/record/cache.h"
 #include "bench/record/experiment_results.h"
 #include "bench/run/job_runner.h"
@@ -19,16 +18,17 @@ class JobRecords;
 class Stage;
 struct Experiment;
 
-/// The jobs of a stage whose records are worth comparing only where they were made in one go
-/// (Stage::in_one_go): a clock that was read on another day, beside other programs, is another
-/// clock. Where a wanted job has no record, those of all others that have one are made again with
-/// it. A go that was interrupted, or in which a job failed, is taken up again on the same day; its
-/// mark in the folder of records tells.
-class OneGo {
+/// The jobs of a stage whose records are worth comparing only where they were measured in one
+/// session (Stage::in_one_session): a clock that was read on another day, beside other programs, is
+/// another clock. Where a wanted job has no record, those of all others that have one are made
+/// again with it. A session that was interrupted, or in which a job failed, is taken up again on
+/// the same day; its mark in the folder of records tells.
+class TimingSession {
  public:
   /// `due`: all jobs of the stage; `wanted`: those asked for. Removes what is to be made again.
-  OneGo(const Stage& stage, const Experiment& experiment, const std::filesystem::path& folder,
-        const JobRecords& records, const std::vector<Job>& due, const std::vector<Job>& wanted);
+  TimingSession(const Stage& stage, const Experiment& experiment,
+                const std::filesystem::path& folder, const JobRecords& records,
+                const std::vector<Job>& due, const std::vector<Job>& wanted);
 
   /// Those to be given to the runner, which leaves out what has a record.
   const std::vector<Job>& jobs() const { return jobs_; }
@@ -66,19 +66,9 @@ ExperimentResults collect_stages(
     const RunOptions& options,
     const std::function<std::optional<Failure>(const Job& job)>& why_missing);
 
-/// The same as run_stages with the stages of `ertbench run`.
-ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,
-                                 const RunOptions& options);
-
 /// Has every stage write its own files into the folder; returns their sections of the page.
 std::vector<ReportSection> report_stages(const Stages& stages, const Experiment& experiment,
                                          const ExperimentResults& results,
                                          const std::filesystem::path& folder);
-
-/// The same with the stages of `ertbench run`, then tables, figures and the page of the experiment;
-/// prints the table. Returns how many figures could not be drawn.
-std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
-                              const ExperimentResults& results,
-                              const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -77,7 +77,7 @@ class Stage {
   virtual std::string why_not_here(const nlohmann::json& record) const;
   /// Whether the records of all its jobs are to be made in one go: where one is missing, all are
   /// made again, unless they were begun in the same go (Session).
-  virtual bool in_one_go() const { return false; }
+  virtual bool in_one_session() const { return false; }
 
   /// Adds what the jobs' records say to the results, and what became of jobs that left none.
   virtual void collect(const Experiment& experiment, const Cache& cache, const JobRecords& records,
@@ -90,6 +90,8 @@ class Stage {
   /// Removes what the job left in the cache, so that it is made anew.
   virtual void forget(const Experiment& experiment, const Cache& cache, const Job& job) const;
 };
+
+using Stages = std::vector<std::unique_ptr<Stage>>;
 
 /// The job of an entry: "tsvd.accuracy".
 Job job_of(const Stage& stage, const SolverEntry& entry);

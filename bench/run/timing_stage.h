@@ -49,7 +49,7 @@ class TimingStage : public Stage {
   nlohmann::json run(const Job& job, const JobContext& context) const override;
   void check(const Experiment& experiment, const nlohmann::json& record) const override;
   std::string why_not_here(const nlohmann::json& record) const override;
-  bool in_one_go() const override { return true; }
+  bool in_one_session() const override { return true; }
   void collect(const Experiment& experiment, const Cache& cache, const JobRecords& records,
                ExperimentResults& results) const override;
 

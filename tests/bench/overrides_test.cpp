@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_json.h"
+#include "bench/features/features.h"
 #include "core/errors.h"
 #include "tests/bench/experiment_testing.h"
 #include "tests/bench/program.h"

@@ -100,12 +100,13 @@ class Run {
       markdown_of(difference_table(mean_differences(scored)));
     }
     const Ladders& ladders = *experiment_.ladders;
-    const std::vector<AxisBreakdown> breakdowns = breakdowns_of(ladders, results.ladders);
+    const auto outcomes = results.findings.found<LadderOutcomes>();
+    const std::vector<AxisBreakdown> breakdowns = breakdowns_of(ladders, outcomes);
     markdown_of(breakdown_table("", ladders, breakdowns));
-    csv_of(levels_data(results.ladders));
-    markdown_of(detection_table("", ladders, detections_of(results.ladders)));
+    csv_of(levels_data(outcomes));
+    markdown_of(detection_table("", ladders, detections_of(outcomes)));
     ladder_map_of("", breakdowns);
-    for (const LadderOutcome& outcome : results.ladders) {
+    for (const LadderOutcome& outcome : outcomes) {
       if (outcome.record) gallery_of(ladders, *outcome.record);
     }
   }

@@ -75,7 +75,8 @@ TEST(Rooms, IncludeOnlyWhatTheTableAllows) {
   const Rooms rooms = the_rooms();
   const fs::path root = ERTBENCH_SOURCE_DIR;
   int files = 0;
-  for (const char* top : {"core", "forward", "solvers", "models", "bench"}) {
+  for (const char* top :
+       {"core", "forward", "solvers", "models", "frames", "limit", "live", "bench"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const fs::path extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp") continue;
