@@ -22,7 +22,7 @@
 namespace ertbench {
 namespace {
 
-/// A sender that stops within a binary frame for so long has lost the rest of it.
+/// After a pause this long within a binary frame the rest of that frame is taken to be lost.
 constexpr std::chrono::milliseconds pause_of_sender{200};
 
 /// A stream of bytes behind a descriptor.
@@ -119,7 +119,7 @@ std::unique_ptr<LiveSource> open_serial(const InputPlace& place, int channels, F
 
 namespace {
 
-/// The number behind the last '@', which is taken off `text`; nothing where none stands there.
+/// Removes the number behind the last '@' from `text` and returns it; nothing if there is none.
 std::optional<double> number_behind_at(std::string& text) {
   const auto at = text.rfind('@');
   if (at == std::string::npos || at + 1 == text.size()) return std::nullopt;
@@ -193,7 +193,7 @@ namespace {
 constexpr std::size_t most_datagram_bytes = 65536;
 constexpr int receive_buffer_bytes = 1 << 20;
 
-/// A frame a datagram.
+/// Reads one frame from each datagram.
 class UdpSource final : public LiveSource {
  public:
   UdpSource(int descriptor, int channels, FrameFormat format)
@@ -222,7 +222,7 @@ class UdpSource final : public LiveSource {
     message.msg_control = control.data();
     message.msg_controllen = control.size();
     const ssize_t n = ::recvmsg(descriptor_, &message, MSG_DONTWAIT);
-    if (n < 0) return;  // a checksum that was wrong, say: the datagram is gone already
+    if (n < 0) return;  // a wrong checksum, for example: the datagram is already discarded
     for (cmsghdr* one = CMSG_FIRSTHDR(&message); one; one = CMSG_NXTHDR(&message, one)) {
       if (one->cmsg_level != SOL_SOCKET || one->cmsg_type != SO_RXQ_OVFL) continue;
       std::uint32_t lost = 0;

@@ -21,14 +21,18 @@
 namespace ertbench {
 namespace {
 
+using std::chrono::milliseconds;
+
+constexpr milliseconds patience_at_the_end{1000};
+constexpr double least_latency_s = 1e-6;
 constexpr std::array ending_signals = {SIGINT, SIGTERM, SIGHUP};
-/// Where a signal is noted, in whatever thread it arrives: libraries have threads of their own.
+/// Event descriptor that the signal handler writes to; any thread may receive the signal.
 std::atomic<int> noted_at = -1;
 
 void note_signal(int) {
   const int saved = errno;
   const std::uint64_t one = 1;
-  // It can only fail where it has been asked often before.
+  // Fails only if the counter is full, when the end has long been requested.
   [[maybe_unused]] const ssize_t written = ::write(noted_at, &one, sizeof one);
   errno = saved;
 }
@@ -118,12 +122,6 @@ std::uint64_t Mailbox::dropped() const {
   return dropped_;
 }
 
-namespace {
-
-constexpr double least_latency_s = 1e-6;
-
-}  // namespace
-
 void LatencyHistogram::add(double seconds) {
   const double place =
       classes_per_decade * std::log10(std::max(seconds, least_latency_s) / least_latency_s);
@@ -153,13 +151,6 @@ std::vector<std::uint64_t> LatencyHistogram::coarse(int per_decade) const {
   for (std::size_t i = 0; i < counts_.size(); ++i) out[i / width] += counts_[i];
   return out;
 }
-
-namespace {
-
-using std::chrono::milliseconds;
-constexpr milliseconds patience_at_the_end{1000};
-
-}  // namespace
 
 bool LineOutput::wait_for_reader() {
   if (!until_ && stop_.wait_to_write(STDOUT_FILENO)) return true;

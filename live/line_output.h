@@ -15,9 +15,9 @@
 
 namespace ertbench {
 
-/// The end of a stream that others ask for: SIGINT, SIGTERM and SIGHUP, which from its making on
-/// end the process in an orderly way, and whoever calls `stop`. A second signal of the same kind
-/// ends the process at once. There is one at a time.
+/// A request to end the stream: by SIGINT, SIGTERM or SIGHUP, which this class handles while it
+/// lives, or by a call of `stop`. A second signal of the same kind ends the process at once. Only
+/// one object may exist at a time.
 class Stop {
  public:
   Stop();
@@ -29,40 +29,40 @@ class Stop {
   bool stopped() const;  ///< by a signal or by `stop`
 
   enum class Event { readable, time, stopped };
-  /// Waits until the descriptor can be read (or its other end is gone), for so long, or for the
-  /// end; -1: no descriptor.
+  /// Waits until the descriptor is readable (or its other end is closed), `patience` has passed or
+  /// the end is requested; -1: no descriptor.
   Event wait(int descriptor, std::chrono::nanoseconds patience) const;
 
-  /// Waits until PIPE_BUF bytes can be written to the descriptor without waiting any more; false
-  /// where the end comes first.
+  /// Waits until PIPE_BUF bytes can be written to the descriptor without blocking; returns false if
+  /// the end is requested first.
   bool wait_to_write(int descriptor) const;
 
  private:
   int asked_ = -1;
 };
 
-/// A frame as it came.
 struct ArrivedFrame {
-  std::uint64_t number = 0;         ///< of the usable frames, from 0
-  SteadyClock::time_point arrived;  ///< when its last byte was there
+  std::uint64_t number = 0;         ///< counts the usable frames, from 0
+  SteadyClock::time_point arrived;  ///< time of its last byte
   Eigen::RowVectorXd voltages;      ///< [channels] V
 };
 
-/// Between whoever reads frames and whoever images them: a few places, by default one. Where all
-/// are taken the oldest frame is dropped for the newest, or, lossless, the reader waits.
+/// A queue between the thread that reads frames and the one that images them, with one place by
+/// default. When it is full the oldest frame is dropped for the newest; if `lossless`, the reader
+/// waits instead.
 class Mailbox {
  public:
   Mailbox(std::size_t places, bool lossless) : places_(places), lossless_(lossless) {}
 
-  /// Returns false where the box is closed.
+  /// Returns false if the box is closed.
   bool put(ArrivedFrame frame);
 
   enum class Taken { frame, nothing, closed };
-  /// The oldest frame there is; waits for one for so long. What was put before `close` is taken
-  /// before "closed" is said.
+  /// Takes the oldest frame, waiting up to `patience` for one. Frames put before `close` are still
+  /// handed out before `closed` is returned.
   Taken take(ArrivedFrame& frame, std::chrono::milliseconds patience);
 
-  /// No more frames are put. With `now`, none is taken either.
+  /// Accepts no more frames. With `now`, the waiting ones are dropped.
   void close(bool now = false);
   std::uint64_t dropped() const;
 
@@ -76,9 +76,9 @@ class Mailbox {
   bool closed_ = false;
 };
 
-/// Latencies of any number of frames in a fixed memory: counts in classes that are equally wide on
-/// a logarithmic scale, from 1 µs to 100 s, each 2.3 % wider than the one before. What is outside
-/// counts in the first or the last class; the largest is kept as it is.
+/// Latencies of any number of frames in a fixed memory: counts in classes from 1 µs to 100 s, each
+/// 2.3 % wider than the one before. Values outside count in the first or the last class; the
+/// largest value is kept exactly.
 class LatencyHistogram {
  public:
   static constexpr int classes_per_decade = 100;
@@ -88,11 +88,11 @@ class LatencyHistogram {
   std::uint64_t count() const { return count_; }
   double largest_s() const { return largest_s_; }
 
-  /// The upper end of the class in which the nearest rank lies, the largest where that is less:
-  /// at most 2.3 % too much. Nothing where there is no latency. `share` 0 ... 1.
+  /// The upper end of the class of the nearest rank, capped by the largest latency: at most 2.3 %
+  /// too large. Nothing if there is no latency. `share` 0 ... 1.
   std::optional<double> quantile_s(double share) const;
 
-  /// Counts by coarser classes, `per_decade` of them, which must divide classes_per_decade.
+  /// Counts in coarser classes; `per_decade` must divide classes_per_decade.
   std::vector<std::uint64_t> coarse(int per_decade) const;
 
  private:
@@ -101,19 +101,17 @@ class LatencyHistogram {
   double largest_s_ = 0;
 };
 
-class Stop;
-
-/// Lines of JSON on standard output.
+/// Writes lines of JSON to standard output.
 class LineOutput {
  public:
   explicit LineOutput(const Stop& stop) : stop_(stop) {}
 
-  /// Waits for a reader that is slow; once the stream was told to end, for a second in all, so that
-  /// it may still have the last lines.
+  /// Waits for a slow reader. After the end was requested it waits one second in all, so that the
+  /// reader may still get the last lines.
   void line(const nlohmann::json& value);
-  /// Whether all lines got out; nobody reads them any more, else, or `error` says why not.
+  /// False once a line could not be written: the reader closed the pipe, or see `error`.
   bool open() const { return open_; }
-  /// Of the system, where lines could not be written though somebody might read them; 0 else.
+  /// errno of a failed write; 0 if none failed or the reader closed the pipe.
   int error() const { return error_; }
 
  private:
@@ -122,7 +120,7 @@ class LineOutput {
   const Stop& stop_;
   bool open_ = true;
   int error_ = 0;
-  std::optional<std::chrono::steady_clock::time_point> until_;  ///< once it was told to end
+  std::optional<std::chrono::steady_clock::time_point> until_;  ///< set once the end is requested
 };
 
 }  // namespace ertbench

@@ -25,7 +25,7 @@ using nlohmann::json;
 constexpr std::chrono::milliseconds look_around{100};
 constexpr double damage_said_every_s = 1;
 
-/// The reader's side: numbers frames, stamps them and puts them into the mailbox.
+/// The reader thread's side: numbers frames, stamps them and puts them into the mailbox.
 class StreamReader final : public FrameSink {
  public:
   StreamReader(Mailbox& mailbox, LiveRecord* record, SteadyClock::time_point start)
@@ -40,7 +40,7 @@ class StreamReader final : public FrameSink {
   }
   void damaged(Damage damage) override { ++damaged_[static_cast<std::size_t>(damage)]; }
 
-  /// From the other thread.
+  /// Called by the other thread.
   void count(LiveCounts& counts) const {
     counts.came = came_;
     for (std::size_t d = 0; d < damaged_.size(); ++d) counts.damaged[d] = damaged_[d];
@@ -54,7 +54,7 @@ class StreamReader final : public FrameSink {
   std::array<std::atomic<std::uint64_t>, all_damages.size()> damaged_{};
 };
 
-/// The solver's side of a stream.
+/// The solver thread's side of a stream.
 class Stream {
  public:
   Stream(const LiveOptions& options, LiveSetup& setup, LiveState& state, Stop& stop)
@@ -90,7 +90,7 @@ class Stream {
       failure = std::current_exception();
     }
     const bool told = stop_.stopped();
-    if (!ended) stop_.stop();  // else a slow reader may take its time for the last lines
+    if (!ended) stop_.stop();  // otherwise a slow reader gets all the time it needs
     mailbox_.close(true);
     thread.join();
     if (!failure) failure = input_failure;
@@ -104,7 +104,7 @@ class Stream {
       finish_record(parameters);
     } catch (const std::exception& error) {
       if (failure) {
-        spdlog::error("{}", error.what());  // beside what ends the program
+        spdlog::error("{}", error.what());  // the first failure ends the program
       } else {
         failure = std::current_exception();
       }
@@ -129,7 +129,7 @@ class Stream {
     summary_.counts.dropped = mailbox_.dropped() + source_.lost_before();
   }
 
-  /// Whether the input has ended and all of it was answered.
+  /// Returns true if the input ended and every frame was answered.
   bool answer_all() {
     ArrivedFrame frame;
     while (output_.open()) {
@@ -152,7 +152,6 @@ class Stream {
     return false;
   }
 
-  /// Takes a frame as one of the untouched skin.
   void add_background(const ArrivedFrame& frame) {
     if (background_sum_.size() == 0) background_sum_.setZero(frame.voltages.size());
     background_sum_ += frame.voltages;
@@ -163,7 +162,7 @@ class Stream {
 
   void answer(const ArrivedFrame& frame) {
     const double arrived_s = std::chrono::duration<double>(frame.arrived - start_).count();
-    // The tracker wants time to go on, and a clock has its steps.
+    // The tracker needs strictly increasing times; a clock's resolution may give two alike.
     last_time_s_ = std::max(arrived_s, last_time_s_ + 1e-9);
     const LiveAnswer& answer = solver_.answer(frame.voltages, last_time_s_);
     const double latency_s = seconds_since(frame.arrived);

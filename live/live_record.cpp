@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Rows that wait for the disk: with answers of 24 x 24 pixels some 12 MB.
+/// Rows in the queue: some 12 MB with answers of 24 x 24 pixels.
 constexpr std::size_t most_waiting_rows = 4096;
 constexpr std::uint64_t copied_rows = 1024;
 constexpr Eigen::Index answer_columns = 6;  ///< before the image
@@ -53,7 +53,7 @@ LiveRecord::LiveRecord(fs::path file, const std::vector<fs::path>& inputs, const
   for (std::size_t p = 0; p < parts; ++p) {
     raw_[p] = aside_of(file_);
     raw_[p] += names[p];
-    streams_[p].rdbuf()->pubsetbuf(nullptr, 0);  // what is written is on its way to the disk
+    streams_[p].rdbuf()->pubsetbuf(nullptr, 0);  // a crash loses no row that was written
     streams_[p].open(raw_[p], std::ios::binary | std::ios::trunc);
     if (!streams_[p]) {
       throw InputError("--record: " + raw_[p].string() +
@@ -142,7 +142,7 @@ bool LiveRecord::write(const Row& row) {
   if (!std::exchange(refused_, true)) {
     spdlog::warn("--record: the disk refuses rows, which are not kept; make room");
   }
-  // The next row takes the place of what there is of this one.
+  // The next row overwrites the part of this one that was written.
   stream.clear();
   stream.seekp(static_cast<std::streamoff>(written_[row.part] * sizeof(double)));
   return false;

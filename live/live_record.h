@@ -21,37 +21,37 @@
 
 namespace ertbench {
 
-/// Keeps what came and what was answered. While the stream runs, rows grow in raw files beside the
-/// record; `finish` makes the HDF5 file of them, writes it aside and renames it:
+/// Records frames and answers. While the stream runs, rows are appended to raw files beside the
+/// record; `finish` turns them into the HDF5 file, by atomic rename:
 ///
 ///     /voltages [N, channels] V, /time [N] s since the beginning, /frame_number [N]: every usable
-///     frame that came
-///     /reference_voltages [channels] V; attribute "sensor": so that the file can be imaged again
+///     frame
+///     /reference_voltages [channels] V and attribute "sensor", so that the file can be replayed
 ///     /answer/frame [M] its number, /answer/latency [M] s from arrival to answer,
 ///     /answer/conductivity_change [M, grid, grid] S/m, /answer/status, /answer/reason [M],
-///     /answer/force [M] N and /answer/alarm [M], not a number where there is none
+///     /answer/force [M] N and /answer/alarm [M], NaN if there is none
 ///     /answer/contacts [K, 6]: row of /answer, x and y in mm, strength, peak, area in mm²
 ///
-/// A thread of its own writes, so that a slow disk costs no frame; what does not fit into its queue
-/// is not kept, and counted. All functions may be called from any thread but `finish`.
+/// A separate thread writes, so that a slow disk costs no frame; rows beyond its queue are dropped
+/// and counted. All functions but `finish` may be called from any thread.
 class LiveRecord {
  public:
-  /// Throws InputError where the file may not be written: something else stands there, or one of
-  /// the `inputs` of the stream.
+  /// Throws InputError if the file must not be overwritten: it is no record of a stream, or one of
+  /// the stream's `inputs`.
   LiveRecord(std::filesystem::path file, const std::vector<std::filesystem::path>& inputs,
              const Sensor& sensor);
   LiveRecord(const LiveRecord&) = delete;
   LiveRecord& operator=(const LiveRecord&) = delete;
-  ~LiveRecord();  ///< forgets all where `finish` was not called
+  ~LiveRecord();  ///< discards the rows if `finish` was not called
 
   void came(const ArrivedFrame& frame, double time_s);
   void answered(std::uint64_t frame, double latency_s, const LiveAnswer& answer);
 
-  /// Writes the file and returns whether there was any frame; without one there is no file. Throws
-  /// InputError where the disk refuses it; the raw file of the frames stays then, and the message
-  /// says how it is read.
+  /// Writes the file and returns true; returns false, without a file, if there was no frame. Throws
+  /// InputError if the disk refuses it; the raw file of the frames is kept then, and the message
+  /// describes its format.
   bool finish(const Eigen::RowVectorXd& reference, const std::string& solver);
-  /// Rows that found no place in the queue, or none on the disk.
+  /// Number of rows dropped because the queue or the disk was full.
   std::uint64_t not_kept() const { return not_kept_; }
 
  private:
@@ -85,34 +85,33 @@ class LiveRecord {
   std::thread writer_;
 };
 
-// Files that a stream is made ready with. All functions throw InputError naming file and remedy;
-// `option` is what the user named the file with.
+// Input files of a stream. All functions throw InputError naming file and remedy; `option` is the
+// command-line option that names the file.
 
-/// `/voltages`, and what belongs to it where it is there.
+/// `/voltages` of a file with its optional companions.
 struct FramesOfFile {
   Frames voltages;  ///< [frames, channels] V; may hold values that are not finite
   std::optional<Eigen::RowVectorXd> reference;
-  std::vector<double> times_s;  ///< [frames] `/time`; empty where there is none
-  /// Attribute "sensor"; nothing where the file does not say, as those of instruments do not.
-  std::optional<Sensor> sensor;
+  std::vector<double> times_s;   ///< [frames] `/time`; empty if the file has none
+  std::optional<Sensor> sensor;  ///< attribute "sensor"; files of instruments have none
 
-  /// Throws InputError, naming `file`, unless its frames may be those of `expected`.
+  /// Throws InputError, naming `file`, if the sensor or the number of channels does not fit.
   void require(const Sensor& expected, const std::string& file) const;
 };
 FramesOfFile read_frames_of(const std::string& file, const std::string& option);
 
-/// Frames in which nothing touches.
+/// Frames without contact.
 struct QuietFrames {
-  Frames changes;  ///< V, from their own reference
+  Frames changes;  ///< [frames, channels] V from the file's reference
   FrameRuns runs;
 };
-/// `text` is FILE or FILE@RATE; without a rate `/time` tells it. Runs begin where the time goes
-/// back.
+/// `text` is FILE or FILE@RATE; without a rate it follows from `/time`. A run begins wherever the
+/// time goes back.
 QuietFrames read_quiet(const std::string& text, const Sensor& sensor);
-/// FILE of such a text.
+/// Returns FILE of such a text.
 std::string quiet_file(const std::string& text);
 
-/// Frames of a dataset in which one touch of known force is the only one; the others are left out.
+/// Frames of a dataset with a single touch of known force; the others are left out.
 struct ForceFrames {
   Frames changes;
   std::vector<double> forces_N;

@@ -1,23 +1,20 @@
 #pragma once
 
-#include <httplib.h>
-
 #include <Eigen/Dense>
 #include <memory>
 #include <string>
 
-// Eigen first: the library's header brings in <resolv.h>, whose macro `_res` is a name in Eigen.
-
-// How Debian built the library: its header asks whoever includes it for the same.
+// Debian built the library with these; whoever includes its header must define the same. It
+// includes <resolv.h>, whose macro `_res` is a name in Eigen, which is therefore included first.
 #define CPPHTTPLIB_OPENSSL_SUPPORT
 #define CPPHTTPLIB_ZLIB_SUPPORT
 #define CPPHTTPLIB_BROTLI_SUPPORT
+#include <httplib.h>
 #undef _res
 
 namespace ertbench {
 
-/// The page that shows a stream: HTML with its style and its script in it, without anything from
-/// elsewhere. It listens to `/events`.
+/// The text of live/page.html, which the build embeds. It listens to `/events`.
 const std::string& live_page();
 
 class LiveState;
@@ -25,20 +22,19 @@ class LiveState;
 struct LiveServerOptions {
   std::string host = "127.0.0.1";
   int port = 8080;  ///< 0: any that is free
-  int clients = 4;  ///< that are served at a time
+  int clients = 4;  ///< served at a time
 };
 
-/// Shows a stream to browsers: `/` is a page that needs nothing else, `/state` the newest state as
-/// JSON, `/events` all that follow as server-sent events. There is nothing to be written or
-/// changed.
+/// Shows a stream to browsers, read-only: `/` is a self-contained page, `/state` the newest state
+/// as JSON, `/events` the states that follow as server-sent events.
 ///
-/// Each client has a thread of its own and gets the newest state when it has taken the one before;
-/// one that does not read is cut off after two seconds, and none keeps the solver waiting. More
-/// clients than there may be are told so (503). At a loopback address only requests that name it as
-/// their host are answered, so that no page from elsewhere gets at the data by a name of its own.
+/// Each client has its own thread and gets the newest state once it has taken the one before. A
+/// client that does not read is cut off after two seconds; none keeps the solver waiting. Clients
+/// beyond the limit get status 503. At a loopback address only requests whose Host header names
+/// that address are answered, which stops DNS rebinding by foreign pages.
 class LiveServer {
  public:
-  /// Listens at once. `state` must outlive this. Throws InputError where the address cannot be had.
+  /// Listens at once. `state` must outlive this. Throws InputError if the address cannot be bound.
   LiveServer(const LiveServerOptions& options, LiveState& state);
   ~LiveServer();
 
@@ -50,7 +46,7 @@ class LiveServer {
   std::unique_ptr<Parts> parts_;
 };
 
-/// Whether only this machine can reach the address.
+/// True if only this machine can reach the address.
 bool is_loopback(const std::string& host);
 
 }  // namespace ertbench

@@ -26,11 +26,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A solver that is ready, and what belongs to it.
+/// A fitted solver with its sensor, model and contact rule.
 struct ReadySolver {
   std::string name;
   Sensor sensor;
-  SheetModel model = ContinuousSheet{};  ///< of the sensor, for reference voltages
+  SheetModel model = ContinuousSheet{};  ///< gives the reference voltages
   std::unique_ptr<Solver> solver;
   ContactRule rule;
 };
@@ -61,7 +61,7 @@ ReadySolver solver_of_experiment(const LiveOptions& options, SolverRegistry& reg
     ensure_dataset(*set, cache, options.threads);
   }
   if (!fs::exists(cache.fitted_solver(recipe))) {
-    spdlog::info("fitting {}, once; then it is kept in the cache", entry.title());
+    spdlog::info("fitting {}, once; the fit is cached", entry.title());
   }
   const TemporaryFolder folder("live");
   ReadySolver out;
@@ -109,7 +109,6 @@ ReadySolver solver_of_file(const LiveOptions& options, const Sensor& sensor,
   return out;
 }
 
-/// The replayed frames, their own reference where the file has one, and its sensor.
 std::optional<FramesOfFile> replayed(const InputPlace& place) {
   if (place.kind != InputPlace::Kind::replay) return std::nullopt;
   return read_frames_of(place.name, "--input");
@@ -126,7 +125,7 @@ Sensor sensor_for_file(const LiveOptions& options, const std::optional<FramesOfF
               : Sensor{};
 }
 
-/// Nothing where the first frames are to be it.
+/// The voltages without contact [channels] V; nothing if they are the mean of the first frames.
 std::optional<Eigen::RowVectorXd> reference_for(const LiveOptions& options,
                                                 const ReadySolver& ready,
                                                 const std::optional<FramesOfFile>& replay) {
@@ -168,7 +167,7 @@ std::unique_ptr<LiveSource> source_for(const LiveOptions& options, const InputPl
     case InputPlace::Kind::replay:
       break;
   }
-  return replay_of({std::move(replay->voltages), options.repeat}, place.rate);
+  return replay_of(std::move(replay->voltages), options.repeat, place.rate);
 }
 
 std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& place) {
@@ -213,7 +212,7 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   }
   out.source = source_for(options, place, sensor.channels(), replay);
   if (options.lossless && !out.source->can_wait()) {
-    throw InputError("--lossless: such a sender does not wait; it is for - and replay: alone");
+    throw InputError("--lossless: this sender does not wait; use it with - or replay: only");
   }
   return out;
 }

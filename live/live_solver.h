@@ -14,36 +14,34 @@
 
 namespace ertbench {
 
-/// The regions into which the sheet's symmetries divide it (see area_orbits), and which of them a
-/// frame is about.
+/// The regions into which the sheet's symmetries divide it (see area_orbits).
 class TouchRegions {
  public:
   explicit TouchRegions(const Sensor& sensor);
 
-  /// The area in which the strongest contact lies, without one the centroid of the image; nothing
-  /// where the image shows nothing.
+  /// The area of the strongest contact or, without contacts, of the image's centroid; nothing if
+  /// the image is empty.
   std::optional<int> area(const FrameReading& reading) const;
   const std::vector<int>& region_of() const { return region_of_; }  ///< [areas]
-  std::vector<double> shares() const;                               ///< [regions] of all areas
+  std::vector<double> shares() const;  ///< [regions] each region's share of the areas
 
  private:
   Sensor sensor_;
   std::vector<int> region_of_;
 };
 
-/// A frame whose force is known.
 struct KnownTouch {
   FrameReading reading;
   double force_N = 0;
 };
 
-/// From what an image says to the force of all touches together, as the study of sensitivity does:
-/// the integral of δσ over the sheet, region by region made monotone in the force and read
-/// backwards. Beyond the forces that it was made with their ends stand.
+/// Estimates the total force from an image, as the study of sensitivity does: inverts the integral
+/// of δσ over the sheet, fitted for each region as a monotone function of the force. Values beyond
+/// the calibrated forces give the nearest of them.
 class ForceReader {
  public:
   ForceReader(const TouchRegions& regions, const std::vector<KnownTouch>& touches);
-  /// Nothing where the image shows no touch, or one where no force was known.
+  /// Nothing if the image shows no contact or its region was not calibrated.
   std::optional<double> force_N(const FrameReading& reading) const;
 
  private:
@@ -51,11 +49,11 @@ class ForceReader {
   ForceCalibration calibration_;
 };
 
-/// The collision signal of the study of collisions: the largest |δσ| of an image against a
-/// threshold for the region of its touch.
+/// The collision signal of the study of collisions: compares the largest |δσ| of an image with a
+/// threshold for the region of its contact.
 class CollisionSignal {
  public:
-  /// `quiet`: what was read out of frames in which nothing touches, one after the other.
+  /// `quiet`: readings of successive frames without contact.
   CollisionSignal(const TouchRegions& regions, const std::vector<FrameReading>& quiet,
                   const FrameRuns& runs, double false_alarms_per_hour);
   bool alarm(const FrameReading& reading) const;
@@ -66,34 +64,31 @@ class CollisionSignal {
   std::vector<double> thresholds_;
 };
 
-/// All that is known of a frame in the end.
+/// The results of one frame.
 struct LiveAnswer {
-  Images image;  ///< [1, pixels] S/m; not a number where there is no usable image
+  Images image;  ///< [1, pixels] S/m; NaN if there is no usable image
   FrameReport report;
-  /// Of a frame without a usable image, or that is suspect because electrodes are dead in it, what
-  /// there is; contacts in mm from the origin of the domain units.
-  FrameReading reading;
+  FrameReading reading;            ///< contacts in mm from the origin of the domain units
   std::vector<TrackPoint> tracks;  ///< mm from the sheet's centre, the oldest first
-  std::optional<double> force_N;   ///< of all touches; nothing where none, or none can be told
-  std::optional<bool> alarm;       ///< nothing where there is no threshold
-  double solver_s = 0;             ///< from the raw voltages to the image
+  std::optional<double> force_N;   ///< of all contacts; nothing if unknown
+  std::optional<bool> alarm;       ///< nothing without thresholds
+  double solver_s = 0;             ///< time from the raw voltages to the image
 };
 
-/// What is done with one frame after the other: image, contacts, tracks, force, alarm. Not
-/// thread-safe.
+/// Processes one frame after the other: image, contacts, tracks, force, alarm. Not thread-safe.
 class LiveSolver {
  public:
   /// `solver` is fitted and for this sensor.
   LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solver, const ContactRule& rule);
 
-  /// [channels] V: must be there before the first frame.
+  /// `voltages` [channels] V without contact; must be set before the first frame.
   void set_reference(const Eigen::RowVectorXd& voltages) { reference_ = voltages; }
   const Eigen::RowVectorXd& reference() const { return reference_; }
 
-  /// Forces from frames with one touch each; `changes` [frames, channels] V from their own
+  /// Calibrates forces with frames of one touch each; `changes` [frames, channels] V from their
   /// reference, `forces_N` [frames].
   void learn_forces(FramesView changes, const std::vector<double>& forces_N);
-  /// Thresholds from frames in which nothing touches.
+  /// Fits the alarm's thresholds to frames without contact.
   void learn_quiet(FramesView changes, const FrameRuns& runs, double false_alarms_per_hour);
 
   /// `time_s` must be later than that of the frame before.
@@ -104,10 +99,10 @@ class LiveSolver {
   bool knows_forces() const { return forces_ != nullptr; }
 
  private:
-  /// Image, report and contacts of the frame in `change_`, into `answer_`; a solver that can goes
-  /// on from the frame before.
+  /// Computes image, report and contacts of the frame in `change_` into `answer_`; solvers with a
+  /// stream of their own start from the last frame.
   void image();
-  /// The next frame follows no other.
+  /// Makes the next frame independent of the last.
   void begin_sequence();
 
   Sensor sensor_;

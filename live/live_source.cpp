@@ -15,9 +15,9 @@ namespace ertbench {
 namespace {
 
 constexpr double most_volts = 1000;
-/// Bytes that tell lines of text from doubles: among so many of these some are no text.
+/// Enough bytes to tell text from doubles, some of which are not printable.
 constexpr std::size_t bytes_to_detect = 32;
-/// Of a line, for each channel: a number takes two dozen.
+/// Longest accepted line, for each channel: a number takes two dozen.
 constexpr std::size_t most_line_bytes_per_channel = 64;
 
 bool is_text(std::string_view bytes) {
@@ -28,7 +28,7 @@ bool is_text(std::string_view bytes) {
 
 bool is_separator(char c) { return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r'; }
 
-/// The numbers of a line; false where something is none.
+/// Appends the numbers of a line to `values`; false if a field is not a number.
 bool read_numbers(std::string_view text, std::vector<double>& values) {
   const char* at = text.data();
   const char* const end = at + text.size();
@@ -176,44 +176,43 @@ void FrameParser::datagram(std::string_view bytes, FrameSink& sink) {
 
 namespace {
 
-/// Frames from memory, each at its time: a reader that falls behind gets the late ones at once.
+/// Sends frames at their times; a reader that falls behind gets the late ones at once.
 class ReplaySource final : public LiveSource {
  public:
-  ReplaySource(ReplayFrames frames, std::optional<double> rate)
-      : frames_(std::move(frames)), rate_(rate) {}
+  ReplaySource(RowMajorMatrix voltages, int repeat, std::optional<double> rate)
+      : voltages_(std::move(voltages)), repeat_(repeat), rate_(rate) {}
 
   bool can_wait() const override { return true; }
 
   std::string run(FrameSink& sink, Stop& stop) override {
     const SteadyClock::time_point start = SteadyClock::now();
-    const auto channels = static_cast<std::size_t>(frames_.voltages.cols());
-    for (std::uint64_t number = 0; number < total(); ++number) {
+    const auto channels = static_cast<std::size_t>(voltages_.cols());
+    const auto total =
+        static_cast<std::uint64_t>(voltages_.rows()) * static_cast<std::uint64_t>(repeat_);
+    for (std::uint64_t number = 0; number < total; ++number) {
       const double due_s = rate_ ? static_cast<double>(number) / *rate_ : 0;
       const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(
                                    std::chrono::duration<double>(due_s));
       do {
         if (stop.wait(-1, due - SteadyClock::now()) == Stop::Event::stopped) return "";
       } while (SteadyClock::now() < due);
-      const auto row = static_cast<Eigen::Index>(number) % frames_.voltages.rows();
-      offer_frame({frames_.voltages.row(row).data(), channels}, static_cast<int>(channels), sink);
+      const auto row = static_cast<Eigen::Index>(number) % voltages_.rows();
+      offer_frame({voltages_.row(row).data(), channels}, static_cast<int>(channels), sink);
     }
     return "the file ended";
   }
 
  private:
-  std::uint64_t total() const {
-    return static_cast<std::uint64_t>(frames_.voltages.rows()) *
-           static_cast<std::uint64_t>(frames_.repeat);
-  }
-
-  ReplayFrames frames_;
+  RowMajorMatrix voltages_;
+  int repeat_;
   std::optional<double> rate_;
 };
 
 }  // namespace
 
-std::unique_ptr<LiveSource> replay_of(ReplayFrames frames, std::optional<double> rate) {
-  return std::make_unique<ReplaySource>(std::move(frames), rate);
+std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, int repeat,
+                                      std::optional<double> rate) {
+  return std::make_unique<ReplaySource>(std::move(voltages), repeat, rate);
 }
 
 }  // namespace ertbench

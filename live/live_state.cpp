@@ -14,21 +14,21 @@ namespace {
 constexpr double shown_every_s = 0.04;  ///< 25 states a second
 constexpr double rates_over_s = 2;
 
-/// Frames a second between the first and the last entry.
+/// Frames per second between the first and the last entry.
 double rate_of(const std::vector<std::array<double, 3>>& history, std::size_t which) {
   if (history.size() < 2) return 0;
   const double span = history.back()[0] - history.front()[0];
   return span > 0 ? (history.back()[which] - history.front()[which]) / span : 0;
 }
 
-/// Three digits that count.
+/// `value` rounded to three significant digits; 0 if it is not finite.
 double shortened(double value) {
   if (value == 0 || !std::isfinite(value)) return 0;
   const double step = std::pow(10, std::floor(std::log10(std::abs(value))) - 2);
   return std::round(value / step) * step;
 }
 
-/// Corners of the sheet, or points along a border that has none.
+/// Corners of a rectangular sheet, or points along a curved border, [2, n] in domain units.
 Eigen::Matrix2Xd outline_of(const Sheet& sheet) {
   if (sheet.fills_bounds()) {
     Eigen::Matrix2Xd corners(2, 4);
@@ -45,7 +45,7 @@ Eigen::Matrix2Xd outline_of(const Sheet& sheet) {
   return border;
 }
 
-/// [[x, y], ...] in mm from the middle of the sheet, of places [2, n] in domain units.
+/// [[x, y], ...] in mm from the sheet's centre; `places` [2, n] in domain units.
 nlohmann::json places_mm(const Sensor& sensor, const Eigen::Matrix2Xd& places) {
   nlohmann::json out = nlohmann::json::array();
   const Eigen::Vector2d centre = sensor.sheet->bounds().center();
@@ -122,7 +122,7 @@ std::string LiveState::json() const {
   LiveAnswer answer;
   nlohmann::json out;
   {
-    // Copies alone: whoever makes text of it does not keep the solver waiting.
+    // The lock covers copies only, so that the solver does not wait while text is made.
     const std::lock_guard lock(mutex_);
     counts = counts_;
     latency = latency_;
