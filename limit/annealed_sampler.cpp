@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -13,16 +12,17 @@
 namespace ertbench {
 namespace {
 
-/// Of an island's log evidence, below the best one's: it goes on from the other's scenes.
+/// An island whose log evidence is this far below the best one's continues from the other's scenes.
 constexpr double worse = 5;
-/// The same: it missed what the other found. The estimates themselves err by some units.
+/// Below the best log evidence by this much, an island missed the mode; estimates err by some
+/// units.
 constexpr double missed = 15;
-/// A number of contacts that is less probable is left out.
+/// Numbers of contacts with a smaller probability are left out.
 constexpr double least_probability = 1e-3;
-/// One that is more probable has to be found by more than one island.
+/// Numbers of contacts with a larger probability must be found by more than one island.
 constexpr double some_probability = 0.05;
-/// Of a log evidence below that of another number of contacts: of no more probability than
-/// least_probability, whatever the two estimates' errors.
+/// A number of contacts whose log evidence is this far below another's is less probable than
+/// least_probability, whatever the errors of the two estimates.
 constexpr double hopeless = 25;
 
 /// Logarithm of the sum of exp(values).
@@ -33,7 +33,7 @@ double log_sum(const std::vector<double>& values) {
   return largest + std::log(exp_of(logs - largest).sum());
 }
 
-/// The scenes of one number of contacts: a sampler of each island.
+/// The scenes with one number of contacts, sampled by every island.
 class Stratum {
  public:
   Stratum(const ScenePrior& prior, std::size_t contacts)
@@ -41,8 +41,8 @@ class Stratum {
         contacts_(contacts),
         log_probability_(prior.log_count(contacts)) {}
 
-  /// Anneals the bank's scenes of so many contacts, and more where these do not do. `least`: the
-  /// log evidence without which they have no part in the posterior.
+  /// Anneals the bank's scenes with this number of contacts, and draws more if there are too few.
+  /// `least`: the log evidence below which their part of the posterior is negligible.
   void anneal(const SceneLikelihood& likelihood, const PlaceMetric& metric, JointStep* joint,
               std::span<const SceneDraw> bank, std::span<const SceneFit> bank_fits,
               const AnnealingOptions& options, double least, RandomStream& random) {
@@ -73,17 +73,17 @@ class Stratum {
     share_out();
   }
 
-  /// [islands] with that of the number of contacts, of the scenes that each goes on with.
+  /// [islands] log evidence of the scenes each continues with, including the number's probability.
   const std::vector<double>& log_evidence() const { return log_evidence_; }
   double best_log_evidence() const {
     return *std::max_element(log_evidence_.begin(), log_evidence_.end());
   }
-  /// [islands] whose scenes each goes on with: its own or another's.
+  /// [islands] the island whose scenes each continues with: itself or another.
   const std::vector<std::size_t>& origins() const { return origins_; }
-  /// Whether one island found what all others missed.
+  /// True if one island found a mode that all others missed.
   bool alone() const { return islands_.size() > 1 && found_ == 1 && contacts_ > 0; }
 
-  /// `name` is what the samples say of where they come from.
+  /// Appends samples whose `island` is `name`.
   void collect(std::size_t island, int name, double weight, std::vector<PosteriorSample>& samples) {
     islands_[island].collect(name, weight, samples);
   }
@@ -94,9 +94,9 @@ class Stratum {
   }
 
  private:
-  /// Islands that are worse than others go on from the scenes of these, one after the other. An
-  /// island's evidence is right in the mean over all, those that missed something among them: who
-  /// shares scenes shares the mean of the evidences too.
+  /// Gives the scenes of good islands to worse ones, in turn. The evidence is unbiased only as a
+  /// mean over all islands, including those that missed a mode, so islands that share scenes get
+  /// the mean of their evidences.
   void share_out() {
     const double best = best_log_evidence();
     origins_.resize(islands_.size());
@@ -133,10 +133,10 @@ class Stratum {
   std::vector<AnnealingIsland> islands_;
   std::vector<double> log_evidence_;
   std::vector<std::size_t> origins_;
-  std::size_t found_ = 0;  ///< islands that did not miss what others found
+  std::size_t found_ = 0;  ///< islands that did not miss the best mode
 };
 
-/// Islands that share scenes anywhere are one: [islands] numbers 0 ... of the groups that are left.
+/// Groups of islands that share scenes, numbered from 0.
 class Groups {
  public:
   explicit Groups(std::size_t islands) : group_(islands) {
@@ -168,8 +168,9 @@ PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelih
   PosteriorSamples out;
   std::optional<JointStep> joint;
   if (ellipses) joint.emplace(prior, *ellipses);
-  std::vector<std::unique_ptr<Stratum>> strata;  // which islands refer to
-  // Most contacts first: how well these explain the frame shows soon that fewer will not.
+  std::vector<std::unique_ptr<Stratum>> strata;  // their islands hold references to them
+  // The largest number of contacts comes first: it explains the frame best, which allows hopeless
+  // smaller numbers to be given up early.
   double best = -std::numeric_limits<double>::infinity();
   for (auto n = static_cast<std::size_t>(prior.distribution().contacts.second) + 1; n-- > 0;) {
     if (!std::isfinite(prior.log_count(n))) continue;
@@ -178,7 +179,7 @@ PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelih
                           best - hopeless, random);
     best = std::max(best, strata.back()->best_log_evidence());
   }
-  // Of each island the probabilities by the evidence that it found itself.
+  // Probability of each number of contacts, averaged over the islands.
   const auto islands = static_cast<std::size_t>(options.islands);
   std::vector<double> probability(strata.size(), 0);
   for (std::size_t i = 0; i < islands; ++i) {
@@ -215,19 +216,7 @@ SceneBank draw_bank(const ScenePrior& prior, const SceneVoltages& voltages, std:
     bank.scenes.push_back(prior.draw(random));
     drawn.push_back(scene_of(bank.scenes.back()));
   }
-  bank.voltages.resize(static_cast<Eigen::Index>(scenes), voltages.reference().size());
-  std::vector<std::future<void>> workers;
-  const auto parts = static_cast<std::size_t>(std::max(1, threads));
-  for (std::size_t t = 0; t < parts; ++t) {
-    const std::size_t begin = scenes * t / parts;
-    const std::size_t end = scenes * (t + 1) / parts;
-    workers.push_back(std::async(std::launch::async, [&, begin, end] {
-      const auto rows = static_cast<Eigen::Index>(end - begin);
-      voltages.solve(std::span(drawn).subspan(begin, end - begin), nullptr,
-                     bank.voltages.middleRows(static_cast<Eigen::Index>(begin), rows));
-    }));
-  }
-  for (std::future<void>& worker : workers) worker.get();
+  bank.voltages = voltages.solve_all(drawn, threads);
   return bank;
 }
 

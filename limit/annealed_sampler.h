@@ -16,11 +16,10 @@
 
 namespace ertbench {
 
-/// Steps of all contacts of a scene together, along what the frame's rest asks for and as wide as
-/// the frame allows: the Metropolis-adjusted Langevin step in the metric of the Fisher information,
-/// simplified (Girolami and Calderhead 2011). Its slopes are those of the ellipses nearest to the
-/// contacts, so that a step costs a small part of a forward solution; that they are not the slopes
-/// of the contacts themselves costs acceptance and nothing else.
+/// Steps of all contacts of a scene together: a simplified Metropolis-adjusted Langevin step in the
+/// metric of the Fisher information (Girolami and Calderhead 2011). Derivatives are those of the
+/// ellipses nearest to the contacts, so that a step costs a small part of a forward solution; the
+/// approximation lowers the acceptance and introduces no bias.
 ///
 /// One object serves one thread.
 class JointStep {
@@ -28,30 +27,30 @@ class JointStep {
   /// All must outlive this.
   JointStep(const ScenePrior& prior, const EllipseModel& model);
 
-  /// The normal distribution of the steps from a scene.
+  /// Normal distribution of the steps from a scene.
   struct Local {
     Eigen::VectorXd mean;
     Eigen::LLT<Eigen::MatrixXd> precision;
 
     Eigen::VectorXd draw(RandomStream& random) const;
-    double log_density(const Eigen::VectorXd& step) const;  ///< up to a constant of its length
+    double log_density(const Eigen::VectorXd& step) const;  ///< up to a constant
   };
 
-  /// From `scene`, which explains its frame as `fit` says. `heat`: the power of the likelihood in
-  /// the target, 0 ... 1; `scale`: of the steps, 1 for those as wide as the target. Nothing where
-  /// the fit has no rest, or an ellipse crosses the sheet's border.
+  /// Steps from `scene`, whose fit to the frame is `fit`. `heat`: the power of the likelihood in
+  /// the target, 0 ... 1; `scale`: width of the steps, 1 for that of the target. Nothing if the fit
+  /// has no rest or an ellipse crosses the sheet's border.
   std::optional<Local> around(const SceneDraw& scene, const SceneFit& fit, double heat,
                               double scale);
-  /// The scene after a step, and the logarithm of the derivative of its sizes by their logarithms
-  /// over that before it.
+  /// The scene after a step, and the log ratio of its sizes to those before: the Jacobian of
+  /// stepping in the logarithm of the sizes.
   std::pair<SceneDraw, double> after(const SceneDraw& scene, const Eigen::VectorXd& step) const;
 
  private:
-  /// [pairs, quantities] V per unit; `ellipses` [contacts] are the scene's. Nothing where one of
-  /// them crosses the sheet's border.
+  /// [pairs, quantities] V per unit; `ellipses` [contacts] are the scene's. Nothing if one of them
+  /// crosses the sheet's border.
   std::optional<Eigen::MatrixXd> slopes_of(const SceneDraw& scene,
                                            std::span<const EllipticContact> ellipses);
-  /// By the parameters of the ellipses together; false where they cross.
+  /// Derivatives by the ellipses' parameters; false if the ellipses cross.
   bool slopes_of(std::span<const EllipticContact> ellipses, Eigen::Ref<Eigen::MatrixXd> out);
 
   const ScenePrior& prior_;
@@ -60,65 +59,64 @@ class JointStep {
   EllipseModel::Workspace workspace_;
 };
 
-/// One scene out of a posterior.
 struct PosteriorSample {
   SceneDraw scene;
   SceneFit fit;
   double weight = 1;  ///< relative to the others
-  int island = 0;     ///< the independent sampler that it descends from
+  int island = 0;     ///< the independent sampler it descends from
 };
 
 struct PosteriorSamples {
   std::vector<PosteriorSample> samples;
-  std::vector<double> log_evidence;  ///< of each island
-  /// Of several islands one alone found the scenes that explain the frame best, so that nothing
-  /// says what it missed.
+  std::vector<double> log_evidence;  ///< [islands]
+  /// True if only one of several islands found the scenes that explain the frame best; further
+  /// modes may have been missed then.
   bool alone = false;
-  /// All samples descend from one island's, whose scenes were so much better than the others' that
-  /// these went on from them: `island` tells the copies apart, which are not independent.
+  /// True if all samples descend from one island, because its scenes were much better than the
+  /// others'. `island` then counts copies, which are not independent.
   bool one_origin = false;
-  std::uint64_t solves = 0;  ///< scenes that were computed for it
+  std::uint64_t solves = 0;  ///< number of scenes solved
 };
 
-/// Scenes drawn from a prior, of which every frame takes those that explain it as its start: the
-/// hot part of the annealing, done once for a whole set.
+/// Scenes drawn from a prior, among which every frame finds its starting points: the first part of
+/// the annealing, done once for a whole set.
 struct SceneBank {
   std::vector<SceneDraw> scenes;
-  Frames voltages;  ///< [scenes, channels] V; empty for likelihoods that need none
+  Frames voltages;  ///< [scenes, channels] V; empty if the likelihood needs none
 };
 
 struct AnnealingOptions {
-  int islands = 4;           ///< independent samplers, which the error is told from
-  int particles = 20;        ///< scenes of each and each number of contacts; up to 4 times at first
-  int rounds = 32;           ///< moves of each scene at a temperature
-  int final_rounds = 192;    ///< at the last
-  int snapshots = 12;        ///< in which the scenes enter the result
-  double least_share = 0.5;  ///< of the effective scenes that a new temperature leaves
+  int islands = 4;           ///< independent samplers, whose spread gives the error
+  int particles = 20;        ///< scenes per island and number of contacts; up to 4 times at first
+  int rounds = 32;           ///< moves of each scene at each temperature
+  int final_rounds = 192;    ///< moves at the last temperature
+  int snapshots = 12;        ///< number of times the scenes enter the result
+  double least_share = 0.5;  ///< share of effective scenes that a new temperature must leave
 };
 
-/// Sequential Monte Carlo over scenes (Del Moral, Doucet, Jasra 2006): from the prior to the
-/// posterior through powers of the likelihood, chosen so that each leaves a share of the scenes in
-/// force, with moves (SceneMoves) and, given `ellipses`, joint ones (JointStep) at each power. Each
-/// number of contacts has scenes of its own, weighted in the end by its evidence: which number it
-/// is shows at powers at which no scene gains or loses a contact any more. Starts from the prior
-/// alone, never from a truth. An island that found less evidence for a number of contacts than
-/// another goes on from the other's scenes, and both share the mean of their evidences; numbers of
-/// contacts that cannot explain the frame are given up on the way. Deterministic: `random` is its
-/// only source.
+/// Sequential Monte Carlo over scenes (Del Moral, Doucet, Jasra 2006) from the prior to the
+/// posterior through increasing powers of the likelihood, each chosen to leave a share of the
+/// scenes effective, with moves (SceneMoves) and, given `ellipses`, joint ones (JointStep) at each
+/// power. Each number of contacts has its own scenes, which are weighted by its evidence at the
+/// end, since moves that add or remove a contact are no longer accepted at high powers. Sampling
+/// starts from the prior alone, never from a truth. An island with less evidence for a number of
+/// contacts than another continues from the other's scenes, and both share the mean of their
+/// evidences; numbers of contacts that cannot explain the frame are given up early. Deterministic:
+/// `random` is the only source of randomness.
 ///
-/// `bank_fits` [bank] are the likelihoods of the bank's scenes, shared out among the islands.
+/// `bank_fits` [bank] are the fits of the bank's scenes, which are divided among the islands.
 PosteriorSamples sample_by_annealing(const ScenePrior& prior, const SceneLikelihood& likelihood,
                                      const PlaceMetric& metric, const EllipseModel* ellipses,
                                      std::span<const SceneDraw> bank,
                                      std::span<const SceneFit> bank_fits,
                                      const AnnealingOptions& options, RandomStream& random);
 
-/// The bank of a prior, with voltages.
+/// Draws a bank from a prior and solves it.
 SceneBank draw_bank(const ScenePrior& prior, const SceneVoltages& voltages, std::size_t scenes,
                     RandomStream& random, int threads);
 
-/// Scenes of one prior that are moved and drawn anew while the power of the likelihood rises from 0
-/// to 1: one of the independent samplers of sample_by_annealing().
+/// One of the independent samplers of sample_by_annealing(): scenes of one prior that are moved and
+/// resampled while the power of the likelihood rises from 0 to 1.
 class AnnealingIsland {
  public:
   /// All must outlive this; `joint` may be null.
@@ -126,14 +124,14 @@ class AnnealingIsland {
                   const PlaceMetric& metric, JointStep* joint, const AnnealingOptions& options,
                   RandomStream& random);
 
-  /// From scenes of the prior, with their likelihoods.
+  /// Starts from scenes of the prior with their fits.
   void start(std::span<const SceneDraw> bank, std::span<const SceneFit> fits);
-  /// Until the power is 1, or until it is certain that the log evidence will be below `least`: then
-  /// it is minus infinity, and there is nothing to collect.
+  /// Anneals until the power is 1, or until the log evidence must end below `least`; it is then set
+  /// to minus infinity and there is nothing to collect.
   void anneal(double least);
-  /// Goes on with the scenes of another island, where that is.
+  /// Continues with the scenes of another island.
   void take(const AnnealingIsland& other);
-  /// Moves at the posterior itself, with snapshots between, whose scenes share `weight` out.
+  /// Moves at the posterior itself and appends snapshots, whose scenes divide `weight`.
   void collect(int island, double weight, std::vector<PosteriorSample>& samples);
 
   double log_evidence() const { return log_evidence_; }
@@ -146,27 +144,27 @@ class AnnealingIsland {
     double log_prior = 0;
   };
 
-  /// What is tried for one particle.
+  /// A proposed move of one particle.
   struct Trial {
     std::size_t particle;
     Move kind;
     SceneDraw scene;
     double log_prior;
-    double log_chance;     ///< of a uniform number: what the ratio of acceptance must exceed
-    double log_ratio;      ///< of Proposal; of a joint step without the way back
-    Eigen::VectorXd step;  ///< of a joint step
+    double log_chance;     ///< log of a uniform number that the acceptance ratio must exceed
+    double log_ratio;      ///< as in Proposal; for a joint step without the reverse density
+    Eigen::VectorXd step;  ///< a joint step's
   };
 
   Eigen::ArrayXd log_likelihoods() const;
-  /// Scenes at a power of the likelihood.
+  /// Number of scenes at a power of the likelihood.
   std::size_t particles_at(double heat) const;
   std::optional<Trial> tried(std::size_t particle);
   double& scale_of(Move kind) { return scales_[static_cast<std::size_t>(kind)]; }
-  /// The log likelihood that a trial's scene must exceed.
+  /// The log likelihood that a trial's scene must exceed to be accepted.
   double threshold_of(const Trial& trial) const;
-  /// Adds the way back to a joint step's ratio; false where there is none.
+  /// Adds the reverse density to a joint step's ratio; false if the reverse step is impossible.
   bool complete(Trial& trial, const SceneFit& fit);
-  /// One move of every scene.
+  /// Moves every scene once; `adapt` also adapts the moves' widths.
   void move(bool adapt);
 
   const ScenePrior& prior_;

@@ -10,12 +10,12 @@ namespace ertbench {
 namespace {
 
 constexpr double wanted_acceptance = 0.3;
-constexpr double joint_share = 0.5;  ///< of all moves, where there are joint ones
-/// Times as many scenes at the smallest powers, where places are still open and voltages need not
-/// be accurate.
+constexpr double joint_share = 0.5;  ///< of all moves, if there are joint ones
+/// Factor on the number of scenes at the smallest powers, where positions are still uncertain and
+/// voltages need not be accurate.
 constexpr double most_particles = 4;
 constexpr double least_heat_step = 1e-9;
-constexpr double never_accurate_enough = -1e300;  ///< a threshold under which nothing falls
+constexpr double never_accurate_enough = -1e300;  ///< a threshold that no likelihood falls below
 
 /// exp(logs - max), and the logarithm of their mean.
 struct Weights {
@@ -33,7 +33,7 @@ Weights weights_of(const Eigen::ArrayXd& logs) {
   return weights;
 }
 
-/// The largest step of the power, at most `rest`, that leaves `effective` scenes in force.
+/// The largest step of the power, at most `rest`, that leaves `effective` effective scenes.
 double heat_step(const Eigen::ArrayXd& log_likelihoods, double rest, double effective) {
   if (weights_of(rest * log_likelihoods).effective() >= effective) return rest;
   double low = 0;
@@ -46,7 +46,7 @@ double heat_step(const Eigen::ArrayXd& log_likelihoods, double rest, double effe
   return high;
 }
 
-/// Systematic resampling: `count` numbers of weights, each as often as its weight demands.
+/// Systematic resampling: returns `count` indices, each in proportion to its weight.
 std::vector<std::size_t> resampled(const Eigen::ArrayXd& weights, std::size_t count,
                                    RandomStream& random) {
   std::vector<std::size_t> chosen;
@@ -92,7 +92,7 @@ void AnnealingIsland::start(std::span<const SceneDraw> bank, std::span<const Sce
   for (const std::size_t i : resampled(weights.values, count, random_)) {
     particles_.push_back({bank[i], fits[i], prior_.log_density(bank[i])});
   }
-  // The bank's voltages were made for no frame and at a glance.
+  // The bank's voltages were computed at the lowest accuracy.
   std::vector<Scene> scenes;
   for (const Particle& p : particles_) scenes.push_back(scene_of(p.scene));
   const std::vector<SceneFit> better = likelihood_.of(scenes);
@@ -202,7 +202,7 @@ void AnnealingIsland::move(bool adapt) {
     ++made[static_cast<std::size_t>(trial->kind)];
     if (!std::isfinite(trial->log_prior)) continue;
     scenes.push_back(scene_of(trial->scene));
-    // The way back of a joint step begins at the voltages, which must be right wherever they are.
+    // The reverse density of a joint step depends on the voltages, which must always be accurate.
     thresholds.push_back(trial->kind == Move::joint ? never_accurate_enough : threshold_of(*trial));
     trials.push_back(std::move(*trial));
   }

@@ -36,7 +36,7 @@ Eigen::RowVectorXd weighted_median_point(const WeightedSamples& samples,
   double before = expected_distance(samples, scales, estimate);
   for (int step = 0; step < most_weiszfeld_steps; ++step) {
     const Eigen::VectorXd apart = distances(samples, estimate);
-    // A sample that the estimate meets would take all the weight.
+    // A sample at the estimate itself would otherwise get all the weight.
     const double least = 1e-6 * apart.maxCoeff() + 1e-300;
     const Eigen::VectorXd pull =
         samples.weights.array() * scales.array() / apart.array().max(least);
@@ -109,11 +109,11 @@ std::array<double, limit_ranks.size()> features(const Sensor& sensor, const RowV
   return {change.sum(), middle.x(), middle.y(), change.norm(), static_cast<double>(contacts)};
 }
 
-/// The samples as images, with what estimates ask of them.
+/// The samples as images.
 struct SampledImages {
   WeightedSamples changes;  ///< S/m
-  WeightedSamples places;   ///< of true_centre, of those that have one
-  VectorXd inverse_norms;   ///< 1 / |change|, 0 of blank ones: undefined, hence without weight
+  WeightedSamples places;   ///< true_centre of the samples that have one
+  VectorXd inverse_norms;   ///< 1 / |change|; 0 without contact, where the error is undefined
   VectorXd inverse_sheets;  ///< 1 / |conductivity|
   RowMajorMatrix features;  ///< [samples, limit_ranks]
 };
@@ -167,7 +167,7 @@ std::vector<double> chi_squares_of(const PosteriorSamples& posterior) {
   return out;
 }
 
-/// Of a scene in the mean: place, size, ratio, aspect and angle of each contact.
+/// Mean number of unknowns of a scene: position (2), size, ratio, aspect and angle per contact.
 double mean_quantities(const PosteriorSamples& posterior) {
   constexpr double of_a_contact = 6;
   double sum = 0;
@@ -198,7 +198,7 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   limit.variance = total_variance(images.changes);
   if (!blank) limit.relative_error_of_mean = (mean - change).norm() / change.norm();
 
-  // A scene without contacts has no relative error, and no part in the mean of it.
+  // A scene without contact has no relative error and does not enter its mean.
   const auto relative = [&](WeightedSamples samples) {
     const VectorXd defined =
         (images.inverse_norms.array() > 0).select(samples.weights.array(), 0.0).matrix();
@@ -241,19 +241,30 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
 
 namespace {
 
-/// Why a frame's posterior is not to be believed, whatever the number of its samples; or nothing.
+constexpr std::pair<const char*, double FrameLimit::*> limit_numbers[] = {
+    {"effective", &FrameLimit::effective},
+    {"quantities", &FrameLimit::quantities},
+    {"pareto_k", &FrameLimit::pareto_k},
+    {"seconds", &FrameLimit::seconds},
+    {"relative_error_of_mean", &FrameLimit::relative_error_of_mean},
+    {"squared_error", &FrameLimit::squared_error},
+    {"variance", &FrameLimit::variance},
+    {"chi_square", &FrameLimit::chi_square},
+    {"sphere_effective", &FrameLimit::sphere_effective}};
+
+/// Why a frame's posterior cannot be trusted, whatever the number of its samples; empty if it can.
 std::string doubt(int channels, const FrameLimit& limit) {
   constexpr double most_deviations = 3;
   constexpr double most_pareto_k = 0.7;
-  // The truth's chi square is the number of channels, to which the noise's norm is set. It is one
-  // of the posterior's own scenes, whose chi square spreads as that of their free quantities.
+  // The truth's chi square equals the number of channels, since the norm of the noise is fixed; the
+  // posterior's chi square spreads around it with the number of free quantities.
   const double most_chi_square =
       channels + most_deviations * std::sqrt(2 * std::max(1.0, limit.quantities));
   if (limit.chi_square > most_chi_square) {
     return "the scenes that were found do not explain the frame: chi square " +
            fixed(limit.chi_square, 0) + " for " + std::to_string(channels) + " channels";
   }
-  if (limit.alone) return "of its samplers one alone found the scenes that explain it best";
+  if (limit.alone) return "only one of its samplers found the scenes that explain it best";
   if (limit.pareto_k > most_pareto_k) {
     return "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
   }
@@ -292,26 +303,19 @@ nlohmann::json to_json(const FrameLimit& limit) {
   }
   nlohmann::json ranks = nlohmann::json::object();
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) ranks[limit_ranks[r]] = limit.ranks[r];
-  return {{"frame", limit.frame},
-          {"sampler", limit.sampler},
-          {"samples", limit.samples},
-          {"effective", limit.effective},
-          {"quantities", limit.quantities},
-          {"resolved", limit.resolved},
-          {"remark", limit.remark},
-          {"pareto_k", limit.pareto_k},
-          {"alone", limit.alone},
-          {"one_origin", limit.one_origin},
-          {"seconds", limit.seconds},
-          {"solves", limit.solves},
-          {"metrics", metrics},
-          {"relative_error_of_mean", limit.relative_error_of_mean},
-          {"squared_error", limit.squared_error},
-          {"variance", limit.variance},
-          {"ranks", ranks},
-          {"chi_square", limit.chi_square},
-          {"sphere_relative_error", value(limit.sphere_relative_error)},
-          {"sphere_effective", limit.sphere_effective}};
+  nlohmann::json out = {{"frame", limit.frame},
+                        {"sampler", limit.sampler},
+                        {"samples", limit.samples},
+                        {"resolved", limit.resolved},
+                        {"remark", limit.remark},
+                        {"alone", limit.alone},
+                        {"one_origin", limit.one_origin},
+                        {"solves", limit.solves},
+                        {"metrics", metrics},
+                        {"ranks", ranks},
+                        {"sphere_relative_error", value(limit.sphere_relative_error)}};
+  for (const auto& [key, member] : limit_numbers) out[key] = limit.*member;
+  return out;
 }
 
 FrameLimit frame_limit_from_json(JsonObject object) {
@@ -322,14 +326,10 @@ FrameLimit frame_limit_from_json(JsonObject object) {
   limit.frame = static_cast<std::uint64_t>(object.number("frame", {0, 1e15}));
   limit.sampler = object.text("sampler");
   limit.samples = object.integer("samples", 0, 1 << 30);
-  limit.effective = object.number("effective");
-  limit.quantities = object.number("quantities");
   limit.resolved = object.boolean_or("resolved", false);
   if (object.has("remark")) limit.remark = object.raw("remark").get<std::string>();
-  limit.pareto_k = object.number("pareto_k");
   limit.alone = object.boolean_or("alone", false);
   limit.one_origin = object.boolean_or("one_origin", false);
-  limit.seconds = object.number("seconds");
   limit.solves = static_cast<std::uint64_t>(object.number("solves", {0, 1e18}));
   JsonObject metrics = object.object("metrics");
   for (const char* name : limit_metrics) {
@@ -339,17 +339,13 @@ FrameLimit frame_limit_from_json(JsonObject object) {
     both.finish();
   }
   metrics.finish();
-  limit.relative_error_of_mean = object.number("relative_error_of_mean");
-  limit.squared_error = object.number("squared_error");
-  limit.variance = object.number("variance");
   JsonObject ranks = object.object("ranks");
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
     limit.ranks[r] = ranks.number(limit_ranks[r]);
   }
   ranks.finish();
-  limit.chi_square = object.number("chi_square");
   limit.sphere_relative_error = optional(object, "sphere_relative_error");
-  limit.sphere_effective = object.number("sphere_effective");
+  for (const auto& [key, member] : limit_numbers) limit.*member = object.number(key);
   object.finish();
   return limit;
 }

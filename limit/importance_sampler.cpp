@@ -19,11 +19,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double degrees_of_freedom = 5;  ///< of the Student distributions
-constexpr double student_width = 1.2;     ///< of them, over that of the Laplace approximation
+constexpr double student_width = 1.2;     ///< relative to the Laplace approximation
 constexpr double uniform_share = 0.1;
 constexpr int adapting_rounds = 3;
 
-/// A mode, and the Cholesky factor of the information there.
+/// A mode of the posterior, with the Cholesky factor of its information matrix.
 struct Mode {
   VectorXd place;
   Eigen::LLT<MatrixXd> information;
@@ -34,7 +34,7 @@ class Optimiser {
  public:
   explicit Optimiser(const LaplaceProblem& problem) : problem_(problem) {}
 
-  /// Levenberg-Marquardt, kept in the box.
+  /// Levenberg-Marquardt iteration, confined to the box.
   Mode climb(VectorXd place) const {
     double damping = 1e-2;
     VectorXd residuals = problem_.residuals(place);
@@ -64,7 +64,7 @@ class Optimiser {
       }
       if (!better || gained < 1e-4) break;
     }
-    // The prior's box bounds what the data leave open.
+    // The variance of the prior's box bounds directions that the data do not determine.
     const Eigen::ArrayXd widths = problem_.high - problem_.low;
     information.diagonal().array() += 12 / widths.square();
     return {place, Eigen::LLT<MatrixXd>(information), cost};
@@ -111,7 +111,7 @@ VectorXd draw_student(const Mode& mode, RandomStream& random) {
   return mode.place + step * (student_width * std::sqrt(degrees_of_freedom / chi));
 }
 
-/// The Gaussian of the weighted points' own mean and covariance, as a mode.
+/// A Gaussian with the mean and the covariance of the weighted points.
 std::optional<Mode> moments_of(const WeightedPoints& found) {
   const Index n = found.points.front().size();
   VectorXd mean = VectorXd::Zero(n);
@@ -163,7 +163,7 @@ WeightedPoints weighted_points(const LaplaceProblem& problem, const std::vector<
   const std::vector<double> log_target = problem.log_target(out.points);
   out.weights.resize(points);
   for (int i = 0; i < points; ++i) {
-    // Outside of the prior both may be nothing.
+    // Both densities may be zero outside the prior.
     const double log = log_target[static_cast<std::size_t>(i)];
     out.weights[i] = std::isfinite(log) ? log - log_proposal[i] : -1e300;
   }
@@ -174,9 +174,9 @@ WeightedPoints weighted_points(const LaplaceProblem& problem, const std::vector<
   return out;
 }
 
-/// Those that are apart and not hopeless, the best first.
+/// Removes duplicates and modes with negligible weight; the best comes first.
 std::vector<Mode> distinct(std::vector<Mode> modes) {
-  constexpr double hopeless = 20;  ///< of the cost above that of the best
+  constexpr double hopeless = 20;  ///< cost above that of the best mode
   std::sort(modes.begin(), modes.end(),
             [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
   std::vector<Mode> out;
@@ -202,7 +202,7 @@ WeightedPoints sample_by_importance(const LaplaceProblem& problem, std::span<con
   const std::size_t count = modes.size();
   std::vector<double> shares;
   for (const Mode& mode : modes) shares.push_back(std::exp((modes.front().cost - mode.cost) / 2));
-  // Short rounds show where the posterior is wider than its curvature says.
+  // Short rounds adapt the proposal where the posterior is wider than its curvature suggests.
   for (int round = 0; round < adapting_rounds; ++round) {
     const WeightedPoints pilot = weighted_points(problem, modes, shares, points / 4, random);
     std::optional<Mode> wider = moments_of(pilot);

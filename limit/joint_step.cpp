@@ -9,8 +9,8 @@
 namespace ertbench {
 namespace {
 
-constexpr double widest = 0.5;  ///< step of a quantity, domain units, rad, or of its own range
-/// Of a drift, by the same measure: far from the posterior its slopes say little.
+constexpr double widest = 0.5;  ///< step of a quantity in domain units, rad, or of its own range
+/// Largest drift in units of these widths: far from the posterior the slopes are unreliable.
 constexpr double widest_drift = 0.5;
 constexpr int most_quantities = 6;
 
@@ -21,8 +21,8 @@ bool has_angle(DrawnShape shape) {
   return shape != DrawnShape::disc && shape != DrawnShape::ring && shape != DrawnShape::cross;
 }
 
-/// What of a contact moves: its centre, the logarithm of its size, its conductivity ratio, its
-/// aspect and its angle, as far as they are free and mean something.
+/// The quantities of a contact that move beside its centre: the logarithm of its size, its
+/// conductivity ratio, aspect and angle, each if it is free and its shape has it.
 struct Freedom {
   bool size, ratio, aspect, angle;
 
@@ -34,7 +34,7 @@ struct Freedom {
         angle(has_angle(contact.shape)) {}
 };
 
-/// How far each of the quantities may step, in the order of Freedom.
+/// Largest steps of the quantities, in the order of Freedom.
 Eigen::VectorXd widths_of(const SceneDraw& scene, const ScenePrior& prior) {
   const auto range = [](const std::pair<double, double>& interval) {
     return interval.second - interval.first;
@@ -87,7 +87,7 @@ std::optional<Eigen::MatrixXd> JointStep::slopes_of(const SceneDraw& scene,
   const auto contacts = static_cast<Eigen::Index>(scene.size());
   Eigen::MatrixXd own(model_.pairs(), EllipticContact::parameters * contacts);
   if (!slopes_of(ellipses, own)) {
-    // Of ellipses that cross each other each is taken for itself.
+    // Ellipses that cross each other are linearised one by one.
     for (Eigen::Index c = 0; c < contacts; ++c) {
       auto columns = own.middleCols(EllipticContact::parameters * c, EllipticContact::parameters);
       if (!slopes_of(ellipses.subspan(static_cast<std::size_t>(c), 1), columns)) {
@@ -101,7 +101,7 @@ std::optional<Eigen::MatrixXd> JointStep::slopes_of(const SceneDraw& scene,
     const ContactDraw& contact = scene[static_cast<std::size_t>(c)];
     const Freedom free(contact, prior_);
     const EllipticContact& ellipse = ellipses[static_cast<std::size_t>(c)];
-    // By centre x, y, log size, stretch x, y, log ratio.
+    // Columns: derivatives by centre x, y, log size, stretch x, y, log ratio.
     const auto by = own.middleCols(EllipticContact::parameters * c, EllipticContact::parameters);
     const Eigen::Vector2d arm = ellipse.centre - contact.centre;
     out.col(at++) = by.col(0);
@@ -172,8 +172,8 @@ std::pair<SceneDraw, double> JointStep::after(const SceneDraw& scene,
     if (free.ratio) contact.conductivity_ratio += step[at++];
     if (free.aspect) contact.aspect += step[at++];
     if (free.angle) {
-      // Draws have angles from 0 to pi. Half a turn leaves an ellipse and a rectangle as they are;
-      // of a polygon it makes another form, from which the step back leads here all the same.
+      // Angles are in 0 ... pi. Half a turn leaves an ellipse and a rectangle unchanged. It changes
+      // a polygon, but the reverse step still leads back.
       contact.angle = std::fmod(contact.angle + step[at++], std::numbers::pi);
       if (contact.angle < 0) contact.angle += std::numbers::pi;
     }

@@ -20,7 +20,7 @@ namespace {
 
 constexpr int histogram_bins = 10;
 
-/// Frames of a bin by a flat distribution, within two standard deviations.
+/// Frames per bin for a flat distribution: its mean plus and minus two standard deviations.
 Span flat_counts(std::size_t frames) {
   const double mean = static_cast<double>(frames) / histogram_bins;
   const double deviation = std::sqrt(mean * (1 - 1.0 / histogram_bins));
@@ -101,7 +101,7 @@ std::vector<double> finite_values(const Eigen::RowVectorXd& values) {
   return out;
 }
 
-/// From zero to what a tenth of the places of the worst map exceed.
+/// Scale from zero to the 90 % quantile of the worst map.
 ColourScale scale_of(const std::vector<BoundMap>& maps, Eigen::RowVectorXd BoundMap::*quantity) {
   double high = 0;
   for (const BoundMap& map : maps) {
@@ -112,7 +112,7 @@ ColourScale scale_of(const std::vector<BoundMap>& maps, Eigen::RowVectorXd Bound
   return {0, step * std::ceil(high / step), step, false, true};
 }
 
-/// Medians over the sheet against the signal-to-noise ratio, one line for each map.
+/// Draws medians over the sheet against the signal-to-noise ratio, one line for each map.
 void draw_medians(Canvas& canvas, const Box& box, const std::vector<BoundMap>& maps,
                   Eigen::RowVectorXd BoundMap::*quantity, const std::string& title) {
   constexpr std::array<double, 5> snr_db = {40, 50, 60, 70, 80};

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int rank_bins = 10;
-/// Samples in force under which nothing is said of a frame on the sphere.
+/// Frames with fewer effective samples on the sphere are left out of its summary.
 constexpr double least_on_sphere = 30;
 
 template <typename Value>
@@ -24,19 +24,14 @@ std::vector<std::optional<double>> column(std::span<const FrameLimit> frames, co
   return out;
 }
 
-auto error_of(const std::string& metric) {
-  return [metric](const FrameLimit& frame) -> std::optional<double> {
+auto value_of(const std::string& metric, std::optional<double> FrameLimit::Value::*which) {
+  return [=](const FrameLimit& frame) -> std::optional<double> {
     const auto found = frame.metrics.find(metric);
-    return found == frame.metrics.end() ? std::nullopt : found->second.error;
+    return found == frame.metrics.end() ? std::nullopt : found->second.*which;
   };
 }
 
-auto expected_of(const std::string& metric) {
-  return [metric](const FrameLimit& frame) -> std::optional<double> {
-    const auto found = frame.metrics.find(metric);
-    return found == frame.metrics.end() ? std::nullopt : found->second.expected;
-  };
-}
+auto error_of(const std::string& metric) { return value_of(metric, &FrameLimit::Value::error); }
 
 json short_summary(const MetricSummary& summary) {
   json out = {{"mean", nullptr}, {"ci95", nullptr}, {"median", nullptr}, {"count", summary.count}};
@@ -51,9 +46,9 @@ json summary_of(std::span<const FrameLimit> frames, const Value& value, const ch
   return short_summary(summarise(column(frames, value), name));
 }
 
-/// The upper tail of the chi square distribution, by its series.
+/// The upper tail of the chi square distribution: Q(a, x/2) with a = degrees / 2, by the series of
+/// the lower incomplete gamma function.
 double chi_square_tail(double x, int degrees) {
-  // Q(a, x/2) with a = degrees / 2, from the lower incomplete gamma function's series.
   const double a = degrees / 2.0;
   const double z = x / 2;
   if (z <= 0) return 1;
@@ -94,7 +89,8 @@ json set_json(const SetLimit& limit) {
   for (const char* metric : limit_metrics) {
     out["all_frames"][metric] = summary_of(limit.frames, error_of(metric), metric);
     out["resolved"][metric] = summary_of(resolved, error_of(metric), metric);
-    out["expected"][metric] = summary_of(limit.frames, expected_of(metric), metric);
+    out["expected"][metric] =
+        summary_of(limit.frames, value_of(metric, &FrameLimit::Value::expected), metric);
   }
   out["relative_error_of_mean"] = summary_of(
       limit.frames,
@@ -167,7 +163,7 @@ LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
     errors.push_back(frame.squared_error);
     variances.push_back(frame.variance);
   }
-  // Where every frame determines its scene there is neither error nor variance.
+  // If every frame determines its scene there is neither error nor variance.
   const auto found = ratio_of_sums(errors, variances, "calibration");
   out.squared_error_over_variance = found ? found->ratio : 1;
   out.ci95 = found ? found->ci95 : Interval{1, 1};

@@ -28,11 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int limit_version = 6;        ///< of what records hold
-constexpr std::array efforts = {1, 2};  ///< the next where one did not do
+constexpr int limit_version = 6;        ///< version of the records' content
+constexpr std::array efforts = {1, 2};  ///< the second is tried if the first was not enough
 
-/// All that determines a frame's record but the code. `broad`: the prior whose samples are taken
-/// where other weights make them do, or null.
+/// Everything but the code that determines a frame's record. `broad`: the prior whose samples are
+/// reweighted if possible, or null.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, const ScenePrior* broad,
                           const std::string& model, SamplerKind kind) {
   nlohmann::json set = to_json(spec);
@@ -83,7 +83,7 @@ class Records {
   BuildStamp build_ = stamp_of_this_build(this_build().limit_code);
 };
 
-/// A prior of a set, and where its frames' limits go.
+/// The frames of a set under one prior.
 struct Task {
   std::string name;  ///< "oracle", "fair"
   ScenePrior prior;
@@ -168,7 +168,7 @@ class SetRun {
   }
 
  private:
-  /// The samplers of what is missing, and the frames.
+  /// Makes the missing frames and the samplers for them.
   void prepare() {
     const std::size_t count = tasks_.front().frames.size();
     unfinished_.assign(count, false);
@@ -178,7 +178,7 @@ class SetRun {
     if (std::none_of(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; })) return;
     const SceneModel model(spec_.sensor, spec_.model);
     block_ = generate_block(spec_, model, 0, count, options_.threads);
-    // The broadest prior first: its samples may do for the other.
+    // The broadest prior comes first: its samples may be reweighted for the other.
     for (auto task = tasks_.rbegin(); task != tasks_.rend(); ++task) {
       samplers_.push_back(std::make_unique<PosteriorSampler>(spec_, task->prior, *voltages_,
                                                              options_.sampler, options_.threads));
@@ -186,7 +186,7 @@ class SetRun {
     std::reverse(samplers_.begin(), samplers_.end());
   }
 
-  /// A frame's records do not depend on which of them were there before: where the oracle takes the
+  /// A frame's records do not depend on which of them exist already: if the oracle reweights the
   /// broad prior's samples, these are drawn again for it.
   void compute(std::size_t frame) {
     const int channels = spec_.sensor.channels();
@@ -201,7 +201,7 @@ class SetRun {
       if (broad && may_reweight_ && reweight(tasks_[t + 1].prior, task.prior, posterior)) {
         limit = judged(frame, t, posterior);
         limit->solves = 0;
-        // More work for what the weights alone have made too few.
+        // Sample anew if only the reweighting left too few effective samples.
         if (deserves_more(channels, *limit) && !deserves_more(channels, *broad)) limit.reset();
       }
       if (!limit) {
@@ -253,8 +253,8 @@ class SetRun {
   std::unique_ptr<SceneVoltages> voltages_;
   std::vector<Task> tasks_;
   bool is_fair_too_ = false;
-  bool may_reweight_ = false;     ///< samples of the broad prior may do for the oracle
-  std::vector<char> unfinished_;  ///< by frame, under some prior
+  bool may_reweight_ = false;     ///< samples of the broad prior may be reweighted for the oracle
+  std::vector<char> unfinished_;  ///< [frames] missing under some prior
   DatasetBlock block_;
   std::vector<std::unique_ptr<PosteriorSampler>> samplers_;
 };

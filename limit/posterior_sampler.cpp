@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <numeric>
 #include <string>
 #include <unordered_map>
@@ -17,6 +16,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr int importance_starts = 24;
+constexpr double smallest_part = 1e-9;  ///< of the posterior, for an image to be kept
+constexpr std::size_t most_places_of_image = 24;
 
 }  // namespace
 
@@ -41,8 +42,8 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
   problem.high.resize(dimension);
   problem.low.head<2>() = prior.sheet().bounds().min().array() + margin;
   problem.high.head<2>() = prior.sheet().bounds().max().array() - margin;
-  // What voltages tell of size and conductivity is the strength; it takes the place of the size, so
-  // that the posterior is no crescent.
+  // Voltages determine the strength, a combination of size and conductivity. It replaces the size
+  // as a coordinate, in which the posterior is not a crescent.
   const auto log_strength = [](double size, double ratio) {
     return 2 * std::log(size) + std::log(std::abs(1 - ratio) / (1 + ratio));
   };
@@ -89,7 +90,8 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
     for (std::size_t i = 0; i < places.size(); ++i) {
       const SceneDraw draw = draw_of(places[i]);
       logs.push_back(prior.log_density(draw));
-      if (strengths) logs.back() += std::log(draw.front().size / 2);  // of the size by its place
+      // The derivative of the size by the logarithm of the strength.
+      if (strengths) logs.back() += std::log(draw.front().size / 2);
       if (!std::isfinite(logs.back())) continue;
       possible.push_back(i);
       scenes.push_back(scene_of(draw));
@@ -120,13 +122,6 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
   return out;
 }
 
-namespace {
-
-constexpr double smallest_part = 1e-9;  ///< of the posterior
-constexpr std::size_t most_places_of_image = 24;
-
-}  // namespace
-
 bool is_enumerable(const ScenePrior& prior, const SceneVoltages& voltages) {
   return is_one_disc(prior) && !prior.size_is_free() && !prior.ratio_is_free() &&
          !voltages.is_smooth();
@@ -145,7 +140,7 @@ EnumeratedDiscs::EnumeratedDiscs(const ScenePrior& prior, const Sensor& sensor,
   std::string key(static_cast<std::size_t>(pixels.count()), ' ');
   std::unordered_map<std::string, std::size_t> known;
   std::vector<Scene> scenes;
-  // The middles of the lattice's cells, so that no place is on a border between two images.
+  // Centres of the lattice's cells, so that no place lies on a border between two images.
   for (int row = 0; row < side * lattice; ++row) {
     for (int column = 0; column < side * lattice; ++column) {
       const Eigen::Vector2d place =
@@ -165,19 +160,7 @@ EnumeratedDiscs::EnumeratedDiscs(const ScenePrior& prior, const Sensor& sensor,
       places_[at->second].push_back(place);
     }
   }
-  voltages_.resize(static_cast<Eigen::Index>(scenes.size()), sensor.channels());
-  std::vector<std::future<void>> workers;
-  const auto parts = static_cast<std::size_t>(std::max(1, threads));
-  for (std::size_t t = 0; t < parts; ++t) {
-    const std::size_t begin = scenes.size() * t / parts;
-    const std::size_t end = scenes.size() * (t + 1) / parts;
-    workers.push_back(std::async(std::launch::async, [&, begin, end] {
-      voltages.solve(std::span(scenes).subspan(begin, end - begin), nullptr,
-                     voltages_.middleRows(static_cast<Eigen::Index>(begin),
-                                          static_cast<Eigen::Index>(end - begin)));
-    }));
-  }
-  for (std::future<void>& worker : workers) worker.get();
+  voltages_ = voltages.solve_all(scenes, threads);
 }
 
 PosteriorSamples EnumeratedDiscs::posterior(const FrameLikelihood& likelihood) const {
@@ -209,7 +192,7 @@ constexpr int importance_points = 4000;
 constexpr int pilot_points = 400;
 constexpr int corrected_scenes = 24;
 constexpr int lattice_of_discs = 56;
-constexpr double least_left = 0.5;  ///< of the samples in force, by other weights
+constexpr double least_left = 0.5;  ///< share of the effective samples that reweighting must keep
 
 SamplerKind best_sampler(const ScenePrior& prior, const SceneVoltages& voltages) {
   if (is_enumerable(prior, voltages)) return SamplerKind::enumeration;
@@ -233,7 +216,7 @@ double kish(const std::vector<PosteriorSample>& samples) {
   return squares > 0 ? sum * sum / squares : 0;
 }
 
-/// Of as many as an oracle could draw none is unknown to the other prior.
+/// True if the outer prior can draw every scene of a sample from the inner one.
 bool has_all_of(const ScenePrior& outer, const ScenePrior& inner) {
   constexpr int scenes = 1000;
   RandomStream random(1, key_of("support"), 0, Purpose::scene);
@@ -320,7 +303,7 @@ Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
                                             RandomStream& random) const {
   double sum = 0;
   for (const PosteriorSample& sample : found.samples) sum += sample.weight;
-  // As many by their weights, at equal steps.
+  // Systematic resampling by weight.
   std::vector<Scene> scenes;
   const double offset = random.uniform();
   double passed = 0;

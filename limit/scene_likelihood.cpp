@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include "forward/border/border_model.h"
 #include "forward/fem/forward_model.h"
@@ -12,6 +13,8 @@ namespace {
 constexpr double resolution_of_one = 3;
 constexpr double resolution_step = 1.6;
 constexpr int most_border_points = 500;
+/// Relative difference allowed between the frame's noise and that of a scene that explains it.
+constexpr double noise_slack = 0.02;
 
 class BorderVoltages : public SceneVoltages {
  public:
@@ -81,6 +84,22 @@ class GridVoltages : public SceneVoltages {
 
 }  // namespace
 
+Frames SceneVoltages::solve_all(std::span<const Scene> scenes, int threads) const {
+  Frames out(static_cast<Eigen::Index>(scenes.size()), reference().size());
+  std::vector<std::future<void>> workers;
+  const auto parts = static_cast<std::size_t>(std::max(1, threads));
+  for (std::size_t t = 0; t < parts; ++t) {
+    const std::size_t begin = scenes.size() * t / parts;
+    const std::size_t count = scenes.size() * (t + 1) / parts - begin;
+    workers.push_back(std::async(std::launch::async, [&, begin, count] {
+      solve(scenes.subspan(begin, count), nullptr,
+            out.middleRows(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(count)));
+    }));
+  }
+  for (std::future<void>& worker : workers) worker.get();
+  return out;
+}
+
 std::unique_ptr<SceneVoltages> border_voltages(const Sensor& sensor) {
   return std::make_unique<BorderVoltages>(sensor);
 }
@@ -91,8 +110,7 @@ std::unique_ptr<SceneVoltages> grid_voltages(const Sensor& sensor, int side, Ras
 
 namespace {
 
-/// The grid that a set's own voltages are computed on, where it is coarse enough to be solved
-/// thousands of times; null for others.
+/// The grid of the set's own voltages if it is coarse enough to be solved thousands of times.
 const GridSheet* own_grid(const DatasetSpec& spec) {
   const auto* grid = std::get_if<GridSheet>(&spec.model);
   return grid && grid->side <= largest_own_grid ? grid : nullptr;
@@ -116,19 +134,12 @@ std::unique_ptr<SceneVoltages> voltages_for(const DatasetSpec& spec) {
   return grid_voltages(spec.sensor, grid->side, spec.rasterisation);
 }
 
-namespace {
-
-/// The noise of a scene that explains the frame is that of the frame to a small part of itself.
-constexpr double noise_slack = 0.02;
-
-}  // namespace
-
 FrameLikelihood::FrameLikelihood(const SceneVoltages& voltages, const Noise& noise,
                                  Eigen::VectorXd frame)
     : voltages_(voltages), noise_(noise), frame_(std::move(frame)) {}
 
 double FrameLikelihood::channel_noise(const Eigen::Ref<const Eigen::VectorXd>& clean) const {
-  // By the difference basis an untouched sheet has no noise at all; rounding is left of it.
+  // With the difference basis a sheet without contact has no noise beyond rounding.
   const double least = 1e-9 * voltages_.reference().norm();
   const double norm = std::max(least, noise_norm(noise_, voltages_.reference(), clean));
   return norm / std::sqrt(static_cast<double>(frame_.size()));
@@ -155,7 +166,7 @@ Frames FrameLikelihood::voltages_of(std::span<const Scene> scenes,
   const double channels = static_cast<double>(frame_.size());
   const double noise = channel_noise(frame_);
   VoltageTarget target{frame_, noise * std::sqrt(channels), {}};
-  // By the difference basis a scene's own noise may be another, and any distance within its chi.
+  // With the difference basis the noise varies between scenes, so no distance can be ruled out.
   if (noise_.basis == SnrBasis::difference) thresholds = {};
   for (const double threshold : thresholds) {
     const double chi_square = -2 * (threshold + channels * std::log((1 - noise_slack) * noise));

@@ -14,8 +14,7 @@
 
 namespace ertbench {
 
-// One value after the other: of Eigen's own vectorised functions GCC 12 says that they read what
-// was never written.
+// Evaluated value by value: GCC 12 warns of uninitialised reads in Eigen's vectorised functions.
 
 template <typename Values>
 Eigen::ArrayXd exp_of(const Eigen::ArrayBase<Values>& values) {
@@ -27,88 +26,88 @@ double sum_of_logs(const Eigen::ArrayBase<Values>& values) {
   return values.unaryExpr([](double x) { return std::log(x); }).sum();
 }
 
-/// A frame that voltages are computed for.
+/// The frame that voltages are compared with, which sets their accuracy.
 struct VoltageTarget {
   const Eigen::VectorXd& frame;
   double noise;  ///< 2-norm, V
-  std::vector<double>
-      farthest;  ///< [scenes] V from the frame: beyond, any accuracy will do; or none
+  /// [scenes] distance from the frame in V beyond which any accuracy is enough; or empty.
+  std::vector<double> farthest;
 };
 
-/// What computes the clean voltages of the many scenes that a posterior is sampled with: a forward
-/// model as it is, or a faster one for the scenes that it knows.
+/// Computes clean voltages of the many scenes that a posterior is sampled with: a forward model, or
+/// a faster approximation of it.
 ///
 /// All functions are const and thread-safe.
 class SceneVoltages {
  public:
   virtual ~SceneVoltages() = default;
 
-  virtual std::string name() const = 0;  ///< as results have it: "border, resolution 1"
+  virtual std::string name() const = 0;  ///< its name in results
   /// Voltages of the uniform sheet, [channels] V.
   virtual const Eigen::VectorXd& reference() const = 0;
-  /// `voltages` [scenes, channels] V. `target`: what they are to be held against, and need be no
-  /// more accurate than; null where the first glance is enough.
+  /// Fills in `voltages` [scenes, channels] V, only as accurately as `target` demands; null: at the
+  /// lowest accuracy.
   virtual void solve(std::span<const Scene> scenes, const VoltageTarget* target,
                      Eigen::Ref<Frames> voltages) const = 0;
-  /// Whether the voltages are smooth in a contact's place and size, as those of pixels that a
-  /// contact has or has not are not.
+  /// Voltages [scenes, channels] V at the lowest accuracy, in several threads.
+  Frames solve_all(std::span<const Scene> scenes, int threads) const;
+  /// True if the voltages are smooth in a contact's position and size; they are not where a pixel
+  /// either belongs to a contact or does not.
   virtual bool is_smooth() const = 0;
 };
 
-/// BorderModel. One disc or ellipse is solved at a resolution whose error is under .02 of the noise
-/// of 50 dB everywhere. Other scenes, first at resolution 1, are refined until the error that
-/// reciprocity shows is at most `border_tolerance` of the noise, or of the distance to the frame
-/// where that is larger: a scene that is far off need not be known well to be refused.
+/// Uses BorderModel. A single disc or ellipse is solved at a resolution whose error is below .02 of
+/// the noise of 50 dB everywhere. Other scenes start at resolution 1 and are refined until the
+/// error, as estimated from reciprocity, is at most `border_tolerance` of the noise or of the
+/// distance to the frame, whichever is larger.
 std::unique_ptr<SceneVoltages> border_voltages(const Sensor& sensor);
 inline constexpr double border_tolerance = 0.25;
-/// ForwardModel on a grid of `side` pixels that are filled by `rule`.
+/// Uses ForwardModel on a grid of `side` pixels that are filled by `rule`.
 std::unique_ptr<SceneVoltages> grid_voltages(const Sensor& sensor, int side, Rasterisation rule);
 
-/// The largest grid that is solved as it is; of finer ones the border model is the limit.
+/// The finest grid that is solved itself; finer ones are replaced by the border model.
 inline constexpr int largest_own_grid = 48;
 
-/// Whether voltages_for() is another model than the set's own by more than both are accurate to.
+/// True if voltages_for() differs from the set's own model by more than their accuracy.
 bool has_other_model(const DatasetSpec& spec);
-/// As results have it: with what is done about the difference, where there is one.
+/// The model's name in results; it mentions the correction if has_other_model().
 std::string model_name(const DatasetSpec& spec, const SceneVoltages& voltages);
 
-/// The model that made the set's own voltages where it is a grid coarse enough to be solved
+/// The model that made the set's own voltages if that is a grid coarse enough to be solved
 /// thousands of times; for finer grids and "auto" the border model, to which they converge.
 std::unique_ptr<SceneVoltages> voltages_for(const DatasetSpec& spec);
 
 /// How well a scene explains a frame.
 struct SceneFit {
-  /// Up to a constant of the frame.
-  double log_likelihood = 0;
-  /// |frame - voltages|^2 over the variance of the noise of one channel: about as many as there are
-  /// channels for a scene that explains the frame.
+  double log_likelihood = 0;  ///< up to a constant of the frame
+  /// |frame - voltages|^2 over the noise variance of one channel: near the number of channels for a
+  /// scene that explains the frame.
   double chi_square = 0;
-  double noise = 0;      ///< of a channel, V
-  Eigen::VectorXd rest;  ///< [channels] frame - voltages, in units of the noise, or empty: not kept
+  double noise = 0;      ///< standard deviation in one channel, V
+  Eigen::VectorXd rest;  ///< [channels] frame - voltages in units of the noise; or empty: not kept
 };
 
-/// The density of one frame, given a scene: what samplers are asked to explain. Tests put known
-/// ones in the place of a frame's.
+/// The likelihood of scenes given one frame, which samplers ask for. Tests substitute known ones.
 class SceneLikelihood {
  public:
   virtual ~SceneLikelihood() = default;
-  /// Of each scene; const and thread-safe. `thresholds` [scenes] or none: log likelihoods under
-  /// which a value need not be accurate.
+  /// Returns the fit of each scene; thread-safe. `thresholds` [scenes] or empty: log likelihoods
+  /// below which a value need not be accurate.
   virtual std::vector<SceneFit> of(std::span<const Scene> scenes,
                                    std::span<const double> thresholds = {}) const = 0;
-  /// Above which no scene's log likelihood is.
+  /// An upper bound of the log likelihood of any scene.
   virtual double largest() const { return std::numeric_limits<double>::infinity(); }
 };
 
-/// That of a measured frame. The noise of a set has a direction like white noise and a norm r that
-/// the scene's own voltages v set exactly (add_noise): the frame y lies on a sphere around v. White
-/// Gaussian noise of variance r^2 / channels in every channel stands in for it,
+/// The likelihood of a measured frame. A set's noise has the direction of white noise and a norm r
+/// that the scene's voltages v determine exactly (add_noise), so the frame y lies on a sphere
+/// around v. The likelihood replaces it by white Gaussian noise of variance r^2 / channels,
 ///
 ///     log L = -channels log r - |y - v|^2 channels / (2 r^2),
 ///
-/// whose posterior has the same mean to first order: in the linear regime the sphere cuts from the
-/// Gaussian posterior the shell of one distance around the same centre. What is lost is the
-/// knowledge of that distance; sphere_weights() puts it back.
+/// whose posterior has the same mean to first order: in the linear regime the sphere cuts a shell
+/// around the same centre from the Gaussian posterior. sphere_weights() restores the knowledge of
+/// the distance, which the Gaussian ignores.
 class FrameLikelihood : public SceneLikelihood {
  public:
   /// `frame` [channels] V. `voltages` must outlive this. `noise` has a strength.
@@ -117,7 +116,7 @@ class FrameLikelihood : public SceneLikelihood {
   std::vector<SceneFit> of(std::span<const Scene> scenes,
                            std::span<const double> thresholds = {}) const override;
   double largest() const override;
-  /// The same without their rests, of voltages [scenes, channels] V that are known already.
+  /// Fits without their rests, for known voltages [scenes, channels] V.
   std::vector<SceneFit> of_voltages(const Eigen::Ref<const Frames>& voltages) const;
 
   /// Clean voltages [scenes, channels] V, as accurate as the frame demands.
@@ -132,10 +131,9 @@ class FrameLikelihood : public SceneLikelihood {
   Eigen::VectorXd frame_;
 };
 
-/// Factors that take samples under the Gaussian likelihood to samples on the sphere, thickened to
-/// a Gaussian of standard deviation `width` in the chi square, whose value on the sphere is
-/// `channels`: exp((chi^2 - channels) / 2) exp(-(chi^2 - channels)^2 / (2 width^2)), the largest
-/// of them 1.
+/// Weights that turn samples under the Gaussian likelihood into samples near the sphere, where
+/// chi^2 equals `channels`: exp((chi^2 - channels) / 2) exp(-(chi^2 - channels)^2 / (2 width^2)),
+/// scaled to a maximum of 1.
 Eigen::VectorXd sphere_weights(std::span<const double> chi_squares, int channels, double width);
 
 }  // namespace ertbench

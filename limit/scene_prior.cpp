@@ -181,12 +181,12 @@ Eigen::Matrix3d PlaceMetric::information(const ContactDraw& contact) const {
 
 namespace {
 
-constexpr double widest_step = 0.5;  ///< of a walk: of places in domain units, and of log size
-/// Contacts of one scene may differ by a hundred in how far a step may go that is still taken:
-/// steps are shortened by a random factor, down to exp(-this).
+constexpr double widest_step = 0.5;  ///< of a walk: position in domain units, and log size
+/// The step that is still accepted may differ a hundredfold between contacts of one scene, so steps
+/// are shortened by a random factor, down to exp(-this).
 constexpr double log_narrowest = 4;
 
-/// How often each move is tried, adding up to 1.
+/// Probability of each move.
 constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0};
 
 std::size_t any_of(std::size_t count, RandomStream& random) {
@@ -202,7 +202,6 @@ double reflected(double value, double low, double high) {
   return low + std::min(beyond, period - beyond);
 }
 
-/// The cosine-like factor of size against conductivity in the strength.
 double contrast(double ratio) { return (1 - ratio) / (1 + ratio); }
 
 double narrowed(double scale, RandomStream& random) {
@@ -260,7 +259,7 @@ std::optional<Proposal> SceneMoves::walk(const SceneDraw& scene, double scale, d
   if (sizes) contact.size *= std::exp(step[2]);
   if (!std::isfinite(prior_.log_density(contact))) return std::nullopt;
   const Eigen::LLT<Eigen::MatrixXd> back = factor(contact);
-  // The step is one of the logarithm of the size, whose density the prior has.
+  // The step is in the logarithm of the size, while the prior has a density in the size.
   proposal.log_ratio = log_density(back, -step) - log_density(forth, step) + (sizes ? step[2] : 0);
   return proposal;
 }
@@ -325,7 +324,7 @@ std::optional<Proposal> SceneMoves::reshape(const SceneDraw& scene, RandomStream
   const ContactDraw other = prior_.draw_contact(random);
   contact.shape = other.shape;
   if (random.uniform() < 0.5) {
-    // Angle and aspect mean the same to all shapes but polygons.
+    // All shapes but polygons share the meaning of angle and aspect.
     if (!before.corners.empty() || !other.corners.empty()) return std::nullopt;
   } else {
     contact.aspect = other.aspect;

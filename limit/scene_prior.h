@@ -13,12 +13,10 @@
 
 namespace ertbench {
 
-/// A scene by the random quantities that it was drawn from. The order of the contacts means
-/// nothing.
+/// The random quantities of a scene. The order of the contacts has no meaning.
 using SceneDraw = std::vector<ContactDraw>;
 
-/// What is known of a scene before its frame is seen: the distribution that a set's scenes are
-/// drawn from, as a density that samplers can ask for.
+/// The prior of scenes: the distribution that a set's scenes are drawn from, with its density.
 class ScenePrior {
  public:
   /// Throws InputError for distributions with a "gap", whose contacts depend on each other.
@@ -26,7 +24,7 @@ class ScenePrior {
 
   const SceneDistribution& distribution() const { return distribution_; }
   const Sheet& sheet() const { return *sheet_; }
-  /// As many contacts as are asked for, and else as this.
+  /// A copy with a fixed number of contacts.
   ScenePrior with_contacts(std::size_t contacts) const;
 
   SceneDraw draw(RandomStream& random) const {
@@ -36,54 +34,52 @@ class ScenePrior {
     return distribution_.draw_contact(random, *sheet_);
   }
 
-  /// Logarithm of the probability of so many contacts; -infinity where there are never so many.
+  /// Log probability of a number of contacts; -infinity if it cannot occur.
   double log_count(std::size_t contacts) const;
-  /// Logarithm of the density of one contact, in the product of its free quantities; what has one
-  /// value alone has no density. -infinity outside of what may be drawn.
+  /// Log density of one contact in its free quantities; -infinity outside the support.
   double log_density(const ContactDraw& contact) const;
-  /// Of all its quantities but size and place.
+  /// Log density of all its quantities but size and position.
   double log_form_density(const ContactDraw& contact) const;
-  /// Of a whole scene, its contacts in a given order.
+  /// Log density of a whole scene with its contacts in a given order.
   double log_density(const SceneDraw& scene) const;
 
   bool size_is_free() const { return distribution_.radius.first < distribution_.radius.second; }
   bool ratio_is_free() const {
     return distribution_.conductivity_ratio.first < distribution_.conductivity_ratio.second;
   }
-  /// Whether densities under both are of the same free quantities, so that samples of one may be
-  /// weighted into samples of the other.
+  /// True if both have the same free quantities, so that samples may be reweighted.
   bool is_comparable(const ScenePrior& other) const;
 
  private:
   SceneDistribution distribution_;
   std::shared_ptr<const Sheet> sheet_;
-  double log_constant_ = 0;  ///< of log_form_density, all but corners
+  double log_constant_ = 0;  ///< log_form_density without corners
 };
 
 Scene scene_of(const SceneDraw& drawn);
 
-/// The area of the part of a sheet that is at least `margin` from its border; of rectangles, and of
-/// sheets whose insets are of their own shape, as the disc's are.
+/// Area of the part of a sheet that is at least `margin` from its border, for rectangles and for
+/// sheets whose insets have their own shape, like the disc.
 double inset_area(const Sheet& sheet, double margin);
 
 /// Area of a contact, domain units squared.
 double area_of(const ContactDraw& contact);
 
-/// What a contact changes the field by, to first order in its size: area times 2 (1 - f) / (1 + f),
-/// with the sign of the missing conductivity.
+/// A contact's effect on the field to first order in its size: area times 2 (1 - f) / (1 + f),
+/// positive where conductivity is missing.
 double strength_of(const ContactDraw& contact);
 
-/// How sharply voltages tell where a small contact is and how strong: what steps of a random walk
-/// are sized by. An approximation that costs nothing: samplers stay exact whatever it is.
+/// Approximate Fisher information of the position and size of a small contact, which sets the steps
+/// of random walks. Samplers are exact whatever its values.
 class PlaceMetric {
  public:
-  /// From the voltage changes of small discs, solved once at the centre of every pixel of a coarse
-  /// grid, by the border model. `channel_noise` V.
+  /// Computed from the voltage changes of small discs at the pixels of a coarse grid, by the border
+  /// model. `channel_noise` V.
   PlaceMetric(const Sensor& sensor, double channel_noise);
-  /// The same everywhere: `precision` of a contact of strength 1.
+  /// Uniform over the sheet: `precision` of a contact of strength 1.
   explicit PlaceMetric(const Eigen::Matrix3d& precision);
 
-  /// The Fisher information of (x, y, log size) of a contact, by its place and strength.
+  /// Information of (x, y, log size) of a contact.
   Eigen::Matrix3d information(const ContactDraw& contact) const;
 
  private:
@@ -93,27 +89,25 @@ class PlaceMetric {
   std::vector<Eigen::Matrix3d> precision_;  ///< [rows * columns], of (x, y, strength) at strength 1
 };
 
-/// Steps from a scene to another of as many contacts, for Metropolis-Hastings sampling. Where a
-/// contact's form changes, the centre and area of its nearest ellipse stay, which is what voltages
-/// tell first.
+/// Metropolis-Hastings moves between scenes with the same number of contacts. Changes of a
+/// contact's form keep the centre and area of its nearest ellipse, which voltages determine best.
 enum class Move {
-  walk,      ///< of a contact's place and size, by PlaceMetric
-  exchange,  ///< of size against conductivity, the strength kept
-  form,      ///< of angle and aspect, or of one corner
-  reshape,   ///< another shape, with the angle and aspect that there are or with its own
-  redraw,    ///< a contact drawn anew from the prior
-  joint,     ///< of all contacts (JointStep)
+  walk,      ///< position and size of a contact change, by PlaceMetric
+  exchange,  ///< size is traded for conductivity at constant strength
+  form,      ///< angle and aspect, or one corner, change
+  reshape,   ///< another shape, with the old or a new angle and aspect
+  redraw,    ///< a contact is drawn anew from the prior
+  joint,     ///< all contacts move (JointStep)
 };
 inline constexpr int move_count = 6;
 
-/// A scene that a move leads to.
 struct Proposal {
   SceneDraw scene;
-  /// log [q(back) / q(forth) |Jacobian|]: what the ratio of the targets is multiplied by.
+  /// log [q(back) / q(forth) |Jacobian|], which multiplies the ratio of the targets.
   double log_ratio = 0;
 };
 
-/// The moves' widths, 1 by themselves, which samplers adapt.
+/// Factors on the moves' widths, which samplers adapt.
 using MoveScales = std::array<double, move_count>;
 
 class SceneMoves {
@@ -121,12 +115,10 @@ class SceneMoves {
   /// Both must outlive this.
   SceneMoves(const ScenePrior& prior, const PlaceMetric& metric) : prior_(prior), metric_(metric) {}
 
-  /// One of the moves, each as often as it is worth: any but the joint step, which is the
-  /// sampler's.
+  /// Draws one of the moves but the joint step, which belongs to the sampler.
   Move choose(RandomStream& random) const;
 
-  /// Nothing where the move cannot be made. `heat`: the power of the likelihood in the target,
-  /// 0 ... 1.
+  /// Nothing if the move is impossible. `heat`: the power of the likelihood in the target, 0 ... 1.
   std::optional<Proposal> propose(Move move, const SceneDraw& scene, double scale, double heat,
                                   RandomStream& random) const;
 
@@ -139,10 +131,10 @@ class SceneMoves {
   std::optional<Proposal> reshape(const SceneDraw& scene, RandomStream& random) const;
   std::optional<Proposal> redraw(const SceneDraw& scene, RandomStream& random) const;
 
-  /// Gives a contact the size and place at which its nearest ellipse has the area and centre of
-  /// `before`, as far as these are free; the logarithm of the derivative of the new size by the old
-  /// one.
+  /// Gives a contact the size and position at which its nearest ellipse has the area and centre of
+  /// `before`, as far as these are free. Returns the log derivative of the new size by the old.
   double keep_ellipse(const EllipticContact& before, ContactDraw& contact) const;
+
   const ScenePrior& prior_;
   const PlaceMetric& metric_;
 };
