@@ -19,15 +19,15 @@ namespace ertbench {
 namespace {
 
 constexpr Eigen::Index least_frames = 10;
-constexpr double floating_noise = 10;  ///< of a channel, over the middle channel's
+constexpr double floating_noise = 10;  ///< a floating channel's noise over the median channel's
 
 double decibels(double signal, double noise) {
-  // What no instrument reaches stands for frames that are all alike.
+  // Frames that are all alike get a value that no instrument reaches.
   constexpr double most = 300;
   return noise > 0 ? std::min(most, 20 * std::log10(signal / noise)) : most;
 }
 
-/// How far each channel moves from the first frame to the last along its straight line, [channels].
+/// Change of each channel from the first frame to the last along its fitted line, [channels].
 Eigen::RowVectorXd lines_of(const Frames& frames) {
   const Eigen::Index count = frames.rows();
   const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(count, -0.5, 0.5);

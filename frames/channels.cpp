@@ -49,7 +49,7 @@ constexpr NamedOrder orders[] = {
     {"drive-major", "drive by drive, measurements ascending (the sensor's own)"},
     {"measure-major", "measurement by measurement, drives ascending"},
     {"rotating", "drive by drive, measurements from the one behind the drive on"},
-    {"rotating-back", "the same with the measurements going back from the drive"},
+    {"rotating-back", "drive by drive, measurements going back from the drive"},
     {"full", "all measurements of all drives, drive by drive"},
     {"full-measure-major", "all drives of all measurements, measurement by measurement"},
     {"potentials", "the potential of every electrode, drive by drive"}};
@@ -86,7 +86,7 @@ double factor_of(const std::string& unit) {
   throw InputError("--unit: must be V, mV or uV, got \"" + printable(unit) + "\"");
 }
 
-/// Columns are channels, somewhere among `columns`.
+/// The map whose channel c is column `places[c]`.
 ChannelMap map_of_places(const std::string& order, Eigen::Index columns,
                          const std::vector<int>& places) {
   ChannelMap map{order, columns, {}};
@@ -94,7 +94,7 @@ ChannelMap map_of_places(const std::string& order, Eigen::Index columns,
   return map;
 }
 
-/// Columns are [drives][electrodes].
+/// The map for columns [drives][electrodes].
 ChannelMap map_of_potentials(const Sensor& sensor) {
   const auto drives = drive_pairs(sensor);
   const auto measured = measurement_pairs(sensor);
@@ -108,7 +108,7 @@ ChannelMap map_of_potentials(const Sensor& sensor) {
   return map;
 }
 
-/// By the injections that the file lists: either way round, and with more than are needed.
+/// The map by the injections that the file lists, in either direction; unused ones are ignored.
 ChannelMap map_of_injections(const Sensor& sensor, const FrameSource& source) {
   const auto drives = drive_pairs(sensor);
   const auto measured = measurement_pairs(sensor);
@@ -274,7 +274,7 @@ ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const st
 
 namespace {
 
-/// A pair in a list, and whether it stands there the other way round.
+/// Index of a pair in a list, and -1 if it is reversed there.
 struct PairPlace {
   int index;
   double sign;
@@ -292,13 +292,13 @@ std::optional<PairPlace> find_pair(const std::vector<ElectrodePair>& pairs,
   return std::nullopt;
 }
 
-/// What the instrument calls an electrode of the sensor.
+/// The instrument's number of an electrode of the sensor.
 int instruments_number(int electrode, int shift, bool mirrored, int count) {
   return ((mirrored ? shift - electrode : electrode - shift) + count) % count;
 }
 
-/// Which value is which channel where the instrument counts its electrodes in another way but
-/// drives, measures and lists the pairs that the sensor lists. `places` as places_in_order has it.
+/// The reading for an instrument that numbers its electrodes differently but uses the pairs of the
+/// sensor. `places` as from places_in_order. Nothing if the pairs do not allow it.
 std::optional<ChannelReading> relabelled(const Sensor& sensor, int shift, bool mirrored,
                                          const std::vector<int>& places) {
   const auto drives = drive_pairs(sensor);
@@ -380,7 +380,7 @@ std::vector<ChannelReading> channel_readings(const Sensor& sensor) {
       }
     }
   }
-  // An order that was declared and is not there is undone by its inverse.
+  // If an order was declared wrongly, its inverse undoes it.
   for (const char* order : {"rotating", "rotating-back"}) {
     const std::vector<int> places = places_in_order(sensor, order);
     std::vector<int> inverse(places.size());

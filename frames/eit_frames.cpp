@@ -22,7 +22,7 @@ class EitLines {
  public:
   EitLines(std::string_view text, std::string source) : rest_(text), source_(std::move(source)) {}
 
-  /// Nothing behind the last line.
+  /// Nothing after the last line.
   std::optional<std::string_view> next() {
     if (rest_.empty()) return std::nullopt;
     const std::size_t end = rest_.find('\n');
@@ -59,7 +59,7 @@ class EitLines {
     return static_cast<int>(value);
   }
 
-  /// Apart by tabs, blanks or commas.
+  /// Numbers separated by tabs, blanks or commas.
   std::vector<double> numbers(std::string_view line) const {
     std::vector<double> values;
     while (true) {
@@ -77,7 +77,7 @@ class EitLines {
     }
   }
 
-  /// Electrodes, which the file counts from 1, from 0.
+  /// Electrodes counted from 0; the file counts from 1.
   std::vector<int> electrodes(std::string_view line) const {
     std::vector<int> out;
     for (const double value : numbers(line)) {
@@ -250,8 +250,8 @@ EitFile parse_eit(std::string_view text, const std::string& source) {
   }
   if (file.injections.empty()) lines.fail("the file ends behind the header; it is cut short");
 
-  // Which electrode a column is of: the list that says so, the electrodes in use where there are as
-  // many, else one after the other.
+  // Electrodes of the columns: by the list of columns, else by that of electrodes in use, whichever
+  // has the right length; else in order.
   std::vector<int> labels;
   for (const std::vector<int>* list : {&header.columns, &header.used}) {
     if (labels.empty() && list->size() == columns) labels = *list;

@@ -111,8 +111,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) + 1 - first);
 }
 
-/// The fields of a line: between commas, semicolons or tabs where there are any, else between
-/// blanks.
+/// The fields of a line, separated by semicolons, commas or tabs if there are any, else by blanks.
 std::vector<std::string_view> fields_of(std::string_view line) {
   std::vector<std::string_view> fields;
   const char* separator = "";
@@ -127,12 +126,12 @@ std::vector<std::string_view> fields_of(std::string_view line) {
     if (end == std::string_view::npos) break;
     line.remove_prefix(end + 1);
   }
-  // Programs that end each number with a separator mean no more numbers.
+  // Some programs end every number with a separator.
   if (fields.size() > 1 && fields.back().empty()) fields.pop_back();
   return fields;
 }
 
-/// Whether the whole of a text is a number; a leading "+" is one's own business.
+/// True if the whole text is a number, possibly quoted or with a leading "+".
 bool is_number(std::string_view text, double& value) {
   if (text.size() > 1 && text.front() == '"' && text.back() == '"') {
     text = text.substr(1, text.size() - 2);

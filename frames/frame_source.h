@@ -13,16 +13,15 @@
 
 namespace ertbench {
 
-/// How a file of frames is to be read.
+/// How to read a file of frames.
 struct FrameFileOptions {
-  /// Of an HDF5 or MATLAB file: the dataset or variable with the frames. Of an `.eit` recording
-  /// with several frequencies: the number of one, from 1. Empty: what there is.
+  /// The dataset or variable of an HDF5 or MATLAB file, or the number, from 1, of a frequency of an
+  /// `.eit` recording. Empty: the only one.
   std::string dataset;
   bool transposed = false;  ///< frames are columns
 };
 
-/// A current of an `.eit` recording, by electrodes counted from 0: it enters the sheet at the
-/// first.
+/// A current of an `.eit` recording, by electrodes counted from 0; it enters the sheet at `source`.
 struct Injection {
   int source = 0;
   int sink = 0;
@@ -30,70 +29,68 @@ struct Injection {
   bool operator==(const Injection&) const = default;
 };
 
-/// Frames as they stand in a file: one frame a row, the columns in the file's own order and unit.
+/// The frames of a file, one per row, with columns in the file's own order and unit.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
   virtual std::string format() const = 0;  ///< "HDF5", "MATLAB v7.3", "Octave HDF5", "CSV", "eit"
-  virtual std::string dataset() const { return {}; }  ///< which of the file, where it has several
+  virtual std::string dataset() const { return {}; }  ///< empty for formats without datasets
   virtual std::uint64_t frames() const = 0;           ///< at least 1
   virtual Eigen::Index columns() const = 0;           ///< at least 1
   /// Rows [first, first + count) as [count, columns]. Throws InputError naming the place of a
   /// number that is not finite.
   virtual RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const = 0;
 
-  /// Reference voltages that the file holds beside the frames: [1, columns], or one row for each
-  /// frame; without rows where it has none. Any number of columns: whoever takes them looks.
+  /// Reference voltages in the file: [1, columns] or one row for each frame; without rows if there
+  /// are none. The number of columns is not checked.
   virtual RowMajorMatrix reference() const { return {}; }
-  /// The sensor that the file says it is of.
+  /// The sensor named in the file.
   virtual std::optional<Sensor> sensor() const { return std::nullopt; }
-  /// Where columns are potentials: the current of each run of columns, and the electrode, counted
-  /// from 0, of each column of a run. Empty where columns are voltages of pairs.
+  /// For columns of potentials: the current of each run of columns, and the electrode, counted from
+  /// 0, of each column of a run. Empty if columns are voltages of pairs.
   virtual std::vector<Injection> injections() const { return {}; }
   virtual std::vector<int> electrodes() const { return {}; }
-  virtual std::optional<double> current() const { return std::nullopt; }  ///< A, where it says so
-  /// A dataset [n, 2] or [n, 3] of whole numbers, for orders that stand in the same file.
+  virtual std::optional<double> current() const { return std::nullopt; }  ///< A, if the file has it
+  /// A dataset [n, 2] or [n, 3] of whole numbers, for channel orders in the same file.
   virtual RowMajorMatrix table(const std::string& name) const;
-  /// All files that were read.
+  /// All files that are read.
   virtual std::vector<std::filesystem::path> files() const = 0;
 };
 
-/// Opens a file of frames by what it holds, not by its name: HDF5 (also MATLAB's v7.3 and
-/// Octave's), `.eit` text, a folder of `.eit` files, else CSV. Throws InputError naming the file
-/// and what would be right: for a MATLAB file of version 7 and earlier, how to save it.
+/// Opens a file of frames by its content: HDF5 (also MATLAB's v7.3 and Octave's), `.eit` text, a
+/// folder of `.eit` files, otherwise CSV. Throws InputError naming the file and the remedy.
 std::unique_ptr<FrameSource> open_frames(const std::filesystem::path& input,
                                          const FrameFileOptions& options);
 
 /// A checksum of the files' bytes, in order (Checksum).
 std::string checksum_of(const std::vector<std::filesystem::path>& files);
 
-/// The most bytes of a text file of frames: it is held in memory.
+/// Size limit of a text file of frames, which is held in memory.
 inline constexpr std::uint64_t most_text_bytes = std::uint64_t{1} << 30U;
 
-/// The whole of a text file. Throws InputError where it is no regular file or has more than
-/// most_text_bytes.
+/// Reads a text file. Throws InputError if it is no regular file or has more than most_text_bytes.
 std::string text_of_file(const std::filesystem::path& file);
 
-/// Frames of a text file, one a line: numbers with a point, apart by commas, semicolons, tabs or
-/// blanks. Lines that begin with "#" and empty ones are passed over, and so is a first line that
-/// holds a word (titles of columns). Throws InputError with line and column for what is no number,
-/// is not finite, or makes a line longer or shorter than the first.
+/// Opens a text file with one frame per line: numbers with a decimal point, separated by commas,
+/// semicolons, tabs or blanks. Empty lines, those that begin with "#" and a first line that holds a
+/// word (column titles) are skipped. Throws InputError with line and column for fields that are no
+/// finite numbers and for lines of different lengths.
 std::unique_ptr<FrameSource> open_csv_frames(const std::filesystem::path& input,
                                              const FrameFileOptions& options);
 
 /// The numbers of such a text, [lines, columns]; `source` names it in messages.
 RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source);
 
-/// Frames of an HDF5 file: `/voltages` or the dataset that the options name, [N, columns] or, for
-/// whole maps, [N, drives, measurements] (its last two flattened, drive by drive).
-/// `/reference_voltages` beside it, where it is there.
+/// Opens an HDF5 file: `/voltages` or the dataset that the options name, [N, columns] or [N,
+/// drives, measurements] (the last two flattened, drive by drive), with `/reference_voltages` if
+/// present.
 ///
-/// MATLAB (v7.3) and Octave (`save -hdf5`) keep arrays with the first index fastest, so that they
-/// stand in the file with their dimensions reversed: these are turned round again. In MATLAB's a
-/// variable is a dataset, a field of a struct one in a group ("/session/voltages"); cells and
-/// complex numbers are refused with what to save in their place. In Octave's a variable is a group
-/// with the dataset "value".
+/// MATLAB (v7.3) and Octave (`save -hdf5`) store arrays with the first index fastest, so their
+/// dimensions are reversed in the file; they are transposed back. A variable is a dataset in
+/// MATLAB's files, a field of a struct one in a group ("/session/voltages"); cells and complex
+/// numbers are refused with what to save instead. In Octave's a variable is a group with the
+/// dataset "value".
 std::unique_ptr<FrameSource> open_hdf5_frames(const std::filesystem::path& input,
                                               const FrameFileOptions& options, bool is_matlab);
 

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using Shape = std::vector<std::uint64_t>;
 
-/// Numbers of an array that has to be held in memory to be turned round.
+/// Size limit, in numbers, of an array that must be transposed in memory.
 constexpr std::uint64_t most_turned = std::uint64_t{1} << 28U;
 constexpr const char* default_name = "/voltages";
 constexpr const char* reference_name = "reference_voltages";
@@ -26,7 +26,7 @@ std::string list_of(const std::vector<std::string>& names) {
   return text.empty() ? "nothing" : text;
 }
 
-/// One array of the file as its program sees it.
+/// An array of the file with its dimensions in the order of the program that wrote it.
 class StoredArray {
  public:
   StoredArray(const Hdf5File& file, std::string name, bool is_matlab)
@@ -41,11 +41,11 @@ class StoredArray {
     if (reversed_) std::reverse(shape_.begin(), shape_.end());
   }
 
-  const Shape& shape() const { return shape_; }  ///< as its program has it
+  const Shape& shape() const { return shape_; }
   bool reversed() const { return reversed_; }
   const std::string& stored() const { return stored_; }
 
-  /// All of it, [first dimension, the others flattened with the last one fastest].
+  /// The whole array, [first dimension, the others flattened with the last one fastest].
   RowMajorMatrix all() const {
     const std::uint64_t total =
         std::accumulate(shape_.begin(), shape_.end(), std::uint64_t{1}, std::multiplies<>());
@@ -157,7 +157,7 @@ class Hdf5Frames final : public FrameSource {
  private:
   StoredArray array(const std::string& name) const { return {file_, name, is_matlab_}; }
 
-  /// The dataset that was asked for, /voltages, or the only thing that the file holds.
+  /// The dataset asked for, otherwise /voltages, otherwise the only one of the file.
   std::string name_of_frames(const std::string& wanted) const {
     if (!wanted.empty()) {
       std::string name = wanted.starts_with('/') ? wanted : "/" + wanted;
@@ -188,7 +188,7 @@ class Hdf5Frames final : public FrameSource {
     }
   }
 
-  /// Sets of ours grow from their beginning to their end.
+  /// Refuses a dataset of this program whose generation was interrupted.
   void require_finished() const {
     namespace layout = dataset_layout;
     if (file_.has(layout::scenes_written) &&
@@ -201,7 +201,7 @@ class Hdf5Frames final : public FrameSource {
   bool is_matlab_;
   std::string name_;
   StoredArray array_;
-  RowMajorMatrix held_;  ///< what had to be turned round
+  RowMajorMatrix held_;  ///< the frames, if they had to be transposed
   std::uint64_t frames_ = 0;
   Eigen::Index columns_ = 0;
 };

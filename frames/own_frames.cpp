@@ -14,12 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t looked_at = 1000;  ///< frames of the check
+constexpr std::uint64_t looked_at = 1000;  ///< number of frames used by the check
 constexpr std::uint64_t block_frames = 1024;
 
 Frames mean_of(const Frames& frames) { return frames.colwise().mean(); }
 
-/// The mean of many frames, a block at a time.
+/// Mean of frames, read in blocks.
 Frames mean_of_rows(const FrameSource& source, const ChannelMap& map, std::uint64_t first,
                     std::uint64_t last) {
   Frames sum = Frames::Zero(1, static_cast<Eigen::Index>(map.entries.size()));

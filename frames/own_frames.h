@@ -13,52 +13,51 @@
 
 namespace ertbench {
 
-/// Where frames come from and how they are declared.
+/// Source and declared format of frames.
 struct OwnFramesOptions {
   std::filesystem::path input;
-  std::filesystem::path sensor;  ///< empty: the file's own, d2s where it names none
+  std::filesystem::path sensor;  ///< empty: the file's own, or d2s if it names none
   std::string channels;          ///< an order (channel_map)
   std::string unit;              ///< "V", "mV" or "uV"
   FrameFileOptions file;
-  /// A file of frames like the input, or rows of the input as "first-last", counted from 0, the
-  /// last one included; their mean is the reference. Empty: what the input or the calibration says.
+  /// A file of frames like the input, or rows of the input as "first-last", counted from 0 with the
+  /// last included; their mean is the reference. Empty: the input's or the calibration's reference.
   std::string background;
   std::filesystem::path calibration;  ///< may be empty
   bool needs_reference = true;        ///< refuse frames without one
 };
 
-/// The sensor that a file describes: a JSON object of its own, or "sensor" of an experiment.
+/// Reads the sensor that a JSON file describes itself or as "sensor" of an experiment.
 Sensor sensor_from_file(const std::filesystem::path& file);
 
 /// Frames of a file, in V and in the order of the sensor's channels.
 class OwnFrames {
  public:
-  /// Throws InputError for whatever does not fit together, with what would be right.
+  /// Throws InputError, with the remedy, if the files do not fit together.
   explicit OwnFrames(const OwnFramesOptions& options);
 
-  /// With the background of the calibration where there is one.
+  /// Its background is the calibration's, if there is one.
   const Sensor& sensor() const { return sensor_; }
   const std::optional<Calibration>& calibration() const { return calibration_; }
   std::uint64_t frames() const { return source_->frames(); }
   const FrameSource& source() const { return *source_; }
   const ChannelMap& map() const { return map_; }
-  /// The reference voltages [channels] V; of frames that each have their own, the mean.
+  /// The reference voltages [channels] V; their mean if each frame has its own.
   Eigen::RowVectorXd reference() const;
 
   Frames voltages(std::uint64_t first, std::uint64_t count) const;  ///< [count, channels] V
   Frames changes(std::uint64_t first, std::uint64_t count) const;   ///< from the reference, V
 
-  /// Holds the reference against the model of the sensor, with up to a thousand frames spread over
+  /// Compares the reference with the model of the sensor, using up to a thousand frames spread over
   /// the file.
   ReferenceVerdict check() const;
-  /// Reads all that follows as the verdict says.
+  /// Applies the verdict's mapping to reference and frames from now on.
   void mend(const ReferenceVerdict& verdict);
 
-  /// What the output says of where it came from: `{"input": {"files", "checksum", "format",
-  /// "dataset", "frames"}, "channels": {"order", "columns"}, "unit", "mended", "reference":
-  /// "..."}`.
+  /// The provenance that outputs keep: `{"input": {"files", "checksum", "format", "dataset",
+  /// "frames"}, "channels": {"order", "columns"}, "unit", "mended", "reference": "..."}`.
   nlohmann::json description() const;
-  /// What was read: the frames' files, those of the sensor, order, background and calibration.
+  /// The files of the frames, sensor, order, background and calibration.
   std::vector<std::filesystem::path> inputs() const;
 
  private:
@@ -75,7 +74,7 @@ class OwnFrames {
   bool mended_ = false;
 };
 
-/// `options.background` as rows: "first-last". Nothing where it is no such thing.
+/// Parses rows "first-last"; nothing if the text is something else.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> rows_of(const std::string& text);
 
 }  // namespace ertbench

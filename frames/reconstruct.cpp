@@ -52,7 +52,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t streamed_frames = 1024;
-constexpr Eigen::Index most_written = 8;  ///< contacts of a frame, the strongest
+constexpr Eigen::Index most_written = 8;  ///< contacts written per frame
 constexpr Eigen::Index contact_columns = 6;
 
 std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const OwnFrames& frames,
@@ -96,7 +96,8 @@ void count_report(const FrameReport& report, ReconstructSummary& summary) {
   summary.unexplained += (report.reasons & unexplained) != 0;
 }
 
-/// Reads the frames as they are to be read, or throws where they are not what the sensor expects.
+/// Checks the reference, mends the frames if asked, and returns the text; throws if they do not
+/// fit.
 std::string check_frames(const ReconstructOptions& options, OwnFrames& frames) {
   using State = ReferenceVerdict::State;
   const ReferenceVerdict verdict = frames.check();
@@ -155,7 +156,7 @@ void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
                  "from it or -1, factor to V");
 }
 
-/// As /contacts has them, [frames, most_written * contact_columns].
+/// The rows of /contacts, [frames, most_written * contact_columns].
 RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
                            const Frames& changes) {
   std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
@@ -179,7 +180,7 @@ RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
   return out;
 }
 
-/// Where the solver looks for it: the change of the whole sheet beside what the images show.
+/// Writes /level if the solver estimates it: the change of the whole sheet beside the image's.
 void write_level(Hdf5File& out, const RowMajorMatrix& level) {
   if ((level.array() == 0).all()) return;
   out.create_dataset("/level", {static_cast<std::uint64_t>(level.rows())});
@@ -189,7 +190,7 @@ void write_level(Hdf5File& out, const RowMajorMatrix& level) {
                  "image shows [frame]");
 }
 
-/// In a process of its own.
+/// Runs in a child process.
 ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs::path& aside,
                                     SolverRegistry& registry) {
   OwnFrames frames(options.frames);

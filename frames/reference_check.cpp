@@ -91,30 +91,24 @@ namespace {
 
 constexpr double sound_misfit = 0.15;
 constexpr double hopeless_misfit = 0.3;
-constexpr double much_better = 0.5;       ///< of the misfit as it came
-constexpr double least_gain = 0.02;       ///< of the misfit
-constexpr double same = 1e-6;             ///< of references by two readings
-constexpr double level_tolerance = 1.25;  ///< either way
-constexpr double unit_tolerance = 8;      ///< of a level beside a power of a thousand, either way
+constexpr double much_better = 0.5;       ///< ratio to the misfit of the unchanged values
+constexpr double least_gain = 0.02;       ///< decrease of the misfit
+constexpr double same = 1e-6;             ///< relative difference of references by two readings
+constexpr double level_tolerance = 1.25;  ///< factor
+constexpr double unit_tolerance = 8;      ///< factor between a level and a power of a thousand
 constexpr double nearly_zero = 0.1;
-constexpr double telling_change = 0.02;    ///< of the reference voltages
+constexpr double telling_change = 0.02;    ///< relative to the reference voltages
 constexpr Eigen::Index most_telling = 32;  ///< frames
-constexpr double clearly_more = 0.1;       ///< of the changes explained
-constexpr double nearly_as_well = 1.2;     ///< of misfits between which frames decide
-constexpr double hardly_less = 0.01;       ///< of the misfit or of the part explained
-
-/// The model's voltages, and which channels count.
-struct Model {
-  Eigen::VectorXd voltages;
-  std::vector<int> counted;
-};
+constexpr double clearly_more = 0.1;       ///< increase of the explained share
+constexpr double nearly_as_well = 1.2;     ///< ratio of misfits within which frames decide
+constexpr double hardly_less = 0.01;       ///< difference of misfits or of explained shares
 
 struct Fit {
   double level = 0;
   double misfit = 1;
 };
 
-/// values = level * expected, in the least squares over the channels that count.
+/// Least-squares fit of values = level * expected over the counted channels.
 Fit fit_level(const Eigen::VectorXd& values, const Eigen::VectorXd& expected,
               const std::vector<int>& counted) {
   const Eigen::VectorXd v = values(counted);
@@ -126,7 +120,7 @@ Fit fit_level(const Eigen::VectorXd& values, const Eigen::VectorXd& expected,
   return fit;
 }
 
-/// What a reading makes of the reference.
+/// A reading with its fit to the reference and the share of changes it explains.
 struct Judged {
   const ChannelReading* reading;
   Fit fit;
@@ -135,7 +129,7 @@ struct Judged {
 
 std::string percent(double share) { return fixed(100 * share, 1) + " %"; }
 
-/// The frames that change most, where they change enough to tell a contact.
+/// The frames that change most, among those that change enough to show a contact; norm 1 each.
 Frames telling_frames(const Eigen::VectorXd& reference, const Frames& changes) {
   std::vector<std::pair<double, Eigen::Index>> sizes;
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
@@ -146,13 +140,12 @@ Frames telling_frames(const Eigen::VectorXd& reference, const Frames& changes) {
   sizes.resize(std::min<std::size_t>(sizes.size(), most_telling));
   Frames out(static_cast<Eigen::Index>(sizes.size()), changes.cols());
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    // Each frame counts alike.
     out.row(static_cast<Eigen::Index>(i)) = changes.row(sizes[i].second) / std::abs(sizes[i].first);
   }
   return out;
 }
 
-/// What the level says: the causes, and the factor that mends it.
+/// Adds the causes of a wrong level to `verdict` and returns the factor that mends it.
 double judge_level(const Sensor& sensor, double level, ReferenceVerdict& verdict) {
   const double size = std::abs(level);
   double factor = level < 0 ? -1 : 1;
@@ -187,7 +180,7 @@ double judge_level(const Sensor& sensor, double level, ReferenceVerdict& verdict
   return factor;
 }
 
-/// Groups of readings that the reference, and the frames, cannot tell from the one that was chosen.
+/// Describes readings that neither the reference nor the frames distinguish from the chosen one.
 std::vector<std::string> unseen_readings(int electrodes, const Eigen::VectorXd& expected,
                                          const std::vector<Judged>& all, const Judged& chosen,
                                          bool frames_tell) {
@@ -195,7 +188,7 @@ std::vector<std::string> unseen_readings(int electrodes, const Eigen::VectorXd& 
   std::vector<int> mirrored;  // the sensor's electrodes that such counts begin at
   bool exchanged = false;
   bool other = false;
-  // What the model's own voltages look like before they are read.
+  // The model's voltages in the order of the unread file.
   Eigen::VectorXd given(expected.size());
   for (std::size_t c = 0; c < chosen.reading->from.size(); ++c) {
     const auto i = static_cast<Eigen::Index>(c);
@@ -237,7 +230,7 @@ std::vector<std::string> unseen_readings(int electrodes, const Eigen::VectorXd& 
   return out;
 }
 
-/// The reading to go by: as it came, unless another explains much more.
+/// Chooses the unchanged reading unless another explains much more.
 const Judged& choose(const std::vector<Judged>& all, bool frames_tell, bool& by_frames) {
   by_frames = false;
   const Judged& came = all.front();
@@ -276,7 +269,7 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   const Eigen::VectorXd expected = BorderModel(sensor).reference_voltages();
   const Eigen::Index channels = expected.size();
 
-  // The level by which an electrode is dead is that of the middle channel.
+  // Dead electrodes are judged relative to the median channel's level.
   std::vector<double> ratios;
   for (Eigen::Index c = 0; c < channels; ++c) {
     if (expected[c] != 0) ratios.push_back(std::abs(reference[c] / expected[c]));

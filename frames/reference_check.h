@@ -10,74 +10,69 @@
 
 namespace ertbench {
 
-/// Electrodes, counted from 0, nearly all (four fifths) of whose channels are bad; `is_bad` is
-/// asked for each channel.
+/// Electrodes, counted from 0, at least four fifths of whose channels are bad.
 std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
                                               const std::function<bool(Eigen::Index)>& is_bad);
 
-/// Those whose channels are under a tenth of `expected`
-/// [channels], in absolute values.
+/// Electrodes whose channels are below a tenth of `expected` [channels] in absolute value.
 std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::VectorXd& reference,
                                          const Eigen::VectorXd& expected);
 
-/// The changes of voltages that contacts can make: the leading left singular vectors, those above a
-/// hundredth of the first, of the changes by small discs all over the sheet. A dozen or two of
-/// directions out of all channels, so that frames whose channels stand in another order hardly fit.
+/// The space of voltage changes that contacts can cause: the left singular vectors, with values
+/// above a hundredth of the largest, of the changes by small discs all over the sheet. It has one
+/// or two dozen dimensions, so frames with channels in a wrong order hardly fit.
 class ContactSpan {
  public:
   explicit ContactSpan(const Sensor& sensor);
 
   Eigen::Index directions() const { return basis_.cols(); }
-  /// The part of the squares of `changes` [frames, channels] that lies in the span, 0 ... 1.
+  /// Share of the squared norm of `changes` [frames, channels] inside the span, 0 ... 1.
   double share(const Frames& changes) const;
 
  private:
   Eigen::MatrixXd basis_;  ///< [channels, directions], orthonormal
 };
 
-/// What the reference voltages are worth, held against the model of the sensor.
+/// Result of comparing reference voltages with the model of the sensor.
 struct ReferenceVerdict {
   enum class State {
-    sound,        ///< what the model expects, or as near as measured ones come
-    mendable,     ///< not so, but `from` and `factor` make them so
-    beyond_help,  ///< like the model's in no order that is known
+    sound,        ///< they fit the model as well as measured ones do
+    mendable,     ///< they fit after `from` and `factor` are applied
+    beyond_help,  ///< they fit in no known order
   };
 
   State state = State::sound;
-  /// Distance from the model's voltages at the best level, over the size of the voltages: as they
-  /// came, and mended.
+  /// Relative distance from the model's voltages at the best level, before and after mending.
   double misfit = 0;
   double mended_misfit = 0;
-  /// Over the model's, as they came. Voltages go with the current over the conductivity.
+  /// Level relative to the model's; voltages scale with the current over the conductivity.
   double level = 1;
-  bool is_level_alone = false;  ///< what is wrong: neither sign, unit nor order
-  /// Of the frames' changes, the part that contacts can make, as they came and mended; 0 where no
-  /// frame changes enough to tell.
+  bool is_level_alone = false;  ///< only the level is wrong: neither sign, unit nor order
+  /// Share of the frames' changes that contacts can cause, before and after mending; 0 if no frame
+  /// changes enough.
   double explained = 0;
   double mended_explained = 0;
-  std::vector<std::string> causes;  ///< likely ones of what is wrong, each with what mends it
-  /// Channel c of a mended frame is factor[c] times channel from[c] of one as it came.
+  std::vector<std::string> causes;  ///< likely causes, each with its remedy
+  /// Channel c of a mended frame is factor[c] times channel from[c] of the original.
   std::vector<int> from;
   Eigen::VectorXd factor;
-  /// What could be otherwise and would show in nothing that was looked at, in words.
-  std::vector<std::string> unseen;
-  std::vector<std::string> notes;  ///< what is odd and yet no reason to stop
+  std::vector<std::string> unseen;  ///< errors that these data cannot reveal, in words
+  std::vector<std::string> notes;   ///< oddities that are no reason to stop
 
-  /// In lines: the fit, causes, what cannot be seen.
+  /// The fit, the causes and what the data cannot reveal, in lines.
   std::string text() const;
 };
 
-/// Holds the reference voltages [channels] V, in what is taken to be the sensor's order, against
-/// the continuous sheet's (BorderModel), and tries what goes wrong between instrument and program:
-/// level and unit, sign, amplitudes without sign, electrodes that are counted from another one or
-/// the other way round, drive and measurement exchanged, another order of the channels. `changes`
-/// [frames, channels] V, frames less the reference, may be empty; where some change by more than
-/// two per cent of the reference voltages, they tell apart what the reference alone cannot.
+/// Compares reference voltages [channels] V with the continuous sheet's (BorderModel) and tries the
+/// usual errors between instrument and program: level and unit, sign, amplitudes without sign,
+/// electrodes counted from another one or in the opposite direction, drive and measurement
+/// exchanged, another order of the channels. `changes` [frames, channels] V, frames minus the
+/// reference, may be empty; those above two per cent of the reference voltages help to decide.
 ///
-/// Another reading is preferred where it halves the misfit, at least. Measured references differ
-/// from a model with point electrodes by ten per cent, so that up to fifteen are sound; over thirty
-/// and without a reading that fits, they are beyond help. A level within a quarter of the model's
-/// is sound. Electrodes that read zero are left out of account and named.
+/// Another reading is preferred if it at least halves the misfit. Measured references differ from a
+/// model with point electrodes by ten per cent, so up to fifteen are sound; above thirty, and
+/// without a reading that fits, they are beyond help. A level within a quarter of the model's is
+/// sound. Electrodes that read zero are left out and named.
 ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& reference,
                                  const Frames& changes);
 

@@ -146,7 +146,7 @@ std::uint64_t require_images(const Hdf5File& file, const std::string& dataset,
   return file.require_shape(dataset, {0, rows, columns})[0];
 }
 
-/// The regions of a true image as discs of their area.
+/// The regions of a true image as discs of equal area.
 Scene scene_of_image(const Sensor& sensor, ContactReader& reader,
                      const Eigen::RowVectorXd& true_change) {
   constexpr double rounding = 1e-9;  // of a file's numbers; no contact
@@ -261,7 +261,7 @@ ImageScores score_images(const ScoreOptions& options) {
       truth.read_rows(layout::conductivity, r, std::min(block, rows - r), true);
     }
   });
-  // All that is read of either file, by the same code.
+  // Read both files once in a child process.
   survive_reading(options.images, [&] { ScoredFiles(options).score(); });
   return ScoredFiles(options).score();
 }

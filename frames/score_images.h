@@ -10,14 +10,14 @@
 
 namespace ertbench {
 
-/// Most images in one picture.
+/// Largest number of images in one picture.
 inline constexpr std::size_t most_pictured = 12;
 
-/// Throws InputError unless a table of images may be written as `file`: nothing stands there, or
-/// one that was written before, and it is none of the `inputs`.
+/// Throws InputError unless a table of images may be written as `file`: the file is missing or
+/// holds such a table, and is none of the `inputs`.
 void require_table_of_images(const std::filesystem::path& file,
                              const std::vector<std::filesystem::path>& inputs);
-/// The same for a picture, whose name must end in ".png".
+/// Throws InputError unless a picture may be written as `file`, whose name must end in ".png".
 void require_picture(const std::filesystem::path& file,
                      const std::vector<std::filesystem::path>& inputs);
 
@@ -26,33 +26,31 @@ void require_picture(const std::filesystem::path& file,
 /// where an image is undefined.
 void write_table_of_images(const std::filesystem::path& images, const std::filesystem::path& file);
 
-/// Draws images of such a file (draw_images_figure) as `file` and, beside it, as SVG: the frames
-/// that are named, else all of them, or most_pictured at even distances. Throws InputError for a
-/// frame that is not there.
+/// Draws images of such a file as `file` and, beside it, as SVG: the given frames, by default all
+/// of them or most_pictured at even distances. Throws InputError if the file lacks a frame.
 void draw_images(const std::filesystem::path& images, const std::vector<std::uint64_t>& frames,
                  const std::filesystem::path& file);
 
-/// Images that were made elsewhere, and the truth.
 struct ScoreOptions {
   std::filesystem::path images;
   std::filesystem::path truth;
-  std::filesystem::path sensor;  ///< empty: what the truth's file says, then the images', then d2s
-  std::string dataset;           ///< of the images; empty: /conductivity_change, or /conductivity
+  std::filesystem::path sensor;  ///< empty: the sensor of the truth's file, the images' file or d2s
+  std::string dataset;           ///< the images'; empty: /conductivity_change, or /conductivity
 };
 
 struct ImageScores {
   int frames = 0;
   int undefined_frames = 0;  ///< without a usable image
   PerMetric<MetricSummary> metrics;
-  /// Where the true contacts come from: "contacts of the file", "regions of the true images".
+  /// Source of the true contacts: "contacts of the file" or "regions of the true images".
   std::string contacts;
 };
 
-/// Scores every image by all metrics. `images`: HDF5 with the change of the conductivity
-/// /conductivity_change, or the conductivity itself /conductivity, [N, rows, columns] or [N,
-/// pixels] S/m, and, where it is there, /status [N] (2: undefined). `truth`: a dataset file, or
-/// HDF5 with /conductivity [N, rows, columns] S/m alone: its contacts are then the regions that the
-/// default rule reads out of the true images. Throws InputError where the two do not fit together.
+/// Scores every image by all metrics. `images`: HDF5 with /conductivity_change or /conductivity,
+/// [N, rows, columns] or [N, pixels] S/m, and optionally /status [N] (2: undefined). `truth`: a
+/// dataset file, or HDF5 with only /conductivity [N, rows, columns] S/m, whose contacts are then
+/// the regions that the default rule reads from the true images. Throws InputError if the files do
+/// not fit together.
 ImageScores score_images(const ScoreOptions& options);
 
 /// `{"schema", "frames", "undefined_frames", "contacts", "metrics": {NAME: {"mean", "ci95",
