@@ -9,9 +9,7 @@
 
 namespace ertbench {
 
-std::string Chart::notes(std::span<const ResultRow> /*rows*/) const { return ""; }
-
-std::vector<TableSection> Chart::tables(std::span<const ResultRow> /*rows*/) const { return {}; }
+Table Chart::table(std::span<const ResultRow> /*rows*/) const { return {}; }
 
 void Chart::summarise(std::span<const ResultRow> /*rows*/, nlohmann::json& /*summary*/) const {}
 

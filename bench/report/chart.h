@@ -49,9 +49,8 @@ class Chart {
   /// The title of its own section of the report; empty where it stands among the other charts, and
   /// then it has neither notes nor tables.
   virtual std::string section() const { return ""; }
-  /// How the figure and the tables are to be read.
-  virtual std::string notes(std::span<const ResultRow> rows) const;
-  virtual std::vector<TableSection> tables(std::span<const ResultRow> rows) const;
+  /// The tables of that section, with a text on how to read them.
+  virtual Table table(std::span<const ResultRow> rows) const;
 
   /// Puts what other programs may want to read into summary.json, under a key of its type's and its
   /// name.

@@ -115,8 +115,9 @@ std::vector<ReportSection> chart_sections(const Experiment& experiment,
     }
     ReportSection own;
     own.title = chart->section();
-    own.text = chart->notes(rows);
-    own.tables = chart->tables(rows);
+    Table table = chart->table(rows);
+    own.text = std::move(table.text);
+    own.tables = std::move(table.sections);
     own.figures = {figure};
     sections.push_back(own);
   }

@@ -34,7 +34,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t most_frames_in_memory = 2000;
-constexpr std::size_t service_frames = 1000;  ///< that are timed by themselves before
+constexpr std::size_t service_frames = 1000;  ///< timed one by one before the search
 
 json to_json(const KeptRate& rate, const char* arrivals, double deadline_s) {
   json out = {{"deadline_s", deadline_s},
@@ -65,8 +65,7 @@ KeptRate kept_rate_from_json(const json& value) {
   return out;
 }
 
-/// In a process of its own. `progress` is told what is going on, also so that the process is not
-/// taken for one that hangs.
+/// Runs in a child process. Calls of `progress` also show that the process does not hang.
 SolverLoad measure(const Experiment& experiment, SolverEntry entry, const Cache& cache,
                    SolverRegistry& registry, const LoadOptions& options,
                    const std::function<void(const std::string&)>& progress) {
@@ -135,7 +134,7 @@ SolverLoad measured_apart(const Experiment& experiment, const SolverEntry& entry
   return failed.failure.empty() ? solver_load_from_json(said) : failed;
 }
 
-/// One entry for each label that is asked for, the first seed.
+/// The first seed of each label asked for.
 std::vector<const SolverEntry*> entries_of(const Experiment& experiment,
                                            const std::vector<std::string>& only) {
   std::vector<const SolverEntry*> out;
@@ -223,8 +222,7 @@ constexpr double load_legend_top = load_top + panel_height + 66;
 
 std::string deadline_text(double seconds) { return number_text(1000 * seconds) + " ms"; }
 
-/// Rates are whole frames where there are many; a star marks those that another run did not
-/// confirm.
+/// Large rates are rounded to whole frames; a star marks those that the second run did not confirm.
 Cell rate_cell(const KeptRate& rate) {
   if (!rate.per_s) return {"–"};
   Cell cell(fixed(*rate.per_s, *rate.per_s < 10 ? 1 : 0) + (rate.confirmed ? "" : "*"));

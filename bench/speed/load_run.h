@@ -19,11 +19,11 @@ struct LoadResults;
 
 struct LoadOptions {
   std::vector<double> deadlines_s = {0.001, 0.005, 0.02};
-  std::vector<std::string> only;  ///< labels; none: all solvers
-  std::size_t frames = 1000;      ///< of a run, at least
+  std::vector<std::string> only;  ///< labels; empty: all solvers
+  std::size_t frames = 1000;      ///< smallest number of frames of a run
   std::uint64_t seed = 1;
-  int threads = 1;  ///< of fits that are not in the cache; the measuring has one
-  /// Where set, called after each solver with what there is so far: the last ones may take minutes.
+  int threads = 1;  ///< for fits that are not cached; measurements use one
+  /// Called after each solver, if set, since later ones may take minutes.
   std::function<void(const LoadResults& so_far)> finished;
 };
 
@@ -38,21 +38,20 @@ struct DeadlineRates {
   }
 };
 
-/// One solver, and what it keeps.
+/// Service times of a solver and the rates it sustains.
 struct SolverLoad {
   std::string label;
-  std::string failure;  ///< why there is nothing else; else empty
+  std::string failure;  ///< why there is no result; otherwise empty
   double service_p50_s = 0;
   double service_p99_s = 0;
   double service_mean_s = 0;
-  double lost_share = 0;  ///< of the time, to whatever else the machine was busy with
+  double lost_share = 0;  ///< share of the time that other processes took
   std::vector<DeadlineRates> deadlines;
 
   bool busy() const { return lost_share > busy_share; }
   static constexpr double busy_share = 0.02;
 };
 
-/// All that was measured.
 struct LoadResults {
   std::string experiment;
   std::string title;
@@ -63,9 +62,9 @@ struct LoadResults {
   std::vector<SolverLoad> solvers;
 };
 
-/// Searches the highest rates of an experiment's solvers, each in a process of its own, one after
-/// the other; a solver that crashes costs its own rates. Of several seeds of a label the first is
-/// taken. Throws InputError where a label is unknown.
+/// Finds the highest rates of an experiment's solvers, one after the other in separate processes; a
+/// solver that crashes loses only its own rates. The first of several seeds is taken. Throws
+/// InputError if a label is unknown.
 LoadResults run_load(const Experiment& experiment, const Cache& cache, SolverRegistry& registry,
                      const LoadOptions& options);
 
@@ -73,15 +72,16 @@ LoadResults run_load(const Experiment& experiment, const Cache& cache, SolverReg
 nlohmann::json to_json(const SolverLoad& load);
 SolverLoad solver_load_from_json(const nlohmann::json& json);
 
-/// A row for each solver: the times of a frame by itself, then for each deadline the highest rates
-/// with fixed and with Poisson arrivals.
+/// One row per solver: the service times of a frame, then for each deadline the highest rates with
+/// fixed and with Poisson arrivals.
 Table load_table(const LoadResults& results);
 
-/// The rates over the deadlines, arrivals at a fixed rate on the left and Poisson ones on the
-/// right, as `stem`.svg and `stem`.png. Returns whether it was drawn (draw_or_say).
+/// Draws the rates over the deadlines, fixed arrivals on the left and Poisson ones on the right, as
+/// `stem`.svg and `stem`.png. Returns false if it could not be drawn (draw_or_say).
 bool draw_load(const LoadResults& results, const std::filesystem::path& stem);
 
-/// load.json, load.md, load.csv and the figure `load` in `folder`. Returns whether it was drawn.
+/// Writes load.json, load.md, load.csv and the figure `load` into `folder`. Returns false if the
+/// figure could not be drawn.
 bool write_load(const LoadResults& results, const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -111,7 +111,7 @@ double TimedServer::lost_share() const {
 
 namespace {
 
-/// Rates far below what a server can do keep a deadline or no rate does.
+/// If a rate this far below the capacity does not keep the deadline, none does.
 constexpr double lowest_utilisation = 0.01;
 constexpr double first_step = 1.15;
 
@@ -119,7 +119,7 @@ double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Tries rates on one server and keeps the highest that did.
+/// Tries rates on one server and stores the highest that kept the deadline.
 class RateTrials {
  public:
   RateTrials(const RateSearch& search, LoadServer& server) : search_(search), server_(server) {}
@@ -130,7 +130,7 @@ class RateTrials {
   }
 
   LoadRun run(double rate) {
-    // Every run has arrivals of its own: the best of several on the same ones would be theirs.
+    // Every run draws its own arrivals, so that the best rate does not fit one particular draw.
     const std::uint64_t seed = search_.seed * 1000003 + static_cast<std::uint64_t>(++runs_);
     return offer_load(arrival_times(search_.arrivals, rate, frames_at(rate), seed),
                       search_.deadline, server_);
@@ -153,7 +153,7 @@ class RateTrials {
     return true;
   }
 
-  /// Steps from `guess` until there is a rate that is kept and one that is not, then bisects.
+  /// Steps from `guess` until one rate was kept and one was not, then bisects.
   void search(double guess, double lowest) {
     double step = first_step;
     for (double rate = guess; keeps(rate); rate *= step, step *= step) {
@@ -195,7 +195,7 @@ KeptRate highest_rate(const RateSearch& search, const std::vector<double>& servi
   SimulatedServer simulated(service_s);
   RateTrials guess(search, simulated);
   guess.search(0.9 / mean_of(service_s), lowest);
-  // A server that misses the deadline even by itself is not worth minutes of trying.
+  // A server that misses the deadline without any queue needs no search.
   if (!guess.low()) return {};
   RateTrials trials(search, server);
   trials.search(*guess.low(), lowest);

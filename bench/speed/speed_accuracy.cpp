@@ -13,10 +13,9 @@ namespace {
 
 using nlohmann::json;
 
-/// Share of frames that may go without a converged image.
+/// Share of frames that may lack a converged image.
 constexpr double most_lost = 0.01;
-/// An error counts as smaller where it is so by more than this part: rounding in another precision
-/// is no gain.
+/// An error counts as smaller only by more than this share, which rounding cannot cause.
 constexpr double least_gain = 1e-3;
 constexpr double margins[] = {0.01, 0.05, 0.20};
 
@@ -70,7 +69,7 @@ SpeedPoint point_of(const ResultRow* row, const std::string& label, Metric metri
   return point;
 }
 
-/// Times of another processor have no place beside the others'.
+/// Removes times of another processor, which cannot be compared with the others.
 void forget_times(const ResultRow& row, SpeedPoint& point) {
   point.latency.reset();
   point.frames_per_s.reset();
@@ -94,7 +93,7 @@ void mark_frontier(std::vector<SpeedPoint>& points, bool SpeedPoint::*mark, cons
   }
 }
 
-/// The point that `better` puts first of those that `allowed` lets in.
+/// The best point, by `better`, of the `allowed` ones.
 template <typename Allowed, typename Better>
 std::optional<std::size_t> choose(const std::vector<SpeedPoint>& points, const Allowed& allowed,
                                   const Better& better) {
@@ -107,7 +106,7 @@ std::optional<std::size_t> choose(const std::vector<SpeedPoint>& points, const A
   return chosen;
 }
 
-/// On the validation set where all that may be chosen were scored there, on the test set else.
+/// Chooses on the validation set if all candidates were scored there, otherwise on the test set.
 void settle_choice(SpeedAccuracy& chart) {
   const auto may_be = [](const SpeedPoint& p) {
     return p.standing == Standing::ok && p.measured();

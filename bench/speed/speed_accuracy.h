@@ -12,17 +12,16 @@
 
 namespace ertbench {
 
-/// What is asked of the rows.
 struct SpeedQuestion {
   std::string dataset;
   std::vector<std::string> labels;  ///< of the rows, in order
   Metric metric = Metric::relative_error;
-  std::vector<double> budgets_us;  ///< for one frame; the method to take for each
+  std::vector<double> budgets_us;  ///< time limits for one frame, each with a recommendation
   std::optional<RightSizing> right_sizing;
-  std::vector<std::string> break_even_against;  ///< labels that longer fits are held against
+  std::vector<std::string> break_even_against;  ///< labels that longer fits are compared with
 };
 
-/// Whether a configuration may be recommended.
+/// Only `ok` configurations may be recommended.
 enum class Standing {
   ok,
   not_converged,  ///< more than 1 % of its frames did not converge, or have no usable image
@@ -40,14 +39,14 @@ struct SpeedPoint {
   std::optional<double> error;             ///< median over the frames
   std::optional<Interval> error_ci95;      ///< of the median
   std::optional<double> validation_error;  ///< mean over the validation set
-  /// By which it is recommended: the median over the validation set where that was scored, so that
-  /// nothing is chosen on the frames on which it is then reported; else `error`.
+  /// The error that decides recommendations: the median over the validation set if that was scored,
+  /// so that nothing is chosen on the frames it is reported on; otherwise `error`.
   std::optional<double> choice_error;
   std::optional<double> frames_per_s;  ///< with a batch
   std::optional<double> fit_s;
   std::optional<double> peak_rss_mb;
   bool frontier = false;        ///< none as fast has an error as small, within a thousandth
-  bool batch_frontier = false;  ///< the same with frames per second in batches
+  bool batch_frontier = false;  ///< like `frontier`, for frames per second in batches
   bool right_size = false;      ///< the smallest of its family that is good enough
 
   bool measured() const { return latency && error; }
@@ -57,7 +56,7 @@ struct SpeedPoint {
 struct RightSize {
   std::string family;
   std::size_t best = 0;    ///< index of the point with the least validation error
-  std::size_t chosen = 0;  ///< of the first in the file's order that is within the margin of it
+  std::size_t chosen = 0;  ///< index of the first in the file's order within the margin of it
 };
 
 /// The fastest configuration whose choice_error is at most (1 + margin) times the least.
@@ -73,9 +72,9 @@ struct WithinBudget {
   std::optional<std::size_t> point;
 };
 
-/// Frames after which the longer fit of a configuration has been made good by its faster frames.
+/// Numbers of frames after which the faster frames of a configuration repay its longer fit.
 struct BreakEven {
-  std::string reference;                      ///< label of what it is compared with
+  std::string reference;                      ///< label of the configuration to compare with
   std::vector<std::optional<double>> frames;  ///< [points]; none: never, or not measured
 };
 
@@ -85,43 +84,38 @@ struct SpeedAccuracy {
   std::string dataset;
   std::vector<SpeedPoint> points;  ///< in the order of the experiment file
   std::optional<double> nothing;   ///< the median error of the image without contact
-  /// The median error of the estimate that is best in the mean under the test set's own prior, and
-  /// its interval, where `ertbench limit` computed it: no method's mean is below its mean, and
-  /// medians are what the chart shows.
+  /// Median error, with its interval, of the estimate with the least mean error under the test
+  /// set's own prior, if `ertbench limit` computed it. It bounds the mean, while the chart shows
+  /// medians.
   std::optional<double> limit;
   std::optional<Interval> limit_ci95;
   int limit_frames = 0;
-  int limit_unresolved = 0;            ///< with any, the limit may lie below what is drawn
+  int limit_unresolved = 0;            ///< if not 0, the limit may lie below the line
   std::vector<RightSize> right_sizes;  ///< of families with two settings or more
   std::optional<RightSizing> right_sizing;
   std::vector<WithinMargin> margins;  ///< 1, 5 and 20 %
-  bool chosen_on_validation = false;  ///< margins and budgets; else on the test set itself
+  bool chosen_on_validation = false;  ///< margins and budgets; otherwise on the test set
   std::vector<WithinBudget> budgets;
   std::vector<BreakEven> break_even;
   int batch = 0;  ///< frames in a call for frames_per_s
 };
 
-/// Of the rows asked for. A configuration that failed or did not converge has its point, and is
-/// neither on the frontier nor chosen by anything.
+/// Evaluates the rows asked for. A configuration that failed or did not converge has a point, but
+/// is neither on the frontier nor recommended.
 SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const ResultRow> rows);
 
-/// What summary.json keeps of it: `{"dataset", "metric", "chosen_on", "frontier": [labels],
-/// "within_margin":
-/// [{"margin", "label"}], "within_budget": [{"budget_us", "label"}], "right_sizes": [{"family",
-/// "best", "chosen"}], "break_even_frames": {reference: {label: frames or null}}}`.
+/// The entry of summary.json: `{"dataset", "metric", "chosen_on", "frontier": [labels],
+/// "within_margin": [{"margin", "label"}], "within_budget": [{"budget_us", "label"}],
+/// "right_sizes":
+/// [{"family", "best", "chosen"}], "break_even_frames": {reference: {label: frames or null}}}`.
 nlohmann::json to_json(const SpeedAccuracy& chart);
-
-}  // namespace ertbench
-
-/// Texts on charts: times and rates as people say them. Titles of axes are the metrics' own.
-namespace ertbench {
 
 /// "3.90 µs", "2.07 ms", "1.50 s", "4.9 min".
 std::string time_text(double microseconds);
 /// "637 k", "2.10 k", "42".
 std::string rate_text(double per_second);
 
-/// All that is known of one configuration, in lines.
+/// The numbers of one configuration in lines, for its tooltip.
 std::string description(const SpeedPoint& point, const SpeedAccuracy& chart);
 
 }  // namespace ertbench

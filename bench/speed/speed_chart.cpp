@@ -38,7 +38,7 @@ std::string p99_text(const SpeedPoint& point) {
   return point.latency ? time_text(point.latency->p99) : dash;
 }
 
-/// The least and the largest of the rounds' medians.
+/// Range of the rounds' medians.
 std::string rounds_text(const SpeedPoint& point) {
   if (!point.latency || point.latency->p50_of_rounds.empty()) return dash;
   const auto& rounds = point.latency->p50_of_rounds;
@@ -173,7 +173,7 @@ TableSection configurations(const SpeedAccuracy& chart) {
   return section;
 }
 
-/// How the tables are to be read, in a few sentences.
+/// A few sentences on how to read the tables.
 std::string notes_on(const SpeedAccuracy& chart) {
   std::string text =
       "Time from raw voltages to the finished image of one frame, one thread; frames per second " +
@@ -251,8 +251,8 @@ std::vector<double> read_budgets(JsonObject& object) {
   return values.get<std::vector<double>>();
 }
 
-/// By default the first row that is shown and whose type is registered as a reference for the
-/// break-even.
+/// The labels of "break_even_against"; by default the first row whose type is registered as a
+/// reference for the break-even.
 std::vector<std::string> read_references(const ChartRequest& request,
                                          const std::vector<std::string>& labels) {
   if (request.object.has("break_even_against")) {
@@ -302,12 +302,8 @@ std::string SpeedChart::caption() const {
 
 std::string SpeedChart::section() const { return "Speed and accuracy: " + dataset(); }
 
-std::string SpeedChart::notes(std::span<const ResultRow> rows) const {
-  return speed_table(speed_accuracy_of(question_, rows), "").text;
-}
-
-std::vector<TableSection> SpeedChart::tables(std::span<const ResultRow> rows) const {
-  return speed_table(speed_accuracy_of(question_, rows), "").sections;
+Table SpeedChart::table(std::span<const ResultRow> rows) const {
+  return speed_table(speed_accuracy_of(question_, rows), "");
 }
 
 void SpeedChart::summarise(std::span<const ResultRow> rows, json& summary) const {

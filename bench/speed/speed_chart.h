@@ -9,18 +9,17 @@
 
 namespace ertbench {
 
-/// What to take (within 1, 5 and 20 % of the least error, and for each budget), the right sizes,
-/// and every configuration with its numbers; above them how they are to be read.
+/// Recommendations (within 1, 5 and 20 % of the least error, and for each budget), the right sizes,
+/// and every configuration with its numbers; the text says how to read them.
 Table speed_table(const SpeedAccuracy& chart, const std::string& title);
 
-/// What to take, for programs and pages: choice, margin or budget_us, label, the median error on
-/// the test set with its interval, p50_us and p99_us; a row for every choice of the first table.
+/// The recommendations for programs and pages, one row each: choice, margin or budget_us, label,
+/// the median error on the test set with its interval, p50_us and p99_us.
 TableSection speed_choices(const SpeedAccuracy& chart);
 
-/// Error against time, with the tables that belong to it: `{"type": "speed-accuracy", "name",
-/// "solvers", "metric", "dataset", "budgets_us", "break_even_against": [labels]}`. Its tables also
-/// stand in `name`.md, what it recommends in `name`_choices.csv and in summary.json under
-/// "speed_accuracy".
+/// Error against time: `{"type": "speed-accuracy", "name", "solvers", "metric", "dataset",
+/// "budgets_us", "break_even_against": [labels]}`. Its tables are also written to `name`.md, its
+/// recommendations to `name`_choices.csv and to summary.json under "speed_accuracy".
 class SpeedChart : public Chart {
  public:
   static constexpr const char* type = "speed-accuracy";
@@ -33,8 +32,7 @@ class SpeedChart : public Chart {
             const std::filesystem::path& folder) const override;
   std::string caption() const override;
   std::string section() const override;
-  std::string notes(std::span<const ResultRow> rows) const override;
-  std::vector<TableSection> tables(std::span<const ResultRow> rows) const override;
+  Table table(std::span<const ResultRow> rows) const override;
   void summarise(std::span<const ResultRow> rows, nlohmann::json& summary) const override;
 
  private:

@@ -28,9 +28,9 @@ constexpr double mark_size = 0.9;
 constexpr MarkStyle ring{circle, ink::dark, 1.9, 1.3};
 constexpr MarkStyle lost{cross, ink::alarm};
 
-class Drawing {
+class SpeedDrawing {
  public:
-  Drawing(const SpeedAccuracy& chart, const std::string& title)
+  SpeedDrawing(const SpeedAccuracy& chart, const std::string& title)
       : chart_(chart),
         types_(types_of(chart)),
         styles_(types_),
@@ -62,7 +62,6 @@ class Drawing {
     return static_cast<std::size_t>(std::find(types_.begin(), types_.end(), point.type) -
                                     types_.begin());
   }
-  /// Filled, hollow or a cross.
   MarkStyle mark(std::size_t type, Standing standing) const {
     MarkStyle out = standing == Standing::ok ? styles_.filled_mark(type, mark_size)
                                              : styles_.hollow_mark(type, mark_size);
@@ -142,7 +141,7 @@ class Drawing {
                    {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
       taken.push_back({shown.box.right - 110, y - 15, shown.box.right, y + 1});
     }
-    // A name under the line would read as better than anything can be: there is the line's own.
+    // Below the limit only its own label may stand: any other would read as better than the limit.
     if (chart_.limit) {
       const double y = shown.y_of(*chart_.limit);
       if (!shown.batches) {
@@ -170,7 +169,7 @@ class Drawing {
     }
   }
 
-  /// Configurations without a place, in the corner where nothing good is.
+  /// Lists configurations without numbers in the upper right corner, which is empty.
   void without_numbers() {
     constexpr TextStyle style{.align = TextAlign::right, .colour = ink::alarm};
     double y = top + 12;
@@ -215,7 +214,7 @@ class Drawing {
 
 void draw_speed_figure(const SpeedAccuracy& chart, const std::string& title,
                        const std::filesystem::path& stem) {
-  Drawing(chart, title).draw(stem);
+  SpeedDrawing(chart, title).draw(stem);
 }
 
 }  // namespace ertbench

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double mark_radius = 5;  ///< px
 constexpr double ring_radius = 9;
-constexpr std::size_t most_named = 3;  ///< points of a family that all have their names
+constexpr std::size_t most_named = 3;  ///< families of at most this size have all points named
 
 /// A logarithmic axis around the values.
 Axis axis_around(const std::vector<double>& values, std::vector<Tick> ticks, std::string title) {
@@ -182,8 +182,8 @@ std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& 
     const bool marked = point.*panel.frontier || (!panel.batches && point.right_size);
     if (panel.shows(chart, i) && marked) candidates[point.family].push_back(i);
   }
-  // Of a family that has many on the frontier its ends and its right size: names of all of them
-  // would stand in a pile, and the pointer shows them.
+  // A family with many points on the frontier has only its ends and its right size named, since the
+  // names would pile up; tooltips show the others.
   for (std::size_t i = 0; i < chart.points.size(); ++i) {
     const auto found = candidates.find(chart.points[i].family);
     if (found == candidates.end()) continue;

@@ -26,21 +26,19 @@ using nlohmann::json;
 constexpr const char* note =
     "time_s is the median of rounds_s: processor time, but wall time where the name says "
     "real_time. limit_us is the least time that the machine allows by what \"label\" names, "
-    "of_limit "
-    "that over the measured time. library_build_type \"debug\" is how Debian built Google "
-    "Benchmark "
-    "1.7.1; how ertbench was built is ertbench_build_type. NaN, which that version writes bare, is "
-    "null here.";
+    "of_limit that over the measured time. library_build_type \"debug\" is how Debian built Google "
+    "Benchmark 1.7.1; how ertbench was built is ertbench_build_type. NaN, which that version "
+    "writes "
+    "bare, is null here.";
 
-/// A benchmark program with what became of it.
 struct Program {
   BenchmarkProcess process;
-  std::uint64_t count = 0;  ///< of benchmarks that it runs in a round, limits among them
+  std::uint64_t count = 0;  ///< benchmarks per round, including limits
   json context;
   std::string failure;  ///< empty: none so far
 };
 
-/// Notes the failure of what `work` does with the program.
+/// Calls `work` and records its failure in the program.
 template <typename Work>
 void attempt(Program& program, const Work& work) {
   try {
@@ -53,7 +51,7 @@ void attempt(Program& program, const Work& work) {
   }
 }
 
-/// With the machine's limits, beside which results are read. A leading '-' means all but these.
+/// Adds the machine's limits, with which results are compared. A leading '-' already keeps them.
 std::string with_limits(const std::string& filter) {
   return filter.empty() || filter[0] == '-' ? filter : "(" + filter + ")|^limit/";
 }
@@ -89,7 +87,6 @@ std::vector<Program> find_programs(const fs::path& folder, const fs::path& tempo
                    "\"; their names begin with " + known);
 }
 
-/// Counts what each program runs.
 void count_benchmarks(std::vector<Program>& programs, const std::string& filter) {
   bool any = false;
   for (Program& program : programs) {
@@ -132,7 +129,7 @@ json described(const Program& program) {
           {"context", program.context}};
 }
 
-/// Before minutes are spent on numbers that cannot be kept.
+/// Checks the output before minutes are spent on measuring.
 void require_writable(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code ignored;

@@ -27,7 +27,7 @@ const ResultRow* row_named(std::span<const ResultRow> rows, const std::string& l
   return nullptr;
 }
 
-/// Epochs times scenes of one training; none where it does not say them.
+/// Epochs times scenes of one training; nothing if its parameters lack them.
 std::optional<double> scenes_seen(const json& parameters) {
   const json training = parameters.is_object() ? parameters.value("training", json()) : json();
   if (!training.is_object()) return std::nullopt;
@@ -49,7 +49,7 @@ std::optional<double> mean_scenes_seen(const ResultRow& row) {
   return seen.empty() ? std::nullopt : std::optional(mean(seen));
 }
 
-/// Why a row has no point; empty where it has one.
+/// Why a row has no point; empty if it has one.
 std::string reason_of(const ResultRow* row, const std::optional<double>& cost, Metric metric) {
   if (!row) return "not run";
   if (!row->ok()) return row->status;
@@ -154,7 +154,7 @@ class BudgetDrawing {
     return span.empty() ? Span{1, 10} : span;
   }
 
-  /// With room at the right, for the names at the ends of the lines.
+  /// Leaves room at the right for the names at the ends of the lines.
   Axis cost_axis() const {
     const Span span = costs();
     const double decades = std::max(0.5, std::log10(span.high / span.low));
@@ -221,7 +221,7 @@ class BudgetDrawing {
     }
     panel_.whiskers(whiskers, whisker_line);
     panel_.line(points, styles_.line(family, 1.5));
-    // On a white ground, so that the line does not show through.
+    // The white mark below hides the line inside the hollow one.
     const MarkStyle converged = styles_.filled_mark(family, 1);
     panel_.marks(hollow_points, {converged.shape, ink::white, 1});
     panel_.marks(hollow_points, styles_.hollow_mark(family, 1));
@@ -231,7 +231,7 @@ class BudgetDrawing {
                      styles_.colour(family).for_text()});
   }
 
-  /// What names must leave free: a line in short pieces, and its marks.
+  /// Adds the marks and short pieces of the line, which names must not cover.
   void occupy(const Points& points, std::vector<Box>& taken) const {
     constexpr int pieces = 24;
     for (std::size_t i = 0; i < points.size(); ++i) {

@@ -12,13 +12,12 @@
 
 namespace ertbench {
 
-/// What a training is paid in.
+/// Unit of the cost of a training.
 enum class TrainingCost {
-  seconds,  ///< of the whole fit
-  scenes,   ///< seen by the network, each as often as it was seen
+  seconds,  ///< duration of the whole fit
+  scenes,   ///< scenes seen by the network, counted in every epoch
 };
 
-/// What is asked of the rows.
 struct BudgetQuestion {
   std::string dataset;
   std::vector<std::string> labels;  ///< of the rows, in order
@@ -32,7 +31,7 @@ struct BudgetPoint {
   double cost = 0;               ///< mean over the seeds
   double error = 0;              ///< mean over the frames
   std::optional<Interval> ci95;  ///< of that mean
-  bool converged = true;         ///< false where a seed's best epoch was its last (Convergence)
+  bool converged = true;         ///< false if a seed's best epoch was its last (Convergence)
 };
 
 /// One network at all its budgets.
@@ -41,7 +40,7 @@ struct BudgetLine {
   std::vector<BudgetPoint> points;  ///< from the cheapest to the dearest
 };
 
-/// What more training buys.
+/// Error against training cost.
 struct TrainingBudgets {
   Metric metric = Metric::relative_error;
   TrainingCost cost = TrainingCost::seconds;
@@ -50,19 +49,19 @@ struct TrainingBudgets {
   std::optional<double> nothing;  ///< the error of the image without contact
 };
 
-/// Of the rows asked for; those of one family make a line. A row that failed or was not trained
-/// stands in `without`.
+/// Evaluates the rows asked for; those of one family make a line. Rows that failed or were not
+/// trained are listed in `without`.
 TrainingBudgets training_budgets_of(const BudgetQuestion& question,
                                     std::span<const ResultRow> rows);
 
-/// Draws `stem`.svg and `stem`.png: the error against the cost of the training (logarithmic), a
-/// line with a dash and a mark of its own for each family, named at its end; a hollow mark where
-/// the training had not converged. What has no point is named in the corner. Throws InputError
-/// where gnuplot is missing or a file cannot be written.
+/// Draws `stem`.svg and `stem`.png: the error against the cost of the training (logarithmic), with
+/// one line for each family, named at its end, and hollow marks where the training had not
+/// converged. Rows without a point are listed in a corner. Throws InputError if gnuplot is missing
+/// or a file cannot be written.
 void draw_training_budgets(const TrainingBudgets& budgets, const std::string& title,
                            const std::filesystem::path& stem);
 
-/// Error against what the training cost, a line for each family of networks: `{"type":
+/// Error against the cost of the training, one line per family of networks: `{"type":
 /// "training-budget", "name", "solvers", "metric", "dataset", "cost": "seconds" or "scenes"}`.
 class TrainingBudgetChart : public Chart {
  public:

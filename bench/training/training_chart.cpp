@@ -81,7 +81,7 @@ constexpr double top = 34;
 constexpr double gap = 18;     ///< between two panels
 constexpr double bottom = 44;  ///< below the last, for the epochs
 
-/// What is drawn together, in a panel of its own.
+/// The panels of the figure.
 enum class Group { losses, shares, validation };
 
 constexpr double height_of(Group group) {
@@ -113,7 +113,7 @@ Group group_of(const std::string& column) {
   return column.starts_with("discriminator_right") ? Group::shares : Group::losses;
 }
 
-/// The columns of one panel, over all runs, in the order in which they first come.
+/// The columns of one panel over all runs, in the order of their first occurrence.
 std::vector<std::string> columns_of(const TrainingChart& chart, Group group) {
   std::vector<std::string> out;
   for (const TrainingRun& run : chart.runs) {
@@ -149,10 +149,10 @@ struct Curve {
   Points points;
   LineStyle line;
   MarkStyle mark;
-  bool marked = false;  ///< a few marks on the line, so that the losses can be told apart in grey
+  bool marked = false;  ///< draw a few marks on the line, to distinguish losses in grey
 };
 
-/// All that one of the panels shows.
+/// The content of one panel.
 class Curves {
  public:
   Curves(const TrainingChart& chart, Group group) : chart_(chart), group_(group) {
@@ -169,7 +169,7 @@ class Curves {
     }
     const Axis across = epoch_axis();
     Panel panel(canvas, box, across, value_axis());
-    if (group_ == Group::shares) {  // where a discriminator does no better than a coin
+    if (group_ == Group::shares) {  // the level of chance
       panel.line({{across.low, 0.5}, {across.high, 0.5}}, {ink::light, 1, 3});
     }
     for (const Curve& curve : curves_) {
@@ -217,9 +217,9 @@ class Curves {
     }
   }
 
-  /// Of what is finite and can be drawn, and above zero where the axis is logarithmic.
+  /// The finite values, without zeros on a logarithmic axis.
   Points points_of(const TrainingRun& run, const std::string& name) {
-    constexpr double most = 1e100;  // axes have no room for more
+    constexpr double most = 1e100;  // limit of the axes
     Points points;
     const std::vector<double>* column = find_column(run.curves, name);
     for (std::size_t i = 0; column && i < column->size(); ++i) {
@@ -261,7 +261,7 @@ class Curves {
     return Axis::logarithms({shown.low / margin, shown.high * margin});
   }
 
-  /// A strip for each epoch with all values of it; of many epochs for some.
+  /// Adds a tooltip with all values for each epoch, or for some if there are many.
   void add_tooltips(Canvas& canvas, const Panel& panel) const {
     constexpr std::size_t most = 160;
     const Box& box = panel.box();
@@ -337,7 +337,7 @@ std::optional<double> best_epoch(const nlohmann::json& parameters) {
   return epoch.is_number() ? std::optional(epoch.get<double>()) : std::nullopt;
 }
 
-/// The log of a training, which a plugin may have written.
+/// The log of a training with control characters removed: a plugin may have written it.
 std::string harmless_csv(const fs::path& file) {
   require_regular_file(file);
   const std::string text = contents_of(file);

@@ -39,7 +39,11 @@ class CountChart : public Chart {
   }
   std::string caption() const override { return "rows in " + unit_; }
   std::string section() const override { return "Counted rows"; }
-  std::string notes(std::span<const ResultRow>) const override { return "One for each label."; }
+  Table table(std::span<const ResultRow>) const override {
+    Table table;
+    table.text = "One for each label.";
+    return table;
+  }
   void summarise(std::span<const ResultRow> rows, json& summary) const override {
     summary["counts"][name()] = count(rows);
   }
