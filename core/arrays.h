@@ -2,8 +2,7 @@
 
 #include <Eigen/Core>
 
-/// The arrays that travel through the program. All hold one item a row, so that a row is contiguous
-/// in memory and in the HDF5 files.
+/// Arrays of frames and images. Each row is one item, contiguous in memory and in HDF5 files.
 namespace ertbench {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

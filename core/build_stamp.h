@@ -32,7 +32,7 @@ std::optional<BuildStamp> build_stamp_from_json(const nlohmann::json& stamp);
 
 /// 128 bits of `text`, 32 hexadecimal digits (XXH3).
 std::string hash_of(const std::string& text);
-/// Of a file's contents. Throws InputError where it cannot be read.
+/// Checksum of a file's contents. Throws InputError if it cannot be read.
 std::string hash_of_file(const std::filesystem::path& file);
 
 }  // namespace ertbench

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
                    "); check that its folder exists, may be written and has space");
 }
 
-/// The file that is written aside; removed again unless it was renamed.
+/// The file written aside; its destructor removes it unless it was renamed.
 class Aside {
  public:
   Aside(fs::path target, fs::path name) : target_(std::move(target)), name_(std::move(name)) {
@@ -69,7 +69,7 @@ class Aside {
   bool renamed_ = false;
 };
 
-/// Makes the rename itself last; a file system that cannot do it for folders is no error.
+/// Makes the rename durable. Not every file system can do that for folders; failures are ignored.
 void sync_folder(const fs::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -82,7 +82,7 @@ void sync_folder(const fs::path& folder) {
 void write_file_atomically(const fs::path& path, std::string_view bytes) {
   static std::atomic<unsigned> serial{0};
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  // Unique also where a process of the same number was stopped here before.
+  // The time keeps it unique if a process of the same number was stopped here before.
   const auto now = std::chrono::system_clock::now().time_since_epoch().count();
   const std::string name = "." + path.filename().string() + "." + std::to_string(::getpid()) + "-" +
                            std::to_string(serial++) + "-" + std::to_string(now) + ".tmp";
@@ -172,10 +172,10 @@ void put_in_place(const fs::path& aside, const fs::path& file) {
 
 namespace {
 
-/// No folder that somebody makes by hand is called so: what begins with it may be removed.
+/// Folders with this prefix are ours and may be removed.
 constexpr const char* prefix = ".ertbench_temporary_";
 
-/// Opens a folder and locks it; -1 where that cannot be, or another holds the lock.
+/// Opens and locks a folder; -1 on failure, or if another process holds the lock.
 int lock_folder(const fs::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
@@ -183,8 +183,7 @@ int lock_folder(const fs::path& folder) {
   return -1;
 }
 
-/// Whether it is a folder of our user's, and older than the moment between its making and its
-/// locking.
+/// True if it is a folder of our user and older than the moment between its creation and its lock.
 bool may_be_left(const fs::path& folder) {
   constexpr std::time_t moment_s = 60;
   struct stat found {};
@@ -192,7 +191,7 @@ bool may_be_left(const fs::path& folder) {
          found.st_uid == ::getuid() && found.st_mtime + moment_s < std::time(nullptr);
 }
 
-/// Removes what killed processes have left.
+/// Removes the folders of killed processes.
 void remove_left_folders(const fs::path& place) {
   std::error_code ignored;
   for (fs::directory_iterator entry(place, ignored), end; entry != end; entry.increment(ignored)) {
@@ -242,7 +241,7 @@ FileLock::FileLock(const std::filesystem::path& file, MissingFolder folder) : fi
       throw InputError(file.string() + ": cannot be locked: " + std::strerror(error) +
                        "; put the folder on a file system with locks (flock)");
     }
-    // Whoever held the lock may have renamed or removed what we opened.
+    // The last holder may have renamed or removed the file that we opened.
     struct stat opened {};
     struct stat named {};
     if (::fstat(descriptor_, &opened) == 0 && ::stat(file.c_str(), &named) == 0 &&

@@ -9,42 +9,40 @@
 
 namespace ertbench {
 
-/// Writes a file that is either the old one or the whole new one, whatever happens meanwhile: into
-/// another file in the same folder, forced to the disk, then renamed over `path`. `bytes` may be
-/// text or not. Throws InputError naming the file and the cause; nothing is left behind then.
+/// Writes `bytes` to another file in the same folder, forces it to the disk and renames it over
+/// `path`, so that `path` always holds either the old or the whole new file. Throws InputError
+/// naming the file and the cause, and leaves nothing behind then.
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-/// What a command may write over: only what it makes itself.
+/// Kind of file that a command writes; it overwrites no other.
 struct OutputKind {
-  std::string name;  ///< "file of images", for messages
-  /// Whether a regular file is one.
+  std::string name;  ///< for messages: "file of images"
+  /// True if a regular file is of this kind.
   std::function<bool(const std::filesystem::path& file)> is_one;
 };
 
-/// Throws InputError unless `output` may be written: nothing stands there, or a file of its kind
-/// that is none of the `inputs`, under whatever name and through whatever link.
+/// Throws InputError unless `output` may be written: it does not exist, or is a file of its kind
+/// and none of the `inputs`, compared by file and not by name.
 void require_output(const std::filesystem::path& output,
                     const std::vector<std::filesystem::path>& inputs, const OutputKind& kind);
 
-/// Throws InputError unless `file`, or what it is a link to, is a regular file: one that can be
-/// read from its beginning to an end, and whose opening does not wait for anybody, as that of a
-/// FIFO does.
+/// Throws InputError unless `file`, or the target of this link, is a regular file. Opening a FIFO
+/// or a device could wait forever.
 void require_regular_file(const std::filesystem::path& file);
 
-/// The bytes of a file; none where it is not there or cannot be read, as a log that nobody wrote.
+/// The bytes of a file; empty if it does not exist or cannot be read.
 std::string contents_of(const std::filesystem::path& file);
 
-/// The name of this process under which a file grows beside its place.
+/// Name, unique to this process, under which `file` is written before it is renamed.
 std::filesystem::path aside_of(const std::filesystem::path& file);
 
-/// Puts `aside` in the place of `file`. Throws InputError where that fails; `aside` is gone then.
+/// Renames `aside` to `file`. Throws InputError on failure, and removes `aside` then.
 void put_in_place(const std::filesystem::path& aside, const std::filesystem::path& file);
 
-/// Makes a file by `write(aside)`, which writes another beside it, and puts that in its place: what
-/// stands under `file` is whole whenever the process ends. A killed process leaves `aside`; name
-/// one where a lock lets no other process write, so that the next one writes over it. What `write`
-/// throws is passed on, and nothing is left behind. For bytes in memory that must last there is
-/// write_file_atomically.
+/// Calls `write(aside)`, which writes a file beside `file`, and renames it to `file`, so that
+/// `file` is whole whenever the process ends. A killed process leaves `aside` behind; under a lock
+/// give it a fixed name, which the next process overwrites. Exceptions of `write` are passed on and
+/// nothing is left behind. For bytes in memory use write_file_atomically.
 template <typename Write>
 void replace_file(const std::filesystem::path& file, Write&& write,
                   const std::filesystem::path& aside) {
@@ -62,12 +60,12 @@ void replace_file(const std::filesystem::path& file, Write&& write) {
   replace_file(file, std::forward<Write>(write), aside_of(file));
 }
 
-/// A new folder in $TMPDIR or /tmp for files that nobody needs afterwards. Goes with its owner, and
-/// with all that it holds; where the owner was killed, with the next process that makes one.
+/// A new folder in $TMPDIR or /tmp. The destructor removes it with all its contents; if the process
+/// was killed, the next one that makes a temporary folder does.
 class TemporaryFolder {
  public:
-  /// `name` is a part of the folder's, `.ertbench_temporary_NAME_XXXXXX`, for people who find it.
-  /// Throws InputError where there is no place for it.
+  /// The folder is called `.ertbench_temporary_NAME_XXXXXX`. Throws InputError if it cannot be
+  /// made.
   explicit TemporaryFolder(const std::string& name = "work");
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
@@ -78,24 +76,24 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
-  int lock_ = -1;  ///< of the folder: what nobody holds has lost its owner
+  int lock_ = -1;  ///< on the folder; a folder without a lock has lost its owner
 };
 
 enum class MissingFolder { refuse, make };
 
-/// The only holder of a file, until it is destroyed. Another process, or thread, that asks for the
-/// same file is waited for. The file is made where there is none and left where it is.
+/// Exclusive lock on a file between processes and threads, held until destruction. The file is made
+/// if it is missing, and stays.
 class FileLock {
  public:
-  /// Throws InputError where the file cannot be made, or the file system has no locks.
+  /// Waits for other holders. Throws InputError if the file cannot be made or the file system has
+  /// no locks.
   explicit FileLock(const std::filesystem::path& file,
                     MissingFolder folder = MissingFolder::refuse);
   FileLock(const FileLock&) = delete;
   FileLock& operator=(const FileLock&) = delete;
   ~FileLock();
 
-  /// Forces what was written to the file, by whomever, to the disk. Throws InputError where that
-  /// fails.
+  /// Forces all writes to the file to the disk. Throws InputError on failure.
   void sync() const;
 
  private:

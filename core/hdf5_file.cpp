@@ -24,40 +24,15 @@ void prepare_library() {
   forbid_foreign_hdf5();
 }
 
-/// What failed and why, of a message that adds to an error of the operating system the library's
-/// inner state and a line break.
-std::string in_brief(const std::string& message) {
-  const std::string reason = "error message = '";
-  const std::size_t what = message.find(": time = ");
-  const std::size_t why = message.find(reason);
-  if (what == std::string::npos || why == std::string::npos) return message;
-  const std::size_t first = why + reason.size();
-  return message.substr(0, what) + ": " + message.substr(first, message.find('\'', first) - first);
-}
-
-/// The innermost message of the library's error stack.
-std::string library_message() {
-  std::string message;
-  H5Ewalk2(
-      H5E_DEFAULT, H5E_WALK_UPWARD,
-      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
-        auto& text = *static_cast<std::string*>(out);
-        if (text.empty() && error->desc) text = error->desc;
-        return 0;
-      },
-      &message);
-  return message.empty() ? "" : " (HDF5: " + in_brief(message) + ")";
-}
-
-/// The library's own locking is off: it refuses readers on file systems without locks, and
-/// truncates before it asks for the lock. Writers exclude each other as generate.cpp does.
+/// Turns off the library's locking: it refuses readers on file systems without locks, and truncates
+/// before it asks for the lock. Writers of datasets take a lock of their own (generate.cpp).
 Hdf5Handle access_properties() {
   const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
   H5Pset_file_locking(properties, false, true);
   return {properties, H5Pclose};
 }
 
-/// Of a text in UTF-8, padded with zeros.
+/// Type of a UTF-8 string of the text's length, padded with zeros.
 hid_t text_type(const std::string& text) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, std::max<std::size_t>(1, text.size()));
@@ -74,38 +49,50 @@ std::string dimensions(const std::vector<std::uint64_t>& shape, bool any = false
   return text + "]";
 }
 
-hid_t storage_type(Hdf5File::Number number) {
+struct StorageType {
+  hid_t type;
+  const char* name;
+};
+
+StorageType storage_type(Hdf5File::Number number) {
   switch (number) {
     case Hdf5File::Number::uint8:
-      return H5T_STD_U8LE;
+      return {H5T_STD_U8LE, "8-bit unsigned integers"};
     case Hdf5File::Number::real32:
-      return H5T_IEEE_F32LE;
+      return {H5T_IEEE_F32LE, "32-bit real numbers"};
     case Hdf5File::Number::int64:
-      return H5T_STD_I64LE;
+      return {H5T_STD_I64LE, "64-bit integers"};
     case Hdf5File::Number::real64:
       break;
   }
-  return H5T_IEEE_F64LE;
+  return {H5T_IEEE_F64LE, "64-bit real numbers"};
 }
 
-const char* name_of(Hdf5File::Number number) {
-  switch (number) {
-    case Hdf5File::Number::uint8:
-      return "8-bit integers without sign";
-    case Hdf5File::Number::real32:
-      return "32-bit real numbers";
-    case Hdf5File::Number::int64:
-      return "64-bit integers";
-    case Hdf5File::Number::real64:
-      break;
-  }
-  return "64-bit real numbers";
+/// Values in one row of a dataset.
+std::uint64_t row_width(const std::vector<std::uint64_t>& shape) {
+  return std::accumulate(shape.begin() + 1, shape.end(), std::uint64_t{1}, std::multiplies<>());
 }
 
-std::uint64_t product(const std::vector<std::uint64_t>& shape, std::size_t first) {
-  return std::accumulate(shape.begin() + static_cast<std::ptrdiff_t>(first), shape.end(),
-                         std::uint64_t{1}, std::multiplies<>());
+/// Selects the rows of `block` (extents, rows first) from row `first` of a dataset's space on.
+bool select_rows(hid_t space, std::uint64_t first, const std::vector<hsize_t>& block) {
+  std::vector<hsize_t> start(block.size(), 0);
+  start[0] = first;
+  return H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) >=
+         0;
 }
+
+/// Creates a scalar attribute; false if that fails. The bytes of `value` are those of `type`.
+bool write_attribute(hid_t file, const std::string& object, const std::string& attribute,
+                     hid_t type, const void* value) {
+  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Handle a(H5Acreate_by_name(file, object.c_str(), attribute.c_str(), type, space,
+                                       H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                     H5Aclose);
+  return a.valid() && H5Awrite(a, type, value) >= 0;
+}
+
+const char* const not_written = "cannot be written; is the disk full?";
+const char* const damaged = "cannot be read; the file is damaged or cut short";
 
 }  // namespace
 
@@ -120,7 +107,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (id < 0) {
     throw InputError(file.string() +
                      ": cannot be opened as HDF5; it is another format, damaged or cut short" +
-                     library_message());
+                     hdf5_message());
   }
   return Hdf5File(file, id);
 }
@@ -132,7 +119,7 @@ Hdf5File Hdf5File::open_writable(const std::filesystem::path& file) {
     throw InputError(file.string() +
                      ": cannot be opened for writing; check that it is a file that may be "
                      "written, and that the disk has space" +
-                     library_message());
+                     hdf5_message());
   }
   return Hdf5File(file, id);
 }
@@ -145,7 +132,7 @@ Hdf5File Hdf5File::create(const std::filesystem::path& file) {
     throw InputError(file.string() +
                      ": cannot be created; check that the folder exists and is writable; is the "
                      "disk full?" +
-                     library_message());
+                     hdf5_message());
   }
   return Hdf5File(file, id);
 }
@@ -177,7 +164,7 @@ std::vector<std::string> Hdf5File::names(const std::string& group) const {
                                         link.type != H5L_TYPE_HARD);
   if (is_link) fail(group, "is a link to elsewhere");
   const Hdf5Handle opened(H5Gopen2(id_, group.c_str(), H5P_DEFAULT), H5Gclose);
-  if (!opened.valid()) fail(group, "must be a group" + library_message());
+  if (!opened.valid()) fail(group, "must be a group" + hdf5_message());
   struct Found {
     std::vector<std::string> names;
     std::string link;
@@ -190,18 +177,25 @@ std::vector<std::string> Hdf5File::names(const std::string& group) const {
     return 1;
   };
   if (H5Literate(opened, H5_INDEX_NAME, H5_ITER_INC, nullptr, add, &found) < 0) {
-    fail(group, "cannot be read; the file is damaged or cut short" + library_message());
+    fail(group, damaged + hdf5_message());
   }
   if (!found.link.empty()) fail(group + "/" + found.link, "is a link to elsewhere");
   return found.names;
 }
 
-std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
+std::int64_t Hdf5File::open_dataset(const std::string& dataset) const {
   if (!has(dataset)) fail(dataset, "is missing");
-  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.valid())
-    fail(dataset, "is not a readable dataset; write the file again" + library_message());
-  if (const std::string why = why_not_read(set); !why.empty()) fail(dataset, why);
+  const hid_t set = H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT);
+  if (set < 0) fail(dataset, "is not a readable dataset; write the file again" + hdf5_message());
+  if (const std::string why = why_not_read(set); !why.empty()) {
+    H5Dclose(set);
+    fail(dataset, why);
+  }
+  return set;
+}
+
+std::vector<std::uint64_t> Hdf5File::shape(const std::string& dataset) const {
+  const Hdf5Handle set(open_dataset(dataset), H5Dclose);
   const Hdf5Handle type(H5Dget_type(set), H5Tclose);
   if (!type.valid() || (H5Tget_class(type) != H5T_FLOAT && H5Tget_class(type) != H5T_INTEGER)) {
     fail(dataset, "must hold real numbers");
@@ -234,21 +228,18 @@ RowMajorMatrix Hdf5File::read_rows(const std::string& dataset, std::uint64_t fir
     fail(dataset, "has " + std::to_string(extent.empty() ? 0 : extent[0]) + " rows, asked for " +
                       std::to_string(first) + " to " + std::to_string(first + count));
   }
-  const std::uint64_t width = product(extent, 1);
+  const std::uint64_t width = row_width(extent);
   const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   RowMajorMatrix values(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(width));
   if (values.size() == 0) return values;
-  std::vector<hsize_t> start(extent.size(), 0);
   std::vector<hsize_t> block(extent.begin(), extent.end());
-  start[0] = first;
   block[0] = count;
   const Hdf5Handle space(H5Dget_space(set), H5Sclose);
   const Hdf5Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
                           H5Sclose);
-  if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
-          0 ||
+  if (!select_rows(space, first, block) ||
       H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()) < 0) {
-    fail(dataset, "cannot be read; the file is damaged or cut short" + library_message());
+    fail(dataset, damaged + hdf5_message());
   }
   if (!allow_nan && !values.allFinite()) {
     for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -279,14 +270,14 @@ std::string Hdf5File::read_text(const std::string& object, const std::string& at
   if (H5Tis_variable_str(type) > 0) {
     char* value = nullptr;
     const Hdf5Handle memory(H5Tget_native_type(type, H5T_DIR_ASCEND), H5Tclose);
-    if (H5Aread(a, memory, &value) < 0 || !value) fail(object, wrong + library_message());
+    if (H5Aread(a, memory, &value) < 0 || !value) fail(object, wrong + hdf5_message());
     text = value;
     H5free_memory(value);
   } else {
     const std::size_t size = H5Tget_size(type);
     if (size > (std::size_t{1} << 26)) fail(object, wrong);
     text.resize(size);
-    if (H5Aread(a, type, text.data()) < 0) fail(object, wrong + library_message());
+    if (H5Aread(a, type, text.data()) < 0) fail(object, wrong + hdf5_message());
     text.resize(text.find_last_not_of('\0') + 1);
   }
   return text;
@@ -305,12 +296,11 @@ double Hdf5File::read_number(const std::string& object, const std::string& attri
 }
 
 void Hdf5File::require_number(const std::string& dataset, Number number) const {
-  shape(dataset);  // throws where it is no dataset of numbers
+  shape(dataset);  // throws unless it is a dataset of numbers
   const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   const Hdf5Handle type(H5Dget_type(set), H5Tclose);
-  if (H5Tequal(type, storage_type(number)) <= 0) {
-    fail(dataset, std::string("must be stored as ") + name_of(number));
-  }
+  const auto [wanted, name] = storage_type(number);
+  if (H5Tequal(type, wanted) <= 0) fail(dataset, std::string("must be stored as ") + name);
 }
 
 void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& extent,
@@ -325,29 +315,27 @@ void Hdf5File::create_dataset(const std::string& dataset, const std::vector<std:
   H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER);
   const Hdf5Handle groups(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(groups, 1);
-  const Hdf5Handle set(H5Dcreate2(id_, dataset.c_str(), storage_type(number), space, groups,
+  const Hdf5Handle set(H5Dcreate2(id_, dataset.c_str(), storage_type(number).type, space, groups,
                                   properties, H5P_DEFAULT),
                        H5Dclose);
-  if (!set.valid()) fail(dataset, "cannot be created; is the disk full?" + library_message());
+  if (!set.valid()) fail(dataset, "cannot be created; is the disk full?" + hdf5_message());
 }
 
 void Hdf5File::write_rows(const std::string& dataset, std::uint64_t first,
                           const RowMajorMatrix& rows) {
   const std::vector<std::uint64_t> extent = shape(dataset);
-  std::vector<hsize_t> start(extent.size(), 0);
   std::vector<hsize_t> block(extent.begin(), extent.end());
-  start[0] = first;
   block[0] = static_cast<hsize_t>(rows.rows());
   const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   const Hdf5Handle space(H5Dget_space(set), H5Sclose);
   const Hdf5Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr),
                           H5Sclose);
-  if (static_cast<std::uint64_t>(rows.cols()) != product(extent, 1) ||
-      H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) <
-          0 ||
+  // Flushed here, because a failure to write on closing the dataset would go unseen.
+  if (static_cast<std::uint64_t>(rows.cols()) != row_width(extent) ||
+      !select_rows(space, first, block) ||
       H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0 ||
-      H5Dflush(set) < 0) {  // or its closing, which cannot be seen to fail, would write it
-    fail(dataset, "cannot be written; is the disk full?" + library_message());
+      H5Dflush(set) < 0) {
+    fail(dataset, not_written + hdf5_message());
   }
 }
 
@@ -365,25 +353,15 @@ void Hdf5File::write_matrix(const std::string& dataset, const RowMajorMatrix& va
 void Hdf5File::write_text(const std::string& object, const std::string& attribute,
                           const std::string& text) {
   const Hdf5Handle type(text_type(text), H5Tclose);
-  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Hdf5Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), type, space,
-                                       H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                     H5Aclose);
   const std::string padded = text.empty() ? std::string(1, '\0') : text;
-  if (!a.valid() || H5Awrite(a, type, padded.data()) < 0) {
-    fail(object, "attribute \"" + attribute + "\" cannot be written; is the disk full?" +
-                     library_message());
+  if (!write_attribute(id_, object, attribute, type, padded.data())) {
+    fail(object, "attribute \"" + attribute + "\" " + not_written + hdf5_message());
   }
 }
 
 void Hdf5File::write_number(const std::string& object, const std::string& attribute, double value) {
-  const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Hdf5Handle a(H5Acreate_by_name(id_, object.c_str(), attribute.c_str(), H5T_IEEE_F64LE,
-                                       space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                     H5Aclose);
-  if (!a.valid() || H5Awrite(a, H5T_NATIVE_DOUBLE, &value) < 0) {
-    fail(object, "attribute \"" + attribute + "\" cannot be written; is the disk full?" +
-                     library_message());
+  if (!write_attribute(id_, object, attribute, H5T_IEEE_F64LE, &value)) {
+    fail(object, "attribute \"" + attribute + "\" " + not_written + hdf5_message());
   }
 }
 
@@ -398,16 +376,12 @@ void Hdf5File::write_text_dataset(const std::string& dataset, const std::string&
   const std::string padded = text.empty() ? std::string(1, '\0') : text;
   if (!set.valid() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, padded.data()) < 0 ||
       H5Dflush(set) < 0) {
-    fail(dataset, "cannot be written; is the disk full?" + library_message());
+    fail(dataset, not_written + hdf5_message());
   }
 }
 
 std::string Hdf5File::read_text_dataset(const std::string& dataset) const {
-  if (!has(dataset)) fail(dataset, "is missing");
-  const Hdf5Handle set(H5Dopen2(id_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.valid())
-    fail(dataset, "is not a readable dataset; write the file again" + library_message());
-  if (const std::string why = why_not_read(set); !why.empty()) fail(dataset, why);
+  const Hdf5Handle set(open_dataset(dataset), H5Dclose);
   const Hdf5Handle type(H5Dget_type(set), H5Tclose);
   const Hdf5Handle space(H5Dget_space(set), H5Sclose);
   if (!type.valid() || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
@@ -416,7 +390,7 @@ std::string Hdf5File::read_text_dataset(const std::string& dataset) const {
   }
   std::string text(H5Tget_size(type), '\0');
   if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) {
-    fail(dataset, "cannot be read; the file is damaged or cut short" + library_message());
+    fail(dataset, damaged + hdf5_message());
   }
   text.resize(text.find_last_not_of('\0') + 1);
   return text;
@@ -444,16 +418,12 @@ std::string Hdf5File::why_changed() const {
 }
 
 void Hdf5File::flush() {
-  if (H5Fflush(id_, H5F_SCOPE_GLOBAL) < 0) {
-    fail("/", "cannot be written; is the disk full?" + library_message());
-  }
+  if (H5Fflush(id_, H5F_SCOPE_GLOBAL) < 0) fail("/", not_written + hdf5_message());
 }
 
 void Hdf5File::close() {
-  // The library crashes where a file is closed again, even if it could not be closed.
-  if (H5Fclose(std::exchange(id_, -1)) < 0) {
-    fail("/", "cannot be written; is the disk full?" + library_message());
-  }
+  // The library crashes if a file is closed twice, even after a failure.
+  if (H5Fclose(std::exchange(id_, -1)) < 0) fail("/", not_written + hdf5_message());
 }
 
 }  // namespace ertbench

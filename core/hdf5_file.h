@@ -9,17 +9,15 @@
 
 namespace ertbench {
 
-/// A thin owner of one open HDF5 file. Every error becomes an InputError that names the file and
-/// the object. Files of hostile origin are no danger beyond what a defect of the library may do:
-/// links to other files, values kept in other files, filters from plugins and datasets that declare
-/// more than is stored are refused. Not thread-safe: one thread a file, and one file at a time for
-/// each process.
+/// Owner of one open HDF5 file. Every error becomes an InputError that names the file and the
+/// object. Safe for files from elsewhere, but for defects of the library: links to other files,
+/// values stored in other files, filters from plugins, and datasets that declare more values than
+/// are stored are refused. Not thread-safe; a process may use one file at a time.
 class Hdf5File {
  public:
-  static Hdf5File open(const std::filesystem::path& file);  ///< to read
-  static Hdf5File open_writable(
-      const std::filesystem::path& file);                     ///< existing, to read and write
-  static Hdf5File create(const std::filesystem::path& file);  ///< replaces what is there
+  static Hdf5File open(const std::filesystem::path& file);           ///< for reading
+  static Hdf5File open_writable(const std::filesystem::path& file);  ///< an existing file
+  static Hdf5File create(const std::filesystem::path& file);         ///< replaces an existing file
 
   Hdf5File(Hdf5File&& other) noexcept;
   Hdf5File& operator=(Hdf5File&&) = delete;
@@ -27,11 +25,11 @@ class Hdf5File {
 
   bool has(const std::string& object) const;
   bool has_attribute(const std::string& object, const std::string& name) const;
-  /// What a group holds, in alphabetical order; nothing where there is no such group. Throws where
-  /// one of it is a link to elsewhere.
+  /// Names in a group, in alphabetical order; empty without such a group. Throws if one of them is
+  /// a link to elsewhere.
   std::vector<std::string> names(const std::string& group) const;
 
-  /// Dimensions of a dataset of real numbers. Throws where it is absent or of another type.
+  /// Dimensions of a dataset of numbers. Throws if it is absent or of another type.
   std::vector<std::uint64_t> shape(const std::string& dataset) const;
   /// Throws unless the dataset has `expected` dimensions, 0 standing for any extent >= 1.
   std::vector<std::uint64_t> require_shape(const std::string& dataset,
@@ -49,8 +47,8 @@ class Hdf5File {
   /// Throws unless the dataset is stored as numbers of this type.
   void require_number(const std::string& dataset, Number number) const;
 
-  /// A dataset whose storage is reserved at once, so that a file cut short later is still readable.
-  /// Groups on the way to it ("/group/dataset") are made where they are missing.
+  /// Creates a dataset and reserves its storage at once, so that a file cut short later is still
+  /// readable. Creates missing groups of its name ("/group/dataset").
   void create_dataset(const std::string& dataset, const std::vector<std::uint64_t>& shape,
                       Number number = Number::real64);
   void write_rows(const std::string& dataset, std::uint64_t first, const RowMajorMatrix& rows);
@@ -58,19 +56,19 @@ class Hdf5File {
   void write_matrix(const std::string& dataset, const RowMajorMatrix& values);   ///< creates it
   void write_text(const std::string& object, const std::string& attribute, const std::string& text);
   void write_number(const std::string& object, const std::string& attribute, double value);
-  /// A text as a dataset of its own, of any length: attributes end at 64 kB.
+  /// A text of any length as a dataset of its own; attributes end at 64 kB.
   void write_text_dataset(const std::string& dataset, const std::string& text);
   std::string read_text_dataset(const std::string& dataset) const;
 
-  /// Puts a checksum of all that the file holds into the root's attribute "checksum".
+  /// Stores a checksum of the file's contents in the root's attribute "checksum".
   void write_checksum();
-  /// Why the file is not what write_checksum saw: "it has no checksum", "it has been changed since
-  /// it was written"; empty where it is. Reads all of it.
+  /// Why the contents differ from those of write_checksum ("it has no checksum", "it has been
+  /// changed since it was written"); empty if they are the same. Reads the whole file.
   std::string why_changed() const;
-  /// Hands everything to the operating system.
+  /// Hands all that was written to the operating system.
   void flush();
-  /// Ends the use of the file. Throws where what was written cannot be handed to the operating
-  /// system, which the destructor keeps to itself: whoever writes a file calls this last.
+  /// Closes the file. Writers call this last: it throws if the operating system does not take the
+  /// data, which the destructor cannot report.
   void close();
 
   const std::filesystem::path& path() const { return path_; }
@@ -78,6 +76,8 @@ class Hdf5File {
  private:
   Hdf5File(std::filesystem::path file, std::int64_t id) : path_(std::move(file)), id_(id) {}
   [[noreturn]] void fail(const std::string& object, const std::string& message) const;
+  /// The library's identifier of a dataset whose values can be read; the caller closes it.
+  std::int64_t open_dataset(const std::string& dataset) const;
 
   std::filesystem::path path_;
   std::int64_t id_ = -1;

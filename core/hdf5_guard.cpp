@@ -11,11 +11,11 @@
 namespace ertbench {
 namespace {
 
-/// No filter of the library's own makes more of a byte than deflate, 1032 times as many.
+/// Above the largest expansion of a built-in filter, deflate's 1032.
 constexpr double largest_expansion = 2000;
 constexpr double free_bytes = 1 << 20;
 
-/// The product of the extents, as a double: no overflow.
+/// Product of the extents, as a double because an integer may overflow.
 double count_of(const std::vector<hsize_t>& extent) {
   double count = 1;
   for (const hsize_t one : extent) count *= static_cast<double>(one);
@@ -29,7 +29,7 @@ std::vector<hsize_t> extent_of(hid_t space) {
   return extent;
 }
 
-/// Chunks that a whole dataset has.
+/// Number of chunks of a complete dataset.
 double chunks_of(hid_t properties, const std::vector<hsize_t>& extent) {
   std::vector<hsize_t> chunk(extent.size());
   H5Pget_chunk(properties, static_cast<int>(chunk.size()), chunk.data());
@@ -41,7 +41,31 @@ double chunks_of(hid_t properties, const std::vector<hsize_t>& extent) {
   return chunks;
 }
 
+/// The cause and the reason of a library message, without the internal state and the line break
+/// that it adds to errors of the operating system.
+std::string in_brief(const std::string& message) {
+  const std::string reason = "error message = '";
+  const std::size_t what = message.find(": time = ");
+  const std::size_t why = message.find(reason);
+  if (what == std::string::npos || why == std::string::npos) return message;
+  const std::size_t first = why + reason.size();
+  return message.substr(0, what) + ": " + message.substr(first, message.find('\'', first) - first);
+}
+
 }  // namespace
+
+std::string hdf5_message() {
+  std::string message;
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_UPWARD,
+      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
+        auto& text = *static_cast<std::string*>(out);
+        if (text.empty() && error->desc) text = error->desc;
+        return 0;
+      },
+      &message);
+  return message.empty() ? "" : " (HDF5: " + in_brief(message) + ")";
+}
 
 void forbid_foreign_hdf5() {
   H5Lunregister(H5L_TYPE_EXTERNAL);
@@ -83,7 +107,7 @@ void add_number(Checksum& checksum, std::uint64_t number) {
   checksum.add({reinterpret_cast<const char*>(&number), sizeof number});
 }
 
-/// The names of what there is, in their order, whatever order the file has.
+/// Names of all datasets, sorted.
 std::vector<std::string> datasets_of(hid_t file) {
   std::vector<std::string> names;
   const auto note = [](hid_t, const char* name, const H5O_info_t* info, void* out) -> herr_t {
@@ -108,13 +132,14 @@ std::vector<std::string> attributes_of(hid_t file) {
   return names;
 }
 
-/// Class, size and extents; returns the extents.
+/// Adds class, size and extents; returns the extents.
 std::vector<hsize_t> add_form(Checksum& checksum, const std::string& name, hid_t type,
                               hid_t space) {
-  const int rank = H5Sget_simple_extent_ndims(space);
-  if (rank < 0 || H5Tis_variable_str(type) > 0 || H5Tget_class(type) == H5T_VLEN) fail(name);
-  std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
-  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  if (H5Sget_simple_extent_ndims(space) < 0 || H5Tis_variable_str(type) > 0 ||
+      H5Tget_class(type) == H5T_VLEN) {
+    fail(name);
+  }
+  std::vector<hsize_t> extent = extent_of(space);
   checksum.add(name + '\0');
   add_number(checksum, static_cast<std::uint64_t>(H5Tget_class(type)));
   add_number(checksum, H5Tget_size(type));

@@ -7,7 +7,7 @@
 
 namespace ertbench {
 
-/// Closes an HDF5 identifier.
+/// Owner of an HDF5 identifier.
 class Hdf5Handle {
  public:
   Hdf5Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -24,19 +24,22 @@ class Hdf5Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// Keeps the HDF5 library from following links to other files and from loading filters as plugins,
-/// for this whole process. Called before anything else of the library.
+/// " (HDF5: …)" with the innermost message of the library's error stack; empty without one.
+std::string hdf5_message();
+
+/// Keeps the HDF5 library from following links to other files and from loading filters as plugins
+/// in this process. Call it before any other function of the library.
 void forbid_foreign_hdf5();
 
-/// Why the values of an opened dataset are not read: they are in other files, or fewer than the
-/// dataset declares, so that reading would make up for what nobody stored; empty where they are.
+/// Why the values of an opened dataset cannot be read: they are in other files, or fewer than the
+/// dataset declares, so that the library would invent the rest. Empty if they can be read.
 /// `dataset`: the library's identifier.
 std::string why_not_read(std::int64_t dataset);
 
-/// A checksum of all that an open HDF5 file holds: names, types, shapes and values of its datasets
-/// in all groups, and the root's attributes, but the attribute "checksum". How the values lie in
-/// the file is no part of it. Throws std::runtime_error where the library cannot read something.
-/// `file`: the library's identifier.
+/// Checksum of the contents of an open HDF5 file: names, types, shapes and values of the datasets
+/// in all groups, and the root's attributes except "checksum". It does not depend on the file's
+/// layout. Throws std::runtime_error if the library cannot read something. `file`: the library's
+/// identifier.
 std::string checksum_of_contents(std::int64_t file);
 
 }  // namespace ertbench

@@ -9,7 +9,7 @@
 
 namespace ertbench {
 
-/// What random numbers are drawn for; part of the key, so that adding a purpose changes no other.
+/// Purpose of a stream; a part of its key, so that a new purpose changes no existing stream.
 enum class Purpose : std::uint64_t {
   scene = 1,
   noise = 2,
@@ -20,15 +20,15 @@ enum class Purpose : std::uint64_t {
   battery = 7,
 };
 
-/// FNV-1a: a name as part of a key.
+/// FNV-1a hash of a name, for use in a key.
 constexpr std::uint64_t key_of(std::string_view name) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
   return hash;
 }
 
-/// A stream of random numbers that depends on its key alone (Philox 4x64, Salmon et al. 2011): the
-/// same for a scene whatever the order, the thread or the platform.
+/// A stream of random numbers that depends on its key only (Philox 4x64, Salmon et al. 2011). A
+/// scene draws the same numbers in any order, on any thread and on any platform.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t dataset, std::uint64_t scene, Purpose purpose)
@@ -46,7 +46,7 @@ class RandomStream {
   /// Uniform in [0, 1), 53 bits.
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Uniform in low ... high, both included.
+  /// Uniform over low ... high, both included.
   int integer(int low, int high) {
     return low + static_cast<int>(uniform() * (static_cast<double>(high) - low + 1));
   }

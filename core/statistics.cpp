@@ -124,7 +124,7 @@ Interval wilson_interval(int count, int total) {
   const double middle = share + z * z / (2 * n);
   const double reach = z * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
   const double stretch = 1 + z * z / n;
-  // An end that is the share itself, 0 or 1, would be beyond it by rounding.
+  // At a share of 0 or 1 rounding would put the end beyond it.
   return {count == 0 ? 0 : (middle - reach) / stretch,
           count == total ? 1 : (middle + reach) / stretch};
 }
@@ -241,7 +241,7 @@ Eigen::MatrixXd frame_weights(Eigen::Index frames, std::string_view name) {
   return weights / static_cast<double>(frames);
 }
 
-/// The mean over seeds in resample `r`, of the seeds' means there.
+/// Mean over the resampled seeds in resample `r`; `of_seeds` holds each seed's mean there.
 double resampled_mean(const Eigen::RowVectorXd& of_seeds, std::string_view name, Eigen::Index r,
                       std::size_t sample) {
   const double centre = of_seeds.mean();

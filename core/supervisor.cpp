@@ -23,7 +23,7 @@
 namespace ertbench {
 namespace {
 
-/// The bytes of a small file of /proc; empty where the process has gone.
+/// Contents of a small file of /proc; empty if the process has gone.
 std::string text_of(const std::string& file) {
   std::FILE* const in = std::fopen(file.c_str(), "re");
   if (!in) return "";
@@ -33,9 +33,9 @@ std::string text_of(const std::string& file) {
   return {text, size};
 }
 
-/// 0 where it has gone.
+/// Parent of a process; 0 if the process has gone.
 pid_t parent_of(pid_t process) {
-  // "12 (any (name)) S 11 ...": what matters begins behind the last bracket.
+  // "12 (any (name)) S 11 ...": the fields begin after the last bracket.
   const std::string stat = text_of("/proc/" + std::to_string(process) + "/stat");
   const std::size_t bracket = stat.rfind(')');
   if (bracket == std::string::npos || bracket + 4 >= stat.size()) return 0;
@@ -104,14 +104,14 @@ void write_all(int descriptor, std::string_view bytes) {
   }
 }
 
-/// Copies what comes out of a pipe to a file: the beginning as it comes, of the rest the end.
+/// Copies the output of a pipe to a file: the beginning at once, then the last part of the rest.
 class BoundedLog {
  public:
   BoundedLog(int pipe, int file) : pipe_(pipe), file_(file) {}
 
   int pipe() const { return pipe_; }
 
-  /// Takes what there is; closes the pipe where nobody can write to it any more.
+  /// Reads what is available; closes the pipe once it has no writer any more.
   void drain() {
     char bytes[1 << 16];
     while (pipe_ >= 0) {
@@ -180,7 +180,7 @@ class BoundedLog {
   ::_exit(0);
 }
 
-/// The supervisor's life, from its first instruction to its last.
+/// Body of the supervisor process.
 class Supervision {
  public:
   Supervision(const Supervised& task, const ProcessLimits& limits, int report)
@@ -202,7 +202,7 @@ class Supervision {
       become_supervised(task_, pipe[1], supervisor);
     }
     if (child_ < 0) say_not_made();
-    ::setpgid(child_, child_);  // also here: whoever comes first
+    ::setpgid(child_, child_);  // both sides do it, as either may run first
     if (pipe[1] >= 0) ::close(pipe[1]);
     if (!task_.ours.empty()) {
       for (const int descriptor : {task_.input, task_.output}) ::close(descriptor);
@@ -255,7 +255,7 @@ class Supervision {
           end_.out_of_memory = true;
           return;
         }
-        // Looking takes at most a hundredth of the time, however many processes the machine has.
+        // Reading /proc may take at most a hundredth of the time, however many processes there are.
         const double look_s = seconds_since(start) - elapsed_s;
         next_look_s = elapsed_s + std::clamp(100 * look_s, 0.05, 1.0);
       }
@@ -266,7 +266,7 @@ class Supervision {
     }
   }
 
-  /// Takes note of whatever has ended; whether the process itself has.
+  /// Reaps all children that have ended; true if the process itself is one of them.
   bool reap() {
     int status = 0;
     for (pid_t ended = 0; (ended = ::waitpid(-1, &status, WNOHANG)) > 0;) {
@@ -278,7 +278,7 @@ class Supervision {
     return ended_;
   }
 
-  /// What has lost its parent is a child of ours, and ends like the others.
+  /// Ends all descendants. Orphans are children of this process, their subreaper.
   void end_all() {
     constexpr double most_s = 10;  // for a process that the kernel does not let go
     const SteadyClock::time_point start = SteadyClock::now();

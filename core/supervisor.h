@@ -10,41 +10,40 @@
 
 namespace ertbench {
 
-/// The children of a process that have not been waited for, zombies among them.
+/// The children of a process, including zombies that have not been waited for.
 std::vector<pid_t> children_of(pid_t process);
 
-/// The resident memory of all descendants of a process together. Pages that several of them share
-/// count for each.
+/// Resident memory of all descendants of a process. Shared pages count for each of them.
 std::uint64_t resident_bytes_below(pid_t process);
 
-/// The descriptors that a supervised process gets; all are closed on exec.
+/// Task and descriptors of a supervised process; all descriptors are closed on exec.
 struct Supervised {
-  /// What the process does; it ends with exit code 0 where this returns and 1 where it throws.
+  /// Body of the process, which exits with 0 if it returns and with 1 if it throws.
   std::function<void()> run;
-  int log = -1;  ///< a file for its standard error; -1: it keeps ours
+  int log = -1;  ///< file for its standard error; -1: inherited
   bool output_to_log = false;
-  int output = -1;  ///< its standard output where that does not go to the log; -1: ours
-  int input = -1;   ///< its standard input; -1: ours
-  /// Our ends of its pipes, which the supervisor and the process close: the other side is to see
-  /// where they end.
+  int output = -1;  ///< its standard output unless that goes to the log; -1: inherited
+  int input = -1;   ///< its standard input; -1: inherited
+  /// The caller's ends of its pipes. Supervisor and process close them, so that the other side sees
+  /// the end of file.
   std::vector<int> ours = {};
 };
 
-/// A supervisor, as we see it.
+/// A supervisor, seen from its parent.
 struct Supervisor {
   pid_t pid = -1;
-  int report = -1;  ///< to be read from, see read_report
+  int report = -1;  ///< descriptor for read_report
 };
 
 /// Starts a process and its supervisor, which
-/// - ends it where it exceeds its limits, where it is told SIGTERM and where we die,
-/// - is the subreaper of all that it starts, and ends that with it,
-/// - copies what it says to the log, up to a bound,
-/// - says in the end how it ended, and ends itself.
-/// Throws std::system_error where no process can be made.
+/// - ends the process if it exceeds its limits, on SIGTERM, and if the caller dies,
+/// - is the subreaper of all descendants of the process, and ends them with it,
+/// - copies its output to the log, up to a bound,
+/// - reports how the process ended, and exits.
+/// Throws std::system_error if no process can be made.
 Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits);
 
-/// The last word of a supervisor that has ended; closes `report`.
+/// Reads the report of a supervisor that has exited; closes `report`.
 ProcessEnd read_report(int report);
 
 }  // namespace ertbench

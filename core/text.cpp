@@ -17,7 +17,7 @@ bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; 
 
 bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }
 
-/// Bytes that follow the first one of a character, -1 where it cannot be a first one.
+/// Number of bytes after the first one of a character; -1 if `first` cannot be a first byte.
 int following_bytes(unsigned char first) {
   if (first < 0x80) return 0;
   if (first < 0xc2) return -1;
@@ -26,7 +26,7 @@ int following_bytes(unsigned char first) {
   return first < 0xf5 ? 3 : -1;
 }
 
-/// The smallest number that takes so many bytes after the first; less would be an overlong form.
+/// Smallest code point that needs so many following bytes; smaller ones are overlong forms.
 char32_t least_of(int following) {
   return following == 1 ? 0x80 : following == 2 ? 0x800 : 0x10000;
 }
@@ -38,7 +38,7 @@ bool is_character(char32_t point) {
 std::string without_controls(std::string_view text, std::size_t most, bool keep_lines) {
   std::string out;
   std::size_t characters = 0;
-  // Four bytes make a character at most: what is cut off need not be decoded.
+  // A character has four bytes at most; text that is cut off need not be decoded.
   const std::size_t enough = most < text.size() / 4 ? 4 * (most + 1) : text.size();
   for (const char32_t point : code_points(text.substr(0, enough))) {
     if (characters++ == most) return out + "…";
@@ -54,7 +54,7 @@ std::string without_controls(std::string_view text, std::size_t most, bool keep_
   return out;
 }
 
-/// What must not be broken: up to and with the next hyphen, underscore or run of white space.
+/// Splits after each hyphen, underscore or run of white space; lines are broken between pieces.
 std::vector<std::string_view> pieces_of(std::string_view text) {
   std::vector<std::string_view> pieces;
   std::size_t start = 0;
@@ -174,7 +174,7 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t width) {
     const std::size_t used = character_count(lines.back());
     if (used > 0 && used + character_count(word) > width) lines.emplace_back();
     for (const char c : piece) {
-      // A space at the end of a line may stick out; it is cut off below.
+      // A space at the end of a line may exceed the width; it is cut off below.
       const bool full = character_count(lines.back()) >= width;
       if (full && begins_character(c) && c != ' ') lines.emplace_back();
       lines.back() += c;
@@ -213,7 +213,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// Whether the unknown word is likely to be a slip for the known one.
+/// True if the unknown word is probably a misspelling of the known one.
 bool is_slip(std::string_view word, std::string_view known) {
   const auto end = std::mismatch(word.begin(), word.end(), known.begin(), known.end()).first;
   const auto common = static_cast<std::size_t>(end - word.begin());
@@ -299,7 +299,7 @@ bool is_number(std::string_view text) {
   return end.ec == std::errc() && end.ptr == text.data() + text.size() && std::isfinite(value);
 }
 
-/// Whether a spreadsheet would compute it, or it looks like what we write in place of such a field.
+/// True if a spreadsheet would evaluate the text, or if it looks like a field with our apostrophe.
 bool needs_apostrophe(std::string_view text) {
   const std::size_t first = text.find_first_not_of("' ");
   return first != std::string_view::npos &&

@@ -16,27 +16,27 @@ namespace ertbench {
 
 int size_of(ElectrodeSet electrodes);
 
-/// The electrodes that each reciprocal pair drives or measures with, in the order of
-/// `reciprocal_pairs`: both channels of a pair use the same ones.
+/// Electrodes that each reciprocal pair drives or measures with, in the order of
+/// `reciprocal_pairs`; both channels of a pair use the same ones.
 std::vector<ElectrodeSet> electrodes_of_pairs(const Sensor& sensor);
 
-/// The reciprocal pairs that use none of `masked`, ascending.
+/// Reciprocal pairs that use none of `masked`, ascending.
 std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet masked);
 
-/// Columns of the kept pairs -> columns of all `pairs`, zero where a pair is not kept.
+/// Expands columns of the `kept` pairs to columns of all `pairs`, zero for the others.
 Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,
                                       const std::vector<Eigen::Index>& kept, Eigen::Index pairs);
 
-/// The parameter "channel_mask" of solvers that can leave channels out of account: `"none"`, or a
-/// list of electrodes, whose channels have weight zero in every frame, or `"detect"`: in each frame
-/// those of its dead electrodes.
+/// The parameter "channel_mask" of solvers that can ignore channels: `"none"`; a list of
+/// electrodes, whose channels have weight zero in every frame; or `"detect"`, which masks the dead
+/// electrodes of each frame.
 struct ChannelMask : MaskedChannels {
   static ParameterInfo parameter();
 
   static ChannelMask from_json(JsonObject& object);
   void add_to(nlohmann::json& parameters) const;
-  /// Throws InputError where the list names electrodes that the sensor has not, or leaves fewer
-  /// than five: the least that a sensor can have, or no channel.
+  /// Throws InputError if the list names electrodes that the sensor does not have, or leaves fewer
+  /// than five (the minimum of a sensor) or no channel.
   void check(const Sensor& sensor) const;
 
  private:
@@ -48,9 +48,10 @@ struct ChannelMask : MaskedChannels {
 ///
 ///     |J x - d|^2 = |J' x - d'|^2 + sum (d_a - d_b)^2 / 2,
 ///
-/// whose last term no image can change. J' has the singular values of J, and J'^T J' = J^T J.
+/// whose last term does not depend on the image. J' has the singular values of J, and J'^T J' =
+/// J^T J.
 ///
-/// Of a sensor whose channels have no partners (see reciprocal_pairs) every channel is a pair of
+/// If the channels of a sensor have no partners (see reciprocal_pairs), every channel is a pair of
 /// its own, {c, c}, with J' = J_c and d' = d_c.
 class Reciprocity {
  public:
@@ -61,7 +62,7 @@ class Reciprocity {
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
 
   Eigen::Index channels() const { return single_ ? pairs() : 2 * pairs(); }
-  /// Whether every channel is a pair of its own.
+  /// True if every channel is a pair of its own.
   bool single() const { return single_; }
 
   /// The two channels of a pair.
@@ -69,8 +70,8 @@ class Reciprocity {
     return pairs_[static_cast<std::size_t>(index)];
   }
 
-  /// sqrt(2) d', d_a + d_b, of every pair of one frame; `frame` [channels] and `sums` [pairs] lie
-  /// contiguous.
+  /// Sums d_a + d_b = sqrt(2) d' of the pairs of one frame; `frame` [channels] and `sums` [pairs]
+  /// are contiguous.
   template <typename Scalar>
   void sum(const double* frame, Scalar* sums) const {
     if (single_) {

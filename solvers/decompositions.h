@@ -11,7 +11,8 @@ struct DenseSvd {
   Eigen::MatrixXd right;
 };
 
-/// Eigen's divide and conquer, compiled once: its templates take half a minute.
+/// Thin singular value decomposition by Eigen's divide and conquer. Compiled in one place, because
+/// the templates take half a minute.
 DenseSvd dense_svd(const Eigen::MatrixXd& matrix);
 
 /// A = vectors diag(values) vectors^T, values ascending.
@@ -20,7 +21,7 @@ struct SymmetricEigen {
   Eigen::MatrixXd vectors;
 };
 
-/// Of a symmetric matrix, of which the lower triangle is read; compiled once.
+/// Eigendecomposition of a symmetric matrix; reads its lower triangle. Compiled in one place.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 
 }  // namespace ertbench

@@ -60,7 +60,7 @@ Hdf5File open_solver_file(const std::filesystem::path& file, const std::string& 
 
 nlohmann::json parameters_of_fit(const Hdf5File& file) {
   nlohmann::json parameters = json_attribute(file, "parameters");
-  // Files of earlier versions told how the solver was applied as well.
+  // Files of earlier versions have the parameters of the inference as well.
   for (const char* name : {"inference_precision", "inference_averaging", "inference_check"}) {
     if (parameters.is_object()) parameters.erase(name);
   }

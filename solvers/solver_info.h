@@ -11,14 +11,14 @@
 
 namespace ertbench {
 
-/// What part a parameter of a solver has.
+/// Role of a parameter of a solver.
 enum class ParameterRole {
-  fit,        ///< of what is fitted
-  inference,  ///< how a fitted solver is applied: no part of `fit` or of the fitted file, which
-              ///< solvers that differ by such parameters alone share; its name begins "inference_"
-  seed,       ///< of the random numbers of a training, an integer >= 0, its name is "seed"
-  file,       ///< names a file relative to the experiment, or is a list of words of which some do;
-              ///< what is in the files is part of the fit
+  fit,        ///< changes the fit
+  inference,  ///< changes how a fitted solver is applied, but not the fitted file, which solvers
+              ///< that differ only by such parameters share; its name begins with "inference_"
+  seed,       ///< seed of the training, an integer >= 0, called "seed"
+  file,       ///< a file name relative to the experiment, or a list of words some of which are; the
+              ///< contents of the files are part of the fit
 };
 
 /// One parameter of a solver, for `ertbench list` and for messages.
@@ -28,45 +28,44 @@ struct ParameterInfo {
   ParameterRole role = ParameterRole::fit;
 };
 
-/// How far the images of two builds or two machines, fitted to the same data, may differ, which
-/// `ertbench check` holds them to.
+/// How far `ertbench check` lets images of two builds or machines, fitted to the same data, differ.
 enum class ImageComparison {
-  /// By rounding: FMA and other kernels change the last bits, and the image by no more than that.
+  /// By rounding: FMA and other kernels change the last bits only.
   rounding,
-  /// The solver stops where its relative duality gap falls below the parameter "tolerance", which
-  /// last bits decide: by what such a gap leaves open.
+  /// By the solver's parameter "tolerance", the relative duality gap at which it stops: rounding
+  /// may
+  /// change the iteration at which that happens.
   duality_gap,
-  /// As another training seed would have it: last bits grow into another network.
+  /// As much as between training seeds: rounding grows into another network.
   seeds,
 };
 
-/// What the registry and the benchmark know of a type of solvers.
+/// Registration of a type of solver.
 struct SolverInfo {
   std::string summary;  ///< one line, with the formula or the source
-  /// Without those that the registry adds to every solver's (CheckedSolver).
+  /// Without those that the registry adds to every solver (CheckedSolver).
   std::vector<ParameterInfo> parameters;
-  /// Reads its own keys from the object (those of the registry are taken already) and calls
-  /// `finish`.
+  /// Reads its keys from the object, from which the registry has read its own, and calls `finish`.
   std::function<std::unique_ptr<Solver>(JsonObject)> make;
   ImageComparison comparison = ImageComparison::rounding;
-  /// Whether it is the kind of method that one with a longer fit has to pay off against, where a
-  /// chart does not name another.
+  /// True for the default reference of break-even charts: the method that one with a longer fit has
+  /// to pay off against.
   bool break_even_reference = false;
 
-  /// Null where it has no such parameter.
+  /// Null if it has no such parameter.
   const ParameterInfo* parameter(const std::string& name) const {
     const auto found = std::find_if(parameters.begin(), parameters.end(),
                                     [&](const ParameterInfo& p) { return p.name == name; });
     return found == parameters.end() ? nullptr : &*found;
   }
-  /// Whether it is trained from random numbers, so that it comes out otherwise with another seed.
+  /// True if its fit depends on a seed.
   bool has_seed() const {
     return std::any_of(parameters.begin(), parameters.end(),
                        [](const ParameterInfo& p) { return p.role == ParameterRole::seed; });
   }
 };
 
-/// A type of solvers by the name that experiments have for it.
+/// A type of solver and its name in experiments.
 struct SolverType {
   std::string name;
   SolverInfo info;

@@ -190,7 +190,8 @@ std::vector<Metric> metrics_of(const std::vector<JsonObject>& rows) {
   std::vector<Metric> known;
   for (const Metric metric : kMetrics) {
     const bool has = std::any_of(rows.begin(), rows.end(), [&](const JsonObject& row) {
-      return row.value().contains(json::json_pointer(std::string("/metrics/") + name_of(metric)));
+      const json metrics = row.value().value("metrics", json::object());
+      return key_in_file(metric, [&](const char* k) { return metrics.contains(k); }) != nullptr;
     });
     if (has) known.push_back(metric);
   }
@@ -214,7 +215,9 @@ BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
   if (object.has("seeds")) row.seeds = object.integers("seeds", least_seeds, 1000, {0, most});
   JsonObject metrics = object.object("metrics");
   for (const Metric metric : known) {
-    row.metrics[metric] = values_from(metrics, name_of(metric), row.seeds.size());
+    const char* key = key_in_file(metric, [&](const char* k) { return metrics.has(k); });
+    row.metrics[metric] =
+        values_from(metrics, key != nullptr ? key : name_of(metric), row.seeds.size());
   }
   metrics.finish();
   const bool scored = row.frames > row.undefined_frames;

@@ -139,8 +139,9 @@ double allowed_change(const Tolerance& tolerance, const BaselineMean& before, in
            (is_of_contacts(before.metric) ? one_pixel(before) : 0);
   }
   const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);
-  return std::max(tolerance.relative * centre, std::min(tolerance.relative, linear_images) *
-                                                   size_of(entry_of(before.metric).quantity)) +
+  return std::max(tolerance.relative * centre,
+                  std::min(tolerance.relative, linear_images) *
+                      typical_magnitude(entry_of(before.metric).quantity)) +
          pixel;
 }
 

@@ -112,8 +112,8 @@ void read_right_sizing(JsonObject& root, Experiment& experiment) {
   JsonObject object = root.object("right_sizing");
   RightSizing& sizing = experiment.right_sizing.emplace();
   sizing.margin = object.number_or("margin", sizing.margin, {0, 10});
-  sizing.metric =
-      metric_from_name(object.choice_or("metric", name_of(sizing.metric), names_of(kErrorMetrics)));
+  sizing.metric = metric_from_name(
+      object.choice_or("metric", name_of(sizing.metric), accepted_names(kErrorMetrics)));
   object.finish();
   if (!experiment.validation) {
     root.fail("right_sizing", "chooses on the validation set; add /datasets/validation");
@@ -178,9 +178,10 @@ void read_published(JsonObject& root, Experiment& experiment) {
     PublishedRow row{label, {}};
     JsonObject values = rows.object(label);
     for (const Metric metric : kMetrics) {
-      if (!values.has(name_of(metric))) continue;
+      const char* key = key_in_file(metric, [&](const char* k) { return values.has(k); });
+      if (key == nullptr) continue;
       const bool length = entry_of(metric).quantity == Quantity::length;
-      row.values[metric] = values.number(name_of(metric), {-1e6, 1e6}) * (length && sides ? 2 : 1);
+      row.values[metric] = values.number(key, {-1e6, 1e6}) * (length && sides ? 2 : 1);
     }
     values.finish();
     experiment.published.rows.push_back(row);

@@ -83,7 +83,7 @@ std::vector<std::string> read_sweep_labels(JsonObject& object, const Experiment&
 std::vector<Metric> read_metrics(JsonObject& object, std::vector<Metric> fallback) {
   if (!object.has("metrics")) return fallback;
   std::vector<Metric> out;
-  for (const std::string& name : object.choices("metrics", names_of(kMetrics))) {
+  for (const std::string& name : object.choices("metrics", accepted_names(kMetrics))) {
     const Metric metric = metric_from_name(name);
     if (std::find(out.begin(), out.end(), metric) != out.end()) {
       object.fail("metrics", name + " stands twice; remove one");

@@ -24,8 +24,8 @@ std::string failure_text(const WorstFrame& worst) {
       return "error " + (frame.error ? three_digits(*frame.error) : "—");
     case FailureKind::misplaced:
       return "misplaced by " + three_digits(frame.distance.value_or(0));
-    case FailureKind::ghost:
-      return "ghost of " + three_digits(frame.peak.value_or(0));
+    case FailureKind::false_positive:
+      return "false positive of " + three_digits(frame.peak.value_or(0));
   }
   return "";
 }

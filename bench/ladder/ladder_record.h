@@ -97,7 +97,7 @@ struct LadderClimb {
 /// `{"schema", "key", "base": {level}, "axes": [{"axis", "levels": [{"level", "error", "distance",
 /// "peak", "status", "failed": [frames], "message"}], "worst": {...}}]}`, numbers with five digits.
 /// "status" is the solver's FrameStatus: 0 ok, 1 not converged, 2 undefined, 3 suspect; "failed"
-/// the sum of 1 undefined, 2 worse than nothing, 4 misplaced, 8 contact where there is none.
+/// the sum of 1 undefined, 2 worse than the empty image, 4 misplaced, 8 false positive.
 struct LadderRecord {
   LadderLevel base;  ///< of the test set itself
   std::vector<LadderClimb> axes;

@@ -57,7 +57,7 @@ double severity(const JudgedFrame& frame, FailureKind kind) {
       return frame.error.value_or(0);
     case FailureKind::misplaced:
       return frame.distance.value_or(0);
-    case FailureKind::ghost:
+    case FailureKind::false_positive:
       return frame.peak.value_or(0);
     case FailureKind::undefined:
       break;

@@ -78,8 +78,9 @@ ScoredSet scored_set(const json& row, const json& frames, const std::string& sou
   }
   set.frames.resize(set.statuses.size());
   for (const Metric metric : kMetrics) {
-    if (!frames.contains(name_of(metric))) continue;  // written before there was this metric
-    const json& values = frames.at(name_of(metric));
+    const char* key = key_in_file(metric, [&](const char* k) { return frames.contains(k); });
+    if (key == nullptr) continue;  // written before there was this metric
+    const json& values = frames.at(key);
     for (std::size_t i = 0; i < set.frames.size(); ++i) {
       if (!values.at(i).is_null()) set.frames[i][metric] = values[i].get<double>();
     }
@@ -113,8 +114,8 @@ std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> t
               {"label", recipe.entry.label},
               {"entry", recipe.entry.spec.text()},
               {"solver", Cache::fitted_solver_key(recipe).dump()},
-              {"scored", names_of(kMetrics)},  // a record without one of them is made again
               {"figure", content.figure_scenes}};
+  for (const Metric metric : kMetrics) key["scored"].push_back(first_name_of(metric));
   for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
   if (content.validation) key["validation"] = true;
   if (content.contacts != ContactSettings{}) key["contacts"] = to_json(content.contacts);

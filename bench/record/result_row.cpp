@@ -170,8 +170,9 @@ MetricSummary metric_summary_from_json(JsonObject object) {
 PerMetric<MetricSummary> metrics_from_json(JsonObject object) {
   PerMetric<MetricSummary> metrics;
   for (const Metric metric : kMetrics) {
-    if (!object.has(name_of(metric))) continue;  // written before there was this metric
-    metrics[metric] = metric_summary_from_json(object.object(name_of(metric)));
+    const char* key = key_in_file(metric, [&](const char* k) { return object.has(k); });
+    if (key == nullptr) continue;  // written before there was this metric
+    metrics[metric] = metric_summary_from_json(object.object(key));
   }
   object.finish();
   return metrics;
@@ -203,9 +204,10 @@ SeedSpread seeds_from_json(JsonObject object) {
   JsonObject deviation = object.object("deviation");
   for (const Metric metric : kMetrics) {
     seeds.means[metric].resize(seeds.values.size());
-    if (!means.has(name_of(metric))) continue;
-    seeds.means[metric] = numbers_or_null(means, name_of(metric), seeds.values.size());
-    seeds.deviation[metric] = number_or_null(deviation, name_of(metric));
+    const char* key = key_in_file(metric, [&](const char* k) { return means.has(k); });
+    if (key == nullptr) continue;
+    seeds.means[metric] = numbers_or_null(means, key, seeds.values.size());
+    seeds.deviation[metric] = number_or_null(deviation, key);
   }
   means.finish();
   deviation.finish();

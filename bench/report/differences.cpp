@@ -101,7 +101,7 @@ void add_differences(const ScoredLabels& scored, Metric metric, std::vector<Mean
   if (frames.empty()) return;
   std::vector<Eigen::MatrixXd> samples;
   for (const FramesOfSeeds* one : trials) samples.push_back(values_of(*one, frames, metric));
-  const PairedBootstrap bootstrap(samples, scored.dataset + " " + name_of(metric));
+  const PairedBootstrap bootstrap(samples, scored.dataset + " " + first_name_of(metric));
   for (std::size_t a = 0; a < labels.size(); ++a) {
     for (std::size_t b = a + 1; b < labels.size(); ++b) {
       out.push_back({scored.dataset, metric, labels[a], labels[b], bootstrap.mean(a),

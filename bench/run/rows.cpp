@@ -104,7 +104,7 @@ ResultRow combine_seeds(std::span<const SeedResult> results) {
     spread.deviation[metric] = deviation_of(spread.means[metric]);
     const MetricSummary& first = results.front().set->row.metrics[metric];
     if (row.frames > 0 && first.count + first.undefined == 0) continue;  // the truth tells it not
-    row.metrics[metric] = summarise(frame_means(results, metric), name_of(metric));
+    row.metrics[metric] = summarise(frame_means(results, metric), first_name_of(metric));
     row.metrics[metric].mean = mean_of(spread.means[metric]);
   }
   row.undefined_frames = frames_with_any(results, FrameStatus::undefined);

@@ -14,7 +14,7 @@ namespace {
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
 
-/// Of the background: what differs less is the untouched sheet.
+/// Share of the background; smaller changes count as the untouched sheet.
 constexpr double untouched = 1e-9;
 
 double distance_to_segment(const Vector2d& point, const Vector2d& a, const Vector2d& b) {
@@ -24,7 +24,7 @@ double distance_to_segment(const Vector2d& point, const Vector2d& a, const Vecto
   return (point - a - share * along).norm();
 }
 
-/// The border of what is not a disc.
+/// Corners of the border of a contact that is no disc.
 std::vector<Vector2d> corners(const Contact& contact) {
   if (contact.shape == Shape::polygon) return contact.vertices;
   const int count = contact.shape == Shape::rectangle ? 4 : 180;
@@ -74,20 +74,6 @@ Vector2d strongest(const Sensor& sensor, const RowVectorXd& size) {
 
 }  // namespace
 
-const char* name_of(FailureKind kind) {
-  switch (kind) {
-    case FailureKind::undefined:
-      return "undefined";
-    case FailureKind::worse_than_nothing:
-      return "worse than nothing";
-    case FailureKind::misplaced:
-      return "misplaced";
-    case FailureKind::ghost:
-      return "contact where there is none";
-  }
-  return "";
-}
-
 double distance_to(const Contact& contact, const Vector2d& point) {
   if (contact.contains(point)) return 0;
   if (contact.shape == Shape::disc) {
@@ -118,7 +104,7 @@ JudgedFrame judge(const Sensor& sensor, const FailureRule& rule, const Scene& sc
   frame.peak = size.maxCoeff();
   const double strength = (conductivity.array() / sensor.background - 1).abs().maxCoeff();
   if (strength <= untouched) {
-    fail(FailureKind::ghost, *frame.peak >= rule.contact_threshold);
+    fail(FailureKind::false_positive, *frame.peak >= rule.contact_threshold);
     return frame;
   }
   frame.error = frame_metric(Metric::relative_error, sensor, conductivity, change, scene);

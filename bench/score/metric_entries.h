@@ -4,8 +4,8 @@
 
 #include "bench/score/metric_formulas.h"
 
-/// All that is known of each metric, in one table. To add a metric, write its formula
-/// (metric_formulas.h), an enumerator (metric_entry.h) and an entry here, and a test.
+/// The table of metrics. To add one, write its formula and an enumerator (metric_formulas.h), an
+/// entry here, and a test.
 namespace ertbench {
 
 inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
@@ -50,7 +50,8 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .threshold = Threshold::area,
      .published = false,
      .headline = false,
-     .legend = "mean distance of a frame's RES from that of its true image; ideal 0.",
+     .legend = "mean absolute difference between a frame's RES and that of its true image; "
+               "ideal 0.",
      .formula = resolution_error},
     {.metric = Metric::PE,
      .name = "PE",
@@ -79,7 +80,7 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .threshold = Threshold::centroid,
      .published = false,
      .headline = false,
-     .legend = "PE after whatever is under 25 % of the largest |δσ| is set to zero (D.1); ideal 0.",
+     .legend = "PE after pixels below 25 % of the largest |δσ| are set to zero (D.1); ideal 0.",
      .formula = position_error_of_the_peak},
     {.metric = Metric::RIE,
      .name = "RIE",
@@ -93,8 +94,8 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .threshold = Threshold::none,
      .published = true,
      .headline = true,
-     .legend = "‖σ of the image − σ‖ / ‖σ‖ (C5); ideal 0, to be read against the row no-contact, "
-               "the image in which nothing happens.",
+     .legend = "‖σ of the image − σ‖ / ‖σ‖ (C5); ideal 0. Compare with the row no-contact, whose "
+               "images are empty.",
      .formula = relative_image_error},
     {.metric = Metric::relative_error,
      .name = "relative_error",
@@ -108,7 +109,7 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .threshold = Threshold::none,
      .published = false,
      .headline = true,
-     .legend = "‖δσ of the image − δσ‖ / ‖δσ‖; ideal 0, no-contact has 1.",
+     .legend = "‖δσ of the image − δσ‖ / ‖δσ‖; ideal 0, an empty image scores 1.",
      .formula = relative_error_of_change},
     {.metric = Metric::SSIM,
      .name = "SSIM",
@@ -122,10 +123,9 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .threshold = Threshold::none,
      .published = false,
      .headline = false,
-     .legend = "structural similarity of δσ of the image and δσ, the mean over all pixels of "
-               "windows of 11 × 11 pixels (Wang et al. 2004), the span of δσ as dynamic range; "
-               "ideal 1, to be read against the row no-contact, whose windows without a contact "
-               "score 1.",
+     .legend = "structural similarity of δσ of the image and δσ (Wang et al. 2004): mean over all "
+               "pixels, windows of 11 × 11 pixels, dynamic range the span of δσ; ideal 1. Compare "
+               "with the row no-contact: windows without a contact score 1 there.",
      .formula = structural_similarity},
     {.metric = Metric::CC,
      .name = "CC",
@@ -140,41 +140,43 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .published = false,
      .headline = false,
      .legend = "Pearson's correlation coefficient of δσ of the image and δσ over the pixels, "
-               "whatever their scales and offsets; ideal 1.",
+               "independent of scale and offset; ideal 1.",
      .formula = correlation_coefficient},
-    {.metric = Metric::found,
-     .name = "found",
-     .title = "contacts found",
-     .heading = "found",
+    {.metric = Metric::detected,
+     .name = "detected",
+     .former_name = "found",
+     .title = "detected contacts",
+     .heading = "detected",
      .quantity = Quantity::number,
      .decimals = 3,
      .ideal = {1, true},
      .better = Better::larger,
-     .distance = Metric::found,
+     .distance = Metric::detected,
      .threshold = Threshold::contact,
      .published = false,
      .headline = false,
      .of_contacts = true,
-     .legend = "true contacts of a frame that a found one is matched with, each with one at most, "
-               "for the least sum of distances; pairs are at most a tenth of the sheet's side "
-               "apart (20 mm of 200 mm) unless the experiment says otherwise; ideal is what the "
-               "true images score.",
-     .formula = contacts_found},
-    {.metric = Metric::ghosts,
-     .name = "ghosts",
-     .title = "ghosts",
-     .heading = "ghosts",
+     .legend = "true contacts of a frame that a detection is matched with, one to one and with the "
+               "least sum of distances; a pair is at most a tenth of the sheet's side apart (20 mm "
+               "of 200 mm) unless the experiment says otherwise; ideal is the score of the true "
+               "images.",
+     .formula = detected_contacts},
+    {.metric = Metric::false_positives,
+     .name = "false_positives",
+     .former_name = "ghosts",
+     .title = "false positives",
+     .heading = "false positives",
      .quantity = Quantity::number,
      .decimals = 3,
      .ideal = {0},
      .better = Better::smaller,
-     .distance = Metric::ghosts,
+     .distance = Metric::false_positives,
      .threshold = Threshold::contact,
      .published = false,
      .headline = false,
      .of_contacts = true,
-     .legend = "found contacts of a frame that are matched with no true one; ideal 0.",
-     .formula = ghosts},
+     .legend = "detections of a frame that are matched with no true contact; ideal 0.",
+     .formula = false_positives},
     {.metric = Metric::precision,
      .name = "precision",
      .title = "precision of contacts",
@@ -188,7 +190,7 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .published = false,
      .headline = false,
      .of_contacts = true,
-     .legend = "matched contacts over found ones, undefined where none was found; ideal 1.",
+     .legend = "share of the detections that are matched, undefined without a detection; ideal 1.",
      .formula = precision_of_contacts},
     {.metric = Metric::recall,
      .name = "recall",
@@ -203,11 +205,11 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .published = false,
      .headline = false,
      .of_contacts = true,
-     .legend = "matched contacts over true ones, undefined where there is none; ideal 1.",
+     .legend = "share of the true contacts that are matched, undefined without a contact; ideal 1.",
      .formula = recall_of_contacts},
     {.metric = Metric::location_error_mm,
      .name = "location_error_mm",
-     .title = "location error",
+     .title = "localisation error",
      .heading = "loc. error (mm)",
      .quantity = Quantity::millimetres,
      .decimals = 2,
@@ -218,12 +220,12 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .published = false,
      .headline = false,
      .of_contacts = true,
-     .legend = "mean distance of the matched contacts of a frame from the true ones, undefined "
-               "where there is none; ideal 0, to be read with precision and recall.",
+     .legend = "mean distance of the matched detections of a frame from their true contacts, "
+               "undefined without a match; ideal 0. Read it with precision and recall.",
      .formula = location_error},
     {.metric = Metric::count_error,
      .name = "count_error",
-     .title = "error of the count",
+     .title = "count error",
      .heading = "count error",
      .quantity = Quantity::number,
      .decimals = 3,
@@ -234,7 +236,7 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .published = false,
      .headline = false,
      .of_contacts = true,
-     .legend = "|number of found contacts − number of true ones|; ideal 0.",
+     .legend = "|number of detections − number of true contacts|; ideal 0.",
      .formula = count_error},
     {.metric = Metric::ospa_mm,
      .name = "ospa_mm",
@@ -249,11 +251,11 @@ inline constexpr auto kMetricTable = std::to_array<MetricEntry>({
      .published = false,
      .headline = true,
      .of_contacts = true,
-     .legend = "optimal sub-pattern assignment distance of order 1 of found and true contacts "
-               "(Schuhmacher, Vo and Vo 2008): the mean distance of contacts from their partners, "
-               "a missing or a surplus one counting as a quarter of the sheet's side (50 mm of "
-               "200 mm) unless the experiment says otherwise; ideal 0, no-contact has that "
-               "distance wherever something is touched.",
+     .legend = "optimal sub-pattern assignment distance of order 1 between detections and true "
+               "contacts (Schuhmacher, Vo and Vo 2008): mean distance of matched pairs, in which a "
+               "missed contact or a false positive counts as a quarter of the sheet's side (50 mm "
+               "of 200 mm) unless the experiment says otherwise; ideal 0. An empty image scores "
+               "that quarter in every frame with a contact.",
      .formula = ospa_distance},
 });
 

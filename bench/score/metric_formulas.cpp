@@ -17,7 +17,7 @@ namespace {
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
 
-/// Centre of gravity of a polygon's area; none where it has no area.
+/// Centre of gravity of a polygon; no value for a polygon without area.
 std::optional<Vector2d> area_centroid(const std::vector<Vector2d>& vertices) {
   double twice_area = 0;
   Vector2d moment = Vector2d::Zero();
@@ -33,7 +33,7 @@ std::optional<Vector2d> area_centroid(const std::vector<Vector2d>& vertices) {
   return Vector2d(origin + moment / (3 * twice_area));
 }
 
-/// Touching the border counts as within.
+/// A contact that touches the border from within counts as inside.
 bool lies_within(const Contact& contact, const Sheet& sheet) {
   constexpr double rounding = 1e-12;
   if (sheet.encloses(contact.bounds(), -rounding)) return true;
@@ -53,8 +53,8 @@ std::optional<double> position_error_of(const ScoredImage& image, const RowVecto
                   true_centre(image.sensor, image.scene, image.true_change));
 }
 
-/// What of an image is on the sheet: pixels times the part of their area that is, to the power of
-/// `power`: 1 for sums, 1/2 for norms. As it is where the sheet fills its image.
+/// `values` weighted by the share of each pixel's area on the sheet to the power `power`: 1 for
+/// sums, 1/2 for norms. Unchanged if the sheet fills its image.
 RowVectorXd on_sheet(const Sensor& sensor, const RowVectorXd& values, double power) {
   if (sensor.sheet->fills_bounds()) return values;
   const PixelGrid pixels = sensor.image();
@@ -142,9 +142,9 @@ std::optional<double> correlation_coefficient(const ScoredImage& image) {
   return seen.dot(ideal) / (seen.norm() * ideal.norm());
 }
 
-std::optional<double> contacts_found(const ScoredImage& image) { return image.contacts.matched; }
+std::optional<double> detected_contacts(const ScoredImage& image) { return image.contacts.matched; }
 
-std::optional<double> ghosts(const ScoredImage& image) {
+std::optional<double> false_positives(const ScoredImage& image) {
   return image.contacts.found - image.contacts.matched;
 }
 
@@ -156,8 +156,8 @@ std::optional<double> precision_of_contacts(const ScoredImage& image) {
 
 std::optional<double> recall_of_contacts(const ScoredImage& image) {
   const ContactScore& contacts = image.contacts;
-  if (contacts.there == 0) return std::nullopt;
-  return static_cast<double>(contacts.matched) / contacts.there;
+  if (contacts.true_count == 0) return std::nullopt;
+  return static_cast<double>(contacts.matched) / contacts.true_count;
 }
 
 std::optional<double> location_error(const ScoredImage& image) {
@@ -167,24 +167,24 @@ std::optional<double> location_error(const ScoredImage& image) {
 }
 
 std::optional<double> count_error(const ScoredImage& image) {
-  return std::abs(image.contacts.found - image.contacts.there);
+  return std::abs(image.contacts.found - image.contacts.true_count);
 }
 
 std::optional<double> ospa_distance(const ScoredImage& image) { return image.contacts.ospa_mm; }
 
 ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distances,
                             const Scene& scene, std::span<const FoundContact> found) {
-  const std::vector<Eigen::Vector2d> there = true_places_mm(sensor, scene);
-  const std::vector<Eigen::Vector2d> seen = places_mm(sensor, found);
+  const std::vector<Vector2d> true_places = true_places_mm(sensor, scene);
+  const std::vector<Vector2d> detections = places_mm(sensor, found);
   ContactScore out;
-  out.there = static_cast<int>(there.size());
-  out.found = static_cast<int>(seen.size());
-  const Eigen::MatrixXd apart = distances_between(there, seen);
+  out.true_count = static_cast<int>(true_places.size());
+  out.found = static_cast<int>(detections.size());
+  const Eigen::MatrixXd apart = distances_between(true_places, detections);
   for (const auto& [row, column] : assign(apart, distances.match).pairs) {
     ++out.matched;
     out.distance_mm += apart(row, column);
   }
-  out.ospa_mm = ospa(there, seen, distances.ospa);
+  out.ospa_mm = ospa(true_places, detections, distances.ospa);
   return out;
 }
 
@@ -196,8 +196,8 @@ using Eigen::MatrixXd;
 constexpr int kReach = 5;  ///< pixels from the middle of a window to its edge
 constexpr double kDeviation = 1.5;
 
-/// Row i holds the weights of the window around pixel i of a line of n pixels: a Gaussian, cut at
-/// the ends of the line, with sum 1. The window of an image is the product of two of these.
+/// [n, n]: row i holds the weights of the window around pixel i of a line of n pixels, a Gaussian
+/// cut at the ends of the line, with sum 1. The window of an image is the product of two of these.
 MatrixXd window_weights(int n) {
   MatrixXd weights = MatrixXd::Zero(n, n);
   for (int i = 0; i < n; ++i) {
@@ -255,7 +255,7 @@ std::optional<double> ExplainedChange::of(const Eigen::Ref<const Eigen::RowVecto
   Eigen::MatrixXd responses(change.size(), 2);
   responses.col(0) = jacobian_ * image.transpose();
   responses.col(1) = reference_;
-  // Of an image of nothing the first column is zero, which the decomposition leaves out.
+  // The first column is zero for an empty image; the rank-revealing decomposition drops it.
   const auto decomposed = responses.completeOrthogonalDecomposition();
   const Eigen::VectorXd best = decomposed.solve(change.transpose());
   const double left = (change.transpose() - responses * best).norm();

@@ -35,12 +35,12 @@ const char* unit_of(Quantity quantity) {
 
 Metric metric_from_name(const std::string& name) {
   for (const MetricEntry& entry : kMetricTable) {
-    if (name == entry.name) return entry.metric;
+    if (name == entry.name || name == first_name_of(entry.metric)) return entry.metric;
   }
   throw std::invalid_argument("no metric is called \"" + name + "\"");
 }
 
-double size_of(Quantity quantity) {
+double typical_magnitude(Quantity quantity) {
   return quantity == Quantity::percent || quantity == Quantity::millimetres ? 100 : 1;
 }
 
@@ -100,7 +100,7 @@ void require_size(const Sensor& sensor, const Image& image, const char* name) {
                               std::to_string(sensor.pixels()));
 }
 
-/// `contacts`: nothing where they are to be read out of the image by the default rule.
+/// Without `contacts`, the default rule detects them in the image.
 FrameMetrics score(std::span<const Metric> wanted, const Sensor& sensor, const Image& conductivity,
                    const Image& change, const Scene& scene,
                    const std::optional<FrameContacts>& contacts) {
@@ -122,7 +122,7 @@ FrameMetrics score(std::span<const Metric> wanted, const Sensor& sensor, const I
   const ScoredImage image{sensor, scene, truth, true_change, estimated, score_of_contacts};
   for (const Metric metric : wanted) {
     const std::optional<double> value = entry_of(metric).formula(image);
-    // Sums of finite pixels may overflow: such a value is undefined, too.
+    // Sums of finite pixels may overflow; such a value is undefined, too.
     if (value && std::isfinite(*value)) metrics[metric] = value;
   }
   return metrics;
@@ -177,7 +177,7 @@ PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames, const T
     if (!is_known(metric, truth)) continue;
     std::transform(frames.begin(), frames.end(), values.begin(),
                    [metric](const FrameMetrics& frame) { return frame[metric]; });
-    summaries[metric] = summarise(values, name_of(metric));
+    summaries[metric] = summarise(values, first_name_of(metric));
   }
   return summaries;
 }

@@ -18,8 +18,9 @@
 #include "forward/sheet/sensor.h"
 #include "solvers/solver.h"
 
-/// What is asked of the table of metrics (metric_entries.h). Tables, charts, the check, the
-/// terminal, the files and the report read it and name no metric of their own accord.
+/// Queries of the table of metrics (metric_entries.h), and the metrics of frames and of test sets.
+/// Tables, charts, the check, the terminal and the files go through the table; none of them names a
+/// metric itself.
 namespace ertbench {
 
 static_assert(
@@ -40,7 +41,7 @@ constexpr bool is_published(const MetricEntry& entry) { return entry.published; 
 constexpr bool is_headline(const MetricEntry& entry) { return entry.headline; }
 constexpr bool is_error(const MetricEntry& entry) { return entry.better == Better::smaller; }
 
-/// The metrics whose entries fulfil a condition, in the table's order.
+/// Metrics whose entries fulfil a condition, in the table's order.
 template <bool (*condition)(const MetricEntry&)>
 constexpr auto metrics_that() {
   constexpr auto count = std::count_if(kMetricTable.begin(), kMetricTable.end(), condition);
@@ -53,21 +54,37 @@ constexpr auto metrics_that() {
 }
 
 inline constexpr auto kMetrics = metrics_that<is_metric>();
-/// The paper's four.
+/// The four metrics of the paper.
 inline constexpr auto kPublishedMetrics = metrics_that<is_published>();
-/// Those of the terminal's table.
+/// Columns of the terminal's table.
 inline constexpr auto kHeadlineMetrics = metrics_that<is_headline>();
-/// Those whose ideal is zero, the smaller the better: what sizes and configurations may be chosen
-/// by.
+/// Metrics with the ideal 0 of which smaller is better; sizes and configurations are chosen by one
+/// of them.
 inline constexpr auto kErrorMetrics = metrics_that<is_error>();
 
 inline const char* name_of(Metric metric) { return entry_of(metric).name; }
 inline int decimals_of(Metric metric) { return entry_of(metric).decimals; }
 
-/// The inverse of name_of. Throws std::invalid_argument for another name.
+/// The name under which the metric was first published. It keys bootstrap samples and records, so
+/// that a renamed metric keeps its intervals to the last digit and its cached records.
+inline const char* first_name_of(Metric metric) {
+  const MetricEntry& entry = entry_of(metric);
+  return entry.former_name != nullptr ? entry.former_name : entry.name;
+}
+
+/// Takes the name of a metric or its former name. Throws std::invalid_argument for any other.
 Metric metric_from_name(const std::string& name);
 
-/// The names of some metrics: those of all, of kErrorMetrics, ...
+/// The key that a file has for the metric: its name or, in files of earlier releases, its former
+/// name; nullptr if the file has neither. `has(key)` tells whether a key is there.
+template <typename Has>
+const char* key_in_file(Metric metric, Has has) {
+  for (const char* key : {name_of(metric), first_name_of(metric)}) {
+    if (has(key)) return key;
+  }
+  return nullptr;
+}
+
 template <std::size_t Size>
 std::vector<std::string> names_of(const std::array<Metric, Size>& metrics) {
   std::vector<std::string> names;
@@ -75,26 +92,35 @@ std::vector<std::string> names_of(const std::array<Metric, Size>& metrics) {
   return names;
 }
 
-/// The size of a value that is of no particular size: 1, or 100 of percentages and of millimetres,
-/// of which half a side of the default sheet has so many.
-double size_of(Quantity quantity);
+/// The names that an experiment may call these metrics by, former names last.
+template <std::size_t Size>
+std::vector<std::string> accepted_names(const std::array<Metric, Size>& metrics) {
+  std::vector<std::string> names = names_of(metrics);
+  for (const Metric metric : metrics) {
+    if (first_name_of(metric) != name_of(metric)) names.emplace_back(first_name_of(metric));
+  }
+  return names;
+}
+
+/// Scale of typical values: 100 for percentages and millimetres (half a side of the default sheet),
+/// else 1.
+double typical_magnitude(Quantity quantity);
 
 /// The metric with its unit: "relative error of δσ", "RES (%)", "PE (sheet 2 × 2)".
 std::string axis_title(Metric metric);
 
-/// What a perfect image scores; `of_truth`: the mean that the true images score, where known.
-/// Nothing where that is the ideal and is not known.
+/// The score of a perfect image. `of_truth` is the mean score of the true images; without it,
+/// metrics whose ideal that is have none.
 std::optional<double> ideal_of(Metric metric, const std::optional<double>& of_truth);
 
-/// "ideal 1", "truth 82.78", for beside a line at `ideal`.
+/// Label of a line at `ideal`: "ideal 1", "truth 82.78".
 std::string ideal_text(Metric metric, double ideal);
 
-/// How far `value` is from the metric's ideal, in the direction in which values become worse: the
-/// smaller, the better. Where the ideal is that of the truth and is not known, its `value` stands
-/// in.
+/// Distance of `value` from the metric's ideal in the direction of worse values; smaller is better.
+/// If the ideal is the truth's score and `of_truth` is unknown, Ideal::value stands in.
 double distance_from_ideal(Metric metric, double value, const std::optional<double>& of_truth);
 
-/// What distance_from_ideal measures: "|AR − 1|", "|RES − truth|", "1 − CC", "PE (sheet 2 × 2)".
+/// Title of distance_from_ideal: "|AR − 1|", "|RES − truth|", "1 − CC", "PE (sheet 2 × 2)".
 std::string distance_title(Metric metric);
 
 /// One value for each metric.
@@ -106,68 +132,68 @@ struct PerMetric {
   const Value& operator[](Metric metric) const { return values[static_cast<std::size_t>(metric)]; }
 };
 
-/// The metrics of one frame; without a value where one is undefined. Default-constructed (all
-/// undefined) it stands for a frame without a usable image.
+/// Metrics of one frame; an undefined metric has no value. Default-constructed (all undefined) it
+/// stands for a frame without a usable image.
 using FrameMetrics = PerMetric<std::optional<double>>;
 
-/// What was found in a frame, and how far contacts may be from the true ones.
+/// Contacts detected in a frame, and the distances by which they are scored.
 struct FrameContacts {
   std::span<const FoundContact> found;
   ContactDistances distances;
 };
 
-/// Whether a metric can be told from what is known of a set: one of contacts needs their places,
-/// any other the true images.
+/// True if the known truth of a set suffices for a metric: those of contacts need the contact
+/// positions, all others the true images.
 inline bool is_known(Metric metric, const Truth& truth) {
   return entry_of(metric).of_contacts ? truth.places : truth.images;
 }
 
-/// Compares one image, and the contacts that were found in it, with the truth.
+/// Compares one image, and the contacts detected in it, with the truth.
 /// `conductivity` [pixels] S/m: the true image; `change` [pixels] S/m: the estimated dσ^.
 ///
-/// All metrics are undefined where a pixel of either image is not finite; where each of them is
-/// undefined besides stands at its formula (metric_formulas.h). Throws std::invalid_argument where
-/// an image has not the sensor's size.
+/// All metrics are undefined if a pixel of either image is not finite; further conditions stand at
+/// each formula (metric_formulas.h). Throws std::invalid_argument for images of another size than
+/// the sensor's.
 FrameMetrics frame_metrics(const Sensor& sensor,
                            const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
                            const Eigen::Ref<const Eigen::RowVectorXd>& change, const Scene& scene,
                            const FrameContacts& contacts);
 
-/// The same with the contacts that the default rule reads out of the image, and the default
-/// distances.
+/// As above, with the contacts that the default rule detects in the image, and default distances.
 FrameMetrics frame_metrics(const Sensor& sensor,
                            const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
                            const Eigen::Ref<const Eigen::RowVectorXd>& change, const Scene& scene);
 
-/// That of one metric alone, where the others are not asked for.
+/// As above, for one metric; the others are not computed.
 std::optional<double> frame_metric(Metric metric, const Sensor& sensor,
                                    const Eigen::Ref<const Eigen::RowVectorXd>& conductivity,
                                    const Eigen::Ref<const Eigen::RowVectorXd>& change,
                                    const Scene& scene);
 
-/// RES of one image of changes [pixels], %, whatever the truth (C2).
+/// RES of one image of changes [pixels], % (C2). Needs no truth.
 std::optional<double> resolution(const Sensor& sensor,
                                  const Eigen::Ref<const Eigen::RowVectorXd>& change);
 
-/// A metric over the frames of a test set. Frames where it is undefined are counted and enter
-/// nothing else; with no other frame there is no mean, interval or median.
+/// A metric over the frames of a test set. Frames in which it is undefined are only counted; if it
+/// is undefined in all of them there is no mean, interval or median.
 struct MetricSummary {
   std::optional<double> mean;
   std::optional<Interval> ci95;  ///< of the mean
   std::optional<double> median;
   int count = 0;                             ///< frames with a value
-  int undefined = 0;                         ///< frames without
-  std::optional<Interval> median_ci95 = {};  ///< of the median; without a value under six frames
+  int undefined = 0;                         ///< frames without a value
+  std::optional<Interval> median_ci95 = {};  ///< of the median; needs six frames
 
   bool operator==(const MetricSummary&) const = default;
 };
 
-/// Mean with bootstrap_interval_of_mean keyed by `name`, median with binomial_median_interval.
-/// A value that is not finite counts as undefined. With one value the interval is that value.
+/// Mean with bootstrap_interval_of_mean keyed by `name` (first_name_of for a metric), median with
+/// binomial_median_interval. A value that is not finite counts as undefined. The interval of a
+/// single value is that value.
 MetricSummary summarise(std::span<const std::optional<double>> values, std::string_view name);
 
-/// All metrics of all frames; those that `truth` does not tell are left empty, without a frame that
-/// has a value and without one that has none.
+/// Summaries of all metrics. Those for which the known truth does not suffice stay empty: both
+/// counts are 0.
 PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames, const Truth& truth = {});
 
 }  // namespace ertbench

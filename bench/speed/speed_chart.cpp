@@ -275,7 +275,7 @@ SpeedQuestion read_question(const ChartRequest& request) {
   question.dataset = request.place.dataset;
   question.labels = read_row_labels(object, request.experiment);
   question.metric = metric_from_name(
-      object.choice_or("metric", name_of(question.metric), names_of(kErrorMetrics)));
+      object.choice_or("metric", name_of(question.metric), accepted_names(kErrorMetrics)));
   question.budgets_us = read_budgets(object);
   question.right_sizing = request.experiment.right_sizing;
   question.break_even_against = read_references(request, question.labels);

@@ -142,7 +142,7 @@ TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReadi
   for (const ContactReading& contact : found) seen.push_back(contact.place_mm);
   TargetMatch out;
   out.right.assign(seen.size(), false);
-  out.score.there = truth.contacts();
+  out.score.true_count = truth.contacts();
   out.score.found = static_cast<int>(seen.size());
   const Eigen::MatrixXd apart = distances_between(truth.places_mm, seen);
   for (const auto& [row, column] : assign(apart, distances.match).pairs) {
@@ -156,8 +156,8 @@ TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReadi
 
 void TargetTally::add(const ContactScore& score) {
   ++frames;
-  right_frames += score.found == score.there ? 1 : 0;
-  there += score.there;
+  right_frames += score.found == score.true_count ? 1 : 0;
+  there += score.true_count;
   found += score.found;
   matched += score.matched;
   distance_mm += score.distance_mm;

@@ -303,7 +303,7 @@ BudgetQuestion read_question(const ChartRequest& request) {
   question.dataset = request.place.dataset;
   question.labels = read_row_labels(object, request.experiment);
   question.metric = metric_from_name(
-      object.choice_or("metric", name_of(question.metric), names_of(kErrorMetrics)));
+      object.choice_or("metric", name_of(question.metric), accepted_names(kErrorMetrics)));
   if (object.choice_or("cost", "seconds", {"seconds", "scenes"}) == "scenes") {
     question.cost = TrainingCost::scenes;
   }

@@ -78,7 +78,7 @@ Eigen::RowVectorXf read_row(const Hdf5File& file, const std::string& dataset, in
   return Eigen::Map<const Eigen::RowVectorXf>(row.data_ptr<float>(), size);
 }
 
-/// Standardisation::image; files of before there was a choice have none.
+/// Standardisation::image; 1 in files from before the attribute existed.
 double read_image_unit(const Hdf5File& file) {
   if (!file.has_attribute("/", "image_unit")) return 1;
   const double unit = file.read_number("/", "image_unit");
@@ -88,7 +88,7 @@ double read_image_unit(const Hdf5File& file) {
   return unit;
 }
 
-/// What fitted networks were until version 0.2.
+/// Rejects the format of fitted networks up to version 0.2.
 void refuse_torch_archive(const std::filesystem::path& file) {
   char start[2] = {};
   std::ifstream(file, std::ios::binary).read(start, sizeof start);
@@ -184,7 +184,7 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
                         .cast<double>();
     return;
   }
-  // Kept by the thread: a frame allocates nothing.
+  // Buffers of the thread, so that a frame allocates nothing.
   thread_local Eigen::RowVectorXf frame;
   thread_local Eigen::RowVectorXf y;
   frame.resize(changes.cols());
@@ -216,7 +216,7 @@ void LearnedSolver::load(const std::filesystem::path& file, const Sensor& sensor
   result_ = json_attribute(in, "training");
   start_torch(1);
   try {
-    fit_report();  // throws where it is not what a training reports
+    fit_report();  // throws if it is no report of a training
     standardisation_.mean = read_row(in, "/mean", sensor.channels());
     standardisation_.scale = read_row(in, "/scale", sensor.channels());
     standardisation_.image = read_image_unit(in);

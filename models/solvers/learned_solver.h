@@ -17,34 +17,31 @@
 
 namespace ertbench {
 
-/// What the networks take from the physics.
-
 /// The regularised inverse of the sensitivity, (J^T J + lambda^2 R^T R)^-1 J^T [pixels, channels]
-/// in S/m per V, as the solver one-step-gn with the NOSER prior has it; lambda is chosen on the
-/// validation set.
+/// in S/m per V, of the solver one-step-gn with the NOSER prior; lambda is chosen on the validation
+/// set.
 RowMajorMatrix sensitivity_inverse(const FitInput& input);
 
-/// Makes of a dense layer [channels -> pixels] what one-step Gauss-Newton is, seen by a network:
-/// standardised frames to y.
+/// Sets a dense layer [channels -> pixels] to one-step Gauss-Newton between the units of a network,
+/// from standardised frames to y.
 void set_sensitivity_inverse(torch::nn::Linear& layer, const FitInput& input,
                              const Standardisation& standardisation);
 
 /// EIT-NN's blur of the target (Park et al. 2021): S = (J^T J + lambda^2 L)^-1 J^T J [pixels,
-/// pixels], L the prior of one-step-gn "laplace", entries under a quarter of their column's largest
-/// set to zero. `lambda`: none is chosen on the validation set.
+/// pixels] with the prior L of one-step-gn "laplace"; entries below a quarter of their column's
+/// largest are set to zero. Without `lambda` it is chosen on the validation set.
 RowMajorMatrix spatial_blur(const FitInput& input, std::optional<double> lambda);
 
-/// A solver that is a trained network. The derived classes say which network, what it is
-/// initialised with and what its training minimises; all else is here.
+/// A solver that is a trained network. Derived classes provide the network, its initialisation and
+/// the objective of its training; all else is here.
 ///
-/// `fit` needs a training and a validation set. The fitted file (solver_file.h) has in `/network`
-/// the network's weights by their names (tensor_file.h), in `/mean` and `/scale` the
-/// standardisation [channels], and in the attribute `training` (JSON text) what the training
-/// reported. Weights that are not those of the network that its parameters describe are refused by
-/// name.
+/// `fit` needs a training and a validation set. The fitted file (solver_file.h) holds the weights
+/// by name in `/network` (tensor_file.h), the standardisation [channels] in `/mean` and `/scale`,
+/// and the report of the training as JSON text in the attribute `training`. `load` refuses weights
+/// of another network than the parameters describe, by name.
 class LearnedSolver : public Solver {
  public:
-  /// The settings and, once fitted, under "training" how that went.
+  /// The settings and, once fitted, the report of the training under "training".
   nlohmann::json parameters() const final;
   void check(const Sensor& sensor) const override = 0;
   bool needs_training() const final { return true; }
@@ -54,24 +51,28 @@ class LearnedSolver : public Solver {
                    std::span<FrameReport> reports) const final;
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
-  /// Few enough that the maps of convolutions stay in the cache.
+  /// Few enough that the feature maps of convolutions stay in the cache.
   Eigen::Index block_frames() const override { return 64; }
 
  protected:
   explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
 
-  /// Reads all settings but the inference's, the training's among them, and calls `finish`.
+  /// The sensor of the fit; the default sensor before `fit` or `load`.
+  const Sensor& sensor() const { return sensor_; }
+
+  /// Reads the settings of network and training and calls `finish`. Those of the inference are read
+  /// before by read_inference.
   virtual void read(JsonObject object) = 0;
   virtual nlohmann::json settings() const = 0;
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
-  /// Reads "inference_precision", for networks of dense layers: libtorch has no transposed
+  /// Reads "inference_precision". Only for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
   void read_inference(JsonObject& object);
-  /// Overwrites what the network's constructor drew at random.
+  /// Overwrites the random weights of the network's constructor.
   virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
   virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;
-  /// Whether many frames at a time are faster as products of matrices than one after the other:
-  /// where the reading of weights takes the time.
+  /// True if matrix products over many frames are faster than one frame after the other, because
+  /// reading the weights takes most of the time.
   virtual bool batches_share_weights() const { return false; }
 
   TrainingSettings training_;
@@ -84,9 +85,9 @@ class LearnedSolver : public Solver {
   Sensor sensor_;
   Standardisation standardisation_;
   std::shared_ptr<Network> network_;     ///< null before fit or load
-  std::unique_ptr<InferencePlan> plan_;  ///< of frames one by one
-  std::optional<FrozenGraph> graph_;     ///< of many, where batches_share_weights
-  nlohmann::json result_;                ///< of the training, with what it ran on
+  std::unique_ptr<InferencePlan> plan_;  ///< for single frames
+  std::optional<FrozenGraph> graph_;     ///< for batches, if batches_share_weights
+  nlohmann::json result_;                ///< report of the training, with the hardware it ran on
 };
 
 }  // namespace ertbench

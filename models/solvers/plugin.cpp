@@ -66,9 +66,7 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
   add<EitNnSolver>(
       registry,
       "EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
-      {{"dense_widths",
-        "the last is the number of pixels; default [2304, 576, 576], its last as many as the "
-        "sensor's images have"},
+      {{"dense_widths", "the last is the number of pixels; default [2304, 576, pixels]"},
        {"channels", "of the two convolutions; default [32, 64]"},
        {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
        {"sensitivity_lambda",

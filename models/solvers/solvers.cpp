@@ -49,22 +49,16 @@ std::unique_ptr<Objective> DcnnSolver::make_objective(const FitInput&) const {
   return std::make_unique<SquaredError>();
 }
 
-namespace {
-
-/// Those of the default end in the pixels of the sensor, whatever it is.
-std::vector<int> widths_for(const Sensor& sensor, std::vector<int> widths) {
-  if (widths == std::vector{2304, 576, 576}) widths.back() = sensor.pixels();
-  return widths;
+std::vector<int> EitNnSolver::dense_widths(const Sensor& sensor) const {
+  return dense_widths_.value_or(std::vector{2304, 576, sensor.pixels()});
 }
 
-}  // namespace
-
 void EitNnSolver::check(const Sensor& sensor) const {
-  if (widths_for(sensor, dense_widths_).back() != sensor.pixels()) {
+  const int last = dense_widths(sensor).back();
+  if (last != sensor.pixels()) {
     throw InputError(
         "eit-nn makes an image of its last dense layer: \"dense_widths\" must end in " +
-        std::to_string(sensor.pixels()) + ", the sensor's pixels, not in " +
-        std::to_string(dense_widths_.back()));
+        std::to_string(sensor.pixels()) + ", the sensor's pixels, not in " + std::to_string(last));
   }
 }
 
@@ -83,7 +77,7 @@ void EitNnSolver::read(JsonObject object) {
 }
 
 nlohmann::json EitNnSolver::settings() const {
-  nlohmann::json out = {{"dense_widths", dense_widths_},
+  nlohmann::json out = {{"dense_widths", dense_widths(sensor())},
                         {"channels", channels_},
                         {"loss", blurred_target_ ? "ssa-mse" : "mse"},
                         {"sensitivity_lambda", "auto"}};
@@ -92,7 +86,7 @@ nlohmann::json EitNnSolver::settings() const {
 }
 
 std::shared_ptr<Network> EitNnSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<EitNn>(sensor, widths_for(sensor, dense_widths_), channels_);
+  return std::make_shared<EitNn>(sensor, dense_widths(sensor), channels_);
 }
 
 std::unique_ptr<Objective> EitNnSolver::make_objective(const FitInput& input) const {
@@ -148,7 +142,7 @@ nlohmann::json DdErtSolver::settings() const {
                         {"mask_threshold", a.mask_threshold},
                         {"discriminator_rate", a.discriminator_rate},
                         {"discriminator_widths", a.discriminator_widths}};
-  // As in the files of networks from before there were these: left out where they are off.
+  // Left out if they are off, as in files of networks from before these settings existed.
   if (a.spectral_norm) out["spectral_norm"] = true;
   if (a.instance_noise > 0) out["instance_noise"] = a.instance_noise;
   if (a.label_smoothing > 0) out["label_smoothing"] = a.label_smoothing;
@@ -178,7 +172,7 @@ std::unique_ptr<Objective> DdErtSolver::make_objective(const FitInput&) const {
 
 namespace {
 
-constexpr std::uint64_t most_scenes = 20000;  ///< for the linear estimate
+constexpr std::uint64_t most_scenes = 20000;  ///< that the linear estimate is fitted to
 constexpr std::uint64_t scenes_at_a_time = 1024;
 
 RowMajorMatrix double_matrix(const torch::Tensor& tensor) {

@@ -11,7 +11,7 @@
 #include "models/training/objective.h"
 #include "solvers/parameter_choice.h"
 
-/// The learned solvers: their settings, and how network and objective are made of them.
+/// The learned solvers: each reads its settings and makes its network and its objective.
 namespace ertbench {
 
 class FcnnSolver final : public LearnedSolver {
@@ -22,7 +22,7 @@ class FcnnSolver final : public LearnedSolver {
     read(std::move(object));
   }
   void check(const Sensor&) const override {}
-  /// Without maps what counts is how often the weights are read.
+  /// Large, because reading the weights dominates: there are no maps to keep in the cache.
   Eigen::Index block_frames() const override { return 256; }
 
  protected:
@@ -64,10 +64,12 @@ class EitNnSolver final : public LearnedSolver {
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
-  std::vector<int> dense_widths_{2304, 576, 576};
+  std::vector<int> dense_widths(const Sensor& sensor) const;
+
+  std::optional<std::vector<int>> dense_widths_;  ///< default: 2304, 576 and the image's pixels
   std::array<int, 2> channels_{32, 64};
   bool blurred_target_ = true;  ///< "ssa-mse", else "mse"
-  Tunable lambda_;              ///< of the blur
+  Tunable lambda_;              ///< regularisation of the blur
 };
 
 class DdErtSolver final : public LearnedSolver {

@@ -25,7 +25,7 @@ constexpr const char* container_attribute = "contains_solver_file";
 constexpr int container_version = 1;
 constexpr const char* contents = "/solver_file";
 constexpr const char* check = "/frame_check";
-/// Bytes that are copied at a time; as numbers of the HDF5 library they take eight times as much.
+/// Bytes copied at a time; as the doubles of Hdf5File they take eight times as much memory.
 constexpr std::uint64_t chunk = 1 << 20;
 
 bool is_hdf5(const fs::path& file) {
@@ -70,7 +70,7 @@ void unpack(const Hdf5File& container, const fs::path& to) {
   if (!out.flush()) throw InputError(to.string() + ": cannot be written; is the disk full?");
 }
 
-/// Puts what the solver saved, if anything, into an HDF5 file of the same name.
+/// Wraps the file that the solver saved, if any, in an HDF5 file of the same name.
 Hdf5File make_container(const fs::path& file) {
   fs::path aside = file;
   aside += ".contents";
@@ -79,7 +79,7 @@ Hdf5File make_container(const fs::path& file) {
   try {
     Hdf5File container = Hdf5File::create(file);
     container.write_number("/", container_attribute, container_version);
-    // A dataset without elements cannot be reserved.
+    // Storage of a dataset without elements cannot be reserved.
     if (saved && fs::file_size(aside) > 0) pack(aside, container);
     fs::remove(aside);
     return container;
@@ -90,7 +90,7 @@ Hdf5File make_container(const fs::path& file) {
   }
 }
 
-/// A folder for the contents of one container; several threads may load at the same time.
+/// Folder for the contents of one container. Several threads may load at the same time.
 std::string folder_name() {
   static std::atomic<int> count = 0;
   return "solver_file_" + std::to_string(count++);
@@ -114,7 +114,7 @@ CheckedFile::CheckedFile(const fs::path& file, const SolverOwner& owner) : of_so
   const Hdf5File in = Hdf5File::open(file);
   if (!in.has_attribute("/", "solver")) return;
   require_owner(in, owner.type, owner.sensor);
-  // Files of versions up to 0.2 have none.
+  // Files of versions up to 0.2 have no frame check.
   if (in.has_attribute("/", "checksum")) {
     if (const std::string why = in.why_changed(); !why.empty()) {
       throw InputError(file.string() + ": " + why + "; fit the solver anew");
@@ -129,10 +129,10 @@ CheckedFile::CheckedFile(const fs::path& file, const SolverOwner& owner) : of_so
 
 namespace {
 
-/// Characters of a text that a solver, which may be anybody's plugin, says of itself.
+/// Longest text, in characters, that is taken from a solver, which may be any plugin.
 constexpr std::size_t most_said = 1000;
 
-/// A finite number times zero is zero, any other NaN: no branch, and several numbers at a time.
+/// A finite number times zero is zero, any other is NaN: vectorises without branches.
 template <typename Row>
 bool all_finite(const Row& row) {
   return (row.array() * 0.0).sum() == 0;
@@ -145,7 +145,7 @@ std::span<FrameReport> part_of(std::span<FrameReport> reports, Eigen::Index firs
 
 FrameCheck check_from(const std::optional<Eigen::VectorXd>& numbers, const Sensor& sensor,
                       ElectrodeSet masked, const std::filesystem::path& file) {
-  // From before there was one: electrodes that read zero are found without a fit.
+  // A file without a frame check: electrodes that read zero are detected without a fit.
   if (!numbers) return FrameCheck(sensor, masked);
   try {
     return FrameCheck(sensor, masked, *numbers);
@@ -223,8 +223,8 @@ class CheckedSolver::Stream final : public FrameStream {
   std::unique_ptr<FrameStream> inner_;
 };
 
-/// Contacts of frames of which some electrodes are dead come from a sequence of one frame, which is
-/// told so.
+/// Detects contacts in frames with dead electrodes through a stream of one frame, whose report
+/// holds the dead electrodes.
 class CheckedSolver::MaskingFinder final : public ContactFinder {
  public:
   MaskingFinder(const Solver& solver, const FrameCheck& check, Eigen::Index pixels)
@@ -352,7 +352,7 @@ std::optional<Frames> CheckedSolver::without_masked(FramesView changes) const {
 
 bool CheckedSolver::is_finite(const FramesView& changes, const ImagesView& images,
                               Eigen::Index frame) const {
-  // A network may make a finite image of a frame that is not.
+  // A network may map a frame that is not finite to a finite image.
   if (!all_finite(images.row(frame))) return false;
   if (masked_.electrodes == 0) return all_finite(changes.row(frame));
   return std::all_of(taken_.begin(), taken_.end(),

@@ -15,31 +15,32 @@
 
 namespace ertbench {
 
-/// Whose fitted solver a file holds.
+/// Type and sensor of the fitted solver in a file.
 struct SolverOwner {
   std::string type;
   Sensor sensor;
 };
 
-/// Adds the numbers of the check of frames to what a solver has just saved in `file`, and whose it
-/// is (write_owner) where the solver has not said so.
+/// Adds the numbers of the frame check to the file that a solver has just saved, and its owner
+/// (write_owner) if the solver has not written it.
 ///
-/// - Into an HDF5 file as the dataset `/frame_check`, beside the solver's own.
-/// - Any other file, or one whose `/frame_check` is its own, becomes a container: an HDF5 file with
-///   the attribute `contains_solver_file`, the solver's file byte for byte in `/solver_file`, and
-///   `/frame_check`. Where the solver saved nothing there is no `/solver_file`.
+/// - An HDF5 file gets the dataset `/frame_check` beside the solver's own datasets.
+/// - Any other file, or one with a `/frame_check` of its own, becomes a container: an HDF5 file
+/// with
+///   the attribute `contains_solver_file`, the solver's file byte by byte in `/solver_file`, and
+///   `/frame_check`. If the solver saved nothing there is no `/solver_file`.
 void add_frame_check(const std::filesystem::path& file, const SolverOwner& owner,
                      const Eigen::VectorXd& numbers);
 
-/// A file of a fitted solver, opened to be loaded.
+/// A file of a fitted solver, opened for loading.
 class CheckedFile {
  public:
-  /// Throws InputError where there is no file, or it says that it is another's.
+  /// Throws InputError if there is no file, or it has another owner.
   CheckedFile(const std::filesystem::path& file, const SolverOwner& owner);
 
-  /// What the solver itself saved, for Solver::load: the file, or a copy of what it contains.
+  /// The file to pass to Solver::load: `file` itself, or the unpacked contents of a container.
   const std::filesystem::path& of_solver() const { return of_solver_; }
-  /// None in a file from before there were any.
+  /// Numbers of the frame check; no value in files from before it existed.
   const std::optional<Eigen::VectorXd>& frame_check() const { return frame_check_; }
 
  private:
@@ -48,41 +49,40 @@ class CheckedFile {
   std::optional<Eigen::VectorXd> frame_check_;
 };
 
-/// What the registry puts around every solver, built-in or from a plugin: the duties that are the
-/// same for all.
+/// Wrapper that the registry puts around every solver, built-in or from a plugin, for the duties
+/// common to all.
 ///
-/// - Calls that break the contract are refused: an unfitted solver, shapes that do not fit.
-/// - Frames are given in blocks of the size that the solver wants.
-/// - A frame that is not finite, or whose image is not, is undefined; what channels read that the
-///   solver leaves out in every frame does not matter.
-/// - FrameCheck, fitted with the solver and kept in its file, says which frames are not to be
-///   trusted, and, before they are imaged, to a solver that asks for it, which electrodes are dead.
-/// - A file of another type of solvers or another sensor is refused, and so are datasets of another
-///   sensor.
+/// - Refuses calls that break the contract: an unfitted solver, shapes that do not match.
+/// - Passes frames in blocks of the size that the solver wants.
+/// - Reports a frame as undefined if it or its image is not finite; channels that the solver masks
+///   in every frame may read anything.
+/// - Flags frames that should not be trusted by a FrameCheck, which is fitted with the solver and
+///   kept in its file. A solver that asks for it gets the dead electrodes before it reconstructs.
+/// - Refuses files of another type of solver, and files and datasets of another sensor.
 ///
-/// Adds nothing to the heap, and to the time of a frame that of the judgement (1 us), but where
-/// contacts are asked for of a frame with dead electrodes.
+/// Allocates nothing and adds 1 us to a frame, except when contacts are detected in a frame with
+/// dead electrodes.
 class CheckedSolver final : public Solver {
  public:
-  /// Takes its own keys from the object and leaves the rest to `info.make`.
+  /// Reads its own keys from the object and leaves the rest to `info.make`.
   static std::unique_ptr<Solver> make(const std::string& type, const SolverInfo& info,
                                       JsonObject parameters);
-  /// Those of its own: "inference_check".
+  /// Parameters of the wrapper: "inference_check".
   static std::vector<ParameterInfo> own_parameters();
 
   nlohmann::json parameters() const override;
   void check(const Sensor& sensor) const override { inner_->check(sensor); }
   bool needs_training() const override { return inner_->needs_training(); }
   void fit(const FitInput& input) override;
-  /// The solver's own, and what is left of the check of frames (FrameCheck::has_limits).
+  /// The solver's report, and whether the frame check could be fitted (FrameCheck::has_limits).
   FitReport fit_report() const override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
   MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
   std::unique_ptr<Solver> transport() const override { return inner_->transport(); }
-  /// The solver's own; one that tells it the dead electrodes of each frame, where it asks for them
-  /// and has streams.
+  /// The solver's own, wrapped so that it gets the dead electrodes of each frame if it asks for
+  /// them and has streams.
   const ContactFinder* contact_finder() const override;
   /// Never null.
   std::unique_ptr<FrameStream> open_stream() const override;
@@ -95,14 +95,13 @@ class CheckedSolver final : public Solver {
   class Stream;
   class MaskingFinder;
 
-  /// By the solver, or by a stream of it where that is not null.
+  /// Reconstructs by `stream`, or by the solver if that is null.
   void reconstruct_with(FrameStream* stream, FramesView changes, ImagesView images,
                         std::span<FrameReport> reports) const;
   void reconstruct_block(FrameStream* stream, FramesView changes, ImagesView images,
                          std::span<FrameReport> reports) const;
   bool is_finite(const FramesView& changes, const ImagesView& images, Eigen::Index frame) const;
-  /// The frames with zeros for what the solver leaves out, where any of that is not finite; else
-  /// nothing.
+  /// A copy of the frames with zeros in the masked channels; no value if all of those are finite.
   std::optional<Frames> without_masked(FramesView changes) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
 
@@ -112,10 +111,10 @@ class CheckedSolver final : public Solver {
   bool ready_ = false;  ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;
-  std::vector<Eigen::Index> off_sheet_;  ///< pixels, which no image changes
-  /// Channels that the solver takes, where it leaves some out in every frame; else empty.
+  std::vector<Eigen::Index> off_sheet_;  ///< pixels without any sheet, zero in every image
+  /// Channels that the solver uses, if it masks some in every frame; else empty.
   std::vector<Eigen::Index> taken_;
-  std::unique_ptr<const ContactFinder> finder_;  ///< null: the solver's own
+  std::unique_ptr<const ContactFinder> finder_;  ///< null: the solver's own is used
   FrameCheck check_;
 };
 

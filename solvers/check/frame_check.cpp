@@ -28,7 +28,7 @@ double tail_limit(Eigen::VectorXd values, double share) {
   const double exponent = first + bounded;
   const double farther =
       std::log(static_cast<double>(farthest) / static_cast<double>(values.size()) / share);
-  // (farther^exponent - 1) / exponent, which is a logarithm where the exponent is 0.
+  // (farther^exponent - 1) / exponent, a logarithm for the exponent 0.
   const double reach =
       std::abs(exponent) < 1e-9 ? farther : std::expm1(exponent * farther) / exponent;
   return std::max(begin * (1 + first * (1 - bounded) * reach), seen);
@@ -36,7 +36,7 @@ double tail_limit(Eigen::VectorXd values, double share) {
 
 UsualLevel UsualLevel::of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, double floor,
                           double share) {
-  // Least squares with relative errors: the weights follow from the level found before.
+  // Least squares with relative errors, reweighted by the level of the last pass.
   UsualLevel level{std::max(q.mean(), floor), 0, 0};
   for (int i = 0; i < 10; ++i) {
     const Eigen::ArrayXd w = (level.a + level.b * s.array()).square().inverse();
@@ -55,7 +55,7 @@ UsualLevel UsualLevel::of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, do
     }
   }
   level.limit = tail_limit((q.array() / (level.a + level.b * s.array())).matrix(), share);
-  // A level below the floor is none: what a converter does not resolve raises no alarm.
+  // A lower level would raise alarms by less than the converter resolves.
   level.limit = std::max(level.limit, 1.0);
   return level;
 }
@@ -80,15 +80,15 @@ constexpr double tail_share = 1.0 / 1200;  ///< of good frames beyond each limit
 constexpr std::uint64_t most_frames = 4096;
 constexpr std::uint64_t least_frames = 100;
 constexpr Eigen::Index folds = 4;
-/// Part of the reference voltages' root mean square that counts as no noise.
+/// Noise below this share of the reference voltages' root mean square is ignored.
 constexpr double resolution = 1e-6;
 constexpr double zero = 0.1;  ///< of the reference voltage
-/// Of a dead electrode's pairs. A live one beside a dead one, with three more elsewhere, has 20 bad
-/// ones of 26.
+/// Share of bad pairs that makes an electrode dead. A live electrode beside a dead one, with three
+/// more dead ones elsewhere, has 20 bad pairs of 26.
 constexpr double bad_share = 0.83;
 constexpr double unlike = 9;            ///< square of a pair's difference, of the usual noise's
 constexpr double few_pairs_more = 1.5;  ///< fewer pairs scatter more
-/// The limit of noise that follows the change, over that of noise that follows the frame.
+/// Ratio of fits at which noise counts as following the change rather than the frame.
 constexpr double much_closer = 0.8;
 constexpr int least_pairs = 12;  ///< that can be asked for their noise
 constexpr Eigen::Index stack_pairs = 256;
@@ -310,17 +310,17 @@ bool FrameCheck::noisy_without(const double* change, ElectrodeSet dead, int leas
   }
   if (left < least) return true;
   signal *= static_cast<double>(pairs_.size()) / std::max(left, 1);
-  // Channels that a dead electrode hides may have been the strong ones.
+  // The channels of a dead electrode may have been the strong ones.
   if (!noise_of_change_) signal = std::max(signal, square(reference_size_));
   return differences > few_pairs_more * left * usual_noise(signal);
 }
 
-/// Of every run of dead electrodes those with a dead one on both sides go, every second one.
+/// Removes every second electrode from each run of dead ones, where both neighbours are dead.
 ElectrodeSet FrameCheck::fewest(ElectrodeSet dead) const {
   if (!drives_neighbours_) return dead;
   const int count = electrode_count_;
   const auto is_dead = [&](int e) { return dead >> ((e + count) % count) & 1; };
-  int begin = 0;  // of a run, where not all are dead
+  int begin = 0;  // start of a run, if not all electrodes are dead
   while (begin < count && !(is_dead(begin) && !is_dead(begin - 1))) ++begin;
   for (int e = begin; e < begin + count; ++e) {
     if (is_dead(e - 1) && is_dead(e) && is_dead(e + 1)) dead &= ~(ElectrodeSet{1} << e % count);
@@ -333,7 +333,7 @@ void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report
   report.dead = verdict.dead;
   int against = verdict.reasons;
   if (masked && size_of(verdict.dead) <= most_masked) against &= ~dead_electrode;
-  // That an iteration came to no end on channels without a contact is their doing, not its own.
+  // Dead channels, not the solver, are the reason why the iteration did not converge.
   const bool explains =
       (against & dead_electrode) != 0 && report.status == FrameStatus::not_converged;
   if ((against != 0 && report.status == FrameStatus::ok) || explains) {
@@ -343,7 +343,7 @@ void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report
 
 }  // namespace ertbench
 
-// How a FrameCheck is kept: in one vector of numbers.
+// Packing of a FrameCheck into one vector of numbers.
 
 namespace ertbench {
 namespace {

@@ -11,44 +11,43 @@
 
 namespace ertbench {
 
-/// The value that `share` of the frames like these are above: the quantile of the generalised
-/// Pareto tail that the farthest tenth of `values` (all >= 0) has by the moments of its logarithms
-/// (Dekkers, Einmahl and de Haan, Ann. Statist. 17, 1989), be it heavy or bounded; and where the
-/// tail has a lump, no less than the quantile of the values themselves. Some hundred values will
-/// do.
+/// The value that a share `share` of frames like these exceeds. It is the quantile of a generalised
+/// Pareto tail, heavy or bounded, fitted to the largest tenth of `values` (all >= 0) by the moments
+/// of their logarithms (Dekkers, Einmahl and de Haan, Ann. Statist. 17, 1989), and at least the
+/// quantile of the values themselves. Needs some hundred values.
 double tail_limit(Eigen::VectorXd values, double share);
 
-/// What is usual for a mean square q beside a signal whose square is s: q = a + b s, which covers
-/// noise of a fixed level, noise of a fixed ratio to the signal, and what a model leaves of it.
+/// Usual mean square q for a signal of square s: q = a + b s. Covers noise of a fixed level, noise
+/// proportional to the signal, and residuals of a model.
 struct UsualLevel {
   double a = 0;
   double b = 0;
   double limit = 0;  ///< of q / (a + b s)
 
-  /// From the q and s of frames. `floor`: the least a, beside what a converter resolves.
+  /// Fits to the q and s of frames. `floor` is the least a, such as the resolution of a converter.
   static UsualLevel of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, double floor,
                        double share);
   double relative(double q, double s) const { return q / (a + b * s); }
 };
 
-/// The principal directions of frames that stand above the noise, and how they vary along them.
+/// Principal directions of frames above the noise, with the variances along them.
 struct PrincipalDirections {
   static constexpr Eigen::Index most = 32;
 
   Eigen::VectorXd mean;           ///< [inputs]
   Eigen::MatrixXd rows;           ///< [directions, inputs], orthonormal
   Eigen::VectorXd inverse_power;  ///< [directions], one over the variances
-  /// [directions]: of all linear functions of a frame the one whose mean is largest beside its
-  /// scatter (Fisher's). Frames that are the negative of such as these have the wrong sign of it.
+  /// [directions]: Fisher's linear function, whose mean is largest relative to its scatter. It
+  /// changes its sign for negated frames.
   Eigen::VectorXd tilt;
 
-  /// `frames` [frames, inputs]; directions with at least twice the variance `noise`.
+  /// `frames` [frames, inputs]. Keeps directions with at least twice the variance `noise`.
   static PrincipalDirections of(const Eigen::MatrixXd& frames, double noise);
 
   struct Place {
-    double outside;   ///< the square of what the directions do not explain
-    double distance;  ///< the square of the Mahalanobis distance within them
-    double along;     ///< along `tilt`, from the mean's
+    double outside;   ///< square of the residual outside the directions
+    double distance;  ///< square of the Mahalanobis distance within them
+    double along;     ///< along `tilt`, relative to the mean
   };
   /// `centred`: a frame less the mean.
   template <typename Vector>
@@ -61,56 +60,57 @@ struct PrincipalDirections {
   }
 };
 
-/// What the voltages alone tell of whether a frame is one to trust, the same for every solver.
+/// Flags frames that should not be trusted, from their voltages alone and independent of the
+/// solver.
 ///
-/// - Dead electrodes: nearly all channels (22 of 26 pairs) that use one read under a tenth of their
-///   reference voltage; or, floating, are unlike their reciprocal ones, by over three times the
-///   usual noise, while the rest of the frame has no more than that.
-/// - Noise: the two channels of a reciprocal pair see the same signal, so that their difference
-///   (d_a - d_b)/sqrt(2) is noise alone (or a fault that breaks reciprocity: gain, offset).
-/// - Range, of the pairs' means d' = (d_a + d_b)/sqrt(2): their size; and of their shape, d' over
-///   its size (a little more, so that noise alone has none), how much lies outside the principal
-///   directions of the frames it was fitted on, how far out it is within them (Mahalanobis), and
-///   how like an even change of the whole sheet it is (along the reference voltages, both ways).
-///   Not looked at where an electrode is dead or the noise is too high.
+/// - Dead electrodes: nearly all channels of an electrode (22 of 26 pairs) either read less than a
+///   tenth of their reference voltage or, if it floats, differ from their reciprocal channels by
+///   more than three times the usual noise while the rest of the frame does not.
+/// - Noise: the two channels of a reciprocal pair have the same signal, so that their difference
+///   (d_a - d_b)/sqrt(2) is noise, or a fault that breaks reciprocity (gain, offset).
+/// - Range, of the pairs' means d' = (d_a + d_b)/sqrt(2): their size, and four properties of their
+///   shape d' / size (with a little added to the size, so that noise alone has no shape): the
+///   residual outside the principal directions of the frames of the fit, the Mahalanobis distance
+///   within them, and the similarity to an even change of the whole sheet (along the reference
+///   voltages) in either sense. Skipped if an electrode is dead or the noise is too high.
 ///
-/// Fitted on up to 4096 frames of the validation set, of the training set where there is none. Six
-/// limits (noise, size, outside, distance, and both ends of the tilt) are each put where one frame
-/// in 1200 of that kind is beyond (tail_limit), so that together about one good frame in 200 raises
-/// a false alarm. What the directions leave is judged on frames that had no part in finding them.
-/// With fewer than 100 frames, or none, only electrodes that read zero are found.
+/// Fitted on up to 4096 frames of the validation set, or of the training set without one. Each of
+/// the six limits (noise, size, outside, distance, and both ends of the tilt) is exceeded by one
+/// good frame in 1200 (tail_limit), so that together about one good frame in 200 raises a false
+/// alarm. Residuals are judged on frames that did not determine the directions. With fewer than 100
+/// frames only electrodes that read zero are detected.
 class FrameCheck {
  public:
-  /// Frames with more dead electrodes than this are suspect even where they are masked.
+  /// Frames with more dead electrodes than this are flagged even if those are masked.
   static constexpr int most_masked = 4;
 
   struct Verdict {
-    std::uint8_t reasons = 0;  ///< of FrameReason
-    /// The fewest electrodes that explain it: between two dead ones a third cannot be told from
-    /// a live one, and has no channel that could be used.
+    std::uint8_t reasons = 0;  ///< set of FrameReason
+    /// The fewest electrodes that explain the frame: one between two dead electrodes cannot be
+    /// distinguished from a live one, and has no usable channel anyway.
     ElectrodeSet dead = 0;
   };
 
-  /// Finds nothing.
+  /// Flags nothing.
   FrameCheck() = default;
-  /// Finds electrodes that read zero; `masked` ones are left out of account.
+  /// Detects electrodes that read zero; ignores `masked` ones.
   FrameCheck(const Sensor& sensor, ElectrodeSet masked);
-  /// Throws InputError where the frames are of another sensor.
+  /// Fits to frames. Throws InputError if they are of another sensor.
   FrameCheck(const FitInput& input, ElectrodeSet masked);
-  /// What `packed` gave. Throws std::invalid_argument where it is not that.
+  /// Restores the result of `packed`. Throws std::invalid_argument for anything else.
   FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed);
 
-  /// Whether noise and range have limits: it was fitted, and on enough frames.
+  /// True if noise and range have limits: the check was fitted on enough frames.
   bool has_limits() const { return noise_.limit > 0; }
-  /// All of it in one vector, for the file of a fitted solver.
+  /// All numbers in one vector, for the file of a fitted solver.
   Eigen::VectorXd packed() const;
 
-  /// One frame [channels], contiguous: V, change from the reference. One that is not finite has an
-  /// empty verdict: its status is undefined anyhow.
+  /// Judges one frame [channels], contiguous: V, change from the reference. The verdict on a frame
+  /// that is not finite is empty; its status is undefined anyway.
   Verdict judge(const double* change) const;
-  /// Puts a verdict into the report of a frame. `masked`: the channels of the dead electrodes were
-  /// left out of its image. The status that the solver itself reported takes precedence, but for a
-  /// frame that did not converge with a dead electrode: it is suspect.
+  /// Enters a verdict into the report of a frame. `masked`: the image does not use the channels of
+  /// the dead electrodes. A status of the solver takes precedence, except that a frame with a dead
+  /// electrode that did not converge becomes suspect.
   static void report(const Verdict& verdict, bool masked, FrameReport& report);
 
  private:
@@ -122,11 +122,11 @@ class FrameCheck {
   template <typename Vector>
   void judge_pairs(const double* change, Vector& means, Verdict& verdict) const;
   ElectrodeSet reading_zero(const double* change) const;
-  /// Usual mean square of a pair's difference, V^2, beside pairs whose squares add up to `signal`.
+  /// Usual mean square of a pair's difference, V^2, for pairs whose squares add up to `signal`.
   double usual_noise(double signal) const;
   ElectrodeSet floating(const double* change, double signal) const;
-  /// Whether the noise is above the usual in the pairs that use none of `dead`; true where there
-  /// are fewer than `least`.
+  /// True if the noise is above the usual in the pairs without the `dead` electrodes, or if there
+  /// are fewer than `least` such pairs.
   bool noisy_without(const double* change, ElectrodeSet dead, int least) const;
   /// Electrodes nearly all of whose pairs are bad.
   template <typename Bad>
@@ -138,19 +138,19 @@ class FrameCheck {
   bool drives_neighbours_ = true;              ///< by adjacent pairs
   std::vector<std::array<int, 2>> pairs_;      ///< channels of the pairs that are not masked
   std::vector<ElectrodeSet> pair_electrodes_;  ///< of these pairs
-  std::vector<int> least_bad_;                 ///< of each electrode's pairs, where it is dead
-  int fewest_bad_ = 0;                         ///< the least of these
+  std::vector<int> least_bad_;                 ///< bad pairs at which an electrode is dead
+  int fewest_bad_ = 0;                         ///< minimum of least_bad_
   Eigen::ArrayXd reference_;                   ///< [channels] V
   Eigen::ArrayXd nearly_zero_;                 ///< [channels] V
   Eigen::VectorXd along_reference_;            ///< [pairs], of length 1
 
   double reference_size_ = 0;  ///< of the pairs' means, V
 
-  /// Of the pairs' differences, beside the frame's or its change's square, whichever it follows
-  /// more closely; its limit is 0 where nothing is fitted.
+  /// Noise in the pairs' differences as a function of the square of the frame or of its change,
+  /// whichever it follows more closely; the limit is 0 before a fit.
   UsualLevel noise_;
   bool noise_of_change_ = false;
-  UsualLevel outside_;              ///< V^2, beside the change's square
+  UsualLevel outside_;              ///< V^2, as a function of the change's square
   PrincipalDirections directions_;  ///< of the shapes
   double least_size_ = 0;           ///< square of what is added to a change's size, V^2
   double largest_ = 0;              ///< square of a change's size, V^2

@@ -19,21 +19,22 @@ using Eigen::VectorXd;
 
 constexpr Index entries = EllipticContact::parameters;  // of a contact
 
-/// How near to the sheet's border a contact may come, domain units of a sheet that is 2 across.
-/// Much closer, and the points that a fit has time for do not resolve its mirror image.
+/// Least distance of a contact from the sheet's border, domain units. With the points that a fit
+/// can afford, the mirror image of a nearer contact is not resolved.
 constexpr double border_gap = 0.008;
-/// Of a contact, over the deviation of its prior.
+/// Largest stretch of a contact, over the deviation of its prior.
 constexpr double longest_stretch = 3;
 constexpr double smallest = 0.012;
 constexpr double largest = 0.85;
 constexpr double most_log_ratio = 4.5;
 constexpr double any_log_ratio = 1e-3;
-/// A contact at a corner breaks two constraints; one that grows finds them one after the other.
+/// A contact in a corner violates two constraints; a growing one meets them one after the other.
 constexpr int most_rounds = 3;
 /// Cosine of the angle between two normals of the border.
 constexpr double same_side = 0.9;
 
-/// How a point of a contact, given from its centre, moves with the contact's parameters.
+/// [2, entries] derivatives of a point `r` from the contact's centre with respect to the contact's
+/// parameters.
 Eigen::Matrix<double, 2, entries> moves_of(const EllipticContact& contact, const Vector2d& r) {
   Eigen::Matrix<double, 2, ContactMotion::count> motion;
   motion << 1, 0, r.x(), -r.y(), r.x(), r.y(), 0,  // x, in the order of ContactMotion
@@ -54,7 +55,7 @@ std::optional<ContactBounds::Nearest> ContactBounds::outside(const EllipticConta
   constexpr int probes = 16;
   constexpr double h = 1e-6;
   const Vector2d axes = contact.half_axes();
-  // What no point of the contact can reach needs no looking at.
+  // The border is out of reach of every point of the contact.
   if (sheet_->depth(contact.centre) >= axes.x() + border_gap) return std::nullopt;
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(contact.angle()).toRotationMatrix();
   Nearest out;
@@ -96,7 +97,7 @@ void ContactBounds::keep_inside(EllipticContact& contact) const {
     const std::optional<Nearest> nearest = outside(contact);
     if (!nearest) return;
     contact.centre += (1.001 * border_gap - nearest->depth) * nearest->inwards;
-    if (pass >= passes / 2) contact.log_size -= 0.1;  // it does not fit between two sides
+    if (pass >= passes / 2) contact.log_size -= 0.1;  // too large to fit between two sides
   }
 }
 
@@ -121,7 +122,7 @@ VectorXd ContactBounds::step(std::span<const EllipticContact> contacts,
       EllipticContact::Vector normal =
           moves_of(next, nearest->point).transpose() * nearest->inwards;
       if (!ellipses_) normal.segment<2>(3).setZero();  // the stretch
-      // The same side of the sheet again is the same constraint, linearised nearer by.
+      // A second violation at the same side replaces the first, linearised closer to it.
       const auto known = std::find_if(whose.begin(), whose.end(), [&](const auto& other) {
         return other.first == k && other.second.dot(nearest->inwards) > same_side;
       });
@@ -136,7 +137,7 @@ VectorXd ContactBounds::step(std::span<const EllipticContact> contacts,
       bounds[row] = part * normal.dot(out.segment<entries>(at)) + border_gap - nearest->depth;
     }
     if (!broken) break;
-    // The least of the model on the constraints: s + H^-1 A (A'H^-1 A)^-1 (b - A's).
+    // Minimum of the model under the constraints: s + H^-1 A (A'H^-1 A)^-1 (b - A's).
     const Eigen::MatrixXd moves = curvature.solve(normals);
     const Eigen::MatrixXd between = normals.transpose() * moves;
     out = free + moves * between.completeOrthogonalDecomposition().solve(
@@ -151,17 +152,18 @@ using Eigen::MatrixXd;
 
 constexpr Index numbers = EllipticContact::parameters;  // of a contact
 
-/// A fit is done where a step gains less of the logarithm of the posterior.
+/// A fit has converged if a step gains less than this of the log posterior.
 constexpr double least_gain = 0.05;
-/// With how many points starts are tried.
+/// Points of the model while starts are tried.
 constexpr EllipseModel::Options coarse_points = {1.0, 24};
-/// A trial is given up when so many steps like the last one would not take it to where it matters,
-/// but not before its first few, nor while it is further off than `far` after more.
+/// A trial stops if `steps_ahead` steps like the last one would not reach its required evidence,
+/// but not within its first `least_steps`. After `patient_steps` it also stops if it is `far`
+/// behind.
 constexpr double steps_ahead = 4;
 constexpr int least_steps = 2;
 constexpr int patient_steps = 6;
 constexpr double far = 40;
-/// Points of a solve at which what goes with their square takes as long as the rest.
+/// Number of points at which the quadratic part of the cost of a solve equals the linear part.
 constexpr int square_points = 70;
 
 }  // namespace
@@ -245,7 +247,7 @@ void ContactFit::linearise(Workspace& workspace, Point& point) const {
 double ContactFit::log_evidence(double objective, const MatrixXd& precision,
                                 std::size_t contacts) const {
   const auto number = static_cast<double>(contacts);
-  // A disc's stretch has its prior alone, whose constant and volume cancel.
+  // Only the prior depends on a disc's stretch; its constant and its volume cancel.
   double out =
       -objective + std::lgamma(number + 1) +
       number * prior_.log_constant(options_.prior_weight, model_.sensor().sheet->area(), true);
@@ -272,7 +274,7 @@ bool ContactFit::step_to(std::span<const EllipticContact> contacts, const Vector
 void ContactFit::optimise(const VectorXd& changes, std::vector<EllipticContact> contacts,
                           const Effort& effort, Workspace& workspace, Result& result) const {
   for (EllipticContact& contact : contacts) bounds_.keep_inside(contact);
-  // A new contact may begin smaller, where it is in the way of others.
+  // A new contact that overlaps others starts smaller.
   bool placed = model_in_use(workspace).place(contacts, workspace.model);
   for (int shrink = 0; shrink < 3 && !placed; ++shrink) {
     contacts.back().log_size -= 0.4;
@@ -319,10 +321,10 @@ void ContactFit::optimise(const VectorXd& changes, std::vector<EllipticContact> 
       result.converged = gained < enough;
       std::swap(point, trial);
       std::swap(contacts, next);
-      const double kept = gained / promise;  // of what a linear model promised
+      const double kept = gained / promise;  // gain over that of the linear model
       damping = std::max(1e-6, damping * (kept > 0.75 ? 0.2 : kept > 0.25 ? 0.5 : 2));
     } else {
-      // What a step would gain if all were linear.
+      // Gain of the step under the linear model.
       result.converged = promise < enough || damping > 1e4;
       damping = std::max(1e-3, damping * 8);
     }

@@ -15,21 +15,20 @@
 
 namespace ertbench {
 
-/// Where contacts (EllipticContact, domain units) may be: on the sheet, a hair from its border,
-/// neither larger nor longer than any contact is. The border is a constraint on the steps of a fit.
-/// A contact that touches it slides along; were it only put back after each step, it would come to
-/// its best place in many small ones.
+/// Bounds of contacts (EllipticContact, domain units): on the sheet, a small gap from its border,
+/// with limited size and stretch. The border is a constraint on the steps of a fit, so that a
+/// contact that touches it slides along; projecting it back after each step would converge slowly.
 class ContactBounds {
  public:
-  /// `ellipses`: false for contacts that are discs and stay so.
+  /// `ellipses`: false for contacts that are discs.
   ContactBounds(const Sheet& sheet, const ContactPrior& prior, bool ellipses);
 
-  /// Puts a contact back to where it may be.
+  /// Projects a contact into the bounds.
   void keep_inside(EllipticContact& contact) const;
 
-  /// The step s from `contacts` that makes g's + 1/2 s'Hs least, `gradient` g [6 contacts] and the
-  /// factored `curvature` H, and leaves no contact beyond the sheet's border: constraints that it
-  /// would break are linearised where it breaks them, and hold with equality.
+  /// The step s from `contacts` that minimises g's + 1/2 s'Hs, with `gradient` g [6 contacts] and
+  /// the factored `curvature` H, and leaves no contact beyond the sheet's border: violated
+  /// constraints are linearised at the violation and become equalities.
   Eigen::VectorXd step(std::span<const EllipticContact> contacts,
                        const Eigen::LLT<Eigen::MatrixXd>& curvature,
                        const Eigen::VectorXd& gradient) const;
@@ -41,7 +40,7 @@ class ContactBounds {
     Eigen::Vector2d inwards;  ///< unit normal of the border there
     double depth = 0;
   };
-  /// Nothing where all of the contact is inside.
+  /// No value if the whole contact is inside.
   std::optional<Nearest> outside(const EllipticContact& contact) const;
 
   const Sheet* sheet_;
@@ -50,60 +49,61 @@ class ContactBounds {
   double least_log_ratio_, largest_log_ratio_;
 };
 
-/// The contacts that explain a frame best: the maximum of
+/// Most likely contacts of a frame: the maximum of
 ///
 ///     log p(contacts | voltages) = -1/2 |W (dv(contacts) - dv)|^2 + log prior + constants,
 ///
-/// by Levenberg-Marquardt with exact derivatives, as many contacts as the evidence asks for. The
-/// evidence is Laplace's: the posterior's maximum times the volume under its curvature, so that a
-/// contact has to earn the six numbers it brings. Contacts are added one at a time at the best
-/// discs of a dictionary, and dropped or joined where the evidence is better without them.
+/// by Levenberg-Marquardt with exact derivatives. The number of contacts maximises the evidence in
+/// Laplace's approximation: the posterior's maximum times the volume under its curvature, which
+/// penalises the six parameters of each contact. Contacts are added one at a time, starting from
+/// the best discs of a dictionary, and removed or merged if that increases the evidence.
 class ContactFit {
  public:
   struct Options {
     bool ellipses = true;  ///< false: discs
     int most_contacts = 4;
-    int most_iterations = 40;  ///< of one number of contacts
-    /// Of contacts that are no ellipses, root mean square over that of the frame: counts as noise.
+    int most_iterations = 40;  ///< for one number of contacts
+    /// Relative model error, since contacts are no ellipses: its root mean square over that of the
+    /// frame. It counts as noise.
     double model_error = 0.02;
     double prior_weight = 1;  ///< multiplies the inverse variances of the prior
   };
 
-  /// One number of contacts at the maximum of its posterior.
+  /// Maximum of the posterior for one number of contacts.
   struct Result {
     std::vector<EllipticContact> contacts;
     double misfit = 0;        ///< |W (dv(contacts) - dv)|^2
-    double log_evidence = 0;  ///< up to what is the same for all numbers of contacts
-    /// Of all parameters [6 contacts, 6 contacts]: inverse covariance of the posterior (Laplace).
+    double log_evidence = 0;  ///< up to a constant that does not depend on the number of contacts
+    /// Inverse covariance of the posterior [6 contacts, 6 contacts] (Laplace).
     Eigen::MatrixXd precision;
     bool converged = true;
-    bool settled = false;  ///< no further step would change anything, also what was a trial
-    bool discs = false;    ///< no stretch was looked for: that of `precision` means nothing
+    bool settled = false;  ///< at the maximum to full accuracy, not stopped early as a trial
+    bool discs = false;    ///< the stretch was not fitted; its entries of `precision` mean nothing
   };
   struct Found {
     Result best;
-    /// The next best number of contacts that was looked at; its evidence says with what weight.
+    /// The number of contacts with the next largest evidence, which gives its weight.
     Result other;
     bool has_other = false;
     int iterations = 0;
-    /// Of the best, when numbers of contacts were compared last: in this frame or one followed
-    /// since.
+    /// Misfit of `best` when numbers of contacts were compared last, in this frame or an earlier
+    /// one of the stream.
     double searched_misfit = 0;
   };
 
-  /// Memory of one thread.
+  /// Working memory of one thread.
   struct Workspace {
     EllipseModel::Workspace model;
     Eigen::VectorXd change, residual, whitened, weights;
     Eigen::MatrixXd derivatives, columns;
-    /// [pairs] 1, or 0 for a pair that is left out of account; empty: all count. The caller's.
+    /// [pairs] 1, or 0 for a pair that is ignored; empty: none is. Set by the caller.
     Eigen::VectorXd kept;
     std::vector<ContactAtoms::Start> starts;
     int iterations = 0;
-    int work = 0;            ///< of all iterations: points, and what goes with their square
-    double unexplained = 0;  ///< misfit of no contact, before `scale`
-    bool coarse = false;     ///< a start is tried, with fewer points
-    double scale = 1;        ///< of the whitening, for the model's error
+    int work = 0;            ///< cost of all iterations, linear and quadratic in the points
+    double unexplained = 0;  ///< misfit without a contact, before `scale`
+    bool coarse = false;     ///< fewer points, while starts are tried
+    double scale = 1;        ///< factor on the whitening for the model error
   };
 
   /// `whitening` [pairs, pairs]: see ContactAtoms.
@@ -112,14 +112,15 @@ class ContactFit {
 
   /// `changes` [pairs] V: means of reciprocal pairs. Const and thread-safe.
   void fit(const Eigen::VectorXd& changes, Workspace& workspace, Found& found) const;
-  /// The same begun at what was found in the frame before, which may be that of `found`: where its
-  /// contacts explain the frame, about as well as contacts did when their number was last looked
-  /// for, and none of them has gone, no other number is tried. `found` is that of the frames
-  /// before.
+  /// As `fit`, starting from the contacts `last` of the frame before, which may be those of
+  /// `found`. If they explain this frame about as well as contacts did when numbers were last
+  /// compared, and all of them are still needed, no other number is tried. `found` comes from the
+  /// frame before.
   void follow(const Eigen::VectorXd& changes, const Result& last, Workspace& workspace,
               Found& found) const;
 
-  /// What these contacts leave of a frame, whitened [pairs]; of none where they have no voltages.
+  /// Whitened residual [pairs] of a frame under these contacts; under no contacts if the model
+  /// cannot place them.
   Eigen::VectorXd whitened_residual_of(const Eigen::VectorXd& changes,
                                        std::span<const EllipticContact> contacts,
                                        Workspace& workspace) const;
@@ -128,18 +129,18 @@ class ContactFit {
   const EllipseModel& model() const { return model_; }
 
  private:
-  /// A frame gets so much and no more, in units of Workspace::work.
+  /// Budget of a frame in units of Workspace::work.
   static constexpr int most_work = 2000;
   struct Point;
-  /// How far `optimise` goes.
+  /// Stopping rule of `optimise`.
   struct Effort {
     int iterations = 0;
-    /// A step that gains less than this part of the misfit in excess is the last.
+    /// Stops after a step that gains less than this share of the excess misfit.
     double looseness = 0;
-    /// A trial that will not come to this much is given up.
+    /// Stops if the evidence will not reach this.
     double least_evidence = -std::numeric_limits<double>::infinity();
   };
-  /// Pairs that are not left out of account.
+  /// Number of pairs that are not ignored.
   double pairs_in_use(const Workspace& workspace) const {
     return workspace.kept.size() > 0 ? workspace.kept.sum() : static_cast<double>(model_.pairs());
   }
@@ -147,22 +148,22 @@ class ContactFit {
   const EllipseModel& model_in_use(const Workspace& workspace) const {
     return workspace.coarse ? coarse_ : model_;
   }
-  /// Of the contacts that were placed last.
+  /// Residual of the contacts that were placed last.
   void whitened_residual(const Eigen::VectorXd& changes, Workspace& workspace) const;
-  /// Misfit and prior there, and what these need no derivatives for; linearise adds the rest.
+  /// Misfit and prior at the contacts, without derivatives; linearise adds those.
   void measure(const Eigen::VectorXd& changes, std::span<const EllipticContact> contacts,
                Workspace& workspace, Point& point) const;
   void linearise(Workspace& workspace, Point& point) const;
   void set_weights(Workspace& workspace) const;
-  /// Places the contacts a step away, or as much of it as leaves them apart; false where there is
-  /// no such part.
+  /// Places the contacts a step away, shortened until they do not overlap; false if no part of the
+  /// step achieves that.
   bool step_to(std::span<const EllipticContact> contacts, const Eigen::VectorXd& step,
                Workspace& workspace, std::vector<EllipticContact>& next) const;
   void optimise(const Eigen::VectorXd& changes, std::vector<EllipticContact> contacts,
                 const Effort& effort, Workspace& workspace, Result& result) const;
   double log_evidence(double objective, const Eigen::MatrixXd& precision,
                       std::size_t contacts) const;
-  /// Whether the frame is explained worse without any one of the contacts.
+  /// True if removing any of the contacts makes the misfit notably worse.
   bool are_needed(const Eigen::VectorXd& changes, const Result& result, Workspace& workspace) const;
   bool add_one(const Eigen::VectorXd& changes, const Result& from, Workspace& workspace,
                Result& out) const;
@@ -174,8 +175,7 @@ class ContactFit {
   Options options_;
   ContactBounds bounds_;
   Eigen::MatrixXd whitening_;
-  double uniform_noise_ =
-      0;  ///< 1 / the whitening where that is a multiple of the identity, else 0
+  double uniform_noise_ = 0;  ///< V, if the whitening is a multiple of the identity; else 0
   ContactAtoms atoms_;
 };
 

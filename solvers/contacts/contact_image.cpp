@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 
 constexpr Index samples = 48;  ///< half of them mirrored in the maximum
 constexpr Index most_parameters = 16 * EllipticContact::parameters;
-/// Laplace's approximation is not believed further than this from the maximum, in size, stretch and
-/// ratio: a weak contact's posterior is no Gaussian.
+/// Bound on deviations from the maximum in size, stretch and ratio, beyond which Laplace's
+/// approximation fails: the posterior of a weak contact is no Gaussian.
 constexpr double farthest_log = 1.5;
 
 }  // namespace
@@ -114,11 +114,10 @@ void ContactImage::posterior_mean(const ContactFit::Found& found,
 
 namespace {
 
-/// A set without noise is taken to have this part of the reference voltages, 80 dB.
+/// Noise assumed for a set without any, relative to the reference voltages: 80 dB.
 constexpr double least_noise = 1e-4;
 
-/// Whether the frames were read and not generated, so that nobody knows what they would be without
-/// noise.
+/// True for measured frames, whose voltages without noise are unknown.
 bool is_measured(const DatasetFile& set) {
   return nlohmann::json::parse(set.recipe(), nullptr, false).contains("file");
 }
@@ -132,7 +131,7 @@ std::optional<double> noise_of_channel(const DatasetFile& set, ElectrodeSet mask
   const auto pairs = reciprocal_pairs(set.sensor());
   const auto electrodes = electrodes_of_pairs(set.sensor());
   const bool single = !is_reciprocal(set.sensor());
-  // Where no two channels measure the same, the simulated set knows its noise.
+  // Without reciprocal channels the noise is that of the simulated set.
   const Frames clean =
       single ? set.clean_voltages(0, std::min(set.size(), judged_frames)) : Frames();
   for (Eigen::Index f = 0; f < voltages.rows(); ++f) {

@@ -20,12 +20,12 @@ class ContactImage {
  public:
   explicit ContactImage(const Sensor& sensor);
 
-  /// `image` [pixels] S/m: by the covered area of each pixel, exactly.
+  /// `image` [pixels] S/m from the covered area of each pixel, exact.
   void most_likely(std::span<const EllipticContact> contacts,
                    Eigen::Ref<Eigen::RowVectorXd> image) const;
-  /// The mean over the posterior (Laplace's approximation of it, and the two best numbers of
-  /// contacts by their evidence): the image of least expected squared error. Its covered areas are
-  /// good to some per cent of a pixel, which the mean evens out.
+  /// `image` [pixels] S/m with the least expected squared error: the mean over the posterior in
+  /// Laplace's approximation, over the two best numbers of contacts. Covered areas are accurate to
+  /// some per cent of a pixel, which averages out.
   void posterior_mean(const ContactFit::Found& found, Eigen::Ref<Eigen::RowVectorXd> image) const;
 
  private:
@@ -40,17 +40,17 @@ class ContactImage {
   Eigen::MatrixXd samples_;  ///< [parameters of the most contacts, samples] standard normal
 };
 
-/// Frames of a validation set that noise and misfits are taken from, the first.
+/// Number of frames, from the first of the validation set on, that noise and misfits come from.
 inline constexpr std::uint64_t judged_frames = 400;
 
-/// Standard deviation of one channel, V, from what the two channels of a reciprocal pair differ by,
-/// pairs of the `masked` electrodes left out; of simulated frames without such pairs from their
-/// clean voltages. Nothing where no frame tells: measured ones whose channels are all different.
+/// Standard deviation of the noise of one channel, V, from the differences between the two channels
+/// of reciprocal pairs, without pairs of the `masked` electrodes. Simulated frames without such
+/// pairs use their clean voltages instead. No value for measured frames without such pairs.
 std::optional<double> noise_of_channel(const DatasetFile& set, ElectrodeSet masked);
 
-/// Of the first `count` frames those whose contacts all have a conductivity ratio in `ratio`, or
-/// all where few do or none is given: what another contact leaves when it is fitted as one of this
-/// ratio says nothing of a frame.
+/// Of the first `count` frames, those whose contacts all have a conductivity ratio in `ratio`,
+/// since the misfit of other contacts says nothing about such frames. All frames if few do, or
+/// without `ratio`.
 std::vector<Eigen::Index> frames_like(const DatasetFile& set, std::uint64_t count,
                                       const std::optional<std::pair<double, double>>& ratio);
 

@@ -18,10 +18,10 @@ namespace {
 
 using std::numbers::pi;
 
-/// Scenes of a training set that are enough for five numbers.
+/// Scenes of the training set that are used; enough for five numbers.
 constexpr std::uint64_t prior_scenes = 4000;
-/// A set whose contacts are all alike knows them no better than this: what is learnt of one set is
-/// to serve on others.
+/// Least deviation learned from a training set, so that a prior from uniform contacts serves on
+/// other sets.
 constexpr double least_deviation = 0.1;
 
 double deviation(double sum, double squares, double count) {
@@ -117,7 +117,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Of an electrode along the border, for the difference that stands for a derivative.
+/// Displacement of an electrode along the border, for finite differences.
 constexpr double displacement = 1e-4;
 
 VectorXd means(const Reciprocity& reciprocity, const VectorXd& channels) {

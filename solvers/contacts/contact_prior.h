@@ -14,52 +14,51 @@ namespace ertbench {
 
 class DatasetFile;
 
-/// What is known of a contact before a frame is seen: its place is anywhere on the sheet alike, and
-/// its size, stretch and ratio are independent Gaussians. The logarithm of the ratio is Gaussian
-/// about plus or minus its mean, whichever sign it has: a contact conducts better or worse, and
-/// seldom the same.
+/// Prior distribution of a contact: the position is uniform on the sheet; size, stretch and ratio
+/// are independent Gaussians. The logarithm of the conductivity ratio is Gaussian about plus or
+/// minus its mean, as a contact conducts better or worse than the background and seldom the same.
 struct ContactPrior {
-  double log_size_mean = -1.6;  ///< of a contact of 0.2 domain units
+  double log_size_mean = -1.6;  ///< 0.2 domain units
   double log_size_deviation = 0.6;
   double stretch_deviation = 0.2;  ///< of either component
-  double log_ratio_mean = 0.7;     ///< of its amount
+  double log_ratio_mean = 0.7;     ///< of the absolute value
   double log_ratio_deviation = 0.7;
-  bool may_fall = true;  ///< whether contacts conduct worse than the background
-  bool may_rise = true;  ///< or better
+  bool may_fall = true;  ///< contacts may conduct worse than the background
+  bool may_rise = true;  ///< contacts may conduct better than the background
 
-  /// That of the contacts in a training set: of each the ellipse of the same area and second
-  /// moments. Throws InputError where the set holds no contact.
+  /// Distribution of the contacts in a training set, each taken as the ellipse of its area and
+  /// second moments. Throws InputError if the set has no contact.
   static ContactPrior of(const DatasetFile& training);
 
-  /// Gradient of -log density by the contact's parameters, added to `gradient`, and its curvature,
-  /// added to `curvature`; `weight` multiplies the inverse variances. Returns -log density less its
-  /// constant.
+  /// Adds gradient and curvature of -log density with respect to the contact's parameters to
+  /// `gradient` and `curvature`; `weight` multiplies the inverse variances. Returns -log density
+  /// without its constant.
   double add_to(const EllipticContact& contact, double weight,
                 Eigen::Ref<EllipticContact::Vector> gradient,
                 Eigen::Ref<EllipticContact::Vector> curvature) const;
-  /// Log of the density's constant: over a sheet of so many squared domain units, of an ellipse or
-  /// of a disc.
+  /// Logarithm of the density's constant for an ellipse or a disc; `sheet_area` in squared domain
+  /// units.
   double log_constant(double weight, double sheet_area, bool ellipse) const;
 };
 
 nlohmann::json to_json(const ContactPrior& prior);
 ContactPrior contact_prior_from_json(JsonObject object);
 
-/// What may be wrong in every frame beside its noise, each with a standard deviation: unknowns that
-/// a fit carries along. Their effect on the voltages is taken as linear, so that integrating over
-/// them is no more than another covariance of the noise (the factor of gain and level is estimated
-/// and taken out of the frame until it is linear: ContactSolver),
+/// Nuisance parameters of every frame, as standard deviations. Their effect on the voltages is
+/// taken as linear, so that integrating over them only changes the covariance of the noise. (The
+/// common factor of gain and level is estimated and removed from the frame until that holds, see
+/// ContactSolver.)
 ///
 ///     C = noise^2 / 2 + sum n n' deviation^2  over the columns n of derivatives.
 struct Nuisances {
-  double gain = 0;  ///< of all voltages, relative: current, amplifiers
-  /// Relative change of the whole sheet's conductivity, as when water around it rises. To the
-  /// voltages it is a gain of 1 / (1 + level), and is told from one by what is expected alone.
+  double gain = 0;  ///< common relative gain of current and amplifiers
+  /// Relative change of the whole sheet's conductivity, such as from water around it. It acts on
+  /// the voltages as a gain of 1 / (1 + level) and can be separated from one only by the priors.
   double level = 0;
-  double gradient = 0;    ///< of the background across the sheet, relative per domain unit, x and y
-  double electrodes = 0;  ///< place of each electrode along the border, domain units
+  double gradient = 0;    ///< of the background in x and in y, relative per domain unit
+  double electrodes = 0;  ///< displacement of each electrode along the border, domain units
 
-  /// Of the factor that all voltages have in common.
+  /// Deviation of the factor common to all voltages.
   double factor() const { return std::hypot(gain, level); }
   bool any() const { return factor() > 0 || gradient > 0 || electrodes > 0; }
 
@@ -68,8 +67,8 @@ struct Nuisances {
   void add_to(nlohmann::json& parameters) const;
 };
 
-/// W with W C W' = 1, for the means of reciprocal pairs, [pairs, pairs] per V: `noise` V is that of
-/// a channel.
+/// W [pairs, pairs], 1/V, with W C W' = 1 for the means of reciprocal pairs; `noise` of a channel,
+/// V.
 Eigen::MatrixXd whitening_of(const Sensor& sensor, double noise, const Nuisances& nuisances);
 
 }  // namespace ertbench

@@ -9,7 +9,7 @@
 namespace ertbench {
 namespace {
 
-/// The longest step of each parameter.
+/// Longest step of each parameter.
 EllipticContact::Vector step_limits() {
   EllipticContact::Vector out;
   out << 0.25, 0.25, 0.6, 0.3, 0.3, 1.2;
@@ -104,7 +104,7 @@ ContactAtoms::ContactAtoms(const EllipseModel& model, const MatrixXd& whitening)
         EllipticContact atom;
         atom.log_size = std::log(radius * shorter);
         atom.log_ratio = std::log(atom_ratio);
-        // From border to border, as far as a disc of this size may go.
+        // A grid from border to border, within reach of a disc of this size.
         const Eigen::Vector2d part(i / (places - 1.0), j / (places - 1.0));
         const double margin = (1.02 * radius + 0.01) * shorter;
         atom.centre =
@@ -135,7 +135,7 @@ void ContactAtoms::best(const VectorXd& residual, const VectorXd& weights, int c
   weight.array() *= residual.cast<float>().array();
   products.noalias() = atoms_ * weight;
   squares = products.cwiseAbs2().cwiseQuotient(norms);
-  // Atoms are falls: a product below zero is a rise.
+  // Atoms have a lower conductivity; a negative product means a higher one.
   if (!prior.may_rise) squares = (products.array() > 0).select(squares, 0);
   if (!prior.may_fall) squares = (products.array() < 0).select(squares, 0);
   while (static_cast<int>(out.size()) < count) {
@@ -157,50 +157,44 @@ void ContactAtoms::best(const VectorXd& residual, const VectorXd& weights, int c
   }
 }
 
-}  // namespace ertbench
+// ContactFit's search for the number of contacts. Gains and differences below are of log posterior
+// or log evidence.
 
-// How many contacts a frame has: ContactFit's search.
-
-namespace ertbench {
 namespace {
 
-/// A further contact is tried where the best atom promises more of the logarithm of the posterior:
-/// no contact's six numbers cost less.
+/// Least gain of the best atom for which a further contact is tried; its six parameters cost more.
 constexpr double promising = 6;
-/// Steps from each of several starts before the best of them goes on.
+/// Steps from each of several starts before only the best one continues.
 constexpr int first_steps = 5;
 constexpr int most_starts = 2;
-/// Starts that promise so much less than the best are not tried, and one that is so far behind is
-/// given up.
+/// Starts with a gain this much below the best are skipped; started fits this far behind stop.
 constexpr double hopeless = 12;
 constexpr double behind = 20;
-/// So far behind the contacts that are there already, the best start of one more is given up.
+/// The best start of a further contact is dropped if it is this far behind the present contacts.
 constexpr double lost = 30;
-/// While a further contact is still asked for, the fit of those that are there need not be better
-/// than this part of what they leave unexplained.
+/// Accuracy of fits, relative to their excess misfit, while further contacts may be added.
 constexpr double looseness = 0.02;
-/// Of the last fit, where those before were loose.
+/// Steps of the final, accurate fit.
 constexpr int last_steps = 10;
-/// No other number of contacts is begun where a frame's iterations have taken so much
-/// (ContactFit::most_work): frames that no few ellipses explain would go on, with contacts ever
-/// closer to each other.
+/// No other number of contacts is tried after this much work (of ContactFit::most_work). Frames
+/// that a few ellipses do not explain would go on adding contacts ever closer to each other.
 constexpr int much_work = 1600;
-/// While the first contact's whereabouts are not known, a channel counts with this part of its
-/// voltage as noise: large voltages next to electrodes change too fast for a start to be near.
+/// Until the first contact is located, this share of each channel's voltage counts as noise: large
+/// voltages next to electrodes change too fast for a start to be near.
 constexpr double soft = 0.4;
 /// Standard deviations of chi^2 beyond which noise alone does not explain a frame.
 constexpr double unexplained_by = 10;
-/// A number of contacts whose evidence is so much less has no part in the image, and one that comes
-/// no closer than to a part of that is not looked at to the end.
+/// The second best number of contacts does not enter the image if its evidence is lower by this
+/// much; a fit that stays behind by `hardly_counts` stops early.
 constexpr double negligible = 6;
 constexpr double hardly_counts = 2;
-/// The contacts of the frame before go on as long as they explain this frame as well as contacts
-/// did when their number was last looked for, but for this factor, and each of them explains more
-/// of it than this much of the logarithm of the posterior: what its six numbers cost.
+/// The contacts of the frame before are kept if their misfit is at most this factor above that of
+/// the last search, and if dropping any of them costs at least `needed`, the price of its six
+/// parameters.
 constexpr double worse_than_searched = 1.5;
 constexpr double needed = 12;
 
-/// Misfit that so many standard deviations of chi^2 explain.
+/// Misfit at this many standard deviations above the mean of chi^2.
 double explained(double pairs, double deviations) {
   return pairs + deviations * std::sqrt(2 * pairs);
 }
@@ -290,7 +284,7 @@ void ContactFit::drop_or_join(const VectorXd& changes, Workspace& workspace, Fou
       found.has_other = true;
     }
   };
-  // The last one was just found to be worth its while.
+  // The last contact was added just now, because the evidence is larger with it.
   for (std::size_t k = 0; k + 1 < contacts.size(); ++k) {
     std::vector<EllipticContact> fewer = contacts;
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(k));
@@ -319,14 +313,14 @@ void ContactFit::fit(const VectorXd& changes, Workspace& workspace, Found& found
          workspace.work < much_work) {
     Result more;
     if (!add_one(changes, found.best, workspace, more)) break;
-    // One contact in the place of two may explain a frame no better than none does, which says
-    // nothing of two: a frame that is far from explained is not left without contacts.
+    // Two contacts may explain a frame that one explains no better than none. If the misfit without
+    // contacts is far above the noise, the search goes on although the first contact gains nothing.
     const bool hopeful = found.best.contacts.empty() &&
                          found.best.misfit > explained(pairs_in_use(workspace), unexplained_by);
     const bool by_evidence = more.log_evidence > found.best.log_evidence;
     const bool better = hopeful || by_evidence;
     Result& rest = better ? found.best : more;
-    // No contact has no part in the image of a frame that is not left without contacts.
+    // The empty set of contacts is then no candidate for the second best number.
     const bool next_best = !found.has_other || rest.log_evidence > found.other.log_evidence;
     if (by_evidence || (!better && next_best)) {
       found.other = std::move(rest);

@@ -11,35 +11,33 @@
 
 namespace ertbench {
 
-/// The part of a step [parameters * contacts] that is taken: all of it, unless it is too long for
-/// any of the contacts.
+/// Share of a step [parameters * contacts] that stays within the longest step of every parameter.
 double step_share(const Eigen::VectorXd& step);
 
-/// The contacts a step [parameters * contacts] away, or that share of it.
+/// The contacts after step_share of a step [parameters * contacts].
 std::vector<EllipticContact> moved(std::span<const EllipticContact> contacts,
                                    const Eigen::VectorXd& step);
 
-/// The ellipse of two's joint area and second moments, of the mean of their log ratios.
+/// Merges two contacts: joint area and second moments, mean log ratio.
 EllipticContact joined(const EllipticContact& a, const EllipticContact& b);
 
-/// The contacts with one of them in two parts along its longer axis, the second one the last.
+/// Splits contact `k` in two along its longer axis; the second part comes last.
 std::vector<EllipticContact> with_split(std::span<const EllipticContact> contacts, std::size_t k);
 
-/// Discs all over the sheet, of some sizes and one ratio, and what each does to the voltages: where
-/// a fit begins. The dipole strength (1 - f) / (1 + f) of a disc and its voltages are nearly
-/// proportional, so that the amplitude of the best atom says the ratio.
+/// Dictionary of starting points: discs all over the sheet, in some sizes and one ratio, with their
+/// voltages. The voltages of a disc are nearly proportional to its dipole strength
+/// (1 - f) / (1 + f), so that the amplitude of the best atom gives the ratio f.
 class ContactAtoms {
  public:
-  /// `whitening` [pairs, pairs] takes changes to units of their noise.
+  /// `whitening` [pairs, pairs] scales changes to unit noise.
   ContactAtoms(const EllipseModel& model, const Eigen::MatrixXd& whitening);
 
   struct Start {
     EllipticContact contact;
-    double gain = 0;  ///< of the log likelihood, were the voltages linear
+    double gain = 0;  ///< gain of the log likelihood if the voltages were linear
   };
-  /// The best `count` atoms for a whitened residual [pairs] that counts by `weights` [pairs], none
-  /// within half its own size of another's centre, the best first; of the signs that the prior
-  /// allows.
+  /// The best `count` atoms for a whitened residual [pairs] with `weights` [pairs], best first.
+  /// None lies within half its size of another's centre, and all have signs that the prior allows.
   void best(const Eigen::VectorXd& residual, const Eigen::VectorXd& weights, int count,
             const ContactPrior& prior, std::vector<Start>& out) const;
 
@@ -48,7 +46,7 @@ class ContactAtoms {
  private:
   std::vector<EllipticContact> contacts_;
   Eigen::MatrixXf atoms_;    ///< [atoms, pairs] whitened
-  Eigen::MatrixXf squares_;  ///< [atoms, pairs] theirs
+  Eigen::MatrixXf squares_;  ///< [atoms, pairs] squares of `atoms_`
 };
 
 }  // namespace ertbench

@@ -19,19 +19,19 @@ namespace {
 
 using Eigen::Index;
 
-/// Chi^2 of a frame of the model itself exceeds its mean by this many standard deviations once in
-/// some hundred thousand frames.
+/// Standard deviations by which chi^2 of a frame of the model itself exceeds its mean once in some
+/// hundred thousand frames.
 constexpr double unlikely = 5;
-/// Frames like those of the validation set that are called unexplained, where ellipses leave more
-/// of them than noise: shapes of other kinds have a long tail.
-/// What some hundred frames tell of so long a tail may be wrong by the margin.
+/// Share of frames like those of the validation set that may be called unexplained. Shapes other
+/// than ellipses give the misfit a long tail; its quantile from some hundred frames is multiplied
+/// by the margin.
 constexpr double tail_share = 1.0 / 1200;
 constexpr double limit_margin = 2;
-/// Times that a frame is fitted anew because its voltages have another factor than was thought, and
-/// the part of a frame's noise that a rest of it may amount to.
+/// Largest number of fits of a frame to estimate the factor common to all voltages, and the rest of
+/// it, relative to the noise, at which they stop.
 constexpr int most_factors = 4;
 constexpr double little = 0.1;
-/// What is known of the logarithm of a conductivity ratio is known no better than this.
+/// Least standard deviation of the logarithm of a conductivity ratio that the user gives.
 constexpr double least_known = 0.02;
 
 FoundContact found_contact(const EllipticContact& contact, double background,
@@ -214,11 +214,11 @@ void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead, bool fol
   for (Index p = 0; p < count; ++p) {
     const auto index = static_cast<std::size_t>(p);
     const bool kept = (electrodes_of_pairs_[index] & masked) == 0;
-    // What a dead electrode reads may be anything, also NaN.
+    // Channels of a dead electrode may read anything, also NaN.
     means[p] = kept ? (changes[pairs_[index][0]] + changes[pairs_[index][1]]) / 2 : 0;
     if (masked != 0) workspace.kept[p] = kept ? 1 : 0;
   }
-  // The last frame's factor is as good a guess as its contacts.
+  // In a stream the factor of the last frame is the first guess.
   const double factor = followed ? 1 / (1 + fitted.level) : 1;
   fitted.level = 0;
   if (nuisances_.factor() > 0) {
@@ -243,7 +243,7 @@ void ContactSolver::fit_factor(const Eigen::VectorXd& means, double factor, bool
       fit_->follow(rest, found.best, fitted.workspace, found);
     }
     iterations += found.iterations;
-    // Its mean given what the contacts leave: deviation^2 n' C^-1 r.
+    // Posterior mean of the factor given the residual r: deviation^2 n' C^-1 r.
     const double more = deviation * deviation *
                         whitened_reference_.dot(fit_->whitened_residual_of(
                             rest, found.best.contacts, fitted.workspace));
@@ -251,7 +251,7 @@ void ContactSolver::fit_factor(const Eigen::VectorXd& means, double factor, bool
     if (std::abs(more) * rest.norm() * std::numbers::sqrt2 < little * *noise_.value) break;
   }
   found.iterations = iterations;
-  // What is expected of gain and level says whose the factor is.
+  // The prior deviations divide the factor between gain and level.
   const double share = std::pow(nuisances_.level / deviation, 2);
   fitted.level = std::pow(factor, -share) - 1;
 }
@@ -267,7 +267,7 @@ void ContactSolver::draw(const Fitted& fitted, Eigen::Ref<Eigen::RowVectorXd> im
   report.iterations = found.iterations;
   report.level = fitted.level;
   const Eigen::VectorXd& kept = fitted.workspace.kept;
-  const double in_use = kept.size() > 0 ? kept.mean() : 1;  // of all pairs
+  const double in_use = kept.size() > 0 ? kept.mean() : 1;  // share of the pairs
   if (found.best.misfit > in_use * misfit_limit_ && misfit_limit_ > 0) {
     report.reasons |= unexplained;
   }
@@ -386,7 +386,7 @@ std::vector<SolverType> contact_solvers() {
        "unit, \"electrodes\": domain units}; default none"},
       ChannelMask::parameter()};
   info.make = make_from_json<ContactSolver>;
-  // A step that is taken or not is decided by last bits.
+  // Last bits decide whether a step is taken.
   info.comparison = ImageComparison::rounding;
   return {{ContactSolver::type, info}};
 }

@@ -15,11 +15,10 @@
 
 namespace ertbench {
 
-/// A solver whose unknowns are the contacts: ellipses or discs, as many as a frame demands, fitted
-/// to its voltages with the exact model of the continuous sheet (ContactFit). Its images are drawn
-/// from the contacts, which are also to be had themselves (contact_finder), with their standard
-/// deviations. A frame that no contacts explain is suspect (FrameReason::unexplained), whatever it
-/// looks like otherwise.
+/// A solver whose unknowns are contacts, ellipses or discs, fitted to the voltages of a frame with
+/// the exact model of the continuous sheet (ContactFit). It estimates their number, too. Images are
+/// drawn from the contacts; contact_finder gives the contacts with their standard deviations. A
+/// frame that no contacts explain is flagged (FrameReason::unexplained).
 class ContactSolver final : public Solver, private ContactFinder {
  public:
   static constexpr const char* type = "contacts";
@@ -38,7 +37,7 @@ class ContactSolver final : public Solver, private ContactFinder {
                    std::span<FrameReport> reports) const override;
   MaskedChannels masked_channels() const override { return mask_; }
   const ContactFinder* contact_finder() const override { return this; }
-  /// Each frame's contacts are looked for from those of the frame before.
+  /// Each frame starts from the contacts of the frame before.
   std::unique_ptr<FrameStream> open_stream() const override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
@@ -50,27 +49,27 @@ class ContactSolver final : public Solver, private ContactFinder {
   void prepare(const Sensor& sensor);
   class Stream;
 
-  /// One frame as it was fitted. All of it may serve the next frame.
+  /// Fit of one frame, from which the next frame of a stream may start.
   struct Fitted {
     ContactFit::Workspace workspace;
     ContactFit::Found found;
     double level = 0;  ///< see FrameReport::level
   };
-  /// Whether all channels of a frame are numbers but for those of masked and `dead` electrodes.
+  /// True if all channels of a frame are finite, except those of masked and `dead` electrodes.
   bool is_finite(const double* changes, ElectrodeSet dead) const;
-  /// Fits one frame, a row of changes; `dead` electrodes are left out of account. `followed`: begun
-  /// at what `fitted` holds of the frame before.
+  /// Fits one frame [channels] without the `dead` electrodes. `followed`: starts from the fit of
+  /// the frame before in `fitted`.
   void fit_frame(const double* changes, ElectrodeSet dead, bool followed, Fitted& fitted) const;
-  /// Takes the factor that all voltages have in common, first guessed to be `factor`, out of the
-  /// frame and fits it again, until it has none.
+  /// Removes the factor common to all voltages, first guess `factor`, from the frame and fits
+  /// again, until none is left.
   void fit_factor(const Eigen::VectorXd& means, double factor, bool followed, Fitted& fitted) const;
   void draw(const Fitted& fitted, Eigen::Ref<Eigen::RowVectorXd> image, FrameReport& report) const;
-  /// The strongest first.
+  /// Lists the contacts, the strongest first.
   void list_contacts(const ContactFit::Found& found, std::vector<FoundContact>& out) const;
-  /// Puts the ratio that is known into the prior.
+  /// Enters the given conductivity ratio into the prior.
   void know_ratio();
   void choose_prior_weight(const FitInput& input);
-  /// The misfit above which a frame is unexplained, from frames of the validation set.
+  /// Sets the misfit above which a frame is unexplained, from frames of the validation set.
   void set_misfit_limit(const FitInput& input);
 
   ContactFit::Options options_;
@@ -83,7 +82,7 @@ class ContactSolver final : public Solver, private ContactFinder {
   ChannelMask mask_;
   std::optional<ParameterChoice> choice_;
   ContactPrior prior_;
-  double misfit_limit_ = 0;  ///< of chi^2; 0: none known yet
+  double misfit_limit_ = 0;  ///< limit of chi^2; 0: not set
 
   Sensor sensor_;
   std::vector<std::array<int, 2>> pairs_;

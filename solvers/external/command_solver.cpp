@@ -44,7 +44,7 @@ bool write_whole(const char* bytes, std::size_t count) {
   return true;
 }
 
-/// The life of the program that answers.
+/// Body of the echo process.
 void answer_frames(std::size_t channels, std::size_t pixels) {
   std::vector<double> frames;
   std::vector<char> images;
@@ -105,7 +105,7 @@ using nlohmann::json;
 constexpr const char* request_name = "/request";
 constexpr std::size_t most_line_bytes = 1 << 20;
 constexpr std::size_t most_words = 1000;
-/// What a program says of its own failure is cut to so many characters.
+/// Longest error message, in characters, that is taken from a program.
 constexpr std::size_t most_error_text = 1000;
 
 std::vector<std::string> words_of(JsonObject& object, const char* key) {
@@ -122,7 +122,7 @@ std::vector<std::string> words_of(JsonObject& object, const char* key) {
   return words.get<std::vector<std::string>>();
 }
 
-/// The programs' libraries start threads of their own by these.
+/// Environment variables that set the numbers of threads of libraries.
 constexpr const char* thread_variables[] = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS",
                                             "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"};
 
@@ -144,7 +144,7 @@ json path_or_null(const DatasetFile* set) {
   return set ? json(fs::absolute(set->path()).string()) : json(nullptr);
 }
 
-/// From or to paths that count from a folder.
+/// Converts paths to or from paths relative to a folder.
 void change_paths(json& request, const std::function<fs::path(const fs::path&)>& change) {
   for (const char* key : {"train", "validation", "work_folder"}) {
     if (request.at(key).is_string()) {
@@ -153,7 +153,7 @@ void change_paths(json& request, const std::function<fs::path(const fs::path&)>&
   }
 }
 
-/// Also of words that can be no name of a file, as long ones are: those are none.
+/// False also for words that cannot be a file name, such as overlong ones.
 bool is_file(const fs::path& file) {
   std::error_code ignored;
   return fs::is_regular_file(file, ignored);
@@ -328,7 +328,7 @@ std::vector<SolverType> external_solvers() {
       {"frame_limit_s", "for each frame, > 0; default 10"},
       {"memory_limit_mb", "of all its processes, 1 ...; default that of the trial"}};
   info.make = make_from_json<CommandSolver>;
-  // What a program computes, and with what libraries, is its own business: by rounding.
+  // The program's libraries are unknown; its images are compared up to rounding.
   info.comparison = ImageComparison::rounding;
   return {{CommandSolver::type, info}};
 }

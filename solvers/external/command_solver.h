@@ -16,9 +16,9 @@
 
 namespace ertbench {
 
-/// A solver whose images are zero: a process of its own reads the frames as the protocol of
-/// programs has them (command_solver.h), and answers at once. What it takes is what the pipes and
-/// the two changes of process take. Throws std::system_error where no process can be made.
+/// A solver with zero images: another process reads the frames by the protocol of CommandSolver and
+/// answers at once, so that its time is that of the pipes and the two context switches. Throws
+/// std::system_error if no process can be made.
 std::unique_ptr<Solver> echo_solver(const Sensor& sensor);
 
 /// A program of any language as a solver. It is started by `fit` and by `load`, in the folder of
@@ -34,36 +34,36 @@ std::unique_ptr<Solver> echo_solver(const Sensor& sensor);
 ///    (changes, V); writes n x pixels float64 (delta sigma, S/m; row 0 at y = -1) and n bytes of
 ///    status (FrameStatus).
 ///
-/// What it does wrong (no answer in time, a crash, garbage) throws FailedTrial. The fitted file
-/// holds what the program was told in step 1, paths relative to that file.
+/// Failures of the program (no answer in time, a crash, garbage) throw FailedTrial. The fitted file
+/// holds the line of step 1, with paths relative to that file.
 class CommandSolver final : public Solver {
  public:
   static constexpr const char* type = "command";
-  /// Throws InputError where the command is none, or names a program that is not there.
+  /// Throws InputError if the command is empty or names a program that does not exist.
   explicit CommandSolver(JsonObject object);
 
-  /// The command and, once it is ready, the parameters that the program says it uses.
+  /// The command and, once the program is ready, the parameters that it reports.
   nlohmann::json parameters() const override;
   void fit(const FitInput& input) override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
-  /// A batch that fits into the buffers of pipes of a megabyte.
+  /// A batch that fits into pipe buffers of a megabyte.
   Eigen::Index block_frames() const override { return 128; }
   std::unique_ptr<Solver> transport() const override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Where the program may keep its files: that of the fit, or one that goes with this solver.
+  /// Folder for the program's files: that of the fit, or a temporary one of this solver.
   std::filesystem::path work_folder(const FitInput& input);
   void start(const Sensor& sensor);
 
   std::vector<std::string> command_;
-  nlohmann::json files_;  ///< null where there are none
+  nlohmann::json files_;  ///< null without files
   nlohmann::json given_;  ///< "parameters" of the experiment
   double ready_limit_s_;
   double frame_limit_s_;
-  double memory_limit_mb_;        ///< 0: that of the trial
+  double memory_limit_mb_;        ///< 0: the trial's limit
   std::filesystem::path folder_;  ///< of the experiment
   std::string name_;              ///< "python3 my_method.py", for messages
 

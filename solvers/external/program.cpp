@@ -37,8 +37,8 @@ PipeEnds open_pipe() {
   if (::pipe2(ends, O_CLOEXEC) != 0) {
     throw std::system_error(errno, std::generic_category(), "no pipe");
   }
-  // Room for a batch, so that neither side waits for the other in the middle of one; where the
-  // system does not give it, it goes in smaller pieces.
+  // Room for a batch, so that neither side waits in the middle of one. If the system refuses, the
+  // batch is sent in smaller pieces.
   ::fcntl(ends[0], F_SETPIPE_SZ, 1 << 20);
   return {ends[0], ends[1]};
 }
@@ -52,7 +52,7 @@ void close_end(int& descriptor) {
   descriptor = -1;
 }
 
-/// The last lines of a text, those that are empty left out.
+/// The last lines of a text that are not empty.
 std::string last_lines(const std::string& text) {
   std::vector<std::string> lines;
   for (const std::string& one : split(text, "\n")) {
@@ -69,7 +69,7 @@ std::string last_lines(const std::string& text) {
 
 }  // namespace
 
-/// Parts of memory that are sent, and how far that is.
+/// Buffers to send, with the position reached.
 struct Program::Outgoing {
   std::span<const std::string_view> parts;
   std::size_t part = 0;
@@ -84,7 +84,7 @@ struct Program::Outgoing {
   }
 };
 
-/// The same of what is received.
+/// Buffers to fill, with the position reached.
 struct Program::Incoming {
   std::span<const std::span<char>> parts;
   std::size_t part = 0;
@@ -197,7 +197,7 @@ void Program::exchange(std::span<const std::string_view> out, std::span<const st
     wait(writing, start, limit_s, "had not answered");
     if (!incoming.done()) read_some(incoming);
   }
-  // Also behind the answer: text among the images has moved their end.
+  // Checked after the answer, too: text among the images shifts their end.
   if (!in.empty()) require_nothing_unasked();
 }
 

@@ -16,25 +16,25 @@
 
 namespace ertbench {
 
-/// A supervised child process that is talked to over its standard input and output. Whatever goes
-/// wrong with it throws FailedTrial with what happened and the last lines that it wrote to standard
-/// error, which otherwise goes to ours. One thread at a time.
+/// A supervised child process with pipes to its standard input and output. Its failures throw
+/// FailedTrial with the cause and the last lines of its standard error, which is forwarded to ours.
+/// Used by one thread at a time.
 class Program {
  public:
-  /// `run` is the child's life: it replaces the process by a program, or returns in the end.
-  /// `name` is for messages. Throws std::system_error where no process can be made.
+  /// `run` is the body of the child: it replaces the process by a program, or returns. `name` is
+  /// for messages. Throws std::system_error if no process can be made.
   Program(std::string name, const std::function<void()>& run, std::uint64_t memory_bytes);
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
-  /// Closes its standard input, gives it a moment to end and ends it with all that it started.
+  /// Closes the child's standard input, waits a moment, and ends it with all its descendants.
   ~Program();
 
-  /// Sends bytes and takes none.
+  /// Sends bytes and reads none.
   void send(std::string_view bytes, double limit_s);
-  /// The next line, without its end, of at most `most` bytes.
+  /// Reads the next line, without its end, of at most `most` bytes.
   std::string line(double limit_s, std::size_t most);
-  /// Sends the parts one after the other and receives as many bytes as the others hold, however
-  /// the two overlap. Bytes that it had sent before nobody asked are a failure.
+  /// Sends the parts of `out` in their order and fills those of `in`, overlapped in any way. Bytes
+  /// that the child sent before it was asked are a failure.
   void exchange(std::span<const std::string_view> out, std::span<const std::span<char>> in,
                 double limit_s);
 
@@ -42,40 +42,40 @@ class Program {
   struct Outgoing;
   struct Incoming;
 
-  /// Waits until it can be written to (where `writing`) or read from; what it says on standard
-  /// error is passed on meanwhile.
+  /// Waits until the child can be read from or, if `writing`, written to; forwards its standard
+  /// error meanwhile.
   void wait(bool writing, SteadyClock::time_point start, double limit_s, const char* what);
-  /// Whether there is more to write.
+  /// Returns true if there is more to write.
   bool write_some(Outgoing& out);
   void read_some(Incoming& in);
   void require_nothing_unasked();
   void pass_on_errors();
-  /// It has closed a pipe: how it ended.
+  /// Throws the reason why the child has closed a pipe.
   [[noreturn]] void fail_ended();
   [[noreturn]] void fail(const std::string& status, const std::string& what);
   void end(double patience_s);
 
   std::string name_;
   std::uint64_t memory_bytes_;
-  int input_ = -1;    ///< we write
-  int output_ = -1;   ///< we read
-  int errors_ = -1;   ///< we read
-  std::string said_;  ///< the end of what it wrote to standard error
-  std::string rest_;  ///< read behind the last line
+  int input_ = -1;    ///< written here
+  int output_ = -1;   ///< read here
+  int errors_ = -1;   ///< read here
+  std::string said_;  ///< end of its standard error
+  std::string rest_;  ///< bytes read after the last line
   Supervisor supervisor_;
   std::optional<ProcessEnd> end_;
   bool ended_by_us_ = false;
 };
 
-/// Step 3 of the protocol: n, n frames out; n images and n bytes of status in. Nothing is allocated
-/// for frames and images that lie row behind row. Any number of threads, one after the other.
+/// Step 3 of the protocol: sends n and n frames, receives n images and n bytes of status. Allocates
+/// nothing if frames and images are contiguous. Thread-safe; calls are serialised.
 class FrameExchange {
  public:
   /// `program` must outlive this.
   FrameExchange(Program& program, double frame_limit_s)
       : program_(program), frame_limit_s_(frame_limit_s) {}
 
-  /// Throws FailedTrial as Program does, and where a byte of status is no FrameStatus.
+  /// Throws FailedTrial like Program, and for a byte that is no FrameStatus.
   void reconstruct(FramesView changes, ImagesView images, std::span<FrameReport> reports);
 
  private:

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int halvings = 12;
 constexpr double sufficient = 1e-4;  ///< part of the promised decrease that a step must bring
-/// Promised relative decreases below this are rounding.
+/// Predicted relative decreases below this are rounding.
 constexpr double least_decrease = 1e-13;
 
 }  // namespace
@@ -94,8 +94,8 @@ void GaussNewtonIteration::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
     linear_.noalias() += jacobian_ * t_;
     if (!penalty_->minimise(jacobian_, linear_, z_, best_)) break;
 
-    // What the linearised problem promises; total variation's quadratic promises no less than the
-    // total variation keeps.
+    // Decrease that the linearised problem predicts. The quadratic above the total variation does
+    // not overestimate it.
     penalty_->image(best_, t_trial_);
     linear_.noalias() -= jacobian_ * t_trial_;
     const double promised = objective_ - linear_.squaredNorm() / 2 - penalty_->value(best_);
@@ -117,7 +117,7 @@ void GaussNewtonIteration::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
     objective_ = reached;
     std::swap(z_, trial_);
     std::swap(t_, t_trial_);
-    // What a step of full length would change, in conductivities: near a bound t runs away.
+    // Change of a full step in conductivities, since t may grow without limit near a bound.
     const double change_of_image = (ratio_ - ratio_before_).norm() / length;
     if (change_of_image <= options.tolerance * (ratio_.array() - 1).matrix().norm()) {
       report.status = FrameStatus::ok;
@@ -139,13 +139,12 @@ void GaussNewtonIteration::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
 
 namespace {
 
-/// Differences beyond this part of the background count by their size in the total variation.
+/// Smoothing of the total variation over the background: larger differences count linearly.
 constexpr double smoothing = 0.01;
-/// Directions of the training images that are kept: the others hold less than this part of what the
-/// strongest does.
+/// Directions of the training images with less than this share of the strongest are dropped.
 constexpr double least_variance = 1e-4;
 
-/// E with E E^T = E[t t^T] over the training images, but for its weakest directions.
+/// E with E E^T = E[t t^T] over the training images, without its weakest directions.
 Eigen::MatrixXd shaping_of(const DatasetFile& set, const BoundedConductivity& bounds) {
   constexpr std::uint64_t read_at_once = 1000;
   const Eigen::Index pixels = set.sensor().pixels();
@@ -204,7 +203,8 @@ nlohmann::json GaussNewton::parameters() const {
 
 void GaussNewton::check(const Sensor& sensor) const {
   mask_.check(sensor);
-  const ForwardModel model(sensor, sensor.image_grid);  // refuses what the grid does not serve
+  const ForwardModel model(sensor,
+                           sensor.image_grid);  // throws if the grid does not fit the sensor
 }
 
 void GaussNewton::set_sensor(const Sensor& sensor) {
@@ -271,7 +271,7 @@ void GaussNewton::choose_lambda(const FitInput& input) {
   double largest = 0;
   int per_decade = 2;
   if (prior_ == total_variation) {
-    // The weight beside which a variation of |changes| / |J| counts like the data.
+    // The weight at which a variation of |changes| / |J| weighs as much as the data.
     std::vector<double> sizes;
     for (Eigen::Index f = 0; f < frames.changes.rows(); ++f) {
       sizes.push_back(frames.changes.row(f).norm());

@@ -17,10 +17,10 @@
 namespace ertbench {
 
 struct GaussNewtonOptions {
-  double tolerance = 1e-2;  ///< relative change of the image at which a frame is done
+  double tolerance = 1e-2;  ///< stops at this relative change of the image
   int max_iterations = 20;
-  /// Above 0: done as soon as the misfit is this many times the frame's noise, which is known from
-  /// what reciprocal channels differ by.
+  /// If > 0, stops as soon as the misfit is at most this many times the noise of the frame, which
+  /// is estimated from the differences between reciprocal channels.
   double discrepancy = 0;
 };
 
@@ -28,18 +28,18 @@ struct GaussNewtonOptions {
 ///
 ///     min over z of 1/2 |F(t(z)) - d'|^2 + penalty(z),
 ///
-/// F the change of the grid model's voltages. Every step minimises with F linearised at the last
-/// image, and is halved until it lowers the objective itself. Holds the working memory of one
-/// thread; the result of a frame does not depend on those before.
+/// with the change F of the grid model's voltages. Each step minimises with F linearised at the
+/// last image and is halved until it lowers the objective. Holds the working memory of one thread;
+/// the result of a frame does not depend on earlier frames.
 class GaussNewtonIteration {
  public:
-  /// `background_jacobian` [pairs, pixels]: d' by the ratios of conductivities, of the uniform
-  /// sheet; it outlives the iteration.
+  /// `background_jacobian` [pairs, pixels] V: derivatives of d' with respect to conductivity /
+  /// background at the uniform sheet. It must outlive the iteration.
   GaussNewtonIteration(const Sensor& sensor, const BoundedConductivity& bounds,
                        std::unique_ptr<Penalty> penalty, const RowMajorMatrix& background_jacobian);
 
-  /// `change` [channels] V, `image` [pixels] S/m. The pairs `kept` count. A frame that is not
-  /// finite gives a zero image and the status undefined.
+  /// `change` [channels] V, `image` [pixels] S/m. Uses the pairs `kept`. A frame that is not finite
+  /// gives a zero image and the status undefined.
   void minimise(const Eigen::Ref<const Eigen::RowVectorXd>& change,
                 const std::vector<Eigen::Index>& kept, const GaussNewtonOptions& options,
                 Eigen::Ref<Eigen::RowVectorXd> image, FrameReport& report);
@@ -48,7 +48,7 @@ class GaussNewtonIteration {
   double objective() const { return objective_; }
 
  private:
-  /// Sets the sheet to the image of `z`, and returns the objective there.
+  /// Sets the sheet to the image of `z` and returns the objective.
   double set(const Eigen::VectorXd& z, const std::vector<Eigen::Index>& kept);
   double noise(const Eigen::Ref<const Eigen::RowVectorXd>& change,
                const std::vector<Eigen::Index>& kept) const;
@@ -67,23 +67,22 @@ class GaussNewtonIteration {
   RowMajorMatrix jacobian_;                                     // [kept, pixels]
 };
 
-/// Iterated Gauss-Newton reconstruction: the image whose voltages, by the grid model and not by its
-/// linearisation, fit the changes, with a penalty on it,
+/// Iterated Gauss-Newton reconstruction: fits the voltages of the nonlinear grid model to the
+/// changes, with a penalty on the image,
 ///
 ///     min over t of 1/2 |F(t) - changes|^2 + penalty(t),
 ///
-/// t the variable of BoundedConductivity, so that the conductivity stays between its bounds. Once
-/// it has converged the image is free of the linear model's bias, by which a disc of the ratio f
-/// that is resolved has 2 / (1 + f) times its strength. The penalties are those of one-step-gn, the
-/// smoothed total variation, and the Gaussian prior whose covariance is that of the training scenes
-/// (of mean zero, as LinearMmse has it: no contact, no image).
+/// where t is the variable of BoundedConductivity, which keeps the conductivity between its bounds.
+/// A converged image is free of the bias of the linear model, in which a resolved disc of ratio f
+/// has 2 / (1 + f) times its strength. Penalties are those of one-step-gn, the smoothed total
+/// variation, and a Gaussian prior of mean zero with the covariance of the training scenes.
 class GaussNewton final : public Solver {
  public:
   static constexpr const char* type = "gauss-newton";
 
   /// `{"prior": "tikhonov" | "noser" | "laplace" | "total-variation" | "training", "lambda": > 0 |
   /// "auto", "bounds": [low, high], "tolerance", "max_iterations", "discrepancy", "calibrate"}` and
-  /// what ChannelMask reads.
+  /// the key of ChannelMask.
   explicit GaussNewton(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -119,16 +118,16 @@ class GaussNewton final : public Solver {
 
   Sensor sensor_;
   BoundedConductivity bounds_;
-  RowMajorMatrix background_jacobian_;  ///< [pairs, pixels], by ratios, V
+  RowMajorMatrix background_jacobian_;  ///< [pairs, pixels] V, see GaussNewtonIteration
   Eigen::MatrixXd shaping_;             ///< [pixels, 1] or [pixels, coordinates]
-  Eigen::VectorXd gains_;               ///< [channels] that changes are multiplied with
+  Eigen::VectorXd gains_;               ///< [channels] factors on the changes
 
   mutable std::mutex idle_mutex_;
-  /// Iterations that no thread uses; a frame takes one and brings it back, warm.
+  /// Pool of iterations; a call takes one and returns it with its memory.
   mutable std::vector<std::unique_ptr<GaussNewtonIteration>> idle_;
 };
 
-/// The solvers of this folder, for the registry.
+/// The solvers of this room, for the registry.
 std::vector<SolverType> iterated_solvers();
 
 }  // namespace ertbench

@@ -118,7 +118,7 @@ SheetOperator::SheetOperator(const Sensor& sensor)
     currents_(electrodes[static_cast<std::size_t>(pair.first)], k) -= 1;
     currents_(electrodes[static_cast<std::size_t>(pair.second)], k) += 1;
   }
-  // The node that the factor holds has the potential zero.
+  // The node held by the factor has potential zero.
   half_ = RowMajorMatrix::Zero(edges_.pixels(), currents_.cols());
   products_.resize(count, count);
   fields_.resize(count, edges_.pixels());
@@ -166,7 +166,7 @@ void SheetOperator::jacobian(const std::vector<Eigen::Index>& kept, RowMajorMatr
     Eigen::Map<RowMajorMatrix>(along_columns_.row(k).data(), m, n + 1) =
         u.bottomRows(m) - u.topRows(m);
   }
-  // Half the sum over the pixel's four edges of the products of the two fields' differences.
+  // Half the sum, over the four edges of the pixel, of products of the two fields' differences.
   const auto flat = [](RowMajorMatrix& products) {
     return Eigen::Map<Eigen::RowVectorXd>(products.data(), products.size());
   };

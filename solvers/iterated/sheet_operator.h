@@ -12,14 +12,14 @@
 
 namespace ertbench {
 
-/// The variable in which conductivities are sought, t in S/m: any t is a conductivity between the
-/// bounds, and t is the change from the background itself where that is small, so that a penalty on
-/// t means what it means for linear solvers. With s = conductivity / background, low < s < high,
+/// Change of variables for the conductivity: any t (S/m) is a conductivity between the bounds, and
+/// small t are changes from the background, so that a penalty on t means the same as for linear
+/// solvers. With s = conductivity / background, low < s < high,
 ///
 ///     s = low + (high - low) / (1 + (high - 1) / (1 - low) exp(-a t / background)),
 ///     a = (high - low) / ((1 - low) (high - 1)),
 ///
-/// a logistic curve through s = 1 at t = 0, where its slope is 1 / background.
+/// a logistic curve through s = 1 at t = 0 with slope 1 / background.
 class BoundedConductivity {
  public:
   BoundedConductivity() = default;
@@ -31,15 +31,15 @@ class BoundedConductivity {
         rate_((high - low) / ((1 - low) * (high - 1)) / background),
         odds_((high - 1) / (1 - low)) {}
 
-  /// s and ds/dt, 1 / (S/m), of every t.
+  /// s and ds/dt, 1 / (S/m), for every t.
   void ratios(const Eigen::VectorXd& t, Eigen::VectorXd& ratio, Eigen::VectorXd& slope) const {
     ratio = low_ + (high_ - low_) / (1 + odds_ * (-rate_ * t.array()).exp());
-    // Rounding must not put a conductivity onto its bound, which may be zero.
+    // Rounding must not move a conductivity onto its bound, which may be zero.
     ratio = ratio.array().max(low_ + least).min(high_);
     slope = rate_ / (high_ - low_) * (ratio.array() - low_) * (high_ - ratio.array());
   }
 
-  /// t of conductivities [n] S/m; those outside of the bounds are drawn in.
+  /// t of conductivities [n] S/m; values outside the bounds are clamped.
   template <typename Derived>
   auto variable(const Eigen::ArrayBase<Derived>& conductivity) const {
     constexpr double inside = 1e-3;
@@ -61,28 +61,28 @@ class BoundedConductivity {
   double odds_ = 1;
 };
 
-/// What a Gauss-Newton step weighs against the data, as a function of coordinates z of the image t.
-/// Holds the working memory of one thread; `pairs` below are those that are kept.
+/// Penalty of a Gauss-Newton step as a function of coordinates z of the image t. Holds the working
+/// memory of one thread; `pairs` below are the kept ones.
 class Penalty {
  public:
   virtual ~Penalty() = default;
 
   virtual Eigen::Index coordinates() const = 0;
-  /// t [pixels] of z.
+  /// Computes t [pixels] from z.
   virtual void image(const Eigen::VectorXd& z, Eigen::VectorXd& t) const = 0;
   virtual double value(const Eigen::VectorXd& z) = 0;
-  /// The z at which 1/2 |J t - data|^2 and the penalty (a quadratic above it that touches it at
-  /// `now`, where it is none itself) are least together. J [pairs, pixels], data [pairs] V. False
-  /// where rounding has made the system indefinite.
+  /// Minimises 1/2 |J t - data|^2 + penalty over z; a penalty that is not quadratic is replaced by
+  /// a quadratic that lies above it and touches it at `now`. J [pairs, pixels], data [pairs] V.
+  /// False if rounding has made the system indefinite.
   virtual bool minimise(const RowMajorMatrix& jacobian, const Eigen::VectorXd& data,
                         const Eigen::VectorXd& now, Eigen::VectorXd& z) = 0;
 };
 
-/// lambda^2 / 2 |z|^2 with t = E z: a Gaussian prior of covariance E E^T. In measurement space,
-/// z = K^T (K K^T + lambda^2)^-1 data with K = J E: a system of the size of the pairs.
+/// lambda^2 / 2 |z|^2 with t = E z: a Gaussian prior of covariance E E^T. Solved in measurement
+/// space, z = K^T (K K^T + lambda^2)^-1 data with K = J E.
 class ShapedPenalty final : public Penalty {
  public:
-  /// E is the diagonal `shaping` [pixels, 1], or [pixels, coordinates]; it outlives the penalty.
+  /// E is a diagonal, `shaping` [pixels, 1], or [pixels, coordinates]; must outlive the penalty.
   ShapedPenalty(const Eigen::MatrixXd& shaping, double lambda)
       : shaping_(shaping), lambda_(lambda) {}
 
@@ -105,18 +105,18 @@ class ShapedPenalty final : public Penalty {
   Eigen::VectorXd solved_;
 };
 
-/// A penalty on the differences e of t across the pixels' edges, z = t: the sum of weight e^2
-/// (twice the pixel graph's Laplacian in lambda^2 R^T R, weight = lambda^2), or the smoothed total
-/// variation, the sum of weight sqrt(e^2 + smoothing^2), above which the quadratic of lagged
-/// diffusivity (Vogel, Oman 1996) lies.
+/// Penalty on the differences e of t across pixel edges, with z = t: the sum of weight e^2 (in
+/// lambda^2 R^T R twice the Laplacian of the pixel graph, weight = lambda^2), or the smoothed total
+/// variation, the sum of weight sqrt(e^2 + smoothing^2), majorised by the quadratic of lagged
+/// diffusivity (Vogel, Oman 1996).
 ///
-/// The constant image costs nothing: t = t0 + c 1, the last pixel of t0 being zero, H = L L^T the
-/// weighted Laplacian of the others. With G = L^-1 J^T, S = 1 + G^T G and k = J 1,
+/// A constant image has no penalty: t = t0 + c 1, where the last pixel of t0 is zero and H = L L^T
+/// is the weighted Laplacian of the others. With G = L^-1 J^T, S = 1 + G^T G and k = J 1,
 ///
 ///     v = S^-1 (data - c k),   c = k^T S^-1 data / k^T S^-1 k,   t0 = L^-T G v.
 class EdgePenalty final : public Penalty {
  public:
-  /// `smoothing` <= 0: the sum of squares.
+  /// `smoothing` <= 0 selects the sum of squares.
   EdgePenalty(int columns, int rows, double weight, double smoothing);
 
   Eigen::Index coordinates() const override { return edges_.pixels(); }
@@ -139,24 +139,24 @@ class EdgePenalty final : public Penalty {
   Eigen::VectorXd constant_, constant_solve_, solved_;
 };
 
-/// Voltages and Jacobian of the grid model (ForwardModel on the image's grid), halved by
-/// reciprocity (Reciprocity), for one conductivity after another: a banded Cholesky factor L of the
-/// stiffness, the voltages from L^-1 P, the Jacobian from the fields L^-T L^-1 P. Holds the working
-/// memory of one thread, and allocates nothing after its construction.
+/// Voltages and Jacobian of the grid model (ForwardModel on the image's grid), reduced by
+/// reciprocity (Reciprocity), for a sequence of conductivities: a banded Cholesky factor L of the
+/// stiffness, voltages from L^-1 P, the Jacobian from the fields L^-T L^-1 P. Holds the working
+/// memory of one thread and allocates nothing after its construction.
 class SheetOperator {
  public:
-  /// Throws InputError where an electrode falls between the grid's nodes. The sensor is one that
-  /// the grid serves (fits_grid).
+  /// The grid must fit the sensor (fits_grid). Throws InputError if an electrode falls between the
+  /// nodes of the grid.
   explicit SheetOperator(const Sensor& sensor);
 
   Eigen::Index pixels() const { return Eigen::Index{columns_} * rows_; }
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(drives_.size()); }
 
-  /// `ratio` [pixels]: conductivity / background, > 0. All below is for the last one set.
+  /// `ratio` [pixels]: conductivity / background, > 0. The functions below use the last one set.
   void set_conductivity(const Eigen::VectorXd& ratio);
-  /// d' of the pairs `kept`: change from the uniform sheet, V. [kept]
+  /// Changes d' from the uniform sheet, V, of the pairs `kept` [kept].
   void changes(const std::vector<Eigen::Index>& kept, Eigen::VectorXd& out) const;
-  /// Its derivatives by the ratios, V. [kept, pixels]; computes the fields.
+  /// Derivatives of d' with respect to the ratios, V [kept, pixels]; computes the fields.
   void jacobian(const std::vector<Eigen::Index>& kept, RowMajorMatrix& out);
 
  private:
@@ -170,10 +170,10 @@ class SheetOperator {
   RowMajorMatrix currents_;                        ///< P [nodes, pairs rounded up]
   RowMajorMatrix half_;                            ///< L^-1 P
   Eigen::MatrixXd products_;                       ///< P^T K^-1 P
-  Eigen::MatrixXd uniform_;                        ///< the same of the uniform sheet
+  Eigen::MatrixXd uniform_;                        ///< products_ of the uniform sheet
   RowMajorMatrix fields_;                          ///< [drives rounded up, nodes]
   RowMajorMatrix along_rows_, along_columns_;      ///< differences of the fields [drives, edges]
-  RowMajorMatrix row_products_, column_products_;  ///< of two drives, on the grid of edges
+  RowMajorMatrix row_products_, column_products_;  ///< products of two drives [edges]
 };
 
 }  // namespace ertbench

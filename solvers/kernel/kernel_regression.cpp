@@ -12,7 +12,7 @@
 namespace ertbench {
 namespace {
 
-/// What is tried for a scale.
+/// Values tried for each hyperparameter.
 std::vector<double> values_of(const Tunable& tunable, std::vector<double> tried) {
   return tunable.value ? std::vector{*tunable.value} : std::move(tried);
 }
@@ -30,7 +30,7 @@ ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
       values_of(choice.width, {0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 32});
   const std::vector<double> lambdas =
       values_of(choice.lambda, {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1});
-  // Raw changes have their norms in them.
+  // Raw changes contain their norms.
   const std::vector<double> weights = input == KernelInput::raw
                                           ? std::vector<double>{0}
                                           : values_of(choice.norm_weight, {0, 0.1, 0.2, 0.5, 1});
@@ -119,7 +119,7 @@ KernelRegression::KernelRegression(const RowMajorMatrix& changes, const MatrixXd
 MatrixXd KernelRegression::predict(const Eigen::Ref<const RowMajorMatrix>& changes) const {
   const RowMajorMatrix features = kernel_features(changes, input_, scales_.norm_weight);
   MatrixXd out(changes.rows(), coefficients_.cols());
-  // Frame by frame, so that a frame of a batch comes out as it does alone.
+  // Frame by frame, so that a frame gives the same result alone and in a batch.
   for (Index f = 0; f < changes.rows(); ++f) {
     const VectorXd feature = features.row(f).transpose();
     VectorXd squared = squares_;

@@ -9,29 +9,29 @@
 
 namespace ertbench {
 
-/// What a frame's change d is compared by.
+/// Features by which the changes d of two frames are compared.
 enum class KernelInput {
-  direction,  ///< d / |d|, and log |d| beside it, times a weight
+  direction,  ///< d / |d|, and log |d| times a weight
   raw,        ///< d itself
 };
 
-/// The scales of a kernel regression.
+/// Hyperparameters of a kernel regression.
 struct KernelScales {
-  double width = 0.5;    ///< of the basis, over the median squared distance of the training frames
-  double lambda = 1e-4;  ///< the ridge
-  double norm_weight = 0;  ///< of log |d| beside the direction; of no account for raw changes
+  double width = 0.5;      ///< of the kernel, over the median squared distance of training frames
+  double lambda = 1e-4;    ///< ridge
+  double norm_weight = 0;  ///< of log |d| beside the direction; unused for raw changes
 
   bool operator==(const KernelScales&) const = default;
 };
 
-/// What is compared, [frames, channels + 1 or channels]; of a frame without any change all zero.
+/// Features [frames, channels + 1 or channels]; all zero for a frame without a change.
 RowMajorMatrix kernel_features(const Eigen::Ref<const RowMajorMatrix>& changes, KernelInput input,
                                double norm_weight);
 
-/// Squared distances of all rows of `a` from all rows of `b`.
+/// Squared distances between all rows of `a` and all rows of `b`.
 Eigen::MatrixXd squared_distances(const RowMajorMatrix& a, const RowMajorMatrix& b);
 
-/// The median of the distances of different rows, of which there are two or more; 1 where it is 0.
+/// Median of the entries between different rows (two rows or more); 1 if the median is 0.
 double median_distance(const Eigen::MatrixXd& squared);
 
 /// Kernel ridge regression with an intercept (the least-squares support vector machine of Suykens
@@ -60,14 +60,14 @@ class KernelRegression {
   Eigen::RowVectorXd intercept_;  ///< [outputs]
 };
 
-/// What the regression, fitted to all frames but one, misses that one by: [frames, outputs] of
-/// target less prediction, for each of `lambdas`. In closed form, a_i / (C^-1)_ii with C the matrix
-/// above (Cawley 2006), from one decomposition. `kernel` [frames, frames].
+/// Leave-one-out residuals, target less prediction [frames, outputs], for each of `lambdas`. In
+/// closed form a_i / (C^-1)_ii with the matrix C above (Cawley 2006), from one decomposition.
+/// `kernel` [frames, frames].
 std::vector<Eigen::MatrixXd> leave_one_out(const Eigen::MatrixXd& kernel,
                                            const Eigen::MatrixXd& targets,
                                            const std::vector<double>& lambdas);
 
-/// Scales as parameters have them, numbers or "auto".
+/// Hyperparameters in the parameters of a solver, numbers or "auto".
 struct KernelScaleChoice {
   Tunable width;
   Tunable lambda;
@@ -77,14 +77,13 @@ struct KernelScaleChoice {
   static KernelScaleChoice from_json(JsonObject& object);
 };
 
-/// Scales with the mean error that they were chosen by.
+/// Chosen hyperparameters.
 struct ChosenScales {
   KernelScales scales;
-  double error = 0;  ///< mean over the frames of the length of what leaving one out misses
+  double error = 0;  ///< mean norm of the leave-one-out residuals
 };
 
-/// Of all combinations of the values that are tried for what is "auto" the one with the least mean
-/// leave-one-out error.
+/// Chooses the hyperparameters given as "auto" from a grid, by the least mean leave-one-out error.
 ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
                            const RowMajorMatrix& changes, const Eigen::MatrixXd& targets);
 

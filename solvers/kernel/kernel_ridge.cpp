@@ -18,10 +18,10 @@ using Eigen::Index;
 using nlohmann::json;
 
 constexpr Index fewest_presses = 3;
-/// Of the least learned strength: what comes out weaker is no contact.
+/// Share of the least learned strength; a weaker prediction is no contact.
 constexpr double least_share = 0.5;
 
-/// Of a contact, squared domain units; of a polygon by its corners.
+/// Area of a contact, squared domain units.
 double area_of(const Contact& contact) {
   switch (contact.shape) {
     case Shape::disc:
@@ -41,8 +41,7 @@ double area_of(const Contact& contact) {
   return std::abs(twice) / 2;
 }
 
-/// Frames of a set, as many as there is room for, those with one contact apart from those with
-/// none.
+/// Frames of a set up to the limit, those with one contact apart from those without.
 class PressReader {
  public:
   explicit PressReader(std::size_t most) : most_(most) {}
@@ -55,7 +54,7 @@ class PressReader {
       const Eigen::RowVectorXd change =
           set.voltages(f, 1).row(0) - set.reference_voltages().transpose();
       if (scene.contacts.empty()) {
-        // Of a set that does not say where contacts are, a frame without one is one of unknown.
+        // In a set without contact positions, no contact means that they are unknown.
         if (set.truth().places) blank_.push_back(change);
         continue;
       }
@@ -107,7 +106,7 @@ void require_sensor(const DatasetFile& set, const Sensor& sensor) {
   throw InputError(set.path().string() + ": is of another sensor; generate it for this one");
 }
 
-/// What was learned with which error, as parameters have it.
+/// The chosen hyperparameters and their error, for the solver's parameters.
 json chosen_json(const ChosenScales& place, const ChosenScales& strength, const Sensor& sensor,
                  Index presses) {
   return {{"presses", presses},
@@ -134,7 +133,7 @@ void KernelRidge::read(JsonObject parameters) {
   joins_validation_ =
       parameters.choice_or("validation", "joined", {"joined", "left-out"}) == "joined";
   most_frames_ = parameters.integer_or("most_frames", most_frames_, 3, 20000);
-  if (parameters.has("chosen")) parameters.raw("chosen");  // told, and found again by a fit
+  if (parameters.has("chosen")) parameters.raw("chosen");  // a record of the fit, not a setting
   parameters.finish();
 }
 
@@ -206,7 +205,7 @@ void KernelRidge::regress() {
 
 std::optional<KernelRidge::Press> KernelRidge::press_of(
     const Eigen::Ref<const Eigen::RowVectorXd>& change) const {
-  // In memory of its own: where a row lies in an array decides the order of sums, and last bits.
+  // A copy: the alignment of a row in an array changes the order of sums, and so last bits.
   const Eigen::RowVectorXd own = change;
   if (!own.allFinite() || !(own.norm() > 0)) return std::nullopt;
   const double strength = strength_.predict(own)(0, 0);
@@ -227,7 +226,7 @@ void KernelRidge::reconstruct(FramesView changes, ImagesView images, std::span<F
     if (!press) continue;
     scene.contacts[0].centre = press->place;
     rasterise(scene, pixels, Rasterisation::area, ratio);
-    // 1 - ratio is half of what the disc covers of a pixel. No conductivity falls below 0.
+    // 1 - ratio is half of the covered share of a pixel. No conductivity falls below 0.
     const double change =
         std::max(press->strength / presses_.area, -(1 - 1e-6) * sensor_.background);
     images.row(f) = 2 * change * (1 - ratio.array()).matrix().transpose();

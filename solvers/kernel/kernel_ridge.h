@@ -12,16 +12,15 @@ namespace ertbench {
 
 class DatasetFile;
 
-/// Kernel ridge regression to a place, type "kernel-ridge": from the voltages of known presses to
-/// the place of a new one, and its strength, without any model of the sheet or of its channels. The
-/// direction of a frame's change tells the place, its norm the strength, so that by default the
-/// changes are compared by their directions, with the logarithm of the norm beside them as far as
-/// it helps. All scales are chosen by leave-one-out, for place and strength apart, so that it needs
-/// no validation set; one that is there is learned from as well.
+/// Kernel ridge regression, type "kernel-ridge": predicts position and strength of a press from the
+/// voltages of known presses, without a model of the sheet or of its channels. By default changes
+/// are compared by direction, which gives the position, and by the logarithm of their norm, which
+/// gives the strength. Hyperparameters are chosen by leave-one-out, separately for position and
+/// strength, so that no validation set is needed; if there is one, it is learned from as well.
 ///
-/// Every frame is taken to have one contact, unless its strength comes out under half of the least
-/// that it has learned from. The image is a disc at the place, of the mean size of the learned
-/// contacts and of the strength found.
+/// A frame has one contact, or none if the predicted strength is below half of the least learned
+/// one. The image is a disc at the position, with the mean size of the learned contacts and the
+/// predicted strength.
 class KernelRidge final : public Solver, public ContactFinder {
  public:
   static constexpr const char* type = "kernel-ridge";
@@ -42,7 +41,7 @@ class KernelRidge final : public Solver, public ContactFinder {
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// What was learned from.
+  /// Training data.
   struct Presses {
     RowMajorMatrix changes;     ///< [frames, channels] V
     Eigen::MatrixXd places;     ///< [frames with a contact, 2] domain units; these come first
@@ -52,9 +51,9 @@ class KernelRidge final : public Solver, public ContactFinder {
 
   void read(JsonObject parameters);
   void learn(const FitInput& input);
-  /// Makes both regressions from the presses and scales.
+  /// Fits both regressions to the presses.
   void regress();
-  /// Place and signed strength of one frame; nothing where it holds no contact.
+  /// Position (domain units) and signed strength of the contact in a frame.
   struct Press {
     Eigen::Vector2d place;
     double strength;
@@ -71,7 +70,7 @@ class KernelRidge final : public Solver, public ContactFinder {
   Presses presses_;
   ChosenScales place_scales_;
   ChosenScales strength_scales_;
-  double least_strength_ = 0;  ///< under which there is no contact
+  double least_strength_ = 0;  ///< a weaker prediction is no contact
   KernelRegression place_;
   KernelRegression strength_;
 };

@@ -36,7 +36,7 @@ void LinearInference::add_to(nlohmann::json& parameters) const {
 
 namespace {
 
-// What one frame keeps on the stack.
+// Largest buffers of one frame on the stack.
 constexpr Eigen::Index stack_inputs = 256;
 constexpr Eigen::Index stack_pixels = 1024;
 
@@ -45,7 +45,7 @@ using StackVector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, 0, most, 1>;
 template <typename Scalar>
 using Rows = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// One frame; in double precision straight into the image.
+/// Applies the map to one frame; double precision writes straight into the image.
 template <typename Scalar>
 void multiply(const ImageMap<Scalar>& map, const StackVector<Scalar, stack_inputs>& in,
               Eigen::Ref<Eigen::RowVectorXd> image) {
@@ -61,7 +61,7 @@ void multiply(const ImageMap<Scalar>& map, const StackVector<Scalar, stack_input
   }
 }
 
-/// Columns of pairs -> columns of both their channels.
+/// Copies the column of each pair to the columns of both its channels.
 Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciprocity& reciprocity) {
   Eigen::MatrixXd out(columns.rows(), reciprocity.channels());
   for (Eigen::Index p = 0; p < columns.cols(); ++p) {
@@ -98,7 +98,7 @@ void LinearSolver::set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixX
 
 void LinearSolver::finish() {
   masked_ = mask_.detect ? masked_inverse() : nullptr;
-  // Channels without partners are all in the map already.
+  // Without reciprocal pairs the map has all channels already.
   if (!inference_.averaging && !reciprocity_.single()) {
     full_ = map_.factored()
                 ? ImageMap<double>{map_.left, for_all_channels(map_.right, reciprocity_)}
@@ -149,7 +149,7 @@ void LinearSolver::reconstruct(FramesView changes, ImagesView images,
 
 void LinearSolver::mask_dead(FramesView changes, ImagesView images,
                              std::span<const FrameReport> reports) const {
-  std::map<ElectrodeSet, Eigen::MatrixXd> weights;  // of each set of dead electrodes met
+  std::map<ElectrodeSet, Eigen::MatrixXd> weights;  // by set of dead electrodes
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     const ElectrodeSet dead = reports[static_cast<std::size_t>(f)].dead;
     if (dead == 0) continue;

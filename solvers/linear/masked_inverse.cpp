@@ -11,13 +11,13 @@
 namespace ertbench {
 namespace {
 
-/// The diagonal of J^T J, its square root.
+/// Square root of the diagonal of J^T J.
 Eigen::VectorXd sensitivities(const Eigen::MatrixXd& jacobian) {
   return jacobian.colwise().norm().transpose();
 }
 
-/// The Laplacian of a path of n pixels has the eigenvectors cos(pi k (i + 1/2) / n), and the
-/// eigenvalues 2 - 2 cos(pi k / n); that of the grid their products and sums.
+/// The Laplacian of a path of n pixels has the eigenvectors cos(pi k (i + 1/2) / n) and the
+/// eigenvalues 2 - 2 cos(pi k / n). The grid's has products of the vectors and sums of the values.
 PriorFactors laplace_factors(int columns, int rows) {
   const auto path_of = [](int n, Eigen::VectorXd& values) {
     Eigen::MatrixXd path(n, n);
@@ -46,7 +46,7 @@ PriorFactors laplace_factors(int columns, int rows) {
   return {shaping, true};
 }
 
-/// Columns of a square image where they are not given.
+/// Columns of the image; those of a square one if `columns` is 0.
 int columns_of(const Eigen::MatrixXd& jacobian, int columns) {
   return columns > 0
              ? columns
@@ -99,7 +99,7 @@ PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int col
     const int across = columns_of(jacobian, columns);
     return laplace_factors(across, static_cast<int>(pixels) / across);
   }
-  // Pixels that no channel sees keep the value zero.
+  // Pixels to which no channel is sensitive stay zero.
   const Eigen::VectorXd s = sensitivities(jacobian);
   const double unseen = 1e-14 * s.maxCoeff();
   const Eigen::VectorXd shaping =

@@ -13,11 +13,11 @@ enum class Prior { tikhonov, noser, laplace };
 Prior prior_from_name(const std::string& name);  ///< "tikhonov", "noser", "laplace"
 const char* name_of(Prior prior);
 
-/// J [m, pixels] -> R^T R [pixels, pixels]; `columns` of the image, 0 of a square one.
+/// R^T R [pixels, pixels] for J [m, pixels]; `columns` of the image, 0 for a square one.
 Eigen::MatrixXd prior_matrix(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
 
-/// The same by its factors: the image is E y + c 1 with |R(E y + c 1)| = |y|; c only where R^T R
-/// maps constant images to zero.
+/// Factored form of the prior: the image is E y + c 1 with |R (E y + c 1)| = |y|. The constant c is
+/// free if R^T R maps constant images to zero, else 0.
 struct PriorFactors {
   Eigen::MatrixXd shaping;  ///< E [pixels, number of y]
   bool free_constant;
@@ -25,17 +25,17 @@ struct PriorFactors {
 
 PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
 
-/// A linear solver's inverse where only some reciprocal pairs count, in measurement space: all that
-/// has the size of the image is computed once, a set of pairs costs one small decomposition,
+/// A linear solver's inverse for a subset of the reciprocal pairs, in measurement space. Everything
+/// of the size of the image is computed once; a subset costs one small decomposition,
 ///
-///     image = basis C d',   C zero in the columns of pairs that do not count.
+///     image = basis C d',   C zero in the columns of the other pairs.
 class MaskedInverse {
  public:
   virtual ~MaskedInverse() = default;
 
   /// [pixels, rows of C]
   const Eigen::MatrixXd& basis() const { return basis_; }
-  /// C [columns of the basis, pairs]; `kept` pairs ascending.
+  /// C [columns of the basis, pairs] for the pairs `kept`, ascending.
   virtual Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const = 0;
 
  protected:
@@ -47,7 +47,7 @@ class MaskedInverse {
 ///     M = S_kept S_kept^T + lambda^2,   y = S_kept^T M^-1 (d' - c k),   c = k^T M^-1 d' / k^T M^-1
 ///     k,
 ///
-/// c only where the prior leaves it free. One Cholesky decomposition.
+/// with c = 0 unless the prior leaves it free. One Cholesky decomposition.
 class MaskedGaussNewton final : public MaskedInverse {
  public:
   /// J' [pairs, pixels].
@@ -60,8 +60,8 @@ class MaskedGaussNewton final : public MaskedInverse {
   double square_;             ///< lambda^2
 };
 
-/// Truncated singular value decomposition of J'_kept, from the eigenvectors of its Gram matrix:
-/// values down to `least` count, as many as of J' or fewer, so that noise is amplified no more.
+/// Truncated singular value decomposition of J'_kept, from the eigenvectors of its Gram matrix.
+/// Values below `least` are dropped, so that noise is amplified no more than with all pairs.
 class MaskedTsvd final : public MaskedInverse {
  public:
   MaskedTsvd(const Eigen::MatrixXd& jacobian, double least);
@@ -72,11 +72,11 @@ class MaskedTsvd final : public MaskedInverse {
   double least_;
 };
 
-/// The linear estimate of least mean squared error (LinearMmse) from the kept pairs alone, which is
-/// exact: their moments are a part of all. One Cholesky decomposition.
+/// The linear estimate of least mean squared error (LinearMmse) from the kept pairs. It is exact,
+/// because their moments are a block of the moments of all pairs. One Cholesky decomposition.
 class MaskedMmse final : public MaskedInverse {
  public:
-  /// Second moments [pairs, pairs] and [pixels, pairs], ridge as mmse_matrix has them.
+  /// Second moments [pairs, pairs] and [pixels, pairs] and ridge as for mmse_matrix.
   MaskedMmse(Eigen::MatrixXd changes, const Eigen::MatrixXd& cross, double ridge);
   Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
 

@@ -17,8 +17,7 @@ namespace {
 constexpr std::uint64_t read_at_once = 1000;
 constexpr Eigen::Index scenes_at_once = 512;  ///< scenes of one matrix product
 
-/// For each pair the one that a symmetry takes it from: both channels of a pair come from the two
-/// of another.
+/// Pair that a symmetry maps to each pair; both channels of a pair come from one other pair.
 std::vector<Eigen::Index> turned_pairs(const Reciprocity& reciprocity, const Symmetry& symmetry) {
   std::vector<Eigen::Index> pair_of(symmetry.channels.size());
   for (Eigen::Index p = 0; p < reciprocity.pairs(); ++p) {
@@ -57,7 +56,7 @@ TrainingScenes::TrainingScenes(const FitInput& input, const std::string& place, 
           reciprocity.reduce(voltages.row(f) - set.reference_voltages().transpose()).transpose();
     }
   }
-  // Rounding in the file's conductivities is no contact.
+  // Rounding of the conductivities in the file does not count as a contact.
   const auto rounding = static_cast<float>(1e-6 * input.sensor.background);
   if (images_.size() == 0 || images_.cwiseAbs().maxCoeff() <= rounding) {
     throw InputError(place + ": needs a training set with contacts; " + set.path().string() +
@@ -129,8 +128,8 @@ namespace {
 constexpr int rounds = 12;
 constexpr Eigen::Index points_at_once = 1024;  ///< points of one matrix product
 
-/// k-means++ (Arthur, Vassilvitskii 2007): each centre a point, drawn by its squared distance to
-/// those drawn before.
+/// k-means++ (Arthur, Vassilvitskii 2007): centres are points, drawn with probability proportional
+/// to their squared distance to the centres drawn before.
 Eigen::MatrixXf first_centres(const Eigen::MatrixXf& points, Eigen::Index count) {
   RandomStream random(1, key_of("k-means"), 0, Purpose::training);
   Eigen::MatrixXf centres(count, points.cols());
@@ -149,10 +148,10 @@ Eigen::MatrixXf first_centres(const Eigen::MatrixXf& points, Eigen::Index count)
   return centres;
 }
 
-/// The nearest centre of each point.
+/// Nearest centre of each point.
 std::vector<Eigen::Index> nearest_centres(const Eigen::MatrixXf& points,
                                           const Eigen::MatrixXf& centres) {
-  // |p - c|^2 less |p|^2, which is the same for all centres.
+  // |p - c|^2 without |p|^2, which does not depend on the centre.
   const Eigen::RowVectorXf squares = centres.rowwise().squaredNorm().transpose();
   std::vector<Eigen::Index> out(static_cast<std::size_t>(points.rows()));
   Eigen::MatrixXf distances;
@@ -190,25 +189,25 @@ std::vector<std::vector<Eigen::Index>> k_means(const Eigen::MatrixXf& points, in
 
 namespace {
 
-/// Directions of the changes that images are estimated from, and that tell the components apart. On
-/// one to three contacts at 50 dB 64 and 24 have the least error of 40, 64, 104 and 16, 24, 32, 48,
-/// 104: the rest is noise, of which covariances of few scenes know little.
+/// Directions of the changes from which images are estimated, and by which components are
+/// distinguished. On one to three contacts at 50 dB, 64 and 24 have the least error among 40, 64,
+/// 104 and 16, 24, 32, 48, 104; the rest is noise that few scenes do not determine.
 constexpr Eigen::Index image_directions = 64;
 constexpr Eigen::Index gate_directions = 24;
-/// Scenes that the covariance within all components counts as beside a component's own.
+/// Weight of the pooled covariance, in scenes, when it is mixed with a component's own.
 constexpr double shared_scenes = 50;
-/// Components less likely than this part of the likeliest have no share in an image.
+/// Components with less than this share of the largest probability are left out of the image.
 constexpr double least_share = 1e-3;
 constexpr double noise_part = 0.2;  ///< of the directions, the weakest, hold the noise alone
 
-/// Eigenvectors of a symmetric matrix in descending order of their values, at most `count`.
+/// Up to `count` eigenvectors of a symmetric matrix, in descending order of their values.
 Eigen::MatrixXd leading(const SymmetricEigen& eigen, Eigen::Index count) {
   const Eigen::Index size = std::min(count, eigen.vectors.cols());
   return eigen.vectors.rightCols(size).rowwise().reverse();
 }
 
-/// What k-means compares [scenes, directions + 1]: the shape of the change, and the logarithm of
-/// its size, in which the noise counts for ten of its standard deviations.
+/// Features for k-means [scenes, directions + 1]: the shape of the change and the logarithm of its
+/// size, to which ten standard deviations of the noise are added.
 Eigen::MatrixXf features(const TrainingScenes& scenes, const Eigen::MatrixXd& directions,
                          double noise) {
   constexpr double weight_of_shape = 1.5;
@@ -269,10 +268,10 @@ MixtureMean::MixtureMean(const GaussianMixture& mixture, const std::vector<Eigen
                          double ridge) {
   const Eigen::MatrixXd whole = mixture.second_moment();
   const double noise = ridge * whole.diagonal().mean();
-  // The same directions where all pairs are kept.
+  // Equal to `directions` if all pairs are kept.
   const Eigen::MatrixXd directions =
       leading(symmetric_eigen(whole(kept, kept)), mixture.directions.cols());
-  // What is known of x and a direction of all pairs, of the directions of those that are kept.
+  // Transforms the covariance of x with directions of all pairs to directions of the kept pairs.
   const Eigen::MatrixXd overlap = mixture.directions(kept, Eigen::all).transpose() * directions;
   const Eigen::Index size = directions.cols();
   const Eigen::Index gate = std::min(gate_directions, size);
@@ -293,7 +292,7 @@ MixtureMean::MixtureMean(const GaussianMixture& mixture, const std::vector<Eigen
     const Eigen::MatrixXd solved = all.solve((c.cross * overlap).transpose());
     estimates_.push_back({solved.transpose().cast<float>(),
                           (c.image_mean - solved.transpose() * mean).cast<float>()});
-    // The leading block of the inverse factor is that of the leading coordinates.
+    // The leading block of the inverse factor belongs to the leading coordinates.
     const Eigen::MatrixXd inverse = all.matrixL().solve(Eigen::MatrixXd::Identity(size, size));
     whitening_.middleRows(k * gate, gate) = inverse.topLeftCorner(gate, gate).cast<float>();
     centres_.segment(k * gate, gate) =

@@ -10,12 +10,12 @@
 
 namespace ertbench {
 
-/// What an estimator learns from: the changes of the training set, halved by reciprocity, beside
-/// its images, every scene as it is and, with `symmetries`, turned by each symmetry of the sensor.
+/// Changes of the training set, reduced by reciprocity, and its images. With `symmetries` every
+/// scene also appears transformed by each symmetry of the sensor.
 class TrainingScenes {
  public:
-  /// Reads the whole training set. Throws InputError where there is none (`place` is what needs
-  /// it), where it is of another sensor, or where it has no contact.
+  /// Reads the whole training set. Throws InputError if there is none (`place` names the setting
+  /// that needs it), if it is of another sensor, or if it has no contact.
   TrainingScenes(const FitInput& input, const std::string& place, bool symmetries);
 
   Eigen::Index count() const { return changes_.rows() * static_cast<Eigen::Index>(turns_.size()); }
@@ -32,31 +32,31 @@ class TrainingScenes {
   };
 
   RowMajorMatrix changes_;  ///< [scenes, pairs]
-  /// [scenes, pixels]; in single precision, for they are most of the memory.
+  /// [scenes, pixels]; in single precision, because they take most of the memory.
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> images_;
   std::vector<Turn> turns_;  ///< the identity first
 };
 
-/// First and second moments of changes d' and images x over some scenes.
+/// First and second moments of changes d' and images x over a set of scenes.
 struct JointMoments {
   double scenes = 0;
   Eigen::VectorXd change_mean;  ///< [pairs]
   Eigen::VectorXd image_mean;   ///< [pixels]
-  Eigen::MatrixXd changes;      ///< E[(d' - mean) (d' - mean)^T] [pairs, pairs], noise and all
+  Eigen::MatrixXd changes;      ///< E[(d' - mean) (d' - mean)^T] [pairs, pairs], with the noise
   Eigen::MatrixXd cross;        ///< E[(x - mean) (d' - mean)^T] [pixels, pairs]
 };
 
-/// Of the scenes `which`, all of them where it is empty; `about_zero`: with means of zero.
+/// Moments over the scenes `which`, or over all if it is empty; `about_zero` sets the means to
+/// zero.
 JointMoments moments_of(const TrainingScenes& scenes, const std::vector<Eigen::Index>& which,
                         bool about_zero);
 
-/// Divides the rows of `points` [points, features] into up to `groups` groups of rows that lie
-/// close together, by Lloyd's algorithm (k-means) from centres drawn by k-means++, a dozen rounds
-/// of it. Each group's rows ascend; none is empty, so that fewer groups come back where points
-/// coincide. The same every time.
+/// Clusters the rows of `points` [points, features] into up to `groups` groups by a dozen rounds of
+/// Lloyd's algorithm (k-means) from k-means++ centres. Rows ascend within a group, and no group is
+/// empty: fewer come back if points coincide. Deterministic.
 std::vector<std::vector<Eigen::Index>> k_means(const Eigen::MatrixXf& points, int groups);
 
-/// A mixture of joint Gaussians of changes d' and images x: what the training scenes look like.
+/// A mixture of joint Gaussians of changes d' and images x, a model of the training scenes.
 struct GaussianMixture {
   struct Component {
     double weight = 0;            ///< share of the training scenes
@@ -66,8 +66,8 @@ struct GaussianMixture {
     Eigen::MatrixXd cross;        ///< of x with directions^T d' [pixels, directions]
   };
 
-  /// Leading principal directions of all the changes [pairs, directions], in whose coordinates the
-  /// images are estimated. Beyond 64 the changes are noise.
+  /// Leading principal directions of the changes [pairs, directions], from whose coordinates images
+  /// are estimated. Beyond 64 directions the changes are noise.
   Eigen::MatrixXd directions;
   std::vector<Component> components;
 
@@ -75,21 +75,20 @@ struct GaussianMixture {
   Eigen::MatrixXd second_moment() const;
 };
 
-/// Fits a mixture of up to `components` by k-means: scenes are alike whose changes have a like
-/// shape (place of the contacts) and a like strength, in units of the noise. Each covariance is
-/// mixed with that within all components, which counts as 50 scenes.
+/// Fits a mixture of up to `components` by k-means over the shape of the changes (position of the
+/// contacts) and their strength in units of the noise. Each covariance is shrunk towards the pooled
+/// one, which counts as 50 scenes.
 GaussianMixture fit_mixture(const TrainingScenes& scenes, int components);
 
-/// The posterior mean of the image under a mixture: of each component its linear estimate, weighted
-/// by the component's posterior probability. For one set of pairs, in one precision; const and
-/// thread-safe.
+/// Posterior mean of the image under a mixture: the components' linear estimates, weighted by their
+/// posterior probabilities. For one set of pairs, in single precision; const and thread-safe.
 class MixtureMean {
  public:
-  /// Uses the pairs `kept`, ascending, at least one. `ridge` as mmse_matrix has it, beside the mean
-  /// square of all the changes.
+  /// Uses the pairs `kept`, ascending, at least one. `ridge` as for mmse_matrix, relative to the
+  /// mean square of all changes.
   MixtureMean(const GaussianMixture& mixture, const std::vector<Eigen::Index>& kept, double ridge);
 
-  /// `sums` [pairs]: d_a + d_b of every pair; `image` [pixels].
+  /// `sums` [pairs] V: d_a + d_b; `image` [pixels] S/m.
   void estimate(const Eigen::Ref<const Eigen::VectorXd>& sums,
                 Eigen::Ref<Eigen::RowVectorXd> image) const;
 

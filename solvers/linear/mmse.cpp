@@ -98,7 +98,7 @@ namespace {
 
 constexpr std::size_t most_masked = 16;  ///< sets of dead electrodes that are kept
 
-/// One matrix below the other.
+/// Stacks two matrices.
 template <typename Part>
 RowMajorMatrix stacked(const GaussianMixture& mixture, Part&& part) {
   const auto& first = part(mixture.components.front());

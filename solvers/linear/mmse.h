@@ -13,7 +13,7 @@
 
 namespace ertbench {
 
-/// The matrix of the linear estimate of least mean squared error,
+/// Matrix [pixels, pairs] of the linear estimate of least mean squared error,
 ///
 ///     x = cross (changes + ridge m 1)^-1 d',   m the mean of the diagonal of `changes`,
 ///
@@ -21,17 +21,17 @@ namespace ertbench {
 Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
                             double ridge);
 
-/// Linear minimum-mean-square-error reconstruction, type "lmmse" with one component: among all
-/// matrices the one whose images have the least mean squared error over the training scenes,
+/// Linear minimum-mean-square-error reconstruction, type "lmmse" with one component: the matrix
+/// with the least mean squared error of images over the training scenes,
 ///
 ///     image = E[x d^T] (E[d d^T] + ridge)^-1 changes.
 ///
-/// It is the posterior mean where changes and images are jointly Gaussian with mean zero: no
-/// contact gives no image. The moments are those of the training set, whose voltages carry its
-/// noise and obey no linear model. (From C_xx by the Jacobian, C_xx J^T (J C_xx J^T + noise)^-1,
-/// the mean relative error is .77 in place of .62 on one to three contacts: the linear model's bias
-/// is taken for noise.) `ridge`, noise beyond that of the training set relative to the mean square
-/// of the changes, trades error of strong contacts for error of weak ones.
+/// It is the posterior mean if changes and images are jointly Gaussian with mean zero, and maps a
+/// frame without a change to an empty image. The moments are those of the training set, whose
+/// voltages include noise and follow no linear model. (From C_xx by the Jacobian,
+/// C_xx J^T (J C_xx J^T + noise)^-1, the mean relative error is .77 instead of .62 on one to three
+/// contacts.) `ridge` is additional noise, relative to the mean square of the changes; it trades
+/// errors of strong contacts for errors of weak ones.
 class LinearMmse final : public LinearSolver {
  public:
   static constexpr const char* type = "lmmse";
@@ -47,7 +47,7 @@ class LinearMmse final : public LinearSolver {
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Reads what concerns the fit and calls `finish` of the object.
+  /// Reads the parameters of the fit and calls `finish` of the object.
   void read(JsonObject parameters);
   nlohmann::json fit_parameters() const;
   std::unique_ptr<const MaskedInverse> masked_inverse() const override;
@@ -55,19 +55,19 @@ class LinearMmse final : public LinearSolver {
   bool symmetries_ = true;
   Tunable ridge_;
   std::optional<ParameterChoice> choice_;
-  // Second moments of all pairs, from which frames with dead electrodes are imaged.
+  // Second moments of all pairs, for frames with dead electrodes.
   Eigen::MatrixXd changes_;  ///< [pairs, pairs]
   Eigen::MatrixXd cross_;    ///< [pixels, pairs]
 };
 
-/// The minimum-mean-square-error image under a mixture of Gaussians fitted to the training scenes,
-/// type "lmmse" with several components: each covers contacts of about one place and strength, and
-/// has a linear estimate of its own; a frame's image is their mean, weighted by the posterior
-/// probabilities of the components. A frame costs the probabilities of all components (24 x 24
-/// numbers each) and the matrices of the two or three that have any. All in single precision.
+/// Minimum-mean-square-error image under a mixture of Gaussians fitted to the training scenes, type
+/// "lmmse" with several components. Each component covers contacts of similar position and strength
+/// and has its own linear estimate; the image is the mean of these, weighted by the posterior
+/// probabilities. A frame costs the probabilities of all components (24 x 24 numbers each) and the
+/// matrices of the two or three likely ones. In single precision.
 ///
-/// Dead electrodes are left out of all the Gaussians, which is exact but for the choice of the
-/// directions; what that takes is kept for the sets of electrodes met last.
+/// Dead electrodes are marginalised out of the Gaussians, which is exact except for the choice of
+/// the directions; the result is cached for the sets of electrodes met last.
 class MixtureMmse final : public Solver {
  public:
   static constexpr const char* type = "lmmse";
@@ -90,8 +90,8 @@ class MixtureMmse final : public Solver {
   void read(JsonObject parameters);
   void set_sensor(const Sensor& sensor);
   void set_mean();
-  /// Without the channels of these electrodes, besides those masked in every frame; null where none
-  /// is left.
+  /// The estimator without the channels of these electrodes and of those masked in every frame;
+  /// null if no channel is left.
   std::shared_ptr<const MixtureMean> mean_without(ElectrodeSet dead) const;
 
   int components_ = 2;

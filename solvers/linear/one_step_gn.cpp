@@ -12,8 +12,8 @@ namespace {
 
 /// (J^T J + lambda^2 R^T R)^-1 J^T for any lambda, from one singular value decomposition.
 ///
-/// A constant image c 1 that the prior does not see is split off: q = J 1 / |J 1| are the data it
-/// explains, the rest is fitted by E y alone, and c takes up what is left along q.
+/// A constant image c 1 that the prior ignores is separated: with the data q = J 1 / |J 1| of a
+/// constant image, E y is fitted to the data orthogonal to q, and c to the rest along q.
 class RegularisedInverse {
  public:
   RegularisedInverse(const Eigen::MatrixXd& jacobian, const PriorFactors& prior) {
@@ -161,7 +161,7 @@ SolverInfo truncated_svd() {
   return info;
 }
 
-/// The mixture is applied otherwise than one matrix, and is a class of its own.
+/// One component is a matrix; a mixture is a class of its own.
 std::unique_ptr<Solver> make_mmse(JsonObject parameters) {
   constexpr int most = 1024;
   if (parameters.integer_or("components", 1, 1, most) == 1) {

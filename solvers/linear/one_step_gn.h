@@ -16,16 +16,17 @@ namespace ertbench {
 ///
 /// with J at the uniform background, in the conventions of EIDORS's inv_solve_diff_GN_one_step.
 ///
-/// The matrix is computed from the singular values s of J E, E the shaping of the prior
-/// (PriorFactors), by the filter s / (s^2 + lambda^2): no square of J's condition, any lambda.
+/// The matrix is computed from the singular values s of J E, with the shaping E of the prior
+/// (PriorFactors), by the filter s / (s^2 + lambda^2). This avoids the squared condition of J and
+/// works for any lambda.
 class OneStepGaussNewton final : public LinearSolver {
  public:
   static constexpr const char* type = "one-step-gn";
 
-  /// `{"prior": "tikhonov" | "noser" | "laplace", "lambda": > 0 | "auto"}` and what
-  /// LinearInference and ChannelMask read. The default prior is
-  /// NOSER: it evens out the sensitivity, which falls steeply away from the electrodes, and has
-  /// the least error of the three on random contacts.
+  /// `{"prior": "tikhonov" | "noser" | "laplace", "lambda": > 0 | "auto"}` and the keys of
+  /// LinearInference and ChannelMask. The default prior NOSER evens out the sensitivity, which
+  /// falls steeply away from the electrodes, and has the least error of the three on random
+  /// contacts.
   explicit OneStepGaussNewton(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -34,7 +35,7 @@ class OneStepGaussNewton final : public LinearSolver {
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Reads what concerns the fit and calls `finish` of the object.
+  /// Reads the parameters of the fit and calls `finish` of the object.
   void read(JsonObject parameters);
   nlohmann::json fit_parameters() const;
   std::unique_ptr<const MaskedInverse> masked_inverse() const override;
@@ -44,7 +45,7 @@ class OneStepGaussNewton final : public LinearSolver {
   std::optional<ParameterChoice> choice_;
 };
 
-/// The solvers of this folder, for the registry.
+/// The solvers of this room, for the registry.
 std::vector<SolverType> linear_solvers();
 
 }  // namespace ertbench

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double rank_tolerance = 1e-13;
 
-/// x -> [0 D; D^T 0] x with D = C - left diag(values) right^T, what is left of C.
+/// The operator [0 D; D^T 0] with the deflated matrix D = C - left diag(values) right^T.
 class DeflatedOperator {
  public:
   using Scalar = double;
@@ -40,12 +40,12 @@ class DeflatedOperator {
   Eigen::MatrixXd rest_;
 };
 
-/// Removes from `vector` what lies in the span of the columns of `basis`.
+/// Orthogonalises `vector` to the columns of `basis`.
 void orthogonalise(const Eigen::MatrixXd& basis, Eigen::VectorXd& vector) {
   for (int twice = 0; twice < 2; ++twice) vector -= basis * (basis.transpose() * vector);
 }
 
-/// Adds a triplet of c by its vectors; the Rayleigh quotient is its value to rounding.
+/// Adds a triplet of c from its vectors, with the Rayleigh quotient as its value.
 void append(SingularTriplets& found, const Eigen::MatrixXd& c, Eigen::VectorXd left,
             Eigen::VectorXd right) {
   orthogonalise(found.left, left);
@@ -86,7 +86,7 @@ SingularTriplets triplets_of_square(const Eigen::MatrixXd& c, Eigen::Index count
   const Eigen::Index n = c.rows();
   SingularTriplets found{Eigen::VectorXd(0), Eigen::MatrixXd(n, 0), Eigen::MatrixXd(n, 0)};
   while (found.values.size() < n) {
-    // At first all that are wanted; from then on a few, to see whether a larger one was missed.
+    // First all wanted values; then a few at a time, to see whether a larger one was missed.
     const bool enough = found.values.size() >= count;
     const Eigen::Index wanted =
         std::min(2 * n - 1, enough ? 4 : std::max<Eigen::Index>(4, count - found.values.size()));
@@ -114,7 +114,7 @@ SingularTriplets triplets_of_square(const Eigen::MatrixXd& c, Eigen::Index count
   return found;
 }
 
-/// 1 for 0, which has none near.
+/// Largest power of two not above a value; 1 for 0 and for values that are not finite.
 double power_of_two_near(double value) {
   return value > 0 && std::isfinite(value) ? std::exp2(std::ilogb(value)) : 1.0;
 }
@@ -130,7 +130,7 @@ SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Inde
   const Eigen::Index n = a.rows();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a.transpose());
   Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  // The iteration takes numbers below 1e-20 or so for none; a power of two rounds nothing.
+  // The iteration treats numbers below about 1e-20 as zero. Scaling by a power of two is exact.
   const double scale = power_of_two_near(r.cwiseAbs().maxCoeff());
   r /= scale;
   SingularTriplets found = triplets_of_square(r.transpose(), std::min(count, n));
@@ -144,14 +144,14 @@ SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Inde
 
 namespace {
 
-/// Values closer than this are the two of a pair: rounding parts them by 1e-15 of the largest, the
-/// sensor's geometry by far more.
+/// Singular values closer than this, relative to the largest, form a pair: rounding separates them
+/// by 1e-15, the sensor's geometry by far more.
 bool same_value(const SingularTriplets& triplets, Eigen::Index i, Eigen::Index j) {
   const Eigen::VectorXd& s = triplets.values;
   return std::abs(s[i] - s[j]) <= 1e-9 * s[std::min(i, j)] + 1e-13 * s[0];
 }
 
-/// Whether the rank keeps one value of a pair and drops the other.
+/// True if the rank keeps one value of a pair and drops the other.
 bool splits_pair(const SingularTriplets& triplets, Eigen::Index rank) {
   return rank < triplets.values.size() && same_value(triplets, rank - 1, rank);
 }
@@ -221,7 +221,7 @@ void TruncatedSvd::truncate(const FitInput& input) {
   const Eigen::MatrixXd jacobian = whole_jacobian()(kept_pairs(), Eigen::all);
   const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
 
-  // One value more than is kept shows whether a pair is split.
+  // One more value shows whether the rank splits a pair.
   const auto triplets_to = [&](Eigen::Index rank) {
     return leading_singular_triplets(jacobian, std::min(rank + 1, most));
   };
@@ -269,7 +269,7 @@ Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& 
     if (splits_pair(triplets, rank)) continue;
     set_rank(triplets, rank);
     const double error = mean_relative_error(*this, frames, input.threads);
-    // A threshold half way (in the logarithm) to the next value; below the last for all of them.
+    // The threshold lies half way (in the logarithm) to the next value, or below the last one.
     const Eigen::VectorXd& s = triplets.values;
     const double next = rank < s.size() ? s[rank] : s[rank - 1] / 4;
     const double cut = by_rank_ ? static_cast<double>(rank) : std::sqrt(s[rank - 1] * next) / s[0];

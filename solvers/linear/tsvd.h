@@ -15,17 +15,15 @@ struct SingularTriplets {
   Eigen::MatrixXd right;   ///< [columns of a, k]
 };
 
-/// The `count` leading singular triplets of `a`, fewer where the rank of `a` (values above 1e-13 of
-/// the largest) is less. Errors are of the order of rounding in the largest value.
+/// The `count` leading singular triplets of `a`, fewer if the rank of `a` (values above 1e-13 of
+/// the largest) is lower. Errors are of the order of rounding in the largest value.
 ///
 /// Spectra finds them as eigenpairs of the symmetric [0 C; C^T 0], with C the triangular factor of
 /// `a`, whose condition is that of `a` and not its square. A Krylov space holds one vector of each
 /// eigenspace, and the symmetries of the sensor make values double: what was found is deflated and
 /// the search repeated until nothing is left above the smallest value returned.
-/// Throws std::runtime_error where a residual is not small: a defect.
+/// Throws std::runtime_error if a residual is not small, which is a defect.
 SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count);
-
-struct SingularTriplets;
 
 /// Truncated singular value decomposition, as EIDORS's inv_solve_TSVD: with J = sum s_i u_i v_i^T
 /// at the uniform background, s descending,
@@ -33,19 +31,19 @@ struct SingularTriplets;
 ///     image = sum_{i <= rank} v_i (u_i^T changes) / s_i .
 ///
 /// Reciprocity leaves J a rank of at most channels / 2; a higher one would divide noise by zero and
-/// is refused. The symmetries of the sensor make singular values double: a rank between the two
-/// of a pair would give an image that depends on rounding. "auto" and thresholds keep pairs whole;
-/// a rank that is given and splits one is used with a warning.
+/// is refused. The symmetries of the sensor make singular values double: with a rank that splits
+/// such a pair the image depends on rounding. "auto" and thresholds keep pairs whole; a given rank
+/// that splits one is used with a warning.
 ///
-/// The image is computed as [v_i] ([u_i^T / s_i] changes) while that is less work than with the
-/// product of the two: on d2s up to rank 88.
+/// The image is computed as [v_i] ([u_i^T / s_i] changes) if that is less work than the product of
+/// the two matrices: for d2s up to rank 88.
 class TruncatedSvd final : public LinearSolver {
  public:
   static constexpr const char* type = "tsvd";
 
   /// `{"rank": >= 1 | "auto"}` or `{"threshold": in (0, 1) | "auto"}`: singular values down to
-  /// `threshold` times the largest are kept. Without either, `"rank": "auto"`. Besides, what
-  /// LinearInference and ChannelMask read.
+  /// `threshold` times the largest are kept. Without either, `"rank": "auto"`. Also the keys of
+  /// LinearInference and ChannelMask.
   explicit TruncatedSvd(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -55,7 +53,7 @@ class TruncatedSvd final : public LinearSolver {
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Reads what concerns the fit and calls `finish` of the object.
+  /// Reads the parameters of the fit and calls `finish` of the object.
   void read(JsonObject parameters);
   nlohmann::json fit_parameters() const;
   void truncate(const FitInput& input);

@@ -95,7 +95,7 @@ void NewtonSystem::solve(const Eigen::VectorXd& right, Eigen::VectorXd& x) {
   x.head(unknowns) = work_.array() + c;
   x[unknowns] = c;
 
-  // Where H is small beside J^T J, x is a small difference of large numbers, and J x is not w.
+  // If H is small beside J^T J, x is a small difference of large numbers and J x differs from w.
   double before = std::numeric_limits<double>::infinity();
   for (int refinement = 0; refinement < refinements; ++refinement) {
     error_.noalias() = problem_.jacobian_transposed().leftCols(channels).transpose() * x;
@@ -112,7 +112,7 @@ void NewtonSystem::solve(const Eigen::VectorXd& right, Eigen::VectorXd& x) {
   }
 }
 
-/// w and c of S w - c J 1 = data, (J 1)^T w = sum; w replaces the data.
+/// Solves S w - c J 1 = data, (J 1)^T w = sum; w replaces the data, c is returned.
 double NewtonSystem::solve_data(Eigen::VectorXd& data, double sum) const {
   schur_factor_.solveInPlace(data);
   const double c = (sum - constant_.dot(data)) / constant_product_;
@@ -123,13 +123,13 @@ double NewtonSystem::solve_data(Eigen::VectorXd& data, double sum) const {
 namespace {
 
 constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
-/// Least alpha-weighted edge weight, beside |J| = 1: a proximal term, without effect on where the
-/// iteration ends, that keeps rounding in bounds where edges open wide.
+/// Least alpha-weighted edge weight, where |J| = 1: a proximal term that bounds rounding at large
+/// edges and does not change the optimum.
 constexpr double least_weight = 1e-14;
-/// Alphas above this give the constant image whatever the frame.
+/// With a larger alpha every image is constant.
 constexpr double greatest_alpha = 1e12;
-/// z+ and z- begin where mu accounts for the whole objective, but not above this many times the
-/// size of the image that a unit of the clearest channel stands for.
+/// Upper limit of the initial z+ and z-, which make mu account for the whole objective, in units of
+/// the image that explains a unit of the leading channel.
 constexpr double greatest_start = 10;
 constexpr int iterations_with_useful_channels = 15;
 
@@ -180,13 +180,13 @@ void InteriorPoint::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
   }
 }
 
-/// The best constant image, and a dual variable well inside its bounds.
+/// Starts at the best constant image, with a dual variable well inside its bounds.
 void InteriorPoint::start() {
   const Eigen::VectorXd& constant = problem_.constant();
   x_.setConstant(constant.dot(data_) / constant.squaredNorm());
   y_.setZero();
   objective_ = std::numeric_limits<double>::infinity();
-  bound_ = 0;  // of w = 0, y = 0
+  bound_ = 0;  // the bound of w = 0, y = 0
   update_gap();
   const double largest = feasible_y_.lpNorm<Eigen::Infinity>();
   y_ = feasible_y_ * std::min(1.0, 0.5 / largest);
@@ -198,7 +198,7 @@ void InteriorPoint::start() {
   dual_residual_ += alpha_ * pixel_;
 }
 
-/// A step of length 1 in w, y from the iterate to a dual feasible point, and the gap there.
+/// Steps from the iterate to a dual feasible point and updates the gap there.
 void InteriorPoint::update_gap() {
   const PixelEdges& edges = problem_.edges();
   const RowMajorMatrix& jt = problem_.jacobian_transposed();
@@ -235,7 +235,7 @@ void InteriorPoint::update_gap() {
 }
 
 Eigen::Index InteriorPoint::useful_channels() const {
-  // The others have s^2 below alpha / 100, small beside the weight of any edge.
+  // The other channels have s^2 below alpha / 100, small beside the weight of any edge.
   const double least = 0.1 * std::sqrt(alpha_);
   const auto useful = (problem_.singular_values().array() >= least).count();
   const Eigen::Index block = GridLaplacian::block;
@@ -272,7 +272,7 @@ bool InteriorPoint::step(Eigen::Index channels) {
   const double mu = ((above_ / above_slack_).sum() + (below_ / below_slack_).sum()) / count;
   if (!system_.factor((alpha_ * weight_).max(least_weight).matrix(), channels)) return false;
 
-  // Predictor: straight to mu = 0; how far one gets tells how far mu may be reduced.
+  // Predictor: towards mu = 0; the feasible step length determines the reduction of mu.
   above_target_.setZero(edges_);
   below_target_.setZero(edges_);
   solve(above_target_, below_target_, direction_);
@@ -283,13 +283,13 @@ bool InteriorPoint::step(Eigen::Index channels) {
       count;
   const double target = std::pow(left / mu, 3) * mu;
 
-  // Corrector: the products of the predictor's steps are the error of its linearisation.
+  // Corrector: products of the predictor's steps, the error of its linearisation.
   above_target_ = target + direction_.above * direction_.y;
   below_target_ = target - direction_.below * direction_.y;
   solve(above_target_, below_target_, direction_);
   double length = longest(direction_);
 
-  // Centrality: products that a longer step would make too small or too large are drawn back.
+  // Centrality: pulls back products that a longer step would make too small or too large.
   for (int i = 0; i < corrections && length < 1; ++i) {
     const double trial = std::min(1.0, 1.5 * length + 0.1);
     const auto drawn_back = [target](const auto& product) {

@@ -9,27 +9,27 @@
 
 namespace ertbench {
 
-/// Adds G^T G, G the first `rows` rows of `tall` [>= rows, columns], to the lower triangle of `sum`
-/// [columns, columns]; `columns` is a multiple of 8. Also writes above the diagonal, in the blocks
-/// of eight columns that it passes through.
+/// Adds G^T G, with G the first `rows` rows of `tall` [>= rows, columns], to the lower triangle of
+/// `sum` [columns, columns]; `columns` is a multiple of 8. Also writes above the diagonal within
+/// blocks of eight columns.
 ///
-/// For matrices of some hundred rows and a hundred columns: nothing is copied, as Eigen's product
-/// does, which for these takes as long as a third of the sums.
+/// For matrices of some hundred rows and a hundred columns. Eigen's product copies its factors
+/// first, which for these sizes takes a third of the time of the sums.
 void add_gram(const RowMajorMatrix& tall, Eigen::Index rows, Eigen::MatrixXd& sum);
 
-/// The system (H + J^T J) x = r of a Newton step, H = A^T diag(weights) A without the edges'
-/// length, J of the leading singular values only.
+/// Solves the system (H + J^T J) x = r of a Newton step, with H = A^T diag(weights) A without the
+/// edges' length and J restricted to the leading singular values.
 ///
-/// With w = J x, and x = x0 + c 1 where the last pixel of x0 is zero: H x0 + J^T w = r, whose rows
-/// add up to (J 1)^T w = 1^T r. So the band factor L of H gives G = L^-1 J^T, w and c follow from
-/// S = I + G^T G, [channels, channels], and x0 from L. Neither H's being singular nor the decades
-/// between its weights are felt.
+/// Let w = J x and x = x0 + c 1, where the last pixel of x0 is zero. Then H x0 + J^T w = r, whose
+/// rows add up to (J 1)^T w = 1^T r. The band factor L of H gives G = L^-1 J^T; w and c follow from
+/// S = I + G^T G [channels, channels], and x0 from L. The result is accurate although H is singular
+/// and its weights span decades.
 class NewtonSystem {
  public:
   explicit NewtonSystem(const TotalVariation& problem);
 
-  /// `weights` [edges] > 0. `channels` (a multiple of GridLaplacian::block) of J are used. False
-  /// where rounding has made S indefinite.
+  /// `weights` [edges] > 0. Uses the first `channels` of J, a multiple of GridLaplacian::block.
+  /// False if rounding has made S indefinite.
   bool factor(const Eigen::VectorXd& weights, Eigen::Index channels);
   /// `right` and `x` [pixels].
   void solve(const Eigen::VectorXd& right, Eigen::VectorXd& x);
@@ -56,25 +56,25 @@ struct InteriorPointOptions {
   int max_iterations = 50;
 };
 
-/// A primal-dual interior point method for total variation. With the data and the image in units
-/// in which |J| = 1 and |d| = 1, t = A x and y its dual variable, |y| <= 1, the optimum is where
+/// A primal-dual interior point method for total variation. In units in which |J| = 1 and |d| = 1,
+/// with t = A x and its dual variable y, |y| <= 1, the optimum is where
 ///
 ///     J^T (J x - d) + alpha A^T y = 0,   t = z+ - z-,   z+ (1 - y) = 0,   z- (1 + y) = 0
 ///
-/// with z+-, 1 - y, 1 + y >= 0. The last two are relaxed to mu > 0 and mu is led to zero by
-/// Mehrotra's predictor and corrector (SIAM J. Optim. 2, 1992) with up to `corrections` of
-/// Gondzio's centrality corrections (Comput. Optim. Appl. 6, 1996), all by the one factorisation
-/// of a NewtonSystem with weights alpha / (z+/(1 - y) + z-/(1 + y)). The smoothed iteration of
-/// Chan, Golub and Mulet, on which EIDORS's PDIPM rests, eliminates z+-; carrying them is what
-/// makes full steps possible close to the kinks of |t|.
+/// with z+-, 1 - y, 1 + y >= 0. The last two equations are relaxed to mu > 0, and mu is reduced to
+/// zero by Mehrotra's predictor and corrector (SIAM J. Optim. 2, 1992) with up to `corrections` of
+/// Gondzio's centrality corrections (Comput. Optim. Appl. 6, 1996). All use one factorisation of a
+/// NewtonSystem with weights alpha / (z+/(1 - y) + z-/(1 + y)). The smoothed iteration of Chan,
+/// Golub and Mulet, the basis of EIDORS's PDIPM, eliminates z+-; keeping them allows full steps
+/// close to the kinks of |t|.
 ///
-/// It stops on a true bound. J x - d, less its part along J 1, is made dual feasible: y is moved by
-/// the least that makes J^T w + alpha A^T y = 0 hold, both are scaled until |y| <= 1. Then
-/// -1/2 |w|^2 - w^T d is not above the optimum, and the gap of the best image to the best bound,
-/// relative to the objective (of the reduced data, see Reciprocity), is at most `tolerance`.
-/// Where the image explains the data to 1e-5, the gap is taken relative to 1e-10 |d|^2 / 2.
+/// It stops on a rigorous bound. J x - d, without its part along J 1, is made dual feasible: y is
+/// moved as little as makes J^T w + alpha A^T y = 0 hold, and both are scaled until |y| <= 1. Then
+/// -1/2 |w|^2 - w^T d is a lower bound of the optimum. At the end the gap between the best image
+/// and the best bound, relative to the objective (of the reduced data, see Reciprocity), is at most
+/// `tolerance`. If the image explains the data to 1e-5, the gap is relative to 1e-10 |d|^2 / 2.
 ///
-/// Holds the working memory of one thread; the result of a frame does not depend on those before.
+/// Holds the working memory of one thread; the result of a frame does not depend on earlier frames.
 class InteriorPoint {
  public:
   explicit InteriorPoint(const TotalVariation& problem);
@@ -112,10 +112,10 @@ class InteriorPoint {
   Eigen::VectorXd x_, y_;
   Eigen::ArrayXd above_, below_;
 
-  // Derived from it: A x, J x - d, J^T (J x - d), its sum with alpha A^T y.
+  // Derived: A x, J x - d, J^T (J x - d), and the sum of the last with alpha A^T y.
   Eigen::VectorXd edge_, residual_, gradient_, dual_residual_;
   Eigen::ArrayXd above_slack_, below_slack_;  ///< 1 / (1 - y), 1 / (1 + y)
-  Eigen::ArrayXd weight_;                     ///< of the edges, without alpha
+  Eigen::ArrayXd weight_;                     ///< [edges], without alpha
 
   Eigen::VectorXd best_x_, feasible_y_;
   double objective_ = 0;  ///< least so far

@@ -10,8 +10,8 @@
 namespace ertbench {
 namespace {
 
-/// The alpha that weighs a total variation of |changes| / |J| like the data: the scale of alpha on
-/// these frames, whatever the units.
+/// The alpha at which a total variation of |changes| / |J| weighs as much as the data: a scale of
+/// alpha for these frames that does not depend on units.
 double scale_of_alpha(const TotalVariation& problem, const Frames& changes) {
   std::vector<double> sizes;
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
@@ -20,7 +20,7 @@ double scale_of_alpha(const TotalVariation& problem, const Frames& changes) {
   return upper_median(sizes) * problem.scale() / problem.edge_length();
 }
 
-/// The problem without some electrodes, and what minimises it.
+/// The problem without some electrodes, with its minimiser.
 struct MaskedProblem {
   MaskedProblem(const TotalVariation& whole, const Sensor& sensor, ElectrodeSet masked)
       : problem(whole, sensor, masked), method(problem) {}
@@ -92,7 +92,7 @@ void Pdipm::reconstruct(FramesView changes, ImagesView images,
     }
   }
   if (!method) method = std::make_unique<InteriorPoint>(*problem_);
-  std::map<ElectrodeSet, MaskedProblem> masked;  // of each set of dead electrodes met
+  std::map<ElectrodeSet, MaskedProblem> masked;  // by set of dead electrodes
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     FrameReport& report = reports[static_cast<std::size_t>(f)];
     const ElectrodeSet dead = report.dead;

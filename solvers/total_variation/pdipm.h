@@ -17,15 +17,15 @@ namespace ertbench {
 ///
 ///     min over images x of 1/2 |J x - changes|^2 + alpha |A x|_1,
 ///
-/// J at the uniform background, A the differences across pixel edges times the edges' length, so
-/// that |A x|_1 approximates the (anisotropic) total variation. InteriorPoint has the method.
+/// with J at the uniform background and A the differences across pixel edges times the edges'
+/// length, so that |A x|_1 approximates the (anisotropic) total variation. See InteriorPoint.
 class Pdipm final : public Solver {
  public:
   static constexpr const char* type = "pdipm";
 
   /// `{"alpha": > 0 | "auto", "tolerance": 1e-8 ... 0.1, "max_iterations": 1 ... 1000}`.
   /// The default tolerance, 1e-4, leaves the image within about 0.3 % (at most 1 %) of the
-  /// optimum, two orders below the error that noise leaves in it. Besides, what ChannelMask reads.
+  /// optimum, two orders below the error due to noise. Also the key of ChannelMask.
   explicit Pdipm(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -34,7 +34,7 @@ class Pdipm final : public Solver {
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
   MaskedChannels masked_channels() const override { return mask_; }
-  /// The parameters: the rest is computed anew from the sensor, in a fraction of a second.
+  /// Saves the parameters only; `load` computes the rest from the sensor in a fraction of a second.
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
@@ -50,11 +50,11 @@ class Pdipm final : public Solver {
   Sensor sensor_;
   std::unique_ptr<const TotalVariation> problem_;
   mutable std::mutex idle_mutex_;
-  /// Methods that no thread uses; a call takes one and brings it back, with its memory.
+  /// Pool of iterations; a call takes one and returns it with its memory.
   mutable std::vector<std::unique_ptr<InteriorPoint>> idle_;
 };
 
-/// The solvers of this folder, for the registry.
+/// The solvers of this room, for the registry.
 std::vector<SolverType> total_variation_solvers();
 
 }  // namespace ertbench

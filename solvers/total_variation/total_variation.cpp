@@ -50,13 +50,13 @@ void GridLaplacian::factor(const PixelEdges& edges, const Eigen::VectorXd& weigh
   }
 }
 
-/// `known`: the width of the band, or Dynamic. The loops over a known one are unrolled, without
-/// which their branches cost more than their sums.
+/// `known`: the width of the band, or Dynamic. Loops of a known width are unrolled; otherwise their
+/// branches cost more than their sums.
 template <int known>
 void GridLaplacian::eliminate() {
   using Row = Eigen::Matrix<double, known, 1>;
   const Eigen::Index n = known == Eigen::Dynamic ? columns_ : Eigen::Index{known};
-  // Scales row j, of which all that others add to it is there.
+  // Scales row j once all contributions to it are complete.
   const auto finish = [&](Eigen::Index j) {
     Eigen::Map<Row> all(row(j), n);
     const double inverse = 1 / std::sqrt(all.sum() + ground_[j]);
@@ -65,7 +65,7 @@ void GridLaplacian::eliminate() {
     ground_[j] *= inverse;
     Eigen::Map<Row>(ground_.data() + j + 1, n) += ground_[j] * all;
   };
-  // Adds `factor` times what is left of a row from its i-th entry on.
+  // Adds `factor` times the rest of a row from its i-th entry on.
   const auto add = [&](double* target, const double* out, Eigen::Index i, Eigen::Index left) {
     const double factor = out[i - 1];
     for (Eigen::Index m = 0; m < left * lanes; m += lanes) {
@@ -74,7 +74,7 @@ void GridLaplacian::eliminate() {
   };
   constexpr auto registers = [](Eigen::Index length) { return (length + lanes - 1) / lanes; };
 
-  // Two rows at a time, so that those that they are added to are read and written half as often.
+  // Two rows at a time, so that the rows that they are added to are read and written half as often.
   Eigen::Index j = 0;
   for (; j + 1 < unknowns_; j += 2) {
     finish(j);
@@ -82,8 +82,7 @@ void GridLaplacian::eliminate() {
     const double* const second = row(j + 1);
     add(row(j + 1), first, 1, registers(n - 1));
     finish(j + 1);
-    // Rows in groups that have as many whole registers left; what they read past the band are the
-    // zeros that pad it.
+    // Rows are grouped by the number of registers left; reads past the band hit its zero padding.
     Eigen::Index i = 2;
     for (Eigen::Index left = registers(n - 1); left > 0; --left) {
       for (; i <= n && n - i + 1 > (left - 1) * lanes; ++i) {
@@ -105,10 +104,9 @@ void GridLaplacian::eliminate() {
 
 namespace {
 
-/// One panel of `registers` SIMD registers of right-hand sides, which stay in them from the first
-/// term of a row's sum to the last. `far(i)` is the row of `x` that the factor's i-th entry from
-/// the diagonal meets, `factor(i)` that entry. The nearest row, which was finished last, comes
-/// last.
+/// Accumulates one row for a panel of right-hand sides that stays in `registers` SIMD registers.
+/// `factor(i)` is the factor's i-th entry from the diagonal and `far(i)` the row of `x` that it
+/// multiplies. The nearest row, which was finished last, is added last.
 template <int registers, typename Far, typename Factor>
 inline void solve_row(const double* right, double* out, Eigen::Index reach, double inverse,
                       const Far& far, const Factor& factor) {
@@ -128,8 +126,8 @@ inline void solve_row(const double* right, double* out, Eigen::Index reach, doub
   }
 }
 
-/// Calls `panel` with the columns in panels as wide as the registers allow: a
-/// std::integral_constant of the registers, and the first column.
+/// Divides the columns into panels as wide as the registers allow and calls `panel` with a
+/// std::integral_constant of the number of registers and the first column.
 template <typename Panel>
 void for_panels(Eigen::Index columns, const Panel& panel) {
   Eigen::Index c = 0;
@@ -180,8 +178,8 @@ void GridLaplacian::half_solve_transposed(Eigen::VectorXd& x) const {
         Eigen::Map<const Eigen::VectorXd>(row(j), reach).dot(x.segment(j + 1, reach));
     x[j] = (x[j] + sum) * inverse_diagonal_[j];
   };
-  // Eight rows at a time: what they take from those behind them does not wait for each other, and
-  // is read from memory long after it was written there.
+  // Eight rows at a time: their sums are independent of each other, and read memory that was
+  // written long before.
   const Eigen::Index width = stride_ - lanes;
   Eigen::Index j = unknowns_;
   while (j > 0 && (j % lanes != 0 || j + width > unknowns_)) one_row(--j);
@@ -222,7 +220,7 @@ TotalVariation::TotalVariation(const Sensor& sensor)
 TotalVariation::TotalVariation(const TotalVariation& whole, const Sensor& sensor,
                                ElectrodeSet masked)
     : TotalVariation(whole) {
-  // J = U S V^T: its kept rows are those of U S, whose decomposition is small, times V^T.
+  // J = U S V^T: the kept rows of J are those of U S, whose decomposition is small, times V^T.
   const std::vector<Eigen::Index> kept = pairs_without(sensor, masked);
   const Eigen::MatrixXd rows = (left_ * singular_values_.asDiagonal())(kept, Eigen::all);
   const DenseSvd svd = dense_svd(rows);

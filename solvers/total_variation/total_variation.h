@@ -8,8 +8,8 @@
 
 namespace ertbench {
 
-/// Differences of an image [rows, columns] across its interior pixel edges: first those between
-/// neighbours in a row, [rows, columns - 1], then those between neighbours in a column, [rows - 1,
+/// Differences of an image [rows, columns] across its interior pixel edges: first between
+/// neighbours in a row [rows, columns - 1], then between neighbours in a column [rows - 1,
 /// columns].
 class PixelEdges {
  public:
@@ -52,16 +52,15 @@ class PixelEdges {
 };
 
 /// Banded Cholesky factor of H = A^T diag(weights) A, the Laplacian of the pixel grid with weighted
-/// edges, with its last pixel held at zero (H maps constants to zero; what remains is definite).
+/// edges. H maps constants to zero; with its last pixel held at zero the rest is definite.
 ///
-/// What is left of such a matrix after each elimination is a weighted Laplacian again. It is kept
-/// as that: weights between pixels and to the pixel held, all positive, of which the diagonal is
-/// the sum. No number is ever subtracted, so every entry of the factor is accurate to a few
-/// roundings however many decades the weights span (Grassmann, Taksar, Heyman 1985), and the
-/// factorisation cannot fail while sums do not overflow.
+/// Every elimination leaves a weighted Laplacian. It is stored as positive weights between pixels
+/// and to the held pixel, whose sum is the diagonal. Nothing is ever subtracted, so that every
+/// entry of the factor is accurate to a few roundings however many decades the weights span
+/// (Grassmann, Taksar, Heyman 1985), and the factorisation cannot fail unless sums overflow.
 class GridLaplacian {
  public:
-  /// Right-hand sides are solved in blocks of this many.
+  /// Number of right-hand sides that are solved together.
   static constexpr Eigen::Index block = 16;
 
   explicit GridLaplacian(int grid) : GridLaplacian(grid, grid) {}
@@ -72,13 +71,13 @@ class GridLaplacian {
 
   Eigen::Index unknowns() const { return unknowns_; }  ///< pixels - 1
 
-  /// L^-1 of the first `columns` columns of `right` [>= unknowns, >= columns], to the first
-  /// unknowns() rows of `out` [., columns]; `columns` is a multiple of `block`.
+  /// Applies L^-1 to the first `columns` columns of `right` [>= unknowns, >= columns] and writes
+  /// the first unknowns() rows of `out` [., columns]; `columns` is a multiple of `block`.
   void half_solve(const RowMajorMatrix& right, Eigen::Index columns, RowMajorMatrix& out) const;
-  /// L^-T of the first `columns` columns of `x` [>= unknowns, >= columns], in place; `columns` is a
-  /// multiple of `block`.
+  /// Applies L^-T to the first `columns` columns of `x` [>= unknowns, >= columns] in place;
+  /// `columns` is a multiple of `block`.
   void half_solve_transposed(RowMajorMatrix& x, Eigen::Index columns) const;
-  /// L^-1 x and L^-T x in place; `x` [>= unknowns].
+  /// Apply L^-1 and L^-T in place; `x` [>= unknowns].
   void half_solve(Eigen::VectorXd& x) const;
   void half_solve_transposed(Eigen::VectorXd& x) const;
 
@@ -92,24 +91,25 @@ class GridLaplacian {
   Eigen::Index columns_;  ///< the width of the band
   Eigen::Index rows_;
   Eigen::Index unknowns_;
-  Eigen::Index stride_;  ///< columns rounded up to whole SIMD registers, and one more of zeros
-  /// Row j: -L(j + i, j) at i - 1, i = 1 ... columns. During the factorisation the weight between j
-  /// and j + i.
+  Eigen::Index stride_;  ///< columns rounded up to SIMD registers, plus one register of zeros
+  /// Row j: -L(j + i, j) at i - 1, i = 1 ... columns; during the factorisation the weight between
+  /// pixels j and j + i.
   Eigen::VectorXd band_;
   Eigen::VectorXd inverse_diagonal_;  ///< 1 / L(j, j)
-  Eigen::VectorXd ground_;            ///< weight to the pixel held
+  Eigen::VectorXd ground_;            ///< weight to the held pixel
 };
 
-/// min over images x of P(x) = 1/2 |J x - d|^2 + alpha |A x|_1 on one sensor, J the Jacobian at the
-/// uniform background, A the differences across the interior pixel edges times the edges' length.
+/// The problem min over images x of P(x) = 1/2 |J x - d|^2 + alpha |A x|_1 on one sensor, with the
+/// Jacobian J at the uniform background and the differences A across interior pixel edges times the
+/// edges' length.
 ///
-/// Everything is kept in units in which |J| = 1, in the basis of J's left singular vectors:
-/// channels then come in the order of what they tell, and small ones are neither lost beside large
-/// ones nor worth the work where alpha is large.
+/// Everything is in units in which |J| = 1, in the basis of J's left singular vectors. Channels are
+/// then ordered by sensitivity: weak ones are not lost beside strong ones, and can be skipped if
+/// alpha is large.
 class TotalVariation {
  public:
   explicit TotalVariation(const Sensor& sensor);
-  /// The same problem without the channels of the `masked` electrodes.
+  /// Restricts `whole` to the channels without the `masked` electrodes.
   TotalVariation(const TotalVariation& whole, const Sensor& sensor, ElectrodeSet masked);
 
   const PixelEdges& edges() const { return edges_; }
@@ -118,17 +118,17 @@ class TotalVariation {
   Eigen::Index channels() const { return singular_values_.size(); }
   /// Largest singular value of J, V per S/m.
   double scale() const { return scale_; }
-  /// Of J / scale(), descending.
+  /// Singular values of J / scale(), descending.
   const Eigen::VectorXd& singular_values() const { return singular_values_; }
   /// (J / scale())^T [pixels, channels rounded up to GridLaplacian::block], zeros beyond.
   const RowMajorMatrix& jacobian_transposed() const { return jacobian_transposed_; }
-  /// J 1 / scale(), the data of the constant image 1 [padded channels], and J^T of that [pixels].
+  /// J 1 / scale() [padded channels], the data of the constant image 1, and J^T of that [pixels].
   const Eigen::VectorXd& constant() const { return constant_; }
   const Eigen::VectorXd& constant_gradient() const { return constant_gradient_; }
   /// The factor of A^T A without the edges' length.
   const GridLaplacian& laplacian() const { return laplacian_; }
 
-  /// A frame [channels of the sensor] in the basis above [padded channels], V.
+  /// Transforms a frame [channels of the sensor] to the basis above [padded channels], V.
   Eigen::VectorXd project(const Eigen::Ref<const Eigen::RowVectorXd>& frame) const;
 
  private:

@@ -188,13 +188,13 @@ TEST(Check, OneContactInOneFrameIsNoRegressionAndTwoAre) {
   // 200 frames; trained networks that never showed a ghost have no spread.
   const double none[] = {0, 0, 0};
   const Tolerance seeds{ToleranceClass::seeds, 1e-4};
-  EXPECT_DOUBLE_EQ(allowed_change(seeds, {Metric::ghosts, none, 200}), 1.0 / 200);
+  EXPECT_DOUBLE_EQ(allowed_change(seeds, {Metric::false_positives, none, 200}), 1.0 / 200);
   const Tolerance linear{ToleranceClass::linear, 1e-8};
   const double one[] = {0.5};
   EXPECT_NEAR(allowed_change(linear, {Metric::recall, one, 200}), 1.0 / 200, 1e-7);
   EXPECT_NEAR(allowed_change(linear, {Metric::ospa_mm, one, 200}), 50.0 / 200, 2e-6);
   const Tolerance exact{ToleranceClass::exact, 1e-10};
-  EXPECT_LT(allowed_change(exact, {Metric::found, one, 200}), 1e-9) << "none of the truth";
+  EXPECT_LT(allowed_change(exact, {Metric::detected, one, 200}), 1e-9) << "none of the truth";
 }
 
 // As tables of the test print it: of 252 choices of five of ten, 1 + 1 + 2 have a U of 0, 1 and 2.
@@ -220,16 +220,16 @@ TEST(Check, OneTrainingWithManyGhostsIsNoWorseningOfAll) {
                      {sum / static_cast<double>(now.size()), now});
   };
   EXPECT_TRUE(beyond(Metric::relative_error)) << "which no rare event makes";
-  EXPECT_FALSE(beyond(Metric::ghosts));
+  EXPECT_FALSE(beyond(Metric::false_positives));
   for (std::optional<double>& value : now) *value += 0.03;
-  EXPECT_TRUE(beyond(Metric::ghosts)) << "all of them have more";
+  EXPECT_TRUE(beyond(Metric::false_positives)) << "all of them have more";
 }
 
 TEST(Check, ATrainingWithoutAMeanIsNotRanked) {
   const std::vector<double> before = {0, 0, 0, 0, 0};
   const std::vector<std::optional<double>> now = {0.0, 0.0, std::nullopt};
   const Tolerance seeds{ToleranceClass::seeds, 1e-4};
-  EXPECT_TRUE(is_beyond(seeds, {Metric::ghosts, before, 200}, {0.1, now}));
+  EXPECT_TRUE(is_beyond(seeds, {Metric::false_positives, before, 200}, {0.1, now}));
 }
 
 TEST(Check, TheIntervalIsNarrowerForMoreSeedsAndNeverVanishes) {

@@ -58,8 +58,8 @@ TEST(ContactMetrics, ByHand) {
   // .3 of OSPA's 50 mm; (-0.9, 0) is a ghost. (1.2, 0) is not on the sheet.
   const Scene scene{{disc(0, 0), disc(0.5, 0.5), disc(1.2, 0)}, {}};
   const FrameMetrics metrics = metrics_of(scene, {at(0.5, 0.8), at(0.03, 0.04), at(-0.9, 0)});
-  EXPECT_EQ(metrics[Metric::found], 1);
-  EXPECT_EQ(metrics[Metric::ghosts], 2);
+  EXPECT_EQ(metrics[Metric::detected], 1);
+  EXPECT_EQ(metrics[Metric::false_positives], 2);
   EXPECT_DOUBLE_EQ(metrics[Metric::precision].value(), 1.0 / 3);
   EXPECT_DOUBLE_EQ(metrics[Metric::recall].value(), 1.0 / 2);
   EXPECT_NEAR(metrics[Metric::location_error_mm].value(), 5, 1e-9);
@@ -69,8 +69,8 @@ TEST(ContactMetrics, ByHand) {
 
 TEST(ContactMetrics, WhereNothingIsThereOrNothingWasFound) {
   const FrameMetrics missed = metrics_of({{disc(0, 0)}, {}}, {});
-  EXPECT_EQ(missed[Metric::found], 0);
-  EXPECT_EQ(missed[Metric::ghosts], 0);
+  EXPECT_EQ(missed[Metric::detected], 0);
+  EXPECT_EQ(missed[Metric::false_positives], 0);
   EXPECT_EQ(missed[Metric::precision], std::nullopt);
   EXPECT_EQ(missed[Metric::recall], 0);
   EXPECT_EQ(missed[Metric::location_error_mm], std::nullopt);
@@ -78,7 +78,7 @@ TEST(ContactMetrics, WhereNothingIsThereOrNothingWasFound) {
   EXPECT_EQ(missed[Metric::ospa_mm], 50);
 
   const FrameMetrics ghost = metrics_of({}, {at(0, 0)});
-  EXPECT_EQ(ghost[Metric::ghosts], 1);
+  EXPECT_EQ(ghost[Metric::false_positives], 1);
   EXPECT_EQ(ghost[Metric::precision], 0);
   EXPECT_EQ(ghost[Metric::recall], std::nullopt);
   EXPECT_EQ(ghost[Metric::ospa_mm], 50);
@@ -90,8 +90,8 @@ TEST(ContactMetrics, WhereNothingIsThereOrNothingWasFound) {
 
 TEST(ContactMetrics, AContactIsMatchedOnce) {
   const FrameMetrics metrics = metrics_of({{disc(0, 0)}, {}}, {at(0.05, 0), at(0.01, 0)});
-  EXPECT_EQ(metrics[Metric::found], 1);
-  EXPECT_EQ(metrics[Metric::ghosts], 1);
+  EXPECT_EQ(metrics[Metric::detected], 1);
+  EXPECT_EQ(metrics[Metric::false_positives], 1);
   EXPECT_NEAR(metrics[Metric::location_error_mm].value(), 1, 1e-9) << "the nearer one";
 }
 
@@ -100,11 +100,11 @@ TEST(ContactMetrics, TheTrueImageShowsWhatIsThere) {
   const RowVectorXd truth = true_image(scene);
   const FrameMetrics metrics =
       frame_metrics(kSensor, truth, truth.array() - kSensor.background, scene);
-  EXPECT_EQ(metrics[Metric::found], 2);
-  EXPECT_EQ(metrics[Metric::ghosts], 0);
+  EXPECT_EQ(metrics[Metric::detected], 2);
+  EXPECT_EQ(metrics[Metric::false_positives], 0);
   EXPECT_LT(metrics[Metric::ospa_mm].value(), 2);
-  EXPECT_EQ(frame_metric(Metric::found, kSensor, truth, truth.array() - kSensor.background, scene),
-            2);
+  EXPECT_EQ(
+      frame_metric(Metric::detected, kSensor, truth, truth.array() - kSensor.background, scene), 2);
 }
 
 TEST(ContactSettings, DistancesAreAsLargeAsTheSheet) {
@@ -252,7 +252,7 @@ TEST_F(ContactsOfSolvers, ReadingsComeBackOutOfTheRecord) {
     const FrameReading& reading = set.readings[f];
     contacts += reading.contacts.size();
     const double found =
-        set.frames[f][Metric::found].value() + set.frames[f][Metric::ghosts].value();
+        set.frames[f][Metric::detected].value() + set.frames[f][Metric::false_positives].value();
     EXPECT_EQ(static_cast<double>(reading.contacts.size()), found);
     EXPECT_TRUE(reading.peak.has_value());
     EXPECT_TRUE(reading.sum.has_value());

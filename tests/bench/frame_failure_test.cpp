@@ -93,7 +93,7 @@ TEST(FrameFailure, BlankScenesFailByShowingAContact) {
   EXPECT_EQ(judged(Scene{}, change).failed, 0);
   change[100] = -0.0061;
   const JudgedFrame frame = judged(Scene{}, change);
-  EXPECT_EQ(frame.failed, static_cast<int>(FailureKind::ghost));
+  EXPECT_EQ(frame.failed, static_cast<int>(FailureKind::false_positive));
   EXPECT_FALSE(frame.error);
   EXPECT_NEAR(*frame.peak, 0.0061 / 0.06, 1e-12);
 }

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "bench/score/metrics.h"
 
@@ -24,6 +27,32 @@ TEST(MetricTable, NamesAreTheirOwnAndLeadBack) {
     EXPECT_STREQ(name_of(entry.metric), entry.name);
   }
   EXPECT_THROW(metric_from_name("ar"), std::invalid_argument);
+}
+
+TEST(MetricTable, FormerNamesAreStillRead) {
+  EXPECT_EQ(metric_from_name("found"), Metric::detected);
+  EXPECT_EQ(metric_from_name("ghosts"), Metric::false_positives);
+  const auto key_among = [](const std::set<std::string>& keys) {
+    return key_in_file(Metric::false_positives,
+                       [&](const char* key) { return keys.contains(key); });
+  };
+  EXPECT_STREQ(key_among({"ghosts"}), "ghosts");
+  EXPECT_STREQ(key_among({"ghosts", "false_positives"}), "false_positives");
+  EXPECT_EQ(key_among({"AR"}), nullptr);
+  const std::vector<std::string> accepted = accepted_names(kErrorMetrics);
+  EXPECT_NE(std::find(accepted.begin(), accepted.end(), "ghosts"), accepted.end());
+  EXPECT_EQ(accepted.size(), kErrorMetrics.size() + 1);
+}
+
+TEST(MetricTable, IntervalsOfARenamedMetricStayAsTheyWerePublished) {
+  const std::vector<FrameMetrics> frames = [] {
+    std::vector<FrameMetrics> out(20);
+    for (std::size_t i = 0; i < out.size(); ++i) out[i][Metric::false_positives] = (i * i) % 7;
+    return out;
+  }();
+  std::vector<std::optional<double>> values;
+  for (const FrameMetrics& frame : frames) values.push_back(frame[Metric::false_positives]);
+  EXPECT_EQ(summarise(frames)[Metric::false_positives], summarise(values, "ghosts"));
 }
 
 TEST(MetricTable, EveryEntryIsComplete) {
@@ -46,9 +75,9 @@ TEST(MetricTable, EveryEntryIsComplete) {
 TEST(MetricTable, DistancesGrowAwayFromTheIdeal) {
   for (const MetricEntry& entry : kMetricTable) {
     SCOPED_TRACE(entry.name);
-    const std::optional<double> truth = 0.8 * size_of(entry.quantity);
+    const std::optional<double> truth = 0.8 * typical_magnitude(entry.quantity);
     const double ideal = ideal_of(entry.metric, truth).value();
-    const double step = 0.1 * size_of(entry.quantity);
+    const double step = 0.1 * typical_magnitude(entry.quantity);
     const auto at = [&](double value) { return distance_from_ideal(entry.metric, value, truth); };
     EXPECT_EQ(at(ideal), 0);
     if (entry.better != Better::larger) {

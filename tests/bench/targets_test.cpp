@@ -71,7 +71,7 @@ TEST(Targets, AFrameByHand) {
   const TargetMatch match =
       match_targets(truth, reading_of({{60, 25}, {3, 4}, {-80, 0}}).contacts, kDistances);
   EXPECT_EQ(match.right, (std::vector<bool>{false, true, false}));
-  EXPECT_EQ(match.score.there, 2);
+  EXPECT_EQ(match.score.true_count, 2);
   EXPECT_EQ(match.score.found, 3);
   EXPECT_EQ(match.score.matched, 1);
   EXPECT_DOUBLE_EQ(match.score.distance_mm, 5);

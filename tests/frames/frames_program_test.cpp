@@ -289,8 +289,8 @@ TEST(FramesProgram, ScoresAreThoseOfARun) {
   for (const auto& [name, ideal] : {std::pair("AR", 1.0),
                                     {"relative_error", 0.0},
                                     {"RIE", 0.0},
-                                    {"found", 1.0},
-                                    {"ghosts", 0.0},
+                                    {"detected", 1.0},
+                                    {"false_positives", 0.0},
                                     {"precision", 1.0}}) {
     EXPECT_NEAR(best.at("metrics").at(name).at("mean").get<double>(), ideal, 1e-9) << name;
     EXPECT_EQ(best.at("metrics").at(name).at("undefined"), 1) << name;

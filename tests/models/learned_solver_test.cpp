@@ -197,6 +197,19 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
   EXPECT_THAT(said({{"type", "fcnn"}, {"batch", 1}}), HasSubstr("/batch"));
   EXPECT_THAT(said({{"type", "dcnn"}, {"widths", {8, 8}}}), HasSubstr("/widths"));
   EXPECT_THAT(said({{"type", "eit-nn"}, {"dense_widths", {64, 32}}}), HasSubstr("576"));
+  Sensor coarse;
+  coarse.image_grid = 12;
+  EXPECT_EQ(message_of<InputError>([&] {
+              make_learned({{"type", "eit-nn"}})->check(coarse);
+            }),
+            "")
+      << "the default ends in the pixels of any sensor";
+  EXPECT_THAT(
+      message_of<InputError>([&] {
+        make_learned({{"type", "eit-nn"}, {"dense_widths", {2304, 576, 576}}})->check(coarse);
+      }),
+      HasSubstr("must end in 144, the sensor's pixels, not in 576"))
+      << "widths that the user gives are kept, even those of the default";
   EXPECT_EQ(said({{"type", "dd-ert"}, {"alpha", 100}, {"beta", 100}}), "");
   EXPECT_THAT(said({{"type", "fcnn"}, {"fault_share", 0.5}}), HasSubstr("/fault_share"));
   EXPECT_THAT(said({{"type", "fcnn"}, {"training_faults", json::object()}}),
