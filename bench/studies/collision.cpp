@@ -1,18 +1,8 @@
 #include "bench/studies/collision.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
-
-#include "bench/report/report.h"
-#include "bench/studies/collision_figure.h"
-#include "bench/studies/error_statistics.h"
-#include "bench/studies/study.h"
-#include "bench/table/table.h"
-#include "core/files.h"
-#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -153,33 +143,34 @@ CollisionTruth collision_truth(const StudyInput& input, const std::vector<int>& 
 
 }  // namespace
 
-Collision::Collision(const StudyInput& input) : name_(input.spec.name) {
+Study collision_study(const StudyInput& input) {
+  CollisionResults results;
   const StudySpec& spec = input.spec;
   const Sheet& sheet = *input.experiment.sensor.sheet;
   const std::vector<int> orbits = area_orbits(sheet, collision_areas);
-  results_.condition = collision_condition(input);
-  results_.per_hour = spec.number("false_alarms_per_hour");
-  results_.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
-                  spec.number("aim_N"),          spec.number("limit_N"),
-                  spec.number("clearance_mm"),   spec.number("aside_mm")};
-  results_.region_areas.assign(
+  results.condition = collision_condition(input);
+  results.per_hour = spec.number("false_alarms_per_hour");
+  results.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
+                 spec.number("aim_N"),          spec.number("limit_N"),
+                 spec.number("clearance_mm"),   spec.number("aside_mm")};
+  results.region_areas.assign(
       static_cast<std::size_t>(*std::max_element(orbits.begin(), orbits.end()) + 1), 0);
-  for (const int orbit : orbits) ++results_.region_areas[static_cast<std::size_t>(orbit)];
-  const CollisionTruth truth = collision_truth(input, orbits, results_.region_areas);
-  results_.frame_rate = truth.arm.frame_rate;
-  results_.calibration_hours = truth.calibration.hours();
+  for (const int orbit : orbits) ++results.region_areas[static_cast<std::size_t>(orbit)];
+  const CollisionTruth truth = collision_truth(input, orbits, results.region_areas);
+  results.frame_rate = truth.arm.frame_rate;
+  results.calibration_hours = truth.calibration.hours();
 
   std::vector<DetectorSignals> signals;  // of each detector
   const auto assess = [&](const std::string& label, AlarmRule rule, DetectorSignals seen,
                           std::optional<double> latency_s) {
-    results_.detectors.push_back(
-        assess_detector(label, rule, seen, truth, results_.per_hour, latency_s, results_.arm));
+    results.detectors.push_back(
+        assess_detector(label, rule, seen, truth, results.per_hour, latency_s, results.arm));
     signals.push_back(std::move(seen));
   };
   for (const std::string& label : input.labels()) {
     if (!has_readings(input, label)) {
       for (const AlarmRule rule : {AlarmRule::by_region, AlarmRule::one_threshold}) {
-        Detector& failed = results_.detectors.emplace_back();
+        Detector& failed = results.detectors.emplace_back();
         failed.label = label;
         failed.rule = rule;
         failed.failure = input.failure(label).empty() ? "no images" : input.failure(label);
@@ -201,70 +192,16 @@ Collision::Collision(const StudyInput& input) : name_(input.spec.name) {
          0.0);
 
   std::vector<ArmRun> undelayed;
-  for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(undelayed_run(run, results_.arm));
-  results_.undelayed = arm_outcome(std::move(undelayed), results_.arm, "undelayed");
-  results_.reference = reference_bin(results_.detectors);
-  for (std::size_t d = 0; d < signals.size() && results_.reference; ++d) {
-    Detector& detector = results_.detectors[d];
+  for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(undelayed_run(run, results.arm));
+  results.undelayed = arm_outcome(std::move(undelayed), results.arm, "undelayed");
+  results.reference = reference_bin(results.detectors);
+  for (std::size_t d = 0; d < signals.size() && results.reference; ++d) {
+    Detector& detector = results.detectors[d];
     if (!detector.failure.empty()) continue;
     detector.curve =
-        operating_curve(detector, signals[d], truth, detector.by_force[*results_.reference]);
+        operating_curve(detector, signals[d], truth, detector.by_force[*results.reference]);
   }
-}
-
-namespace {
-
-/// A column's title for programs: "median delay (ms)" is "median_delay_ms".
-std::string program_name(const std::string& title) {
-  std::string out;
-  for (const char c : title) {
-    if (c == '(' || c == ')') continue;
-    if (c == '%') {
-      out += "percent";
-    } else {
-      out += c == ' ' || c == '/' ? '_' : c;
-    }
-  }
-  return out;
-}
-
-}  // namespace
-
-nlohmann::json Collision::summary() const { return collision_json(results_); }
-
-std::vector<Headline> Collision::headlines() const {
-  std::vector<Headline> out;
-  for (const Detector& detector : results_.detectors) {
-    if (!detector.failure.empty() || detector.rule == AlarmRule::voltage_norm) continue;
-    const std::string rule = std::string(name_of(detector.rule)) + ": ";
-    const auto& delay = detector.arm.median_delay_s;
-    out.push_back({detector.label, rule + "force that is found in 95 % (N)", 2,
-                   detector.least_N ? std::optional(detector.least_N->value) : std::nullopt});
-    out.push_back({detector.label, rule + "median delay of the arm (ms)", 1,
-                   delay ? std::optional(1000 * delay->value) : std::nullopt});
-  }
-  return out;
-}
-
-std::vector<ReportSection> Collision::report(const std::string& title,
-                                             const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Collision (D.5)";
-  section.text = collision_text(results_);
-  section.figures = collision_figures(results_, without_law(title), folder / name_);
-  section.tables = collision_tables(results_);
-  section.notes = collision_notes(results_);
-  write_file_atomically(folder / (name_ + ".md"),
-                        markdown_of({title, section.text, section.tables, section.notes, {}}));
-  // In the order of collision_tables().
-  const std::array names = {"_alarms", "_thresholds", "_least_force", "_arm"};
-  for (std::size_t t = 0; t < names.size(); ++t) {
-    TableSection rows = section.tables.at(t);
-    for (Column& column : rows.columns) column.title = program_name(column.title);
-    write_file_atomically(folder / (name_ + names[t] + ".csv"), csv_of(rows));
-  }
-  write_collision_data(results_, folder, name_);
-  return {section};
+  return study_of_collision(spec.name, results);
 }
 
 }  // namespace ertbench

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <span>
@@ -13,8 +14,21 @@
 
 namespace ertbench {
 
+Estimate Estimate::exact(double value) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  return {value, {none, none}};
+}
+
 std::optional<double> value_of(const std::optional<Estimate>& estimate) {
   return estimate ? std::optional(estimate->value) : std::nullopt;
+}
+
+std::optional<Estimate> scaled(std::optional<Estimate> estimate, double factor) {
+  if (estimate) {
+    estimate->value *= factor;
+    estimate->ci95 = {factor * estimate->ci95.low, factor * estimate->ci95.high};
+  }
+  return estimate;
 }
 
 nlohmann::json to_json(const std::optional<Estimate>& estimate) {
@@ -25,9 +39,16 @@ nlohmann::json to_json(const std::optional<Estimate>& estimate) {
 Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals) {
   if (!estimate) return number_cell(std::nullopt, decimals);
   Cell cell = number_cell(estimate->value, decimals);
+  if (std::isnan(estimate->ci95.low)) return cell;
   cell.interval =
       interval_text(fixed(estimate->ci95.low, decimals), fixed(estimate->ci95.high, decimals));
   return cell;
+}
+
+std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate) {
+  if (!estimate) return std::vector<Cell>(3);
+  return {exact_cell(estimate->value), exact_cell(estimate->ci95.low),
+          exact_cell(estimate->ci95.high)};
 }
 
 GroupedErrors GroupedErrors::compact() const {
@@ -160,6 +181,44 @@ double isotonic_crossing(std::span<const Trial> trials, std::span<const double> 
 }
 
 }  // namespace
+
+std::vector<IsotonicBlock> isotonic_fit(std::span<const WeightedPoint> points) {
+  std::vector<IsotonicBlock> blocks;
+  // The last block takes in the one behind it.
+  const auto pool = [&](const IsotonicBlock& next) {
+    IsotonicBlock& block = blocks.back();
+    const double weight = block.weight + next.weight;
+    block.value = (block.weight * block.value + next.weight * next.value) / weight;
+    block.weight = weight;
+    block.last = next.last;
+  };
+  const auto settle = [&] {
+    while (blocks.size() > 1 && blocks[blocks.size() - 2].value >= blocks.back().value) {
+      const IsotonicBlock violator = blocks.back();
+      blocks.pop_back();
+      pool(violator);
+    }
+  };
+  std::optional<IsotonicBlock> same;  // all points of one x
+  const auto push_same = [&] {
+    if (!same) return;
+    blocks.push_back(*same);
+    settle();
+  };
+  for (const WeightedPoint& point : points) {
+    if (point.weight <= 0) continue;
+    if (same && same->first == point.x) {
+      const double weight = same->weight + point.weight;
+      same->value = (same->weight * same->value + point.weight * point.y) / weight;
+      same->weight = weight;
+      continue;
+    }
+    push_same();
+    same = IsotonicBlock{point.x, point.x, point.y, point.weight};
+  }
+  push_same();
+  return blocks;
+}
 
 std::optional<Estimate> CountedShare::share() const {
   if (total == 0) return std::nullopt;

@@ -316,44 +316,6 @@ std::vector<GapTrial> gap_trials(std::span<const TargetFrame> frames,
   return trials;
 }
 
-std::vector<IsotonicBlock> isotonic_fit(std::span<const WeightedPoint> points) {
-  std::vector<IsotonicBlock> blocks;
-  // The last block takes in the one behind it.
-  const auto pool = [&](const IsotonicBlock& next) {
-    IsotonicBlock& block = blocks.back();
-    const double weight = block.weight + next.weight;
-    block.value = (block.weight * block.value + next.weight * next.value) / weight;
-    block.weight = weight;
-    block.last = next.last;
-  };
-  const auto settle = [&] {
-    while (blocks.size() > 1 && blocks[blocks.size() - 2].value >= blocks.back().value) {
-      const IsotonicBlock violator = blocks.back();
-      blocks.pop_back();
-      pool(violator);
-    }
-  };
-  std::optional<IsotonicBlock> same;  // all points of one x
-  const auto push_same = [&] {
-    if (!same) return;
-    blocks.push_back(*same);
-    settle();
-  };
-  for (const WeightedPoint& point : points) {
-    if (point.weight <= 0) continue;
-    if (same && same->first == point.x) {
-      const double weight = same->weight + point.weight;
-      same->value = (same->weight * same->value + point.weight * point.y) / weight;
-      same->weight = weight;
-      continue;
-    }
-    push_same();
-    same = IsotonicBlock{point.x, point.x, point.y, point.weight};
-  }
-  push_same();
-  return blocks;
-}
-
 TargetGaps measure_gaps(std::span<const GapTrial> trials) {
   TargetGaps out;
   if (trials.empty()) return out;
