@@ -8,71 +8,67 @@ namespace {
 
 using nlohmann::json;
 
+/// A value and its interval, each as `text` says it. CSV files have `value`.
+Cell worded_cell(const Estimate& estimate, std::optional<double> value,
+                 const std::function<std::string(double)>& text) {
+  Cell cell(text(estimate.value));
+  cell.value = value;
+  cell.interval = interval_text(text(estimate.ci95.low), text(estimate.ci95.high));
+  return cell;
+}
+
 Cell percent_cell(const CountedShare& share) {
-  const auto estimate = share.share();
-  if (!estimate) return "—";
-  Cell cell = number_cell(100 * estimate->value, 1);
-  cell.interval =
-      interval_text(fixed(100 * estimate->ci95.low, 1), fixed(100 * estimate->ci95.high, 1));
-  cell.lines = {std::to_string(share.count) + " of " + std::to_string(share.total)};
+  Cell cell = estimate_cell(scaled(share.share(), 100), 1);
+  if (share.total > 0) {
+    cell.lines = {std::to_string(share.count) + " of " + std::to_string(share.total)};
+  }
   return cell;
 }
 
 Cell three_digits_cell(double value, const Interval& ci95) {
-  Cell cell(three_digits(value));
-  cell.value = value;
-  cell.interval = interval_text(three_digits(ci95.low), three_digits(ci95.high));
-  return cell;
+  return worded_cell({value, ci95}, value, three_digits);
 }
 
 /// A least force, N.
 Cell least_force_cell(const std::optional<LeastFound>& found) {
   if (!found) return "—";
-  const auto text = [&](double force_N) {
-    if (force_N > found->reach.high) return "> " + fixed(found->reach.high, 2);
-    if (force_N <= found->reach.low) return "≤ " + fixed(found->reach.low, 2);
+  const auto [low, high] = found->reach;
+  const auto text = [low = low, high = high](double force_N) {
+    if (force_N > high) return "> " + fixed(high, 2);
+    if (force_N <= low) return "≤ " + fixed(low, 2);
     return fixed(force_N, 2);
   };
-  Cell cell(text(found->value));
-  if (found->value <= found->reach.high) cell.value = found->value;
-  cell.interval = interval_text(text(found->ci95.low), text(found->ci95.high));
-  return cell;
+  return worded_cell({found->value, found->ci95},
+                     found->value <= high ? std::optional(found->value) : std::nullopt, text);
 }
 
 /// A highest speed, m/s.
 Cell highest_speed_cell(const std::optional<LeastFound>& found) {
   if (!found) return "—";
-  const auto text = [&](double speed_m_s) {
-    if (speed_m_s < found->reach.low) return "< " + fixed(found->reach.low, 3);
-    if (speed_m_s >= found->reach.high) return "≥ " + fixed(found->reach.high, 3);
+  const auto [low, high] = found->reach;
+  const auto text = [low = low, high = high](double speed_m_s) {
+    if (speed_m_s < low) return "< " + fixed(low, 3);
+    if (speed_m_s >= high) return "≥ " + fixed(high, 3);
     return fixed(speed_m_s, 3);
   };
-  Cell cell(text(found->value));
-  if (found->value >= found->reach.low) cell.value = found->value;
-  cell.interval = interval_text(text(found->ci95.low), text(found->ci95.high));
-  return cell;
+  return worded_cell({found->value, found->ci95},
+                     found->value >= low ? std::optional(found->value) : std::nullopt, text);
 }
 
 Cell delay_cell(const std::optional<Estimate>& delay_s) {
   if (!delay_s) return "—";
-  const auto text = [](double seconds) {
-    return seconds < ArmOutcome::never_s ? fixed(1000 * seconds, 1) : std::string("never");
-  };
-  Cell cell(text(delay_s->value));
-  if (delay_s->value < ArmOutcome::never_s) cell.value = 1000 * delay_s->value;
-  cell.interval = interval_text(text(delay_s->ci95.low), text(delay_s->ci95.high));
-  return cell;
+  const bool ends = delay_s->value < ArmOutcome::never_s;
+  return worded_cell(
+      *delay_s, ends ? std::optional(1000 * delay_s->value) : std::nullopt, [](double seconds) {
+        return seconds < ArmOutcome::never_s ? fixed(1000 * seconds, 1) : std::string("never");
+      });
 }
 
 Cell peak_cell(const std::optional<Estimate>& peak_N, double limit_N) {
   if (!peak_N) return "—";
-  const auto text = [&](double force_N) {
+  return worded_cell(*peak_N, peak_N->value, [limit_N](double force_N) {
     return (force_N < limit_N ? "" : "≥ ") + fixed(force_N, 1);
-  };
-  Cell cell(text(peak_N->value));
-  cell.value = peak_N->value;
-  cell.interval = interval_text(text(peak_N->ci95.low), text(peak_N->ci95.high));
-  return cell;
+  });
 }
 
 json interval_json(const Interval& interval) { return {interval.low, interval.high}; }

@@ -52,10 +52,7 @@ class StudyColumn {
                             int decimals) {
     StudyColumn out(key, [get](const Row& row) { return exact_cell(get(row)); });
     out.shown_ = [get, decimals](const Row& row) { return number_cell(get(row), decimals); };
-    out.json_ = [get](const Row& row) {
-      const auto value = get(row);
-      return value ? Json(*value) : Json();
-    };
+    out.json_ = [get](const Row& row) { return to_json(get(row)); };
     out.number_ = get;
     return out;
   }
@@ -73,45 +70,40 @@ class StudyColumn {
   }
   /// A column of the tables alone.
   static StudyColumn cell(const std::string& title, const Get<Cell>& get) {
-    return StudyColumn("", get).table(title);
+    StudyColumn out("", get);
+    return out.table(title);
   }
 
   /// `part`: of a wide table (Column::part).
-  StudyColumn table(const std::string& title, int part = 0) const {
-    StudyColumn out = *this;
-    out.title_ = Column(title, align_, part);
-    return out;
+  StudyColumn& table(const std::string& title, int part = 0) {
+    title_ = Column(title, align_, part);
+    return *this;
   }
   /// In the tables a cell of its own making.
-  StudyColumn shown(const Get<Cell>& get) const {
-    StudyColumn out = *this;
-    out.shown_ = get;
-    return out;
+  StudyColumn& shown(const Get<Cell>& get) {
+    shown_ = get;
+    return *this;
   }
   /// In summary.json a value of its own making.
-  StudyColumn json(const Get<Json>& get) const {
-    StudyColumn out = *this;
-    out.json_ = get;
-    return out;
+  StudyColumn& json(const Get<Json>& get) {
+    json_ = get;
+    return *this;
   }
   /// Another name in the CSV file than in summary.json; empty: not in the file.
-  StudyColumn data(const std::string& name) const {
-    StudyColumn out = *this;
-    out.name_ = name;
-    return out;
+  StudyColumn& data(const std::string& name) {
+    name_ = name;
+    return *this;
   }
   /// Not in summary.json.
-  StudyColumn data_only() const {
-    StudyColumn out = *this;
-    out.key_.clear();
-    return out;
+  StudyColumn& data_only() {
+    key_.clear();
+    return *this;
   }
   /// `what` with condition and unit (Headline::what); a row for which it is empty has none.
-  StudyColumn headline(const Get<std::string>& what, int decimals) const {
-    StudyColumn out = *this;
-    out.what_ = what;
-    out.headline_decimals_ = decimals;
-    return out;
+  StudyColumn& headline(const Get<std::string>& what, int decimals) {
+    what_ = what;
+    headline_decimals_ = decimals;
+    return *this;
   }
 
  private:
@@ -155,6 +147,12 @@ class StudyColumns {
       if (column.title_) first.push_back(column.shown_(row));
     }
     return first;
+  }
+  /// A row of it that says why there is nothing.
+  std::vector<Cell> failed(const std::string& label, const std::string& failure) const {
+    std::vector<Cell> row = {label, failure};
+    row.resize(titles({{}, {}}).size());
+    return row;
   }
   /// Of a CSV file, behind `first`.
   std::vector<Column> names(std::vector<Column> first) const {

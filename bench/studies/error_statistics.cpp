@@ -36,6 +36,10 @@ nlohmann::json to_json(const std::optional<Estimate>& estimate) {
   return {{"value", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
 }
 
+nlohmann::json to_json(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
 Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals) {
   if (!estimate) return number_cell(std::nullopt, decimals);
   Cell cell = number_cell(estimate->value, decimals);
@@ -63,33 +67,27 @@ GroupedErrors GroupedErrors::compact() const {
 
 std::optional<Estimate> GroupedErrors::mean(std::string_view name) const {
   if (values_.empty()) return std::nullopt;
-  return compact().mean_of_groups(name);
-}
-
-std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
-  if (values_.empty()) return std::nullopt;
-  return compact().quantile_of_groups(share, name);
-}
-
-Estimate GroupedErrors::mean_of_groups(std::string_view name) const {
-  std::vector<double> sums(groups_, 0);
-  std::vector<double> counts(groups_, 0);
-  for (const Value& value : values_) {
+  const GroupedErrors own = compact();
+  std::vector<double> sums(own.groups_, 0);
+  std::vector<double> counts(own.groups_, 0);
+  for (const Value& value : own.values_) {
     sums[value.group] += value.error;
     counts[value.group] += 1;
   }
   const std::optional<RatioOfSums> mean = ratio_of_sums(sums, counts, name);
-  return {mean->ratio, mean->ci95};
+  return Estimate{mean->ratio, mean->ci95};
 }
 
-Estimate GroupedErrors::quantile_of_groups(double share, std::string_view name) const {
-  std::vector<Value> sorted = values_;
+std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
+  if (values_.empty()) return std::nullopt;
+  GroupedErrors own = compact();
+  std::vector<Value>& sorted = own.values_;
   std::sort(sorted.begin(), sorted.end(),
             [](const Value& a, const Value& b) { return a.error < b.error; });
-  std::vector<double> counts(groups_, 0);
+  std::vector<double> counts(own.groups_, 0);
   for (const Value& value : sorted) counts[value.group] += 1;
   // A group that was drawn several times counts as often; the errors stay sorted.
-  std::vector<double> weights(groups_);
+  std::vector<double> weights(own.groups_);
   const auto quantile_of = [&](std::span<const std::size_t> drawn) {
     std::fill(weights.begin(), weights.end(), 0);
     double total = 0;
@@ -104,9 +102,9 @@ Estimate GroupedErrors::quantile_of_groups(double share, std::string_view name) 
     }
     return sorted.back().error;
   };
-  std::vector<std::size_t> all(groups_);
-  for (std::size_t g = 0; g < groups_; ++g) all[g] = g;
-  return Estimate{quantile_of(all), bootstrap_interval_of_groups(groups_, quantile_of, name)};
+  std::vector<std::size_t> all(own.groups_);
+  std::iota(all.begin(), all.end(), 0);
+  return Estimate{quantile_of(all), bootstrap_interval_of_groups(own.groups_, quantile_of, name)};
 }
 
 std::optional<double> GroupedErrors::worst() const {

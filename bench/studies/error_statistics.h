@@ -29,6 +29,7 @@ std::optional<double> value_of(const std::optional<Estimate>& estimate);
 std::optional<Estimate> scaled(std::optional<Estimate> estimate, double factor);
 /// `{"value", "ci95": [low, high]}`, or null.
 nlohmann::json to_json(const std::optional<Estimate>& estimate);
+nlohmann::json to_json(const std::optional<double>& value);  ///< null where there is none
 /// "4.12" and below it "[3.98, 4.31]"; a dash where there is none.
 Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals);
 /// Three cells of a CSV file: the value and the ends of its interval, empty where there is none.
@@ -60,8 +61,6 @@ class GroupedErrors {
 
   /// The same without groups that have no error.
   GroupedErrors compact() const;
-  Estimate mean_of_groups(std::string_view name) const;
-  Estimate quantile_of_groups(double share, std::string_view name) const;
 
   std::size_t groups_;
   std::vector<Value> values_;

@@ -100,8 +100,7 @@ TableSection table_of(const LocalisedSet& set, const std::string& law) {
   table.columns = error_columns.titles({{"solver", Align::left}, {"place by", Align::left}});
   for (const PlaceErrors& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      table.rows.push_back({solver.label, solver.failure});
-      table.rows.back().resize(table.columns.size());
+      table.rows.push_back(error_columns.failed(solver.label, solver.failure));
       continue;
     }
     for (const PlaceRule rule : kPlaceRules) {

@@ -190,7 +190,7 @@ void add_trainings(const std::vector<HeadlineSpread>& spread, Study& study) {
     json& all = trainings.emplace_back(columns.json(one));
     all["values"] = json::array();
     for (std::size_t t = 0; t < one.values.size(); ++t) {
-      all["values"].push_back(one.values[t] ? json(*one.values[t]) : json());
+      all["values"].push_back(to_json(one.values[t]));
       rows.rows.push_back({one.label, one.what, std::to_string(t + 1), exact_cell(one.values[t])});
     }
   }

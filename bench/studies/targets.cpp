@@ -12,8 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-json number_or_null(const std::optional<double>& value) { return value ? json(*value) : json(); }
-
 json target_json(const std::optional<Estimate>& estimate) {
   if (!estimate) return {{"mean", nullptr}, {"ci95", nullptr}};
   return {{"mean", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
@@ -22,8 +20,8 @@ json target_json(const std::optional<Estimate>& estimate) {
 json target_json(const TargetGaps& gaps) {
   const ResolvableGap& resolvable = gaps.resolvable;
   json out = {{"state", name_of(resolvable.state)},
-              {"value", number_or_null(resolvable.gap_mm)},
-              {"ci95", {number_or_null(resolvable.low_mm), number_or_null(resolvable.high_mm)}},
+              {"value", to_json(resolvable.gap_mm)},
+              {"ci95", {to_json(resolvable.low_mm), to_json(resolvable.high_mm)}},
               {"share", kResolvedShare},
               {"scenes", gaps.scenes},
               {"bins", json::array()}};

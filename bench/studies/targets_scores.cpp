@@ -37,35 +37,6 @@ std::optional<double> target_ratio(double part, double whole) {
   return part / whole;
 }
 
-std::optional<double> precision_of(const TargetTally& tally) {
-  return target_ratio(tally.matched, tally.found);
-}
-
-std::optional<double> recall_of(const TargetTally& tally) {
-  return target_ratio(tally.matched, tally.there);
-}
-
-/// The harmonic mean of precision and recall.
-std::optional<double> f1_of(const TargetTally& tally) {
-  return target_ratio(2.0 * tally.matched, tally.there + tally.found);
-}
-
-std::optional<double> ghosts_of(const TargetTally& tally) {
-  return target_ratio(tally.found - tally.matched, tally.frames);
-}
-
-std::optional<double> right_number_of(const TargetTally& tally) {
-  return target_ratio(tally.right_frames, tally.frames);
-}
-
-std::optional<double> location_error_of(const TargetTally& tally) {
-  return target_ratio(tally.distance_mm, tally.matched);
-}
-
-std::optional<double> mean_ospa_of(const TargetTally& tally) {
-  return target_ratio(tally.ospa_mm, tally.frames);
-}
-
 /// `scenes` is not empty. `name` keys the random numbers.
 TargetCount target_count(const std::vector<TargetTally>& scenes, const std::string& name) {
   TargetTally all;
@@ -176,14 +147,21 @@ TargetTally& TargetTally::operator+=(const TargetTally& other) {
 }
 
 const std::vector<TargetMetric>& target_metrics() {
+  using Tally = TargetTally;
   static const std::vector<TargetMetric> metrics = {
-      {"precision", "precision", 3, precision_of},
-      {"recall", "recall", 3, recall_of},
-      {"f1", "F1", 3, f1_of},
-      {"ghosts", "ghosts a frame", 2, ghosts_of},
-      {"right_number", "right number", 3, right_number_of},
-      {"location_error_mm", "location error (mm)", 2, location_error_of},
-      {"ospa_mm", "OSPA (mm)", 2, mean_ospa_of}};
+      {"precision", "precision", 3,
+       [](const Tally& t) { return target_ratio(t.matched, t.found); }},
+      {"recall", "recall", 3, [](const Tally& t) { return target_ratio(t.matched, t.there); }},
+      {"f1", "F1", 3,
+       [](const Tally& t) { return target_ratio(2.0 * t.matched, t.there + t.found); }},
+      {"ghosts", "ghosts a frame", 2,
+       [](const Tally& t) { return target_ratio(t.found - t.matched, t.frames); }},
+      {"right_number", "right number", 3,
+       [](const Tally& t) { return target_ratio(t.right_frames, t.frames); }},
+      {"location_error_mm", "location error (mm)", 2,
+       [](const Tally& t) { return target_ratio(t.distance_mm, t.matched); }},
+      {"ospa_mm", "OSPA (mm)", 2,
+       [](const Tally& t) { return target_ratio(t.ospa_mm, t.frames); }}};
   return metrics;
 }
 

@@ -175,8 +175,7 @@ json json_of(const TrackingCondition& condition) {
   for (const TrackingOfSolver& solver : condition.solvers) {
     json& one = out["solvers"][solver.label];
     if (!solver.failure.empty()) {
-      one = {{"failure", solver.failure},
-             {"latency_s", solver.latency_s ? json(*solver.latency_s) : json()}};
+      one = {{"failure", solver.failure}, {"latency_s", to_json(solver.latency_s)}};
       continue;
     }
     one = columns.json(solver);
@@ -193,8 +192,8 @@ json json_of(const EnoughFrameRate& answer) {
           {"speed_mm_s", answer.speed_mm_s},
           {"noise", answer.noise},
           {"frame_rates", answer.frame_rates},
-          {"for_reading", answer.for_reading ? json(*answer.for_reading) : json()},
-          {"for_the_place", answer.for_the_place ? json(*answer.for_the_place) : json()}};
+          {"for_reading", to_json(answer.for_reading)},
+          {"for_the_place", to_json(answer.for_the_place)}};
 }
 
 Cell frame_rate_cell(const std::optional<double>& rate) {
