@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
+#include "core/text.h"
 namespace ertbench {
 namespace {
 
@@ -86,14 +88,10 @@ AlarmSignal voltage_signal(const DatasetFile& file) {
 }
 
 /// The signals of one source, by role; `signal_of` is given the name of the set.
-template <typename SignalOf>
-DetectorSignals signals_by_role(const StudySpec& spec, const SignalOf& signal_of) {
-  DetectorSignals out;
-  AlarmSignal* const signals[] = {&out.calibration, &out.quiet, &out.presses, &out.arm};
-  for (std::size_t r = 0; r < std::size(collision_roles); ++r) {
-    *signals[r] = signal_of(spec.roles.at(collision_roles[r]));
-  }
-  return out;
+DetectorSignals signals_by_role(const StudySpec& spec,
+                                const std::function<AlarmSignal(const std::string&)>& signal_of) {
+  const auto in = [&](const char* role) { return signal_of(spec.roles.at(role)); };
+  return {in("calibration"), in("quiet"), in("presses"), in("arm")};
 }
 
 DetectorSignals without_regions(DetectorSignals signals) {
@@ -141,9 +139,62 @@ CollisionTruth collision_truth(const StudyInput& input, const std::vector<int>& 
   return truth;
 }
 
-}  // namespace
+/// How the study was made.
+std::string collision_text(const CollisionResults& results) {
+  return "An image raises an alarm when its largest |δσ| reaches a threshold: one for the whole "
+         "sheet, or that of the region (of the symmetry orbits of 5 × 5 areas, I the corners to VI "
+         "the centre) in which the strongest contact lies. Thresholds are set on frames in which "
+         "nothing touches, so that " +
+         number_text(results.per_hour) +
+         " alarms an hour are false, each region having a share in proportion to its area. So rare "
+         "a value lies beyond what was seen: the excesses of peaks over a high level are taken to "
+         "be exponential and extrapolated. For comparison stands an alarm by the 2-norm of the "
+         "voltages' change, which needs no image.\n\nThe arm goes on at its speed until the alarm "
+         "and then decelerates; the force on the obstacle grows with the way. The delay counts "
+         "from the first touch to the end of the solver's work on the frame that raised the alarm; "
+         "a solver that is slower than the frames takes the newest and drops the others.";
+}
 
-Study collision_study(const StudyInput& input) {
+/// How its tables are to be read.
+std::vector<std::string> collision_notes(const CollisionResults& results) {
+  return {
+      "Intervals are 95 %: of thresholds by the bootstrap over blocks of frames, of counts exact "
+      "Poisson intervals, of shares Wilson's, else by the bootstrap over scenes or sequences. A "
+      "Poisson interval takes alarms to be independent, which under drift they are not.",
+      "Alarm frames that follow each other are one alarm; \"quiet time in alarm\" shows where such "
+      "an alarm does not end.",
+      "\"of the whole sheet\": fewer than 30 of the calibration frames have their largest value in "
+      "that region, which takes the threshold of the whole sheet.",
+      "Least force: where the isotonic fit of detection against force reaches 95 %. \"> x\": not "
+      "at the largest force pressed; \"≤ x\": at the twenty lightest presses already; a dash: "
+      "fewer than forty presses.",
+      "Runs in which an alarm came before anything touched are needless stops; they count against "
+      "the tasks done and stand in no delay, no force and no speed. A run without an alarm has an "
+      "endless delay, and the limit (" +
+          number_text(results.arm.limit_N) + " N) or more for its force.",
+      "Time lost: by the runs that stopped, in decelerating, retreating to " +
+          number_text(results.arm.clearance_mm) + " mm from the obstacle and passing " +
+          number_text(results.arm.aside_mm) + " mm aside, over going straight on.",
+      "Of it latency: what a solver that takes no time would save of the delays, waiting for its "
+      "turn included. Where the latency has a dash it was not measured and counts as 0.",
+      "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +
+          " N. Without any delay the way v²/2a alone allows " +
+          fixed(results.arm.highest_speed_m_s(), 3) +
+          " m/s. \"< x\": not even the slowest runs do; a "
+          "dash: fewer than forty runs."};
+}
+
+void add_headlines(const Detector& detector, std::vector<Headline>& out) {
+  if (!detector.failure.empty() || detector.rule == AlarmRule::voltage_norm) return;
+  const std::string rule = std::string(name_of(detector.rule)) + ": ";
+  const auto& least_N = detector.least_N;
+  out.push_back({detector.label, rule + "force that is found in 95 % (N)", 2,
+                 least_N ? std::optional(least_N->value) : std::nullopt});
+  out.push_back({detector.label, rule + "median delay of the arm (ms)", 1,
+                 value_of(scaled(detector.arm.median_delay_s, 1000))});
+}
+
+CollisionResults collision_results(const StudyInput& input) {
   CollisionResults results;
   const StudySpec& spec = input.spec;
   const Sheet& sheet = *input.experiment.sensor.sheet;
@@ -201,7 +252,24 @@ Study collision_study(const StudyInput& input) {
     detector.curve =
         operating_curve(detector, signals[d], truth, detector.by_force[*results.reference]);
   }
-  return study_of_collision(spec.name, results);
+  return results;
+}
+
+}  // namespace
+
+Study collision_study(const StudyInput& input) {
+  const auto results = std::make_shared<CollisionResults>(collision_results(input));
+  Study study;
+  study.name = input.spec.name;
+  study.numbers = collision_json(*results);
+  for (const Detector& detector : results->detectors) add_headlines(detector, study.best);
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Collision (D.5)";
+  section.report.text = collision_text(*results);
+  section.report.notes = collision_notes(*results);
+  add_collision_tables(*results, section);
+  section.figures = collision_figures(results);
+  return study;
 }
 
 }  // namespace ertbench

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "bench/studies/collision_detectors.h"
@@ -14,8 +13,11 @@ namespace ertbench {
 /// of an arm that stops by them.
 Study collision_study(const StudyInput& input);
 
-/// Its tables, numbers, files and figures.
-Study study_of_collision(const std::string& name, const CollisionResults& results);
+/// False alarms, thresholds, least forces and the arm's runs; CSV files of these, and of what the
+/// figures show.
+void add_collision_tables(const CollisionResults& results, StudySection& section);
+/// All numbers, for summary.json.
+nlohmann::json collision_json(const CollisionResults& results);
 
 /// Detection against force, detection against false alarms, and peak force against speed.
 std::vector<StudyFigure> collision_figures(const std::shared_ptr<const CollisionResults>& results);

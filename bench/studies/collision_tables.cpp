@@ -1,8 +1,10 @@
+#include <functional>
+#include <iterator>
+
 #include "bench/studies/collision.h"
 #include "bench/studies/columns.h"
 #include "core/text.h"
 
-/// The collision study's outputs: tables, numbers for summary.json and CSV files.
 namespace ertbench {
 namespace {
 
@@ -206,27 +208,6 @@ json detector_json(const Detector& detector, const ArmSettings& settings) {
   return out;
 }
 
-json collision_json(const CollisionResults& results) {
-  json out = {{"condition", results.condition},
-              {"false_alarms_asked_per_hour", results.per_hour},
-              {"calibration_hours", results.calibration_hours},
-              {"frame_rate", results.frame_rate},
-              {"stiffness_N_mm", results.arm.stiffness_N_mm},
-              {"deceleration_m_s2", results.arm.deceleration_m_s2},
-              {"aim_N", results.arm.aim_N},
-              {"limit_N", results.arm.limit_N},
-              {"highest_speed_without_delay_m_s", results.arm.highest_speed_m_s()},
-              {"without_delay", arm_columns(results.arm).json(results.undelayed)}};
-  for (std::size_t r = 0; r < results.region_areas.size(); ++r) {
-    out["region_areas"][roman(static_cast<int>(r))] = results.region_areas[r];
-  }
-  out["detectors"] = json::array();
-  for (const Detector& detector : results.detectors) {
-    out["detectors"].push_back(detector_json(detector, results.arm));
-  }
-  return out;
-}
-
 /// A row of the detector: its names, then what `fill` adds, or why there is nothing.
 template <typename Fill>
 void add_detector_row(const Detector& detector, TableSection& section, const Fill& fill) {
@@ -417,76 +398,33 @@ TableSection run_data(const CollisionResults& results) {
   return section;
 }
 
-/// How the study was made.
-std::string collision_text(const CollisionResults& results) {
-  return "An image raises an alarm when its largest |δσ| reaches a threshold: one for the whole "
-         "sheet, or that of the region (of the symmetry orbits of 5 × 5 areas, I the corners to VI "
-         "the centre) in which the strongest contact lies. Thresholds are set on frames in which "
-         "nothing touches, so that " +
-         number_text(results.per_hour) +
-         " alarms an hour are false, each region having a share in proportion to its area. So rare "
-         "a value lies beyond what was seen: the excesses of peaks over a high level are taken to "
-         "be exponential and extrapolated. For comparison stands an alarm by the 2-norm of the "
-         "voltages' change, which needs no image.\n\nThe arm goes on at its speed until the alarm "
-         "and then decelerates; the force on the obstacle grows with the way. The delay counts "
-         "from the first touch to the end of the solver's work on the frame that raised the alarm; "
-         "a solver that is slower than the frames takes the newest and drops the others.";
-}
-
-/// How its tables are to be read.
-std::vector<std::string> collision_notes(const CollisionResults& results) {
-  return {
-      "Intervals are 95 %: of thresholds by the bootstrap over blocks of frames, of counts exact "
-      "Poisson intervals, of shares Wilson's, else by the bootstrap over scenes or sequences. A "
-      "Poisson interval takes alarms to be independent, which under drift they are not.",
-      "Alarm frames that follow each other are one alarm; \"quiet time in alarm\" shows where such "
-      "an alarm does not end.",
-      "\"of the whole sheet\": fewer than 30 of the calibration frames have their largest value in "
-      "that region, which takes the threshold of the whole sheet.",
-      "Least force: where the isotonic fit of detection against force reaches 95 %. \"> x\": not "
-      "at the largest force pressed; \"≤ x\": at the twenty lightest presses already; a dash: "
-      "fewer than forty presses.",
-      "Runs in which an alarm came before anything touched are needless stops; they count against "
-      "the tasks done and stand in no delay, no force and no speed. A run without an alarm has an "
-      "endless delay, and the limit (" +
-          number_text(results.arm.limit_N) + " N) or more for its force.",
-      "Time lost: by the runs that stopped, in decelerating, retreating to " +
-          number_text(results.arm.clearance_mm) + " mm from the obstacle and passing " +
-          number_text(results.arm.aside_mm) + " mm aside, over going straight on.",
-      "Of it latency: what a solver that takes no time would save of the delays, waiting for its "
-      "turn included. Where the latency has a dash it was not measured and counts as 0.",
-      "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +
-          " N. Without any delay the way v²/2a alone allows " +
-          fixed(results.arm.highest_speed_m_s(), 3) +
-          " m/s. \"< x\": not even the slowest runs do; a "
-          "dash: fewer than forty runs."};
-}
-
-void add_headlines(const Detector& detector, std::vector<Headline>& out) {
-  if (!detector.failure.empty() || detector.rule == AlarmRule::voltage_norm) return;
-  const std::string rule = std::string(name_of(detector.rule)) + ": ";
-  const auto& least_N = detector.least_N;
-  out.push_back({detector.label, rule + "force that is found in 95 % (N)", 2,
-                 least_N ? std::optional(least_N->value) : std::nullopt});
-  out.push_back({detector.label, rule + "median delay of the arm (ms)", 1,
-                 value_of(scaled(detector.arm.median_delay_s, 1000))});
-}
-
 }  // namespace
 
-Study study_of_collision(const std::string& name, const CollisionResults& results) {
-  Study study;
-  study.name = name;
-  study.numbers = collision_json(results);
-  for (const Detector& detector : results.detectors) add_headlines(detector, study.best);
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Collision (D.5)";
-  section.report.text = collision_text(results);
-  section.report.tables = {quiet_table(results), threshold_table(results),
-                           least_force_table(results), arm_runs_table(results)};
-  section.report.notes = collision_notes(results);
-  section.figures = collision_figures(std::make_shared<CollisionResults>(results));
-  const std::vector<TableSection>& tables = section.report.tables;
+nlohmann::json collision_json(const CollisionResults& results) {
+  json out = {{"condition", results.condition},
+              {"false_alarms_asked_per_hour", results.per_hour},
+              {"calibration_hours", results.calibration_hours},
+              {"frame_rate", results.frame_rate},
+              {"stiffness_N_mm", results.arm.stiffness_N_mm},
+              {"deceleration_m_s2", results.arm.deceleration_m_s2},
+              {"aim_N", results.arm.aim_N},
+              {"limit_N", results.arm.limit_N},
+              {"highest_speed_without_delay_m_s", results.arm.highest_speed_m_s()},
+              {"without_delay", arm_columns(results.arm).json(results.undelayed)}};
+  for (std::size_t r = 0; r < results.region_areas.size(); ++r) {
+    out["region_areas"][roman(static_cast<int>(r))] = results.region_areas[r];
+  }
+  out["detectors"] = json::array();
+  for (const Detector& detector : results.detectors) {
+    out["detectors"].push_back(detector_json(detector, results.arm));
+  }
+  return out;
+}
+
+void add_collision_tables(const CollisionResults& results, StudySection& section) {
+  const TableSection tables[] = {quiet_table(results), threshold_table(results),
+                                 least_force_table(results), arm_runs_table(results)};
+  section.report.tables.assign(std::begin(tables), std::end(tables));
   section.data = {{"_alarms", named_for_programs(tables[0])},
                   {"_thresholds", named_for_programs(tables[1])},
                   {"_least_force", named_for_programs(tables[2])},
@@ -494,7 +432,6 @@ Study study_of_collision(const std::string& name, const CollisionResults& result
                   {"_force", force_data(results)},
                   {"_curve", curve_data(results)},
                   {"_runs", run_data(results)}};
-  return study;
 }
 
 }  // namespace ertbench
