@@ -214,7 +214,7 @@ void FoldsStage::collect(const Experiment& experiment, const Cache&, const JobRe
   }
   results.studies.push_back(
       {"presses", "presses",
-       std::make_shared<const Presses>(*experiment.folds, std::move(outcomes))});
+       std::make_shared<const Study>(presses_study(*experiment.folds, outcomes))});
 }
 
 }  // namespace ertbench

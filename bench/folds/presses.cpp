@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/folds/presses_figure.h"
-#include "bench/report/report.h"
-#include "bench/studies/study.h"
+#include "bench/studies/columns.h"
+#include "bench/studies/drawing.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -137,11 +135,18 @@ PressSolver solver_of(const FoldsOutcome& outcome, const std::vector<std::uint64
   return solver;
 }
 
+using PressColumn = StudyColumn<PressErrors>;
+
+const StudyColumns<PressErrors> press_columns = {
+    PressColumn::estimate("mean_mm", &PressErrors::mean, 2).table("mean"),
+    PressColumn::estimate("median_mm", &PressErrors::median, 2).table("median"),
+    PressColumn::estimate("p95_mm", &PressErrors::p95, 2).table("95 %"),
+    PressColumn::number("worst_mm", &PressErrors::worst, 1).table("worst"),
+    PressColumn::count("missed", &PressErrors::missed).table("missed"),
+    PressColumn::count("presses", &PressErrors::presses).data("held_out")};
+
 json json_of(const PressErrors& errors) {
-  json out = {
-      {"presses", errors.presses},       {"missed", errors.missed},
-      {"mean_mm", to_json(errors.mean)}, {"median_mm", to_json(errors.median)},
-      {"p95_mm", to_json(errors.p95)},   {"worst_mm", errors.worst ? json(*errors.worst) : json()}};
+  json out = press_columns.json(errors);
   if (!errors.title.empty()) out["part"] = errors.title;
   return out;
 }
@@ -157,160 +162,150 @@ json json_of(const PressLevel& level) {
   return out;
 }
 
-std::vector<Cell> error_cells(const PressErrors& errors) {
-  return {estimate_cell(errors.mean, 2), estimate_cell(errors.median, 2),
-          estimate_cell(errors.p95, 2), number_cell(errors.worst, 1),
-          std::to_string(errors.missed)};
+json json_of(const PressSolver& solver) {
+  json out = json::object();
+  if (!solver.failure.empty()) out["failure"] = solver.failure;
+  for (const PressLevel& level : solver.levels) {
+    out["after"][std::to_string(level.presses)] = json_of(level);
+  }
+  return out;
 }
 
-}  // namespace
-
-Presses::Presses(const Folds& folds, const std::vector<FoldsOutcome>& outcomes)
-    : folds_(folds.count), presses_(folds.presses) {
-  const MeasuredFrames& frames = *folds.base.measured();
-  const Sensor& sensor = folds.base.sensor;
-  const double mm = sensor.sheet->unit_mm();
-  file_ = frames.name;
-  if (!frames.strength_of.empty()) {
-    strength_name_ = frames.strength_of.substr(frames.strength_of.find_last_of('/') + 1);
-    unit_strength_ = frames.full_strength / (1 - frames.conductivity_ratio);
-  }
-  const Vector2d middle = sensor.sheet->bounds().center() * mm;
-  radius_mm_ = sensor.sheet->radius() * mm;
-  for (int i = 0; i <= border_points; ++i) {
-    border_mm_.emplace_back(
-        sensor.sheet->border_point(sensor.sheet->border_length() * i / border_points) * mm);
-  }
-  const Eigen::Matrix2Xd electrodes = electrode_positions(sensor) * mm;
-  for (const auto& electrode : electrodes.colwise()) electrodes_mm_.emplace_back(electrode);
-  const Division division{middle, radius_mm_, strength_name_, unit_strength_};
-  for (const FoldsOutcome& outcome : outcomes) {
-    solvers_.push_back(solver_of(outcome, presses_, division));
-  }
-  // The truths are the same for all solvers.
-  for (const PressSolver& solver : solvers_) {
-    if (solver.held_out.empty() || middle_.presses >= solver.held_out.size()) continue;
+/// What is told of guessing the middle of the sheet and the mean strength, on the truths that the
+/// solver with the most presses was tried on.
+void guess_the_middle(const Division& division, PressResults& results) {
+  for (const PressSolver& solver : results.solvers) {
+    if (solver.held_out.empty() || results.middle.presses >= solver.held_out.size()) continue;
     std::vector<HeldOutPress> guessed = solver.held_out;
     double mean = 0;
     for (HeldOutPress& press : guessed) {
-      press.found_mm = middle;
+      press.found_mm = division.middle;
       mean += press.strength / static_cast<double>(guessed.size());
     }
     for (HeldOutPress& press : guessed) press.found_strength = mean;
     Held held;
     for (const HeldOutPress& press : guessed) held.push_back(&press);
-    middle_ = errors_of(held, middle, "", "middle");
-    mean_strength_ = strength_error(held, division, "middle");
+    results.middle = errors_of(held, division.middle, "", "middle");
+    results.mean_strength = strength_error(held, division, "middle");
   }
 }
 
-json Presses::summary() const {
-  json out = {{"file", file_},
-              {"folds", folds_},
-              {"presses", presses_},
-              {"middle", json_of(middle_)},
-              {"solvers", json::object()}};
-  if (!strength_name_.empty()) {
-    out["strength"] = strength_name_;
-    out["mean_strength_error"] = to_json(mean_strength_);
-  }
-  for (const PressSolver& solver : solvers_) {
-    json& one = out["solvers"][solver.label];
-    one = json::object();
-    if (!solver.failure.empty()) one["failure"] = solver.failure;
-    for (const PressLevel& level : solver.levels) {
-      one["after"][std::to_string(level.presses)] = json_of(level);
-    }
-  }
-  return out;
-}
-
-std::vector<ReportSection> Presses::report(const std::string& title,
-                                           const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Presses (D.1 on measured frames)";
-  section.text =
-      "Distance of the contact found from the place that was pressed, on presses that the solver "
-      "has not seen: the frames of " +
-      file_ + " in " + std::to_string(folds_) +
-      " folds. A solver that images is read by the strongest contact of its image. A press that no "
-      "contact was found for counts as guessed in the middle of the sheet. Intervals: 95 %, by the "
-      "bootstrap over presses.";
-  if (!strength_name_.empty()) {
-    section.text += " " + strength_name_ +
-                    " is read from the contact's strength, in which the targets are linear.";
-  }
+/// Errors after the most presses, a row a solver.
+TableSection errors_table(const PressResults& results, const std::string& strength_name,
+                          std::uint64_t presses) {
   TableSection table;
-  table.caption = "after " + std::to_string(presses_.back()) + " presses; errors in mm";
-  table.columns = {{"solver", Align::left}, {"mean"}, {"median"}, {"95 %"}, {"worst"}, {"missed"}};
-  if (!strength_name_.empty()) table.columns.push_back({"|error| of " + strength_name_});
-  const auto add = [&](const std::string& label, const PressErrors& errors,
+  table.caption = "after " + std::to_string(presses) + " presses; errors in mm";
+  table.columns = press_columns.titles({{"solver", Align::left}});
+  if (!strength_name.empty()) table.columns.push_back({"|error| of " + strength_name});
+  const auto add = [&](const Cell& label, const PressErrors& errors,
                        const std::optional<Estimate>& strength) {
-    std::vector<Cell> row = {label};
-    for (Cell& cell : error_cells(errors)) row.push_back(std::move(cell));
-    if (!strength_name_.empty()) row.push_back(estimate_cell(strength, 2));
-    table.rows.push_back(std::move(row));
+    table.rows.push_back(press_columns.cells({label}, errors));
+    if (!strength_name.empty()) table.rows.back().push_back(estimate_cell(strength, 2));
   };
-  for (const PressSolver& solver : solvers_) {
+  for (const PressSolver& solver : results.solvers) {
     const PressLevel& level = solver.levels.back();
-    add(solver.label, level.all, level.strength);
-    if (!level.failure.empty()) {
-      table.rows.back()[0].lines.push_back(one_line(level.failure, 80));
-    }
+    Cell label = solver.label;
+    if (!level.failure.empty()) label.lines.push_back(one_line(level.failure, 80));
+    add(label, level.all, level.strength);
   }
-  add("middle of the sheet", middle_, mean_strength_);
-  section.tables.push_back(table);
+  add("middle of the sheet", results.middle, results.mean_strength);
+  return table;
+}
 
-  TableSection parts;
-  parts.caption = "the same by strength and by distance from the middle";
-  parts.columns = {{"solver", Align::left},
-                   {"presses", Align::left},
-                   {"mean"},
-                   {"median"},
-                   {"95 %"},
-                   {"worst"},
-                   {"missed"}};
-  TableSection rows;
-  rows.columns = {{"solver", Align::left}, {"presses"}, {"part", Align::left}};
-  for (const char* name : {"mean_mm", "median_mm", "p95_mm"}) {
-    for (const Column& column : exact_columns(name)) rows.columns.push_back(column);
-  }
-  rows.columns.insert(rows.columns.end(), {{"worst_mm"}, {"missed"}, {"held_out"}});
-  for (const Column& column : exact_columns("strength_error")) rows.columns.push_back(column);
-  const auto add_exact = [&](const std::string& label, std::uint64_t learned_from,
-                             const PressErrors& errors, const std::optional<Estimate>& strength) {
-    std::vector<Cell> row = {label, std::to_string(learned_from),
-                             errors.title.empty() ? "all" : errors.title};
-    for (const auto& estimate : {errors.mean, errors.median, errors.p95}) {
-      for (const Cell& cell : exact_cells(estimate)) row.push_back(cell);
+/// The same by strength and distance; no rows where neither was told apart.
+TableSection parts_table(const PressResults& results) {
+  TableSection table;
+  table.caption = "the same by strength and by distance from the middle";
+  table.columns = press_columns.titles({{"solver", Align::left}, {"presses", Align::left}});
+  for (const PressSolver& solver : results.solvers) {
+    const PressLevel& level = solver.levels.back();
+    for (const auto* division : {&level.by_strength, &level.by_place}) {
+      for (const PressErrors& part : *division) {
+        table.rows.push_back(press_columns.cells({solver.label, part.title}, part));
+      }
     }
-    row.push_back(exact_cell(errors.worst));
-    row.emplace_back(std::to_string(errors.missed));
-    row.emplace_back(std::to_string(errors.presses));
-    for (const Cell& cell : exact_cells(strength)) row.push_back(cell);
-    rows.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+/// The CSV file: a row for each solver, number of presses and part.
+TableSection press_rows(const PressResults& results) {
+  TableSection rows;
+  rows.columns = press_columns.names({{"solver", Align::left}, {"presses"}, {"part", Align::left}});
+  for (const char* end : {"", "_low", "_high"}) {
+    rows.columns.emplace_back(std::string("strength_error") + end);
+  }
+  const auto add = [&](const std::string& label, std::uint64_t learned_from,
+                       const PressErrors& errors, const std::optional<Estimate>& strength) {
+    const std::string part = errors.title.empty() ? "all" : errors.title;
+    rows.rows.push_back(press_columns.data({label, std::to_string(learned_from), part}, errors));
+    for (const Cell& cell : exact_cells(strength)) rows.rows.back().push_back(cell);
   };
-  add_exact("middle of the sheet", 0, middle_, mean_strength_);
-  for (const PressSolver& solver : solvers_) {
+  add("middle of the sheet", 0, results.middle, results.mean_strength);
+  for (const PressSolver& solver : results.solvers) {
     for (const PressLevel& level : solver.levels) {
-      add_exact(solver.label, level.presses, level.all, level.strength);
+      add(solver.label, level.presses, level.all, level.strength);
       for (const auto* division : {&level.by_strength, &level.by_place}) {
         for (const PressErrors& part : *division) {
-          add_exact(solver.label, level.presses, part, std::nullopt);
-          if (&level != &solver.levels.back()) continue;
-          std::vector<Cell> row = {solver.label, part.title};
-          for (Cell& cell : error_cells(part)) row.push_back(std::move(cell));
-          parts.rows.push_back(std::move(row));
+          add(solver.label, level.presses, part, std::nullopt);
         }
       }
     }
   }
-  if (!parts.rows.empty()) section.tables.push_back(parts);
-  section.figures.push_back(press_curve(solvers_, middle_, title, folder / "presses_curve"));
-  section.figures.push_back(
-      press_map(solvers_, {border_mm_, electrodes_mm_, radius_mm_}, title, folder / "presses_map"));
-  write_study_tables({title, section.text, section.tables, {}, {}}, rows, folder, "presses");
-  return {section};
+  return rows;
+}
+
+}  // namespace
+
+Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes) {
+  const MeasuredFrames& frames = *folds.base.measured();
+  const Sensor& sensor = folds.base.sensor;
+  const double mm = sensor.sheet->unit_mm();
+  Division division{sensor.sheet->bounds().center() * mm, sensor.sheet->radius() * mm, "", 1};
+  if (!frames.strength_of.empty()) {
+    division.strength_name = frames.strength_of.substr(frames.strength_of.find_last_of('/') + 1);
+    division.unit_strength = frames.full_strength / (1 - frames.conductivity_ratio);
+  }
+  const auto results = std::make_shared<PressResults>();
+  results->radius_mm = division.radius_mm;
+  results->border_mm = border_mm(*sensor.sheet, border_points);
+  results->electrodes_mm = electrodes_mm(sensor);
+  for (const FoldsOutcome& outcome : outcomes) {
+    results->solvers.push_back(solver_of(outcome, folds.presses, division));
+  }
+  guess_the_middle(division, *results);
+
+  Study study;
+  study.name = "presses";
+  study.numbers = {{"file", frames.name},
+                   {"folds", folds.count},
+                   {"presses", folds.presses},
+                   {"middle", json_of(results->middle)},
+                   {"solvers", json::object()}};
+  for (const PressSolver& solver : results->solvers) {
+    study.numbers["solvers"][solver.label] = json_of(solver);
+  }
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Presses (D.1 on measured frames)";
+  section.report.text =
+      "Distance of the contact found from the place that was pressed, on presses that the solver "
+      "has not seen: the frames of " +
+      frames.name + " in " + std::to_string(folds.count) +
+      " folds. A solver that images is read by the strongest contact of its image. A press that no "
+      "contact was found for counts as guessed in the middle of the sheet. Intervals: 95 %, by the "
+      "bootstrap over presses.";
+  if (!division.strength_name.empty()) {
+    study.numbers["strength"] = division.strength_name;
+    study.numbers["mean_strength_error"] = to_json(results->mean_strength);
+    section.report.text += " " + division.strength_name +
+                           " is read from the contact's strength, in which the targets are linear.";
+  }
+  section.report.tables = {errors_table(*results, division.strength_name, folds.presses.back())};
+  const TableSection parts = parts_table(*results);
+  if (!parts.rows.empty()) section.report.tables.push_back(parts);
+  section.figures = {press_curve(results), press_map(results)};
+  section.data = {{"", press_rows(*results)}};
+  return study;
 }
 
 }  // namespace ertbench

@@ -2,13 +2,14 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/folds/folds_stage.h"
-#include "bench/record/experiment_results.h"
 #include "bench/studies/error_statistics.h"
+#include "bench/studies/study.h"
 
 namespace ertbench {
 
@@ -42,29 +43,25 @@ struct PressSolver {
   std::vector<HeldOutPress> held_out;  ///< of the last level, all folds
 };
 
+/// The presses of all solvers, and the sheet that they are drawn on.
+struct PressResults {
+  PressErrors middle;                     ///< of guessing the middle of the sheet
+  std::optional<Estimate> mean_strength;  ///< mean |error| of guessing the mean strength
+  std::vector<PressSolver> solvers;
+  std::vector<Eigen::Vector2d> border_mm;
+  std::vector<Eigen::Vector2d> electrodes_mm;
+  double radius_mm = 0;  ///< of the sheet
+};
+
 /// Where was it pressed? Measured presses at known places, by cross-validation (Folds): errors of
 /// the places that solvers find on presses which they have not seen, by number of presses learned
 /// from, strength and place. D.1 on hardware.
-class Presses : public StudyResult {
- public:
-  Presses(const Folds& folds, const std::vector<FoldsOutcome>& outcomes);
+Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes);
 
-  nlohmann::json summary() const override;
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  std::string file_;           ///< of the frames
-  std::string strength_name_;  ///< "depth_mm"; empty where all presses are alike
-  double unit_strength_ = 1;   ///< of the file's numbers for a strength of 1
-  double radius_mm_ = 0;       ///< of the sheet
-  std::vector<Eigen::Vector2d> border_mm_;
-  std::vector<Eigen::Vector2d> electrodes_mm_;
-  int folds_ = 0;
-  std::vector<std::uint64_t> presses_;
-  PressErrors middle_;                     ///< of guessing the middle of the sheet
-  std::optional<Estimate> mean_strength_;  ///< mean |error| of guessing the mean strength
-  std::vector<PressSolver> solvers_;
-};
+/// Location error over the number of presses learned from, a line a solver with the least and the
+/// largest mean of a fold as its band, and guessing the middle as a level.
+StudyFigure press_curve(const std::shared_ptr<const PressResults>& results);
+/// A panel a solver: a line from each true place to the one found, over the sheet.
+StudyFigure press_map(const std::shared_ptr<const PressResults>& results);
 
 }  // namespace ertbench

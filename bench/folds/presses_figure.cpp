@@ -1,11 +1,8 @@
-#include "bench/folds/presses_figure.h"
-
 #include <algorithm>
 #include <cmath>
 
-#include "bench/plot/canvas.h"
-#include "bench/plot/panel.h"
-#include "bench/report/chart.h"
+#include "bench/folds/presses.h"
+#include "bench/studies/drawing.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -16,20 +13,20 @@ using Eigen::Vector2d;
 bool has_errors(const PressLevel& level) { return level.all.mean.has_value(); }
 
 /// From the least to the largest value of the curve, with some room.
-Span curve_span(const std::vector<PressSolver>& solvers, const PressErrors& middle) {
+Span curve_span(const PressResults& results) {
   Span span;
-  if (middle.mean) span.extend(middle.mean->value);
-  for (const PressSolver& solver : solvers) {
+  if (results.middle.mean) span.extend(results.middle.mean->value);
+  for (const PressSolver& solver : results.solvers) {
     for (const PressLevel& level : solver.levels) {
       for (const double mean : level.fold_means) span.extend(std::max(0.01, mean));
     }
   }
-  if (span.empty()) return {1, 100};
-  return {span.low / 1.3, span.high * 1.3};
+  return log_span(span, 1.3);
 }
 
-void draw_curve(const std::vector<PressSolver>& solvers, const PressErrors& middle,
-                const std::string& heading, const std::filesystem::path& stem) {
+void draw_curve(const PressResults& results, const std::string& heading,
+                const std::filesystem::path& stem) {
+  const std::vector<PressSolver>& solvers = results.solvers;
   constexpr double width = 700;
   constexpr double height = 380;
   constexpr double left = 64;
@@ -51,8 +48,8 @@ void draw_curve(const std::vector<PressSolver>& solvers, const PressErrors& midd
   }
   Axis x = Axis::logarithms({across.low / 1.15, across.high * 1.15}, "presses learned from");
   x.ticks = ticks;
-  Panel axes(canvas, box, x, Axis::logarithms(curve_span(solvers, middle), "location error, mm"));
-  if (middle.mean) axes.level(middle.mean->value, guess);
+  Panel axes(canvas, box, x, Axis::logarithms(curve_span(results), "location error, mm"));
+  if (results.middle.mean) axes.level(results.middle.mean->value, guess);
   for (std::size_t s = 0; s < solvers.size(); ++s) {
     // Side by side, so that no band hides another.
     const double shift =
@@ -77,17 +74,11 @@ void draw_curve(const std::vector<PressSolver>& solvers, const PressErrors& midd
   }
   axes.draw();
   legend.draw(canvas, box.bottom + 56);
-  canvas.text(
-      "marks: mean over all presses, each held out once; bars: least and largest mean of a "
-      "fold",
-      left, canvas.height() - 10, {.size = 9, .align = TextAlign::left});
+  add_footnote(
+      canvas,
+      "marks: mean over all presses, each held out once; bars: least and largest mean of a fold",
+      left);
   canvas.draw(stem);
-}
-
-Points points_of_places(const std::vector<Vector2d>& places) {
-  Points out;
-  for (const Vector2d& place : places) out.emplace_back(place.x(), place.y());
-  return out;
 }
 
 /// A shaft and two barbs.
@@ -97,49 +88,46 @@ Points arrow(const Vector2d& from, const Vector2d& to) {
   if (!(length > 0)) return {};
   const Vector2d back = along / length * std::min(2.5, 0.5 * length);
   const Vector2d side(-back.y(), back.x());
-  return points_of_places({from, to, to - back + 0.5 * side, to, to - back - 0.5 * side});
+  return points_of({from, to, to - back + 0.5 * side, to, to - back - 0.5 * side});
 }
 
-void draw_map(const std::vector<PressSolver>& solvers, const SheetOutline& sheet,
-              const std::string& heading, const std::filesystem::path& stem) {
-  constexpr double side = 300;
-  constexpr double left = 48;
-  constexpr double top = 54;
-  constexpr double gap = 54;
-  const int panels = static_cast<int>(solvers.size());
-  const int columns = std::min(panels, 3);
-  const int rows = (panels + columns - 1) / columns;
-  Canvas canvas(left + columns * (side + gap), top + rows * (side + gap) + 46);
+void draw_map(const PressResults& results, const std::string& heading,
+              const std::filesystem::path& stem) {
+  const std::vector<PressSolver>& solvers = results.solvers;
+  const PanelGrid grid{.panels = static_cast<int>(solvers.size()),
+                       .most_columns = 3,
+                       .left = 48,
+                       .width = 300,
+                       .height = 300,
+                       .gap_x = 54,
+                       .gap_y = 54};
+  Canvas canvas(grid.right(), grid.bottom() + 46);
   canvas.title(heading + ": places in mm from the sheet's centre");
-  const Span span{-1.05 * sheet.radius_mm, 1.05 * sheet.radius_mm};
+  const Span span{-1.05 * results.radius_mm, 1.05 * results.radius_mm};
   const MarkStyle truth{7, ink::black, 0.3, 1};
   const LineStyle shaft{hue(1), 1.1};
   const MarkStyle electrode{5, ink::dark, 0.7, 1};
   const MarkStyle none{cross, ink::alarm, 0.6, 1.4};
-  for (int s = 0; s < panels; ++s) {
-    const PressSolver& solver = solvers[static_cast<std::size_t>(s)];
-    const Box box =
-        Box::sized(left + s % columns * (side + gap), top + s / columns * (side + gap), side, side);
+  int panel = 0;
+  for (const PressSolver& solver : solvers) {
+    const Box box = grid.box(panel++);
     Panel axes(canvas, box, Axis::even(span), Axis::even(span));
     const auto& mean = solver.levels.back().all.mean;
     axes.title(solver.label + (mean ? ", mean " + fixed(mean->value, 1) + " mm" : std::string()));
-    if (!solver.failure.empty()) {
-      canvas.text(one_line(solver.failure, 44), box.middle(), box.centre(),
-                  {.size = 9, .colour = ink::alarm});
-    }
-    axes.line(points_of_places(sheet.border_mm), {ink::light, 1.2});
-    axes.marks(points_of_places(sheet.electrodes_mm), electrode);
+    add_failure(canvas, box, solver.failure, 44);
+    axes.line(points_of(results.border_mm), {ink::light, 1.2});
+    axes.marks(points_of(results.electrodes_mm), electrode);
     std::vector<Vector2d> places;
     std::vector<Vector2d> missed;
     for (const HeldOutPress& press : solver.held_out) {
       (press.found_mm ? places : missed).push_back(press.place_mm);
       if (press.found_mm) axes.line(arrow(press.place_mm, *press.found_mm), shaft);
     }
-    axes.marks(points_of_places(places), truth);
-    axes.marks(points_of_places(missed), none);
+    axes.marks(points_of(places), truth);
+    axes.marks(points_of(missed), none);
     axes.draw();
   }
-  Legend legend(left, left + columns * (side + gap) - 20);
+  Legend legend(grid.left, grid.right() - 20);
   legend.add({"pressed", {}, truth});
   legend.add({"from there to the place found", shaft});
   legend.add({"pressed, nothing found", {}, none});
@@ -150,18 +138,17 @@ void draw_map(const std::vector<PressSolver>& solvers, const SheetOutline& sheet
 
 }  // namespace
 
-ReportFigure press_curve(const std::vector<PressSolver>& solvers, const PressErrors& middle,
-                         const std::string& title, const std::filesystem::path& stem) {
-  const bool drawn = draw_or_say(stem, [&] { draw_curve(solvers, middle, title, stem); });
-  return {"Error by the number of presses", stem.string() + ".svg",
-          "mean location error on presses that were not learned from", drawn};
+StudyFigure press_curve(const std::shared_ptr<const PressResults>& results) {
+  return {
+      "_curve", "Error by the number of presses",
+      "mean location error on presses that were not learned from", "",
+      [results](const auto& heading, const auto& stem) { draw_curve(*results, heading, stem); }};
 }
 
-ReportFigure press_map(const std::vector<PressSolver>& solvers, const SheetOutline& sheet,
-                       const std::string& title, const std::filesystem::path& stem) {
-  const bool drawn = draw_or_say(stem, [&] { draw_map(solvers, sheet, title, stem); });
-  return {"Pressed and found", stem.string() + ".svg",
-          "every press where it was held out; axes in mm from the sheet's centre", drawn};
+StudyFigure press_map(const std::shared_ptr<const PressResults>& results) {
+  return {"_map", "Pressed and found",
+          "every press where it was held out; axes in mm from the sheet's centre", "",
+          [results](const auto& heading, const auto& stem) { draw_map(*results, heading, stem); }};
 }
 
 }  // namespace ertbench

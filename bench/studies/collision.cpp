@@ -1,19 +1,11 @@
 #include "bench/studies/collision.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 
-#include "bench/report/report.h"
-#include "bench/studies/collision_figure.h"
-#include "bench/studies/error_statistics.h"
-#include "bench/studies/study.h"
-#include "bench/table/table.h"
-#include "core/files.h"
 #include "core/text.h"
-
 namespace ertbench {
 namespace {
 
@@ -96,14 +88,10 @@ AlarmSignal voltage_signal(const DatasetFile& file) {
 }
 
 /// The signals of one source, by role; `signal_of` is given the name of the set.
-template <typename SignalOf>
-DetectorSignals signals_by_role(const StudySpec& spec, const SignalOf& signal_of) {
-  DetectorSignals out;
-  AlarmSignal* const signals[] = {&out.calibration, &out.quiet, &out.presses, &out.arm};
-  for (std::size_t r = 0; r < std::size(collision_roles); ++r) {
-    *signals[r] = signal_of(spec.roles.at(collision_roles[r]));
-  }
-  return out;
+DetectorSignals signals_by_role(const StudySpec& spec,
+                                const std::function<AlarmSignal(const std::string&)>& signal_of) {
+  const auto in = [&](const char* role) { return signal_of(spec.roles.at(role)); };
+  return {in("calibration"), in("quiet"), in("presses"), in("arm")};
 }
 
 DetectorSignals without_regions(DetectorSignals signals) {
@@ -151,35 +139,89 @@ CollisionTruth collision_truth(const StudyInput& input, const std::vector<int>& 
   return truth;
 }
 
-}  // namespace
+/// How the study was made.
+std::string collision_text(const CollisionResults& results) {
+  return "An image raises an alarm when its largest |δσ| reaches a threshold: one for the whole "
+         "sheet, or that of the region (of the symmetry orbits of 5 × 5 areas, I the corners to VI "
+         "the centre) in which the strongest contact lies. Thresholds are set on frames in which "
+         "nothing touches, so that " +
+         number_text(results.per_hour) +
+         " alarms an hour are false, each region having a share in proportion to its area. So rare "
+         "a value lies beyond what was seen: the excesses of peaks over a high level are taken to "
+         "be exponential and extrapolated. For comparison stands an alarm by the 2-norm of the "
+         "voltages' change, which needs no image.\n\nThe arm goes on at its speed until the alarm "
+         "and then decelerates; the force on the obstacle grows with the way. The delay counts "
+         "from the first touch to the end of the solver's work on the frame that raised the alarm; "
+         "a solver that is slower than the frames takes the newest and drops the others.";
+}
 
-Collision::Collision(const StudyInput& input) : name_(input.spec.name) {
+/// How its tables are to be read.
+std::vector<std::string> collision_notes(const CollisionResults& results) {
+  return {
+      "Intervals are 95 %: of thresholds by the bootstrap over blocks of frames, of counts exact "
+      "Poisson intervals, of shares Wilson's, else by the bootstrap over scenes or sequences. A "
+      "Poisson interval takes alarms to be independent, which under drift they are not.",
+      "Alarm frames that follow each other are one alarm; \"quiet time in alarm\" shows where such "
+      "an alarm does not end.",
+      "\"of the whole sheet\": fewer than 30 of the calibration frames have their largest value in "
+      "that region, which takes the threshold of the whole sheet.",
+      "Least force: where the isotonic fit of detection against force reaches 95 %. \"> x\": not "
+      "at the largest force pressed; \"≤ x\": at the twenty lightest presses already; a dash: "
+      "fewer than forty presses.",
+      "Runs in which an alarm came before anything touched are needless stops; they count against "
+      "the tasks done and stand in no delay, no force and no speed. A run without an alarm has an "
+      "endless delay, and the limit (" +
+          number_text(results.arm.limit_N) + " N) or more for its force.",
+      "Time lost: by the runs that stopped, in decelerating, retreating to " +
+          number_text(results.arm.clearance_mm) + " mm from the obstacle and passing " +
+          number_text(results.arm.aside_mm) + " mm aside, over going straight on.",
+      "Of it latency: what a solver that takes no time would save of the delays, waiting for its "
+      "turn included. Where the latency has a dash it was not measured and counts as 0.",
+      "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +
+          " N. Without any delay the way v²/2a alone allows " +
+          fixed(results.arm.highest_speed_m_s(), 3) +
+          " m/s. \"< x\": not even the slowest runs do; a "
+          "dash: fewer than forty runs."};
+}
+
+void add_headlines(const Detector& detector, std::vector<Headline>& out) {
+  if (!detector.failure.empty() || detector.rule == AlarmRule::voltage_norm) return;
+  const std::string rule = std::string(name_of(detector.rule)) + ": ";
+  const auto& least_N = detector.least_N;
+  out.push_back({detector.label, rule + "force that is found in 95 % (N)", 2,
+                 least_N ? std::optional(least_N->value) : std::nullopt});
+  out.push_back({detector.label, rule + "median delay of the arm (ms)", 1,
+                 value_of(scaled(detector.arm.median_delay_s, 1000))});
+}
+
+CollisionResults collision_results(const StudyInput& input) {
+  CollisionResults results;
   const StudySpec& spec = input.spec;
   const Sheet& sheet = *input.experiment.sensor.sheet;
   const std::vector<int> orbits = area_orbits(sheet, collision_areas);
-  results_.condition = collision_condition(input);
-  results_.per_hour = spec.number("false_alarms_per_hour");
-  results_.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
-                  spec.number("aim_N"),          spec.number("limit_N"),
-                  spec.number("clearance_mm"),   spec.number("aside_mm")};
-  results_.region_areas.assign(
+  results.condition = collision_condition(input);
+  results.per_hour = spec.number("false_alarms_per_hour");
+  results.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
+                 spec.number("aim_N"),          spec.number("limit_N"),
+                 spec.number("clearance_mm"),   spec.number("aside_mm")};
+  results.region_areas.assign(
       static_cast<std::size_t>(*std::max_element(orbits.begin(), orbits.end()) + 1), 0);
-  for (const int orbit : orbits) ++results_.region_areas[static_cast<std::size_t>(orbit)];
-  const CollisionTruth truth = collision_truth(input, orbits, results_.region_areas);
-  results_.frame_rate = truth.arm.frame_rate;
-  results_.calibration_hours = truth.calibration.hours();
+  for (const int orbit : orbits) ++results.region_areas[static_cast<std::size_t>(orbit)];
+  const CollisionTruth truth = collision_truth(input, orbits, results.region_areas);
+  results.frame_rate = truth.arm.frame_rate;
+  results.calibration_hours = truth.calibration.hours();
 
   std::vector<DetectorSignals> signals;  // of each detector
   const auto assess = [&](const std::string& label, AlarmRule rule, DetectorSignals seen,
                           std::optional<double> latency_s) {
-    results_.detectors.push_back(
-        assess_detector(label, rule, seen, truth, results_.per_hour, latency_s, results_.arm));
+    results.detectors.push_back(
+        assess_detector(label, rule, seen, truth, results.per_hour, latency_s, results.arm));
     signals.push_back(std::move(seen));
   };
   for (const std::string& label : input.labels()) {
     if (!has_readings(input, label)) {
       for (const AlarmRule rule : {AlarmRule::by_region, AlarmRule::one_threshold}) {
-        Detector& failed = results_.detectors.emplace_back();
+        Detector& failed = results.detectors.emplace_back();
         failed.label = label;
         failed.rule = rule;
         failed.failure = input.failure(label).empty() ? "no images" : input.failure(label);
@@ -201,70 +243,33 @@ Collision::Collision(const StudyInput& input) : name_(input.spec.name) {
          0.0);
 
   std::vector<ArmRun> undelayed;
-  for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(undelayed_run(run, results_.arm));
-  results_.undelayed = arm_outcome(std::move(undelayed), results_.arm, "undelayed");
-  results_.reference = reference_bin(results_.detectors);
-  for (std::size_t d = 0; d < signals.size() && results_.reference; ++d) {
-    Detector& detector = results_.detectors[d];
+  for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(undelayed_run(run, results.arm));
+  results.undelayed = arm_outcome(std::move(undelayed), results.arm, "undelayed");
+  results.reference = reference_bin(results.detectors);
+  for (std::size_t d = 0; d < signals.size() && results.reference; ++d) {
+    Detector& detector = results.detectors[d];
     if (!detector.failure.empty()) continue;
     detector.curve =
-        operating_curve(detector, signals[d], truth, detector.by_force[*results_.reference]);
+        operating_curve(detector, signals[d], truth, detector.by_force[*results.reference]);
   }
-}
-
-namespace {
-
-/// A column's title for programs: "median delay (ms)" is "median_delay_ms".
-std::string program_name(const std::string& title) {
-  std::string out;
-  for (const char c : title) {
-    if (c == '(' || c == ')') continue;
-    if (c == '%') {
-      out += "percent";
-    } else {
-      out += c == ' ' || c == '/' ? '_' : c;
-    }
-  }
-  return out;
+  return results;
 }
 
 }  // namespace
 
-nlohmann::json Collision::summary() const { return collision_json(results_); }
-
-std::vector<Headline> Collision::headlines() const {
-  std::vector<Headline> out;
-  for (const Detector& detector : results_.detectors) {
-    if (!detector.failure.empty() || detector.rule == AlarmRule::voltage_norm) continue;
-    const std::string rule = std::string(name_of(detector.rule)) + ": ";
-    const auto& delay = detector.arm.median_delay_s;
-    out.push_back({detector.label, rule + "force that is found in 95 % (N)", 2,
-                   detector.least_N ? std::optional(detector.least_N->value) : std::nullopt});
-    out.push_back({detector.label, rule + "median delay of the arm (ms)", 1,
-                   delay ? std::optional(1000 * delay->value) : std::nullopt});
-  }
-  return out;
-}
-
-std::vector<ReportSection> Collision::report(const std::string& title,
-                                             const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Collision (D.5)";
-  section.text = collision_text(results_);
-  section.figures = collision_figures(results_, without_law(title), folder / name_);
-  section.tables = collision_tables(results_);
-  section.notes = collision_notes(results_);
-  write_file_atomically(folder / (name_ + ".md"),
-                        markdown_of({title, section.text, section.tables, section.notes, {}}));
-  // In the order of collision_tables().
-  const std::array names = {"_alarms", "_thresholds", "_least_force", "_arm"};
-  for (std::size_t t = 0; t < names.size(); ++t) {
-    TableSection rows = section.tables.at(t);
-    for (Column& column : rows.columns) column.title = program_name(column.title);
-    write_file_atomically(folder / (name_ + names[t] + ".csv"), csv_of(rows));
-  }
-  write_collision_data(results_, folder, name_);
-  return {section};
+Study collision_study(const StudyInput& input) {
+  const auto results = std::make_shared<CollisionResults>(collision_results(input));
+  Study study;
+  study.name = input.spec.name;
+  study.numbers = collision_json(*results);
+  for (const Detector& detector : results->detectors) add_headlines(detector, study.best);
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Collision (D.5)";
+  section.report.text = collision_text(*results);
+  section.report.notes = collision_notes(*results);
+  add_collision_tables(*results, section);
+  section.figures = collision_figures(results);
+  return study;
 }
 
 }  // namespace ertbench

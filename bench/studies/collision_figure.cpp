@@ -1,16 +1,28 @@
-#include "bench/studies/collision_figure.h"
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 #include <utility>
 
-#include "bench/plot/canvas.h"
+#include "bench/studies/collision.h"
+#include "bench/studies/drawing.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
+
+/// Axes that both panels of a figure share.
+struct PanelAxes {
+  Axis x;
+  Axis y;
+};
+
+/// How a detector looks in all figures: the same for both rules of a solver.
+struct DetectorStyle {
+  LineStyle line;
+  MarkStyle mark;
+};
 
 /// Places and sizes in px.
 struct PairLayout {
@@ -33,76 +45,87 @@ std::vector<std::string> solvers_of(const CollisionResults& results) {
   return out;
 }
 
-}  // namespace
-
-CollisionPair::CollisionPair(const CollisionResults& results, PanelAxes axes)
-    : results_(results),
-      axes_(std::move(axes)),
-      solvers_(solvers_of(results)),
-      styles_(solvers_),
-      legend_(PairLayout::left - 40, PairLayout::width(), 3) {
-  for (const Detector& detector : results.detectors) {
-    if (detector.rule == AlarmRule::by_region) continue;  // as its other rule
-    const DetectorStyle style = style_of(detector);
-    if (detector.failure.empty()) {
-      legend_.add({detector.label, style.line, style.mark});
-    } else {
-      legend_.add({detector.label + ": " + detector.failure});
+/// Two panels beside each other, alarms by one threshold on the left and those by region on the
+/// right, the norm of the voltages in both, and the legend below.
+class CollisionPair {
+ public:
+  /// `results` must outlive this.
+  CollisionPair(const CollisionResults& results, PanelAxes axes)
+      : results_(results),
+        axes_(std::move(axes)),
+        solvers_(solvers_of(results)),
+        styles_(solvers_),
+        legend_(PairLayout::left - 40, PairLayout::width(), 3) {
+    for (const Detector& detector : results.detectors) {
+      if (detector.rule == AlarmRule::by_region) continue;  // as its other rule
+      const DetectorStyle style = style_of(detector);
+      if (detector.failure.empty()) {
+        legend_.add({detector.label, style.line, style.mark});
+      } else {
+        legend_.add({detector.label + ": " + detector.failure});
+      }
     }
   }
-}
 
-void CollisionPair::explain(const std::string& text, const std::optional<LineStyle>& line) {
-  legend_.add({text, line});
-}
+  /// Adds an entry to the legend, behind the detectors.
+  void explain(const std::string& text, const LineStyle& line) { legend_.add({text, line}); }
 
-void CollisionPair::draw(const std::string& title, const Ground& ground, const Plot& plot,
-                         const std::filesystem::path& stem) const {
-  Canvas canvas(PairLayout::width(), PairLayout::legend_top + legend_.height() + 6);
-  canvas.title(title);
-  for (const AlarmRule rule : {AlarmRule::one_threshold, AlarmRule::by_region}) {
-    const bool second = rule == AlarmRule::by_region;
-    const double left = PairLayout::left + (second ? PairLayout::panel_width + PairLayout::gap : 0);
-    Panel panel(canvas,
-                Box::sized(left, PairLayout::top, PairLayout::panel_width, PairLayout::height),
-                axes_.x, axes_.y);
-    panel.title(second ? "a threshold for each region" : "one threshold");
-    ground(panel);
-    const std::vector<const Detector*> detectors = detectors_of(rule);
-    for (std::size_t d = 0; d < detectors.size(); ++d) {
-      const double place = (static_cast<double>(d) + 0.5) / static_cast<double>(detectors.size());
-      plot(panel, *detectors[d], style_of(*detectors[d]), place - 0.5);
+  /// Draws what lies under all detectors.
+  using Ground = std::function<void(Panel&)>;
+  /// Draws one detector; `place` is where it stands among those of the panel, -0.5 to 0.5, to set
+  /// whiskers beside each other.
+  using Plot = std::function<void(Panel&, const Detector&, const DetectorStyle&, double place)>;
+  void draw(const std::string& title, const Ground& ground, const Plot& plot,
+            const std::filesystem::path& stem) const {
+    Canvas canvas(PairLayout::width(), PairLayout::legend_top + legend_.height() + 6);
+    canvas.title(title);
+    for (const AlarmRule rule : {AlarmRule::one_threshold, AlarmRule::by_region}) {
+      const bool second = rule == AlarmRule::by_region;
+      const double left =
+          PairLayout::left + (second ? PairLayout::panel_width + PairLayout::gap : 0);
+      Panel panel(canvas,
+                  Box::sized(left, PairLayout::top, PairLayout::panel_width, PairLayout::height),
+                  axes_.x, axes_.y);
+      panel.title(second ? "a threshold for each region" : "one threshold");
+      ground(panel);
+      const std::vector<const Detector*> detectors = detectors_of(rule);
+      for (std::size_t d = 0; d < detectors.size(); ++d) {
+        const double place = (static_cast<double>(d) + 0.5) / static_cast<double>(detectors.size());
+        plot(panel, *detectors[d], style_of(*detectors[d]), place - 0.5);
+      }
+      panel.draw();
     }
-    panel.draw();
+    legend_.draw(canvas, PairLayout::legend_top);
+    canvas.draw(stem);
   }
-  legend_.draw(canvas, PairLayout::legend_top);
-  canvas.draw(stem);
-}
 
-std::size_t CollisionPair::number_of(const Detector& detector) const {
-  const auto at = std::find(solvers_.begin(), solvers_.end(), detector.label);
-  return static_cast<std::size_t>(at - solvers_.begin());
-}
-
-DetectorStyle CollisionPair::style_of(const Detector& detector) const {
-  if (detector.rule == AlarmRule::voltage_norm) {
-    return {{ink::light, 2.2}, {cross, ink::light, 0.8, 2}};
-  }
-  const std::size_t s = number_of(detector);
-  return {styles_.line(s, 1.4), styles_.mark(s, 0.7)};
-}
-
-std::vector<const Detector*> CollisionPair::detectors_of(AlarmRule rule) const {
-  std::vector<const Detector*> out;
-  for (const AlarmRule drawn : {AlarmRule::voltage_norm, rule}) {
-    for (const Detector& detector : results_.detectors) {
-      if (detector.rule == drawn && detector.failure.empty()) out.push_back(&detector);
+ private:
+  DetectorStyle style_of(const Detector& detector) const {
+    if (detector.rule == AlarmRule::voltage_norm) {
+      return {{ink::light, 2.2}, {cross, ink::light, 0.8, 2}};
     }
+    const auto at = std::find(solvers_.begin(), solvers_.end(), detector.label);
+    const auto s = static_cast<std::size_t>(at - solvers_.begin());
+    return {styles_.line(s, 1.4), styles_.mark(s, 0.7)};
   }
-  return out;
-}
 
-namespace {
+  /// The detectors that are drawn in the panel of a rule, the lowest first.
+  std::vector<const Detector*> detectors_of(AlarmRule rule) const {
+    std::vector<const Detector*> out;
+    for (const AlarmRule drawn : {AlarmRule::voltage_norm, rule}) {
+      for (const Detector& detector : results_.detectors) {
+        if (detector.rule == drawn && detector.failure.empty()) out.push_back(&detector);
+      }
+    }
+    return out;
+  }
+
+  const CollisionResults& results_;
+  PanelAxes axes_;
+  std::vector<std::string> solvers_;
+  MethodStyles styles_;
+  Legend legend_;
+};
 
 constexpr LineStyle aimed_line{ink::dark, 1.2, 2};
 constexpr LineStyle limit_of_arm_line{ink::dark, 1.2, 3};
@@ -135,21 +158,19 @@ void draw_force_figure(const CollisionResults& results, const std::string& title
       title + ": presses found, " + results.condition,
       [](Panel& panel) { panel.level(95, aimed_line); },
       [](Panel& panel, const Detector& detector, const DetectorStyle& style, double place) {
-        Points points;
-        std::vector<Whisker> whiskers;
+        Series series;
         for (const ShareBin& bin : detector.by_force) {
           const auto share = bin.successes.share();
           if (!share) continue;
           const double x = bin.mean * std::exp(0.05 * place);
-          points.emplace_back(x, 100 * share->value);
-          whiskers.push_back({x, 100 * share->ci95.low, 100 * share->ci95.high});
+          series.add(x, *scaled(share, 100));
           panel.tooltip(x, 100 * share->value,
                         detector.name() + "\n" + fixed(bin.low, 2) + " to " + fixed(bin.high, 2) +
                             " N: " + percent_text(bin.successes));
         }
-        panel.whiskers(whiskers, {style.line.colour.towards_white(0.6), 0.8});
-        panel.line(points, style.line);
-        panel.marks(points, style.mark);
+        panel.whiskers(series.whiskers, {style.line.colour.towards_white(0.6), 0.8});
+        panel.line(series.points, style.line);
+        panel.marks(series.points, style.mark);
       },
       stem);
 }
@@ -301,29 +322,24 @@ void draw_arm_figure(const CollisionResults& results, const std::string& title,
 
 }  // namespace
 
-std::vector<ReportFigure> collision_figures(const CollisionResults& results,
-                                            const std::string& title,
-                                            const std::filesystem::path& stem) {
-  std::vector<ReportFigure> figures;
-  const auto add = [&](const std::string& part, const std::string& heading,
-                       const std::string& caption, const auto& draw) {
-    const std::string file = stem.string() + part;
-    const bool drawn = draw_or_say(file, [&] { draw(results, title, file); });
-    figures.push_back({heading, file + ".svg", caption, drawn});
+std::vector<StudyFigure> collision_figures(const std::shared_ptr<const CollisionResults>& results) {
+  const auto drawn_by = [&](auto draw) {
+    return [results, draw](const std::string& heading, const std::filesystem::path& stem) {
+      draw(*results, heading, stem);
+    };
   };
-  add("_force", "Presses found against force", results.condition, draw_force_figure);
-  add("_curve", "Presses found against false alarms",
-      "all thresholds multiplied by a factor; a detector without a ring is in alarm so long that "
-      "its "
-      "alarms run into each other; " +
-          results.condition,
-      draw_curve_figure);
-  add("_arm", "Peak force on the obstacle against the arm's speed",
-      "over the peak force of a stop without delay at the same speed; medians over runs of about "
-      "the same speed; " +
-          results.condition,
-      draw_arm_figure);
-  return figures;
+  return {{"_force", "Presses found against force", results->condition, "",
+           drawn_by(draw_force_figure)},
+          {"_curve", "Presses found against false alarms",
+           "all thresholds multiplied by a factor; a detector without a ring is in alarm so long "
+           "that its alarms run into each other; " +
+               results->condition,
+           "", drawn_by(draw_curve_figure)},
+          {"_arm", "Peak force on the obstacle against the arm's speed",
+           "over the peak force of a stop without delay at the same speed; medians over runs of "
+           "about the same speed; " +
+               results->condition,
+           "", drawn_by(draw_arm_figure)}};
 }
 
 }  // namespace ertbench

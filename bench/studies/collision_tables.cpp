@@ -1,83 +1,211 @@
+#include <functional>
+#include <iterator>
+
 #include "bench/studies/collision.h"
-#include "bench/studies/error_statistics.h"
+#include "bench/studies/columns.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
-Cell percent_cell(const CountedShare& share) {
-  const auto estimate = share.share();
-  if (!estimate) return "—";
-  Cell cell = number_cell(100 * estimate->value, 1);
-  cell.interval =
-      interval_text(fixed(100 * estimate->ci95.low, 1), fixed(100 * estimate->ci95.high, 1));
-  cell.lines = {std::to_string(share.count) + " of " + std::to_string(share.total)};
+using nlohmann::json;
+
+/// A value and its interval, each as `text` says it. CSV files have `value`.
+Cell worded_cell(const Estimate& estimate, std::optional<double> value,
+                 const std::function<std::string(double)>& text) {
+  Cell cell(text(estimate.value));
+  cell.value = value;
+  cell.interval = interval_text(text(estimate.ci95.low), text(estimate.ci95.high));
   return cell;
 }
 
-Cell scaled_cell(std::optional<Estimate> estimate, double scale, int decimals) {
-  if (estimate) {
-    estimate->value *= scale;
-    estimate->ci95 = {estimate->ci95.low * scale, estimate->ci95.high * scale};
+Cell percent_cell(const CountedShare& share) {
+  Cell cell = estimate_cell(scaled(share.share(), 100), 1);
+  if (share.total > 0) {
+    cell.lines = {std::to_string(share.count) + " of " + std::to_string(share.total)};
   }
-  return estimate_cell(estimate, decimals);
+  return cell;
 }
 
 Cell three_digits_cell(double value, const Interval& ci95) {
-  Cell cell(three_digits(value));
-  cell.value = value;
-  cell.interval = interval_text(three_digits(ci95.low), three_digits(ci95.high));
-  return cell;
+  return worded_cell({value, ci95}, value, three_digits);
 }
 
 /// A least force, N.
 Cell least_force_cell(const std::optional<LeastFound>& found) {
   if (!found) return "—";
-  const auto text = [&](double force_N) {
-    if (force_N > found->reach.high) return "> " + fixed(found->reach.high, 2);
-    if (force_N <= found->reach.low) return "≤ " + fixed(found->reach.low, 2);
+  const auto [low, high] = found->reach;
+  const auto text = [low = low, high = high](double force_N) {
+    if (force_N > high) return "> " + fixed(high, 2);
+    if (force_N <= low) return "≤ " + fixed(low, 2);
     return fixed(force_N, 2);
   };
-  Cell cell(text(found->value));
-  if (found->value <= found->reach.high) cell.value = found->value;
-  cell.interval = interval_text(text(found->ci95.low), text(found->ci95.high));
-  return cell;
+  return worded_cell({found->value, found->ci95},
+                     found->value <= high ? std::optional(found->value) : std::nullopt, text);
 }
 
 /// A highest speed, m/s.
 Cell highest_speed_cell(const std::optional<LeastFound>& found) {
   if (!found) return "—";
-  const auto text = [&](double speed_m_s) {
-    if (speed_m_s < found->reach.low) return "< " + fixed(found->reach.low, 3);
-    if (speed_m_s >= found->reach.high) return "≥ " + fixed(found->reach.high, 3);
+  const auto [low, high] = found->reach;
+  const auto text = [low = low, high = high](double speed_m_s) {
+    if (speed_m_s < low) return "< " + fixed(low, 3);
+    if (speed_m_s >= high) return "≥ " + fixed(high, 3);
     return fixed(speed_m_s, 3);
   };
-  Cell cell(text(found->value));
-  if (found->value >= found->reach.low) cell.value = found->value;
-  cell.interval = interval_text(text(found->ci95.low), text(found->ci95.high));
-  return cell;
+  return worded_cell({found->value, found->ci95},
+                     found->value >= low ? std::optional(found->value) : std::nullopt, text);
 }
 
 Cell delay_cell(const std::optional<Estimate>& delay_s) {
   if (!delay_s) return "—";
-  const auto text = [](double seconds) {
-    return seconds < ArmOutcome::never_s ? fixed(1000 * seconds, 1) : std::string("never");
-  };
-  Cell cell(text(delay_s->value));
-  if (delay_s->value < ArmOutcome::never_s) cell.value = 1000 * delay_s->value;
-  cell.interval = interval_text(text(delay_s->ci95.low), text(delay_s->ci95.high));
-  return cell;
+  const bool ends = delay_s->value < ArmOutcome::never_s;
+  return worded_cell(
+      *delay_s, ends ? std::optional(1000 * delay_s->value) : std::nullopt, [](double seconds) {
+        return seconds < ArmOutcome::never_s ? fixed(1000 * seconds, 1) : std::string("never");
+      });
 }
 
 Cell peak_cell(const std::optional<Estimate>& peak_N, double limit_N) {
   if (!peak_N) return "—";
-  const auto text = [&](double force_N) {
+  return worded_cell(*peak_N, peak_N->value, [limit_N](double force_N) {
     return (force_N < limit_N ? "" : "≥ ") + fixed(force_N, 1);
+  });
+}
+
+json interval_json(const Interval& interval) { return {interval.low, interval.high}; }
+
+json share_json(const CountedShare& share) {
+  json out = to_json(share.share());
+  if (share.total > 0) out.update({{"count", share.count}, {"total", share.total}});
+  return out;
+}
+
+/// A value beyond its reach is null: nowhere found, at no speed. At the other end of the reach it
+/// stands for that value and all before it.
+json least_json(const std::optional<LeastFound>& found) {
+  if (!found) return nullptr;
+  const auto number = [&](double value) {
+    const bool within = value >= found->reach.low && value <= found->reach.high;
+    return within ? json(value) : json();
   };
-  Cell cell(text(peak_N->value));
-  cell.value = peak_N->value;
-  cell.interval = interval_text(text(peak_N->ci95.low), text(peak_N->ci95.high));
-  return cell;
+  return {{"value", number(found->value)},
+          {"ci95", {number(found->ci95.low), number(found->ci95.high)}},
+          {"reach", interval_json(found->reach)}};
+}
+
+/// An endless delay is null.
+json delay_json(const std::optional<Estimate>& delay_s) {
+  if (!delay_s) return nullptr;
+  const auto number = [](double seconds) {
+    return seconds < ArmOutcome::never_s ? json(seconds) : json();
+  };
+  return {{"value", number(delay_s->value)},
+          {"ci95", {number(delay_s->ci95.low), number(delay_s->ci95.high)}}};
+}
+
+using ArmColumn = StudyColumn<ArmOutcome>;
+
+ArmColumn delay_column(const std::string& key, std::optional<Estimate> ArmOutcome::*delay_s) {
+  return ArmColumn::estimate(key, delay_s, 1)
+      .shown([=](const ArmOutcome& arm) { return delay_cell(arm.*delay_s); })
+      .json([=](const ArmOutcome& arm) { return delay_json(arm.*delay_s); });
+}
+
+ArmColumn peak_column(const std::string& key, std::optional<Estimate> ArmOutcome::*peak_N,
+                      double limit_N) {
+  return ArmColumn::estimate(key, peak_N, 1).shown([=](const ArmOutcome& arm) {
+    return peak_cell(arm.*peak_N, limit_N);
+  });
+}
+
+ArmColumn share_column(const std::string& key, CountedShare ArmOutcome::*share) {
+  return ArmColumn::estimate(
+             key, [=](const ArmOutcome& arm) { return (arm.*share).share(); }, 1)
+      .shown([=](const ArmOutcome& arm) { return percent_cell(arm.*share); })
+      .json([=](const ArmOutcome& arm) { return share_json(arm.*share); });
+}
+
+/// What all runs of the arm came to, in the table and in summary.json.
+StudyColumns<ArmOutcome> arm_columns(const ArmSettings& settings) {
+  return {
+      delay_column("median_delay_s", &ArmOutcome::median_delay_s).table("median delay (ms)"),
+      delay_column("p95_delay_s", &ArmOutcome::p95_delay_s).table("95 % delay (ms)"),
+      ArmColumn::estimate("latency_share", &ArmOutcome::latency_share, 1, 100)
+          .table("of it latency (%)"),
+      peak_column("median_peak_N", &ArmOutcome::median_peak_N, settings.limit_N)
+          .table("median peak (N)", 1),
+      peak_column("p95_peak_N", &ArmOutcome::p95_peak_N, settings.limit_N)
+          .table("95 % peak (N)", 1),
+      share_column("under_aim", &ArmOutcome::under_aim)
+          .table("under " + number_text(settings.aim_N) + " N (%)", 1),
+      share_column("under_limit", &ArmOutcome::under_limit)
+          .table("under " + number_text(settings.limit_N) + " N (%)", 2),
+      share_column("done", &ArmOutcome::done).table("tasks done (%)", 2),
+      ArmColumn::estimate("mean_lost_s", &ArmOutcome::mean_lost_s, 2).table("time lost (s)", 2),
+      share_column("needless_stops", &ArmOutcome::needless).table("needless stops (%)", 2),
+      ArmColumn::words("highest_speed_m_s", [](const ArmOutcome&) { return ""; })
+          .shown([](const ArmOutcome& arm) { return highest_speed_cell(arm.highest_speed_m_s); })
+          .json([](const ArmOutcome& arm) { return least_json(arm.highest_speed_m_s); })
+          .table("highest speed (m/s)", 2)};
+}
+
+json false_alarms_json(const FalseAlarms& quiet) {
+  return {{"alarms", quiet.alarms},
+          {"hours", quiet.hours},
+          {"per_hour", quiet.per_hour()},
+          {"ci95", interval_json(quiet.ci95())}};
+}
+
+json thresholds_json(const Detector& detector) {
+  json out = json::array();
+  for (std::size_t r = 0; r < detector.thresholds.size(); ++r) {
+    const AlarmThreshold& threshold = detector.thresholds[r];
+    const bool by_region = detector.rule == AlarmRule::by_region;
+    out.push_back({{"region", by_region ? roman(static_cast<int>(r)) : "all"},
+                   {"value", threshold.value},
+                   {"ci95", interval_json(threshold.ci95)},
+                   {"asked_per_hour", threshold.per_hour},
+                   {"frames", threshold.frames},
+                   {"of_whole_sheet", threshold.borrowed},
+                   {"tail",
+                    {{"start", threshold.tail.start},
+                     {"peaks", threshold.tail.peaks},
+                     {"peaks_per_hour", threshold.tail.peaks_per_hour},
+                     {"mean_excess", threshold.tail.mean_excess}}}});
+  }
+  return out;
+}
+
+json detector_json(const Detector& detector, const ArmSettings& settings) {
+  json out = {{"detector", detector.label}, {"alarm_by", name_of(detector.rule)}};
+  if (!detector.failure.empty()) {
+    out["failure"] = detector.failure;
+    return out;
+  }
+  out["latency_s"] = detector.latency_s ? json(*detector.latency_s) : json();
+  out["thresholds"] = thresholds_json(detector);
+  out["false_alarms"] = false_alarms_json(detector.quiet);
+  out["quiet_time_in_alarm"] = to_json(detector.quiet_alarmed);
+  out["undefined_presses"] = detector.undefined_presses;
+  out["least_force_N"] = least_json(detector.least_N);
+  for (std::size_t r = 0; r < detector.least_by_region_N.size(); ++r) {
+    out["least_force_by_region_N"][roman(static_cast<int>(r))] =
+        least_json(detector.least_by_region_N[r]);
+  }
+  out["detection"] = json::array();
+  for (const ShareBin& bin : detector.by_force) {
+    out["detection"].push_back(
+        {{"force_N", {bin.low, bin.high}}, {"found", share_json(bin.successes)}});
+  }
+  out["curve"] = json::array();
+  for (const OperatingPoint& point : detector.curve) {
+    out["curve"].push_back({{"factor", point.factor},
+                            {"false_alarms", false_alarms_json(point.quiet)},
+                            {"found", share_json(point.found)}});
+  }
+  out["arm"] = arm_columns(settings).json(detector.arm);
+  return out;
 }
 
 /// A row of the detector: its names, then what `fill` adds, or why there is nothing.
@@ -114,7 +242,7 @@ TableSection quiet_table(const CollisionResults& results) {
     add_detector_row(detector, section, [&](std::vector<Cell>& row) {
       row.emplace_back(std::to_string(detector.quiet.alarms));
       row.push_back(three_digits_cell(detector.quiet.per_hour(), detector.quiet.ci95()));
-      row.push_back(scaled_cell(detector.quiet_alarmed, 100, 3));
+      row.push_back(estimate_cell(scaled(detector.quiet_alarmed, 100), 3));
     });
   }
   return section;
@@ -163,95 +291,147 @@ TableSection least_force_table(const CollisionResults& results) {
   return section;
 }
 
-void add_arm_cells(const ArmOutcome& arm, const ArmSettings& settings, std::vector<Cell>& row) {
-  row.push_back(delay_cell(arm.median_delay_s));
-  row.push_back(delay_cell(arm.p95_delay_s));
-  row.push_back(scaled_cell(arm.latency_share, 100, 1));
-  row.push_back(peak_cell(arm.median_peak_N, settings.limit_N));
-  row.push_back(peak_cell(arm.p95_peak_N, settings.limit_N));
-  row.push_back(percent_cell(arm.under_aim));
-  row.push_back(percent_cell(arm.under_limit));
-  row.push_back(percent_cell(arm.done));
-  row.push_back(scaled_cell(arm.mean_lost_s, 1, 2));
-  row.push_back(percent_cell(arm.needless));
-  row.push_back(highest_speed_cell(arm.highest_speed_m_s));
-}
-
 TableSection arm_runs_table(const CollisionResults& results) {
   const ArmSettings& arm = results.arm;
+  const StudyColumns<ArmOutcome> columns = arm_columns(arm);
   TableSection section;
   section.caption = "An arm runs into an obstacle: " + results.condition + "; " +
                     number_text(results.frame_rate) + " frames a second, " +
                     number_text(arm.stiffness_N_mm) + " N/mm, " +
                     number_text(arm.deceleration_m_s2) + " m/s²";
-  section.columns = detector_columns(
-      {"latency (ms)", "median delay (ms)", "95 % delay (ms)", "of it latency (%)",
-       "median peak (N)", "95 % peak (N)", "under " + number_text(arm.aim_N) + " N (%)",
-       "under " + number_text(arm.limit_N) + " N (%)", "tasks done (%)", "time lost (s)",
-       "needless stops (%)", "highest speed (m/s)"});
-  for (std::size_t c = 6; c < section.columns.size(); ++c) section.columns[c].part = c < 9 ? 1 : 2;
+  section.columns = columns.titles(detector_columns({"latency (ms)"}));
   for (const Detector& detector : results.detectors) {
     add_detector_row(detector, section, [&](std::vector<Cell>& row) {
       row.push_back(number_cell(
           detector.latency_s ? std::optional(1000 * *detector.latency_s) : std::nullopt, 3));
-      add_arm_cells(detector.arm, arm, row);
+      row = columns.cells(std::move(row), detector.arm);
     });
   }
-  std::vector<Cell> bound = {"no delay at all", "no skin can do better", "0"};
-  add_arm_cells(results.undelayed, arm, bound);
+  std::vector<Cell> bound =
+      columns.cells({"no delay at all", "no skin can do better", "0"}, results.undelayed);
   bound.back() = number_cell(arm.highest_speed_m_s(), 3);  // no estimate, but v = sqrt(2 a F / k)
   section.rows.push_back(std::move(bound));
   return section;
 }
 
+/// A table as a CSV file: the column "median delay (ms)" is called "median_delay_ms".
+TableSection named_for_programs(TableSection table) {
+  for (Column& column : table.columns) {
+    std::string name;
+    for (const char c : column.title) {
+      if (c == '(' || c == ')') continue;
+      if (c == '%') {
+        name += "percent";
+      } else {
+        name += c == ' ' || c == '/' ? '_' : c;
+      }
+    }
+    column.title = name;
+  }
+  return table;
+}
+
+/// Begins a line of a file for programs.
+std::vector<Cell> data_row(const Detector& detector) {
+  return {detector.label, name_of(detector.rule)};
+}
+
+void add_estimate(const std::optional<Estimate>& estimate, std::vector<Cell>& row) {
+  for (const Cell& cell : exact_cells(estimate)) row.push_back(cell);
+}
+
+TableSection force_data(const CollisionResults& results) {
+  TableSection section;
+  section.columns = {"detector", "alarm_by", "force_low_N", "force_high_N", "force_mean_N",
+                     "presses",  "found",    "share",       "ci_low",       "ci_high"};
+  for (const Detector& detector : results.detectors) {
+    for (const ShareBin& bin : detector.by_force) {
+      std::vector<Cell> row = data_row(detector);
+      for (const double force : {bin.low, bin.high, bin.mean}) row.push_back(exact_cell(force));
+      row.emplace_back(std::to_string(bin.successes.total));
+      row.emplace_back(std::to_string(bin.successes.count));
+      add_estimate(bin.successes.share(), row);
+      section.rows.push_back(std::move(row));
+    }
+  }
+  return section;
+}
+
+TableSection curve_data(const CollisionResults& results) {
+  TableSection section;
+  section.columns = {"detector",    "alarm_by",     "factor",          "false_alarms",
+                     "hours",       "per_hour",     "per_hour_ci_low", "per_hour_ci_high",
+                     "found_share", "found_ci_low", "found_ci_high"};
+  for (const Detector& detector : results.detectors) {
+    for (const OperatingPoint& point : detector.curve) {
+      std::vector<Cell> row = data_row(detector);
+      row.push_back(exact_cell(point.factor));
+      row.emplace_back(std::to_string(point.quiet.alarms));
+      row.push_back(exact_cell(point.quiet.hours));
+      add_estimate(Estimate{point.quiet.per_hour(), point.quiet.ci95()}, row);
+      add_estimate(point.found.share(), row);
+      section.rows.push_back(std::move(row));
+    }
+  }
+  return section;
+}
+
+TableSection run_data(const CollisionResults& results) {
+  TableSection section;
+  section.columns = {"detector", "alarm_by",        "run",    "speed_m_s",     "onset_s",
+                     "delay_s",  "delay_latency_s", "peak_N", "needless_stop", "done"};
+  for (const Detector& detector : results.detectors) {
+    for (std::size_t r = 0; r < detector.arm.runs.size(); ++r) {
+      const ArmRun& run = detector.arm.runs[r];
+      std::vector<Cell> row = data_row(detector);
+      row.emplace_back(std::to_string(r));
+      row.push_back(exact_cell(run.truth.speed_m_s));
+      row.push_back(exact_cell(run.truth.onset_s));
+      row.push_back(exact_cell(run.delay_s));
+      row.push_back(exact_cell(run.delay_s ? std::optional(run.of_latency_s) : std::nullopt));
+      row.push_back(exact_cell(run.peak_N));
+      row.emplace_back(run.needless_stop ? "1" : "0");
+      row.emplace_back(run.done ? "1" : "0");
+      section.rows.push_back(std::move(row));
+    }
+  }
+  return section;
+}
+
 }  // namespace
 
-std::string collision_text(const CollisionResults& results) {
-  return "An image raises an alarm when its largest |δσ| reaches a threshold: one for the whole "
-         "sheet, or that of the region (of the symmetry orbits of 5 × 5 areas, I the corners to VI "
-         "the centre) in which the strongest contact lies. Thresholds are set on frames in which "
-         "nothing touches, so that " +
-         number_text(results.per_hour) +
-         " alarms an hour are false, each region having a share in proportion to its area. So rare "
-         "a value lies beyond what was seen: the excesses of peaks over a high level are taken to "
-         "be exponential and extrapolated. For comparison stands an alarm by the 2-norm of the "
-         "voltages' change, which needs no image.\n\nThe arm goes on at its speed until the alarm "
-         "and then decelerates; the force on the obstacle grows with the way. The delay counts "
-         "from the first touch to the end of the solver's work on the frame that raised the alarm; "
-         "a solver that is slower than the frames takes the newest and drops the others.";
+nlohmann::json collision_json(const CollisionResults& results) {
+  json out = {{"condition", results.condition},
+              {"false_alarms_asked_per_hour", results.per_hour},
+              {"calibration_hours", results.calibration_hours},
+              {"frame_rate", results.frame_rate},
+              {"stiffness_N_mm", results.arm.stiffness_N_mm},
+              {"deceleration_m_s2", results.arm.deceleration_m_s2},
+              {"aim_N", results.arm.aim_N},
+              {"limit_N", results.arm.limit_N},
+              {"highest_speed_without_delay_m_s", results.arm.highest_speed_m_s()},
+              {"without_delay", arm_columns(results.arm).json(results.undelayed)}};
+  for (std::size_t r = 0; r < results.region_areas.size(); ++r) {
+    out["region_areas"][roman(static_cast<int>(r))] = results.region_areas[r];
+  }
+  out["detectors"] = json::array();
+  for (const Detector& detector : results.detectors) {
+    out["detectors"].push_back(detector_json(detector, results.arm));
+  }
+  return out;
 }
 
-std::vector<std::string> collision_notes(const CollisionResults& results) {
-  return {
-      "Intervals are 95 %: of thresholds by the bootstrap over blocks of frames, of counts exact "
-      "Poisson intervals, of shares Wilson's, else by the bootstrap over scenes or sequences. A "
-      "Poisson interval takes alarms to be independent, which under drift they are not.",
-      "Alarm frames that follow each other are one alarm; \"quiet time in alarm\" shows where such "
-      "an alarm does not end.",
-      "\"of the whole sheet\": fewer than 30 of the calibration frames have their largest value in "
-      "that region, which takes the threshold of the whole sheet.",
-      "Least force: where the isotonic fit of detection against force reaches 95 %. \"> x\": not "
-      "at the largest force pressed; \"≤ x\": at the twenty lightest presses already; a dash: "
-      "fewer than forty presses.",
-      "Runs in which an alarm came before anything touched are needless stops; they count against "
-      "the tasks done and stand in no delay, no force and no speed. A run without an alarm has an "
-      "endless delay, and the limit (" +
-          number_text(results.arm.limit_N) + " N) or more for its force.",
-      "Time lost: by the runs that stopped, in decelerating, retreating to " +
-          number_text(results.arm.clearance_mm) + " mm from the obstacle and passing " +
-          number_text(results.arm.aside_mm) + " mm aside, over going straight on.",
-      "Of it latency: what a solver that takes no time would save of the delays, waiting for its "
-      "turn included. Where the latency has a dash it was not measured and counts as 0.",
-      "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +
-          " N. Without any delay the way v²/2a alone allows " +
-          fixed(results.arm.highest_speed_m_s(), 3) +
-          " m/s. \"< x\": not even the slowest runs do; a "
-          "dash: fewer than forty runs."};
-}
-
-std::vector<TableSection> collision_tables(const CollisionResults& results) {
-  return {quiet_table(results), threshold_table(results), least_force_table(results),
-          arm_runs_table(results)};
+void add_collision_tables(const CollisionResults& results, StudySection& section) {
+  const TableSection tables[] = {quiet_table(results), threshold_table(results),
+                                 least_force_table(results), arm_runs_table(results)};
+  section.report.tables.assign(std::begin(tables), std::end(tables));
+  section.data = {{"_alarms", named_for_programs(tables[0])},
+                  {"_thresholds", named_for_programs(tables[1])},
+                  {"_least_force", named_for_programs(tables[2])},
+                  {"_arm", named_for_programs(tables[3])},
+                  {"_force", force_data(results)},
+                  {"_curve", curve_data(results)},
+                  {"_runs", run_data(results)}};
 }
 
 }  // namespace ertbench

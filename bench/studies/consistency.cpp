@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <memory>
 #include <numbers>
 
-#include "bench/report/report.h"
-#include "bench/studies/study.h"
+#include "bench/studies/columns.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
@@ -202,163 +201,117 @@ ConsistentSet consistent_set(const StudyInput& input, const std::string& name, d
   return set;
 }
 
-/// The estimates with the names that summary.json and the data have for them.
-std::vector<std::pair<const char*, std::optional<Estimate>>> estimates_of(
-    const ConsistencyScores& scores) {
-  return {{"radius_mm", scores.radius_mm},
-          {"radius_spread", scores.radius_spread},
-          {"amplitude_spread", scores.amplitude_spread},
-          {"peak_spread", scores.peak_spread},
-          {"step_mm", scores.step_mm},
-          {"jerk_mm", scores.jerk_mm},
-          {"more_contacts", scores.more_contacts},
-          {"explained", scores.explained},
-          {"apart_mm", scores.apart_mm}};
-}
-
 std::string share_of(std::size_t part, std::size_t whole) {
   return std::to_string(part) + " of " + std::to_string(whole);
 }
 
-TableSection table_of(const ConsistentSet& set) {
-  TableSection table;
-  table.caption = set.name + ": one thing moves; empty frames: " + set.empty;
-  table.columns = {{"solver", Align::left},
-                   {"frames with a contact"},
-                   {"radius, mm"},
-                   {"spread of the radius"},
-                   {"of the image's sum"},
-                   {"of its peak"},
-                   {"jerk, mm", Align::right, 1},
-                   {"outliers", Align::right, 1},
-                   {"more contacts", Align::right, 1},
-                   {"explained", Align::right, 1},
-                   {"from the middle, mm", Align::right, 1},
-                   {"false contacts", Align::right, 1},
-                   {"p50, µs", Align::right, 1}};
-  for (const ConsistencyOfSolver& solver : set.solvers) {
-    std::vector<Cell> row = {solver.label};
-    if (!solver.failure.empty()) {
-      row.emplace_back(solver.failure);
-      row.resize(table.columns.size());
-      table.rows.push_back(std::move(row));
-      continue;
-    }
-    const ConsistencyScores& scores = solver.scores;
-    row.emplace_back(share_of(scores.seen, scores.frames));
-    row.push_back(estimate_cell(scores.radius_mm, 1));
-    row.push_back(estimate_cell(scores.radius_spread, 3));
-    row.push_back(estimate_cell(scores.amplitude_spread, 3));
-    row.push_back(estimate_cell(scores.peak_spread, 3));
-    row.push_back(estimate_cell(scores.jerk_mm, 2));
-    row.emplace_back(std::to_string(scores.outliers));
-    row.push_back(estimate_cell(scores.more_contacts, 2));
-    row.push_back(estimate_cell(scores.explained, 3));
-    row.push_back(estimate_cell(scores.apart_mm, 1));
-    row.emplace_back(share_of(scores.false_contacts, scores.empty_frames));
-    row.push_back(
-        number_cell(solver.latency ? std::optional(solver.latency->p50_s * 1e6) : std::nullopt, 1));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+using ScoredSolver = ConsistencyOfSolver;
+using ScoreColumn = StudyColumn<ScoredSolver>;
+
+ScoreColumn estimate_column(const std::string& key,
+                            std::optional<Estimate> ConsistencyScores::*score, int decimals) {
+  return ScoreColumn::estimate(
+      key, [score](const ScoredSolver& solver) { return solver.scores.*score; }, decimals);
 }
 
-TableSection data_of(const std::vector<ConsistentSet>& sets) {
-  TableSection data;
-  data.columns = {{"set", Align::left}, {"solver", Align::left}, {"frames"}, {"seen"}};
-  for (const auto& [name, value] : estimates_of({})) {
-    for (const Column& column : exact_columns(name)) data.columns.push_back(column);
-  }
-  data.columns.insert(data.columns.end(), {{"outliers"}, {"empty_frames"}, {"false_contacts"}});
-  for (const ConsistentSet& set : sets) {
-    for (const ConsistencyOfSolver& solver : set.solvers) {
-      if (!solver.failure.empty()) continue;
-      const ConsistencyScores& scores = solver.scores;
-      std::vector<Cell> row = {set.name, solver.label, std::to_string(scores.frames),
-                               std::to_string(scores.seen)};
-      for (const auto& [name, value] : estimates_of(scores)) {
-        for (const Cell& cell : exact_cells(value)) row.push_back(cell);
-      }
-      row.emplace_back(std::to_string(scores.outliers));
-      row.emplace_back(std::to_string(scores.empty_frames));
-      row.emplace_back(std::to_string(scores.false_contacts));
-      data.rows.push_back(std::move(row));
+ScoreColumn frames_column(const std::string& key, std::size_t ConsistencyScores::*score) {
+  return ScoreColumn::count(key,
+                            [score](const ScoredSolver& solver) { return solver.scores.*score; });
+}
+
+StudyColumns<ScoredSolver> score_columns(const std::string& set) {
+  const auto headline = [set](const char* what) {
+    return [text = set + ": " + what](const ScoredSolver&) { return text; };
+  };
+  return {
+      frames_column("frames", &ConsistencyScores::frames),
+      frames_column("seen", &ConsistencyScores::seen)
+          .table("frames with a contact")
+          .shown([](const ScoredSolver& s) { return share_of(s.scores.seen, s.scores.frames); }),
+      estimate_column("radius_mm", &ConsistencyScores::radius_mm, 1).table("radius, mm"),
+      estimate_column("radius_spread", &ConsistencyScores::radius_spread, 3)
+          .table("spread of the radius")
+          .headline(headline("spread of the radius (of its median)"), 3),
+      estimate_column("amplitude_spread", &ConsistencyScores::amplitude_spread, 3)
+          .table("of the image's sum"),
+      estimate_column("peak_spread", &ConsistencyScores::peak_spread, 3).table("of its peak"),
+      estimate_column("step_mm", &ConsistencyScores::step_mm, 2),
+      estimate_column("jerk_mm", &ConsistencyScores::jerk_mm, 2).table("jerk, mm", 1),
+      frames_column("outliers", &ConsistencyScores::outliers).data("").table("outliers", 1),
+      estimate_column("more_contacts", &ConsistencyScores::more_contacts, 2)
+          .table("more contacts", 1),
+      estimate_column("explained", &ConsistencyScores::explained, 3)
+          .table("explained", 1)
+          .headline(headline("share of the change explained"), 3),
+      estimate_column("apart_mm", &ConsistencyScores::apart_mm, 1).table("from the middle, mm", 1),
+      frames_column("outliers", &ConsistencyScores::outliers).data_only(),
+      frames_column("empty_frames", &ConsistencyScores::empty_frames),
+      frames_column("false_contacts", &ConsistencyScores::false_contacts)
+          .table("false contacts", 1)
+          .shown([](const ScoredSolver& s) {
+            return share_of(s.scores.false_contacts, s.scores.empty_frames);
+          }),
+      ScoreColumn::number(
+          "",
+          [](const ScoredSolver& s) {
+            return s.latency ? std::optional(s.latency->p50_s * 1e6) : std::nullopt;
+          },
+          1)
+          .table("p50, µs", 1)};
+}
+
+/// Adds the set's table, CSV rows, headlines and numbers.
+void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
+  const StudyColumns<ScoredSolver> columns = score_columns(set.name);
+  TableSection& table = study.sections.front().report.tables.emplace_back();
+  table.caption = set.name + ": one thing moves; empty frames: " + set.empty;
+  table.columns = columns.titles({{"solver", Align::left}});
+  rows.columns = columns.names({{"set", Align::left}, {"solver", Align::left}});
+  json& numbers = study.numbers["sets"][set.name] = {{"empty", set.empty}};
+  for (const ScoredSolver& solver : set.solvers) {
+    if (!solver.failure.empty()) {
+      table.rows.push_back({solver.label, solver.failure});
+      table.rows.back().resize(table.columns.size());
+      numbers["solvers"][solver.label] = {{"failure", solver.failure}};
+      continue;
     }
+    table.rows.push_back(columns.cells({solver.label}, solver));
+    rows.rows.push_back(columns.data({set.name, solver.label}, solver));
+    columns.add_headlines(solver.label, solver, study.best);
+    numbers["solvers"][solver.label] = columns.json(solver);
   }
-  return data;
 }
 
 }  // namespace
 
-Consistency::Consistency(const StudyInput& input)
-    : name_(input.spec.name),
-      sensor_(input.experiment.sensor),
-      outlier_mm_(input.spec.number("outlier") * 2 * sensor_.sheet->radius() *
-                  sensor_.sheet->unit_mm()) {
-  for (const std::string& set : input.spec.sets) {
-    sets_.push_back(consistent_set(input, set, outlier_mm_));
-  }
-}
-
-json Consistency::summary() const {
-  json out = {{"outlier_mm", outlier_mm_}};
-  for (const ConsistentSet& set : sets_) {
-    json& one = out["sets"][set.name];
-    one = {{"empty", set.empty}};
-    for (const ConsistencyOfSolver& solver : set.solvers) {
-      json& row = one["solvers"][solver.label];
-      if (!solver.failure.empty()) {
-        row = {{"failure", solver.failure}};
-        continue;
-      }
-      const ConsistencyScores& scores = solver.scores;
-      row = {{"frames", scores.frames},
-             {"seen", scores.seen},
-             {"outliers", scores.outliers},
-             {"empty_frames", scores.empty_frames},
-             {"false_contacts", scores.false_contacts}};
-      for (const auto& [name, value] : estimates_of(scores)) row[name] = to_json(value);
-    }
-  }
-  return out;
-}
-
-std::vector<Headline> Consistency::headlines() const {
-  std::vector<Headline> out;
-  for (const ConsistentSet& set : sets_) {
-    for (const ConsistencyOfSolver& solver : set.solvers) {
-      if (!solver.failure.empty()) continue;
-      out.push_back({solver.label, set.name + ": spread of the radius (of its median)", 3,
-                     value_of(solver.scores.radius_spread)});
-      out.push_back({solver.label, set.name + ": share of the change explained", 3,
-                     value_of(solver.scores.explained)});
-    }
-  }
-  return out;
-}
-
-std::vector<ReportSection> Consistency::report(const std::string& title,
-                                               const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Consistency: measured frames without a truth";
-  section.text =
+Study consistency_study(const StudyInput& input) {
+  const Sensor& sensor = input.experiment.sensor;
+  const double outlier_mm =
+      input.spec.number("outlier") * 2 * sensor.sheet->radius() * sensor.sheet->unit_mm();
+  Study study;
+  study.name = input.spec.name;
+  study.numbers = {{"outlier_mm", outlier_mm}};
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Consistency: measured frames without a truth";
+  section.report.text =
       "One thing of constant size moves over the sheet, and nobody knows where it is. So what "
       "should be constant is held against itself. Radius: of the disc of the strongest contact's "
       "area. Spread: the range of the middle half of the frames, in normal deviations, over the "
       "median. Jerk: the median third difference of the path. Outliers: places farther than " +
-      fixed(outlier_mm_, 1) +
+      fixed(outlier_mm, 1) +
       " mm from the median of the four frames around them. Explained: the share of the voltages' "
       "change that the image's linear response explains, at the best amplitude and with the "
       "sheet's level free. From the middle: the median distance to the median place of all "
       "methods. False contacts: of the frames with nothing on the sheet. Intervals: 95 %, by the "
       "bootstrap over blocks of ten frames.";
-  for (const ConsistentSet& set : sets_) {
-    section.tables.push_back(table_of(set));
-    section.figures.push_back(
-        path_figure(set, sensor_, title, folder / (name_ + "_paths_" + set.name)));
+  TableSection rows;
+  for (const std::string& name : input.spec.sets) {
+    const auto set = std::make_shared<ConsistentSet>(consistent_set(input, name, outlier_mm));
+    add_set(*set, rows, study);
+    section.figures.push_back(path_figure(set, sensor));
   }
-  write_study_tables({title, section.text, section.tables, {}, {}}, data_of(sets_), folder, name_);
-  return {section};
+  section.data = {{"", rows}};
+  return study;
 }
 
 }  // namespace ertbench

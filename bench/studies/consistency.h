@@ -1,13 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "bench/report/report.h"
 #include "bench/score/image_contacts.h"
 #include "bench/studies/error_statistics.h"
 #include "bench/studies/study.h"
@@ -73,25 +72,10 @@ struct ConsistentSet {
 /// Measured frames without a truth: how constant what should be constant is, how smooth the path,
 /// what the image explains of the voltages, how far methods agree, and what they see where nothing
 /// is.
-class Consistency : public StudyResult {
- public:
-  explicit Consistency(const StudyInput& input);
-
-  nlohmann::json summary() const override;
-  std::vector<Headline> headlines() const override;
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  std::string name_;
-  Sensor sensor_;
-  double outlier_mm_;
-  std::vector<ConsistentSet> sets_;
-};
+Study consistency_study(const StudyInput& input);
 
 /// The path that each method saw, on the sheet with its electrodes; early frames dark, late ones
-/// light. `stem`.svg and .png.
-ReportFigure path_figure(const ConsistentSet& set, const Sensor& sensor, const std::string& title,
-                         const std::filesystem::path& stem);
+/// light.
+StudyFigure path_figure(std::shared_ptr<const ConsistentSet> set, const Sensor& sensor);
 
 }  // namespace ertbench

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <span>
@@ -13,8 +14,21 @@
 
 namespace ertbench {
 
+Estimate Estimate::exact(double value) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  return {value, {none, none}};
+}
+
 std::optional<double> value_of(const std::optional<Estimate>& estimate) {
   return estimate ? std::optional(estimate->value) : std::nullopt;
+}
+
+std::optional<Estimate> scaled(std::optional<Estimate> estimate, double factor) {
+  if (estimate) {
+    estimate->value *= factor;
+    estimate->ci95 = {factor * estimate->ci95.low, factor * estimate->ci95.high};
+  }
+  return estimate;
 }
 
 nlohmann::json to_json(const std::optional<Estimate>& estimate) {
@@ -22,12 +36,23 @@ nlohmann::json to_json(const std::optional<Estimate>& estimate) {
   return {{"value", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
 }
 
+nlohmann::json to_json(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
 Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals) {
   if (!estimate) return number_cell(std::nullopt, decimals);
   Cell cell = number_cell(estimate->value, decimals);
+  if (std::isnan(estimate->ci95.low)) return cell;
   cell.interval =
       interval_text(fixed(estimate->ci95.low, decimals), fixed(estimate->ci95.high, decimals));
   return cell;
+}
+
+std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate) {
+  if (!estimate) return std::vector<Cell>(3);
+  return {exact_cell(estimate->value), exact_cell(estimate->ci95.low),
+          exact_cell(estimate->ci95.high)};
 }
 
 GroupedErrors GroupedErrors::compact() const {
@@ -42,33 +67,27 @@ GroupedErrors GroupedErrors::compact() const {
 
 std::optional<Estimate> GroupedErrors::mean(std::string_view name) const {
   if (values_.empty()) return std::nullopt;
-  return compact().mean_of_groups(name);
-}
-
-std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
-  if (values_.empty()) return std::nullopt;
-  return compact().quantile_of_groups(share, name);
-}
-
-Estimate GroupedErrors::mean_of_groups(std::string_view name) const {
-  std::vector<double> sums(groups_, 0);
-  std::vector<double> counts(groups_, 0);
-  for (const Value& value : values_) {
+  const GroupedErrors own = compact();
+  std::vector<double> sums(own.groups_, 0);
+  std::vector<double> counts(own.groups_, 0);
+  for (const Value& value : own.values_) {
     sums[value.group] += value.error;
     counts[value.group] += 1;
   }
   const std::optional<RatioOfSums> mean = ratio_of_sums(sums, counts, name);
-  return {mean->ratio, mean->ci95};
+  return Estimate{mean->ratio, mean->ci95};
 }
 
-Estimate GroupedErrors::quantile_of_groups(double share, std::string_view name) const {
-  std::vector<Value> sorted = values_;
+std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view name) const {
+  if (values_.empty()) return std::nullopt;
+  GroupedErrors own = compact();
+  std::vector<Value>& sorted = own.values_;
   std::sort(sorted.begin(), sorted.end(),
             [](const Value& a, const Value& b) { return a.error < b.error; });
-  std::vector<double> counts(groups_, 0);
+  std::vector<double> counts(own.groups_, 0);
   for (const Value& value : sorted) counts[value.group] += 1;
   // A group that was drawn several times counts as often; the errors stay sorted.
-  std::vector<double> weights(groups_);
+  std::vector<double> weights(own.groups_);
   const auto quantile_of = [&](std::span<const std::size_t> drawn) {
     std::fill(weights.begin(), weights.end(), 0);
     double total = 0;
@@ -83,9 +102,9 @@ Estimate GroupedErrors::quantile_of_groups(double share, std::string_view name) 
     }
     return sorted.back().error;
   };
-  std::vector<std::size_t> all(groups_);
-  for (std::size_t g = 0; g < groups_; ++g) all[g] = g;
-  return Estimate{quantile_of(all), bootstrap_interval_of_groups(groups_, quantile_of, name)};
+  std::vector<std::size_t> all(own.groups_);
+  std::iota(all.begin(), all.end(), 0);
+  return Estimate{quantile_of(all), bootstrap_interval_of_groups(own.groups_, quantile_of, name)};
 }
 
 std::optional<double> GroupedErrors::worst() const {
@@ -160,6 +179,44 @@ double isotonic_crossing(std::span<const Trial> trials, std::span<const double> 
 }
 
 }  // namespace
+
+std::vector<IsotonicBlock> isotonic_fit(std::span<const WeightedPoint> points) {
+  std::vector<IsotonicBlock> blocks;
+  // The last block takes in the one behind it.
+  const auto pool = [&](const IsotonicBlock& next) {
+    IsotonicBlock& block = blocks.back();
+    const double weight = block.weight + next.weight;
+    block.value = (block.weight * block.value + next.weight * next.value) / weight;
+    block.weight = weight;
+    block.last = next.last;
+  };
+  const auto settle = [&] {
+    while (blocks.size() > 1 && blocks[blocks.size() - 2].value >= blocks.back().value) {
+      const IsotonicBlock violator = blocks.back();
+      blocks.pop_back();
+      pool(violator);
+    }
+  };
+  std::optional<IsotonicBlock> same;  // all points of one x
+  const auto push_same = [&] {
+    if (!same) return;
+    blocks.push_back(*same);
+    settle();
+  };
+  for (const WeightedPoint& point : points) {
+    if (point.weight <= 0) continue;
+    if (same && same->first == point.x) {
+      const double weight = same->weight + point.weight;
+      same->value = (same->weight * same->value + point.weight * point.y) / weight;
+      same->weight = weight;
+      continue;
+    }
+    push_same();
+    same = IsotonicBlock{point.x, point.x, point.y, point.weight};
+  }
+  push_same();
+  return blocks;
+}
 
 std::optional<Estimate> CountedShare::share() const {
   if (total == 0) return std::nullopt;

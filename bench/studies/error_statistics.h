@@ -19,14 +19,21 @@ namespace ertbench {
 struct Estimate {
   double value = 0;
   Interval ci95;
+
+  /// A number that was not estimated and has no interval: NaN at both ends.
+  static Estimate exact(double value);
 };
 
 /// Without its interval.
 std::optional<double> value_of(const std::optional<Estimate>& estimate);
+std::optional<Estimate> scaled(std::optional<Estimate> estimate, double factor);
 /// `{"value", "ci95": [low, high]}`, or null.
 nlohmann::json to_json(const std::optional<Estimate>& estimate);
+nlohmann::json to_json(const std::optional<double>& value);  ///< null where there is none
 /// "4.12" and below it "[3.98, 4.31]"; a dash where there is none.
 Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals);
+/// Three cells of a CSV file: the value and the ends of its interval, empty where there is none.
+std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate);
 
 /// Errors that come in groups, such as those of the frames at one place, which share its bias.
 class GroupedErrors {
@@ -54,8 +61,6 @@ class GroupedErrors {
 
   /// The same without groups that have no error.
   GroupedErrors compact() const;
-  Estimate mean_of_groups(std::string_view name) const;
-  Estimate quantile_of_groups(double share, std::string_view name) const;
 
   std::size_t groups_;
   std::vector<Value> values_;
@@ -66,6 +71,26 @@ class GroupedErrors {
 
 /// Whether something succeeded, against a quantity that it grows with: detection against force.
 namespace ertbench {
+
+/// An observation of a curve.
+struct WeightedPoint {
+  double x = 0;
+  double y = 0;
+  double weight = 1;
+};
+
+/// Observations that share their value in an isotonic fit.
+struct IsotonicBlock {
+  double first = 0;  ///< least x
+  double last = 0;   ///< largest x
+  double value = 0;
+  double weight = 0;  ///< sum
+};
+
+/// The non-decreasing curve of least weighted squares through points by ascending x, by pooling
+/// adjacent violators (Ayer et al. 1955); equal x share a block. Between two blocks the curve is
+/// taken to be straight. Points without weight do not enter.
+std::vector<IsotonicBlock> isotonic_fit(std::span<const WeightedPoint> points);
 
 /// A share of which so many were counted, with Wilson's interval; nothing of none.
 struct CountedShare {

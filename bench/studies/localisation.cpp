@@ -4,8 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/report/report.h"
-#include "bench/studies/study.h"
+#include "bench/studies/columns.h"
 #include "core/statistics.h"
 #include "forward/data/scene_model.h"
 
@@ -70,79 +69,69 @@ LocalisedSet localised_set(const StudyInput& input, const std::string& name) {
   return set;
 }
 
+using Rule = PlaceErrors::Rule;
+using ErrorColumn = StudyColumn<Rule>;
+
+const StudyColumns<Rule> error_columns = {
+    ErrorColumn::estimate("mean_mm", &Rule::mean, 2).table("mean"),
+    ErrorColumn::estimate("median_mm", &Rule::median, 2).table("median"),
+    ErrorColumn::estimate("p95_mm", &Rule::p95, 2).table("95 %"),
+    ErrorColumn::number("worst_mm", &Rule::worst, 1).table("worst"),
+    ErrorColumn::count("undefined_frames", &Rule::undefined)
+        .table("undefined frames")
+        .data("undefined")};
+
+const Rule& rule_of(const PlaceErrors& solver, PlaceRule rule) {
+  return solver.rules[static_cast<std::size_t>(rule)];
+}
+
+/// Statistics of the bound over the places, which have no intervals.
+Rule bound_errors(const LocalisedSet& set) {
+  const SortedValues bounds = set.bound_mm;
+  return {Estimate::exact(mean(set.bound_mm)), Estimate::exact(median(bounds)),
+          Estimate::exact(interpolated_quantile(bounds, 0.95)), bounds.largest(), std::nullopt};
+}
+
 TableSection table_of(const LocalisedSet& set, const std::string& law) {
   TableSection table;
   table.caption = set.name + ": " + set.condition + ", " + law + " law, " +
                   std::to_string(set.places.size()) + " places, " + std::to_string(set.frames) +
                   " frames; errors in mm";
-  table.columns = {
-      {"solver", Align::left}, {"place by", Align::left}, {"mean"}, {"median"}, {"95 %"}, {"worst"},
-      {"undefined frames"}};
+  table.columns = error_columns.titles({{"solver", Align::left}, {"place by", Align::left}});
   for (const PlaceErrors& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      table.rows.push_back({solver.label, solver.failure, {}, {}, {}, {}, {}});
+      table.rows.push_back(error_columns.failed(solver.label, solver.failure));
       continue;
     }
     for (const PlaceRule rule : kPlaceRules) {
-      const PlaceErrors::Rule& errors = solver.rules[static_cast<std::size_t>(rule)];
-      table.rows.push_back({rule == PlaceRule::raw ? solver.label : "", name_of(rule),
-                            estimate_cell(errors.mean, 2), estimate_cell(errors.median, 2),
-                            estimate_cell(errors.p95, 2), number_cell(errors.worst, 1),
-                            std::to_string(errors.undefined)});
+      table.rows.push_back(error_columns.cells(
+          {rule == PlaceRule::raw ? solver.label : "", name_of(rule)}, rule_of(solver, rule)));
     }
   }
   if (!set.bound_mm.empty()) {
-    const SortedValues bounds = set.bound_mm;
-    table.rows.push_back({"Cramér–Rao", "bound of the rms error",
-                          number_cell(mean(set.bound_mm), 2), number_cell(median(bounds), 2),
-                          number_cell(interpolated_quantile(bounds, 0.95), 2),
-                          number_cell(bounds.largest(), 1), ""});
+    table.rows.push_back(
+        error_columns.cells({"Cramér–Rao", "bound of the rms error"}, bound_errors(set)));
   }
   return table;
 }
 
-void append(std::vector<Cell>& row, const std::vector<Cell>& cells) {
-  row.insert(row.end(), cells.begin(), cells.end());
-}
-
-/// All sets, a row a rule, for programs.
+/// The CSV file: a row for each set, solver and rule.
 TableSection error_rows(const std::vector<LocalisedSet>& sets) {
   TableSection rows;
-  rows.columns = {{"set", Align::left}, {"solver", Align::left}, {"rule", Align::left}};
-  for (const char* name : {"mean_mm", "median_mm", "p95_mm"}) {
-    for (const Column& column : exact_columns(name)) rows.columns.push_back(column);
-  }
-  rows.columns.insert(rows.columns.end(), {{"worst_mm"}, {"undefined"}, {"frames"}});
+  rows.columns =
+      error_columns.names({{"set", Align::left}, {"solver", Align::left}, {"rule", Align::left}});
+  rows.columns.emplace_back("frames");
   for (const LocalisedSet& set : sets) {
     for (const PlaceErrors& solver : set.solvers) {
       for (const PlaceRule rule : kPlaceRules) {
-        const PlaceErrors::Rule& errors = solver.rules[static_cast<std::size_t>(rule)];
-        std::vector<Cell> row = {set.name, solver.label, name_of(rule)};
-        append(row, exact_cells(errors.mean));
-        append(row, exact_cells(errors.median));
-        append(row, exact_cells(errors.p95));
-        append(row, {exact_cell(errors.worst), std::to_string(errors.undefined),
-                     std::to_string(set.frames)});
-        rows.rows.push_back(std::move(row));
+        rows.rows.push_back(
+            error_columns.data({set.name, solver.label, name_of(rule)}, rule_of(solver, rule)));
+        rows.rows.back().emplace_back(std::to_string(set.frames));
       }
     }
     if (set.bound_mm.empty()) continue;
-    const SortedValues bounds = set.bound_mm;
-    rows.rows.push_back({set.name,
-                         "Cramér–Rao",
-                         "bound",
-                         exact_cell(mean(set.bound_mm)),
-                         {},
-                         {},
-                         exact_cell(median(bounds)),
-                         {},
-                         {},
-                         exact_cell(interpolated_quantile(bounds, 0.95)),
-                         {},
-                         {},
-                         exact_cell(bounds.largest()),
-                         {},
-                         {}});
+    rows.rows.push_back(error_columns.data({set.name, "Cramér–Rao", "bound"}, bound_errors(set)));
+    rows.rows.back().emplace_back();
   }
   return rows;
 }
@@ -151,12 +140,7 @@ json json_of(const PlaceErrors& solver, const LocalisedSet& set, bool places) {
   if (!solver.failure.empty()) return {{"failure", solver.failure}};
   json out;
   for (const PlaceRule rule : kPlaceRules) {
-    const PlaceErrors::Rule& errors = solver.rules[static_cast<std::size_t>(rule)];
-    out[name_of(rule)] = {{"mean_mm", to_json(errors.mean)},
-                          {"median_mm", to_json(errors.median)},
-                          {"p95_mm", to_json(errors.p95)},
-                          {"worst_mm", errors.worst ? json(*errors.worst) : json()},
-                          {"undefined_frames", errors.undefined}};
+    out[name_of(rule)] = error_columns.json(rule_of(solver, rule));
   }
   for (std::size_t place = 0; places && place < set.places.size(); ++place) {
     const auto& found = solver.found[place];
@@ -165,6 +149,32 @@ json json_of(const PlaceErrors& solver, const LocalisedSet& set, bool places) {
                              {"scatter_mm", solver.scatter_mm[place]}});
   }
   return out;
+}
+
+json json_of(const LocalisedSet& set, bool places) {
+  json out = {{"condition", set.condition}, {"frames", set.frames}};
+  if (!set.bound_mm.empty()) {
+    const Rule bound = bound_errors(set);
+    out["cramer_rao_mm"] = {{"mean", bound.mean->value},
+                            {"median", bound.median->value},
+                            {"p95", bound.p95->value},
+                            {"worst", *bound.worst},
+                            {"places", set.bound_mm}};
+  }
+  for (const PlaceErrors& solver : set.solvers) {
+    out["solvers"][solver.label] = json_of(solver, set, places);
+  }
+  return out;
+}
+
+void add_headlines(const LocalisedSet& set, std::vector<Headline>& out) {
+  for (const PlaceErrors& solver : set.solvers) {
+    if (!solver.failure.empty()) continue;
+    for (const PlaceRule rule : {PlaceRule::thresholded, PlaceRule::contact}) {
+      out.push_back({solver.label, set.name + ": median error, " + name_of(rule) + " (mm)", 2,
+                     value_of(rule_of(solver, rule).median)});
+    }
+  }
 }
 
 }  // namespace
@@ -199,7 +209,7 @@ PlaceErrors place_errors(const std::vector<Vector2d>& places,
       found[place].push_back(*at);
     }
     const std::string name = key + name_of(rule);
-    PlaceErrors::Rule& statistics = out.rules[static_cast<std::size_t>(rule)];
+    Rule& statistics = out.rules[static_cast<std::size_t>(rule)];
     statistics.mean = errors.mean(name + "mean");
     statistics.median = errors.quantile(0.5, name + "median");
     statistics.p95 = errors.quantile(0.95, name + "p95");
@@ -221,72 +231,35 @@ PlaceErrors place_errors(const std::vector<Vector2d>& places,
   return out;
 }
 
-Localisation::Localisation(const StudyInput& input)
-    : name_(input.spec.name),
-      law_(input.law()),
-      side_mm_(input.experiment.sensor.sheet->size_mm().x()),
-      maps_(input.spec.maps) {
-  for (const std::string& set : input.spec.sets) sets_.push_back(localised_set(input, set));
-}
+Study localisation_study(const StudyInput& input) {
+  const std::string law = input.law();
+  const auto sets = std::make_shared<std::vector<LocalisedSet>>();
+  for (const std::string& set : input.spec.sets) sets->push_back(localised_set(input, set));
 
-json Localisation::summary() const {
-  json out = {{"law", law_}};
-  for (const LocalisedSet& set : sets_) {
-    const bool mapped = std::find(maps_.begin(), maps_.end(), set.name) != maps_.end();
-    json& one = out["sets"][set.name];
-    one = {{"condition", set.condition}, {"frames", set.frames}};
-    if (!set.bound_mm.empty()) {
-      const SortedValues bounds = set.bound_mm;
-      one["cramer_rao_mm"] = {{"mean", mean(set.bound_mm)},
-                              {"median", median(bounds)},
-                              {"p95", interpolated_quantile(bounds, 0.95)},
-                              {"worst", bounds.largest()},
-                              {"places", set.bound_mm}};
-    }
-    for (const PlaceErrors& solver : set.solvers) {
-      one["solvers"][solver.label] = json_of(solver, set, mapped);
-    }
-  }
-  return out;
-}
-
-std::vector<Headline> Localisation::headlines() const {
-  std::vector<Headline> out;
-  for (const LocalisedSet& set : sets_) {
-    for (const PlaceErrors& solver : set.solvers) {
-      if (!solver.failure.empty()) continue;
-      for (const PlaceRule rule : {PlaceRule::thresholded, PlaceRule::contact}) {
-        const auto& median = solver.rules[static_cast<std::size_t>(rule)].median;
-        out.push_back({solver.label, set.name + ": median error, " + name_of(rule) + " (mm)", 2,
-                       value_of(median)});
-      }
-    }
-  }
-  return out;
-}
-
-std::vector<ReportSection> Localisation::report(const std::string& title,
-                                                const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Localisation (D.1)";
-  section.text =
+  Study study;
+  study.name = input.spec.name;
+  study.numbers = {{"law", law}};
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Localisation (D.1)";
+  section.report.text =
       "Distance of the place that is read out of the image from the middle of the touch. Raw: the "
       "centroid of the whole image. Thresholded: after everything under 25 % of the largest value "
       "is set to zero, as in D.1. Contact: the strongest contact that was found. Intervals: 95 %, "
       "by the bootstrap over places. The Cramér–Rao bound is the least root mean square error of "
       "any unbiased estimate that knows the indenter and neither place nor force; a method that "
       "knows more, or is biased, may fall below it.";
-  for (const LocalisedSet& set : sets_) {
-    section.tables.push_back(table_of(set, law_));
-    if (std::find(maps_.begin(), maps_.end(), set.name) == maps_.end()) continue;
-    section.figures.push_back(localisation_map(set, side_mm_, law_, without_law(title),
-                                               folder / (name_ + "_map_" + set.name)));
+  section.figures = {localisation_overview(sets, law)};
+  for (const LocalisedSet& set : *sets) {
+    const std::vector<std::string>& maps = input.spec.maps;
+    const bool mapped = std::find(maps.begin(), maps.end(), set.name) != maps.end();
+    study.numbers["sets"][set.name] = json_of(set, mapped);
+    add_headlines(set, study.best);
+    section.report.tables.push_back(table_of(set, law));
+    const double side_mm = input.experiment.sensor.sheet->size_mm().x();
+    if (mapped) section.figures.push_back(localisation_map({sets, &set}, side_mm, law));
   }
-  section.figures.insert(section.figures.begin(),
-                         localisation_overview(sets_, law_, without_law(title), folder / name_));
-  write_study_tables({title, section.text, section.tables, {}, {}}, error_rows(sets_), folder,
-                     name_);
-  return {section};
+  section.data = {{"", error_rows(*sets)}};
+  return study;
 }
 
 }  // namespace ertbench

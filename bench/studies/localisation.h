@@ -2,12 +2,11 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/report/report.h"
 #include "bench/studies/error_statistics.h"
 #include "bench/studies/study.h"
 
@@ -30,7 +29,7 @@ struct PlaceErrors {
   struct Rule {
     std::optional<Estimate> mean, median, p95;  ///< mm
     std::optional<double> worst;                ///< mm
-    std::size_t undefined = 0;                  ///< frames without a place
+    std::optional<std::size_t> undefined = 0;   ///< frames without a place
   };
   std::array<Rule, kPlaceRules.size()> rules;
   /// Of the thresholded rule: [places] the mean found place, mm, where there is one, and the root
@@ -52,22 +51,7 @@ struct LocalisedSet {
 
 /// D.1: where was it touched? Touches at known places, each drawn many times; errors of the places
 /// that are read out of the images, beside the least that any unbiased estimate can have.
-class Localisation : public StudyResult {
- public:
-  explicit Localisation(const StudyInput& input);
-
-  nlohmann::json summary() const override;
-  std::vector<Headline> headlines() const override;
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  std::string name_;
-  std::string law_;
-  double side_mm_;
-  std::vector<std::string> maps_;  ///< sets of which a map is drawn
-  std::vector<LocalisedSet> sets_;
-};
+Study localisation_study(const StudyInput& input);
 
 /// The errors of places [frames] that were read by each rule; `place_of` [frames] numbers the true
 /// places. `key` names the intervals' random numbers.
@@ -76,12 +60,12 @@ PlaceErrors place_errors(const std::vector<Eigen::Vector2d>& places,
                          const std::vector<FrameReading>& readings, const std::string& key);
 
 /// The targets of one set, the mean places found for them by each solver, and the bound: the
-/// paper's figure D1. `stem`.svg and .png.
-ReportFigure localisation_map(const LocalisedSet& set, double side_mm, const std::string& law,
-                              const std::string& title, const std::filesystem::path& stem);
+/// paper's figure D1. `side_mm`: of the sheet.
+StudyFigure localisation_map(std::shared_ptr<const LocalisedSet> set, double side_mm,
+                             const std::string& law);
 
 /// Median and 95 % of the errors of all sets by solver.
-ReportFigure localisation_overview(const std::vector<LocalisedSet>& sets, const std::string& law,
-                                   const std::string& title, const std::filesystem::path& stem);
+StudyFigure localisation_overview(std::shared_ptr<const std::vector<LocalisedSet>> sets,
+                                  const std::string& law);
 
 }  // namespace ertbench

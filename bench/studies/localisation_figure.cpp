@@ -2,9 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/plot/canvas.h"
-#include "bench/plot/panel.h"
-#include "bench/report/chart.h"
+#include "bench/studies/drawing.h"
 #include "bench/studies/localisation.h"
 #include "core/statistics.h"
 #include "core/text.h"
@@ -13,26 +11,6 @@ namespace ertbench {
 namespace {
 
 using Eigen::Vector2d;
-
-/// Places and sizes of the map in px.
-struct MapLayout {
-  static constexpr double side = 220;
-  static constexpr double left = 44;
-  static constexpr double top = 36;
-  static constexpr double gap_x = 44;
-  static constexpr double gap_y = 50;
-  static constexpr double foot = 52;
-  int panels;
-
-  int columns() const { return std::min(panels, 4); }
-  int rows() const { return (panels + columns() - 1) / columns(); }
-  double width() const { return left + columns() * (side + gap_x); }
-  double height() const { return top + rows() * (side + gap_y) + foot; }
-  Box box(int panel) const {
-    return Box::sized(left + panel % columns() * (side + gap_x),
-                      top + 18 + panel / columns() * (side + gap_y), side, side);
-  }
-};
 
 Points circle_around(const Vector2d& centre, double radius) {
   Points out;
@@ -44,26 +22,24 @@ Points circle_around(const Vector2d& centre, double radius) {
   return out;
 }
 
-Points points_of(const std::vector<Vector2d>& places) {
-  Points out;
-  for (const Vector2d& place : places) out.emplace_back(place.x(), place.y());
-  return out;
+const PlaceErrors::Rule& thresholded(const PlaceErrors& solver) {
+  return solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)];
 }
 
 class LocalisationMap {
  public:
   LocalisationMap(const LocalisedSet& set, double side_mm)
       : set_(set),
-        layout_{static_cast<int>(set.solvers.size()) + (set.bound_mm.empty() ? 0 : 1)},
-        canvas_(layout_.width(), layout_.height()),
+        grid_{.panels = static_cast<int>(set.solvers.size()) + (set.bound_mm.empty() ? 0 : 1)},
+        canvas_(grid_.right(), grid_.bottom() + 34),
         span_{-side_mm / 2, side_mm / 2} {}
 
   void draw(const std::string& heading, const std::filesystem::path& stem) {
     canvas_.title(heading);
     int panel = 0;
-    for (const PlaceErrors& solver : set_.solvers) draw_solver(solver, layout_.box(panel++));
-    if (!set_.bound_mm.empty()) draw_bound(layout_.box(panel));
-    Legend legend(MapLayout::left, layout_.width() - 10);
+    for (const PlaceErrors& solver : set_.solvers) draw_solver(solver, grid_.box(panel++));
+    if (!set_.bound_mm.empty()) draw_bound(grid_.box(panel));
+    Legend legend(grid_.left, grid_.right() - 10);
     legend.add({"target", {}, target});
     legend.add({"mean place found, a line from its target", LineStyle{found.colour, 1.2}, found});
     legend.add(
@@ -71,7 +47,7 @@ class LocalisationMap {
     if (!set_.bound_mm.empty()) {
       legend.add({"Cramér–Rao bound of the rms", {}, MarkStyle{6, bound.colour, 1.2, 1.4}});
     }
-    legend.draw(canvas_, layout_.height() - 30);
+    legend.draw(canvas_, canvas_.height() - 30);
     canvas_.draw(stem);
   }
 
@@ -88,13 +64,10 @@ class LocalisationMap {
   }
 
   void draw_solver(const PlaceErrors& solver, const Box& box) {
-    const auto& median = solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)].median;
+    const auto& median = thresholded(solver).median;
     Panel axes = panel(box, solver.label + (median ? ", median " + fixed(median->value, 1) + " mm"
                                                    : std::string()));
-    if (!solver.failure.empty()) {
-      canvas_.text(one_line(solver.failure, 34), box.middle(), box.centre(),
-                   {.size = 9, .colour = ink::alarm});
-    }
+    add_failure(canvas_, box, solver.failure);
     std::vector<Vector2d> means;
     for (std::size_t p = 0; p < solver.found.size(); ++p) {
       if (!solver.found[p]) continue;
@@ -121,7 +94,7 @@ class LocalisationMap {
   }
 
   const LocalisedSet& set_;
-  MapLayout layout_;
+  PanelGrid grid_;
   Canvas canvas_;
   Span span_;
 };
@@ -149,7 +122,7 @@ class LocalisationOverview {
       std::vector<Whisker> whiskers;
       for (std::size_t i = 0; i < sets_.size(); ++i) {
         const PlaceErrors& solver = sets_[i].solvers[s];
-        const auto& rule = solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)];
+        const auto& rule = thresholded(solver);
         if (!rule.median || !rule.p95) continue;
         const double x = static_cast<double>(i) + 0.14 +
                          0.72 * static_cast<double>(s) / std::max<double>(1, double(solvers) - 1);
@@ -174,10 +147,11 @@ class LocalisationOverview {
     axes.draw();
     names_.draw(canvas_, box.left, box.bottom);
     legend.draw(canvas_, box.bottom + names_.height() + 20);
-    canvas_.text(
+    add_footnote(
+        canvas_,
         "marks: median error of the thresholded centroid, of the frames that show a touch; bars "
         "up to the error that 95 % do not exceed. A median may be below the rms error's bound.",
-        left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
+        left);
     canvas_.draw(stem);
   }
 
@@ -196,14 +170,13 @@ class LocalisationOverview {
     Span out;
     for (const LocalisedSet& set : sets_) {
       for (const PlaceErrors& solver : set.solvers) {
-        const auto& rule = solver.rules[static_cast<std::size_t>(PlaceRule::thresholded)];
+        const auto& rule = thresholded(solver);
         if (rule.median) out.extend(std::max(0.01, rule.median->value));
         if (rule.p95) out.extend(std::max(0.01, rule.p95->value));
       }
       if (!set.bound_mm.empty()) out.extend(median(SortedValues(set.bound_mm)));
     }
-    if (out.empty()) return {1, 100};
-    return {out.low / 1.3, out.high * 1.3};
+    return log_span(out, 1.3);
   }
 
   const std::vector<LocalisedSet>& sets_;
@@ -214,26 +187,24 @@ class LocalisationOverview {
 
 }  // namespace
 
-ReportFigure localisation_map(const LocalisedSet& set, double side_mm, const std::string& law,
-                              const std::string& title, const std::filesystem::path& stem) {
-  const bool drawn = draw_or_say(stem, [&] {
-    LocalisationMap(set, side_mm)
-        .draw(title + ": " + set.condition + ", " + law + " law; axes in mm", stem);
-  });
-  return {"Targets and places found, " + set.name, stem.string() + ".svg",
-          "axes in mm from the sheet's centre; " + set.condition + ", " + law +
+StudyFigure localisation_map(std::shared_ptr<const LocalisedSet> set, double side_mm,
+                             const std::string& law) {
+  return {"_map_" + set->name, "Targets and places found, " + set->name,
+          "axes in mm from the sheet's centre; " + set->condition + ", " + law +
               " law; places by the thresholded centroid",
-          drawn};
+          ": " + set->condition + ", " + law + " law; axes in mm",
+          [set, side_mm](const auto& heading, const auto& stem) {
+            LocalisationMap(*set, side_mm).draw(heading, stem);
+          }};
 }
 
-ReportFigure localisation_overview(const std::vector<LocalisedSet>& sets, const std::string& law,
-                                   const std::string& title, const std::filesystem::path& stem) {
-  const bool drawn = draw_or_say(stem, [&] {
-    LocalisationOverview(sets, std::max(110.0, 760.0 / static_cast<double>(sets.size())))
-        .draw(title + ", " + law + " law", stem);
-  });
-  return {"Errors of the place", stem.string() + ".svg", "median and 95 % by solver and condition",
-          drawn};
+StudyFigure localisation_overview(std::shared_ptr<const std::vector<LocalisedSet>> sets,
+                                  const std::string& law) {
+  return {"", "Errors of the place", "median and 95 % by solver and condition", ", " + law + " law",
+          [sets](const auto& heading, const auto& stem) {
+            const double slot = std::max(110.0, 760.0 / static_cast<double>(sets->size()));
+            LocalisationOverview(*sets, slot).draw(heading, stem);
+          }};
 }
 
 }  // namespace ertbench

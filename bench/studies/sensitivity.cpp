@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <memory>
 
-#include "bench/report/report.h"
-#include "bench/studies/error_statistics.h"
-#include "bench/studies/study.h"
+#include "bench/studies/columns.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -79,19 +77,61 @@ SensitivitySet sensitivity_set(const StudyInput& input, const std::string& name,
   return set;
 }
 
-/// The mean of what the regions have, weighted alike.
-std::optional<double> mean_over_regions(
-    const PressResponse::Reading& reading,
-    const std::function<std::optional<double>(const PressResponse::Curve&)>& of) {
-  double sum = 0;
-  int count = 0;
-  for (const PressResponse::Curve& curve : reading.regions) {
-    if (const auto value = of(curve)) {
-      sum += *value;
-      ++count;
+using Reading = PressResponse::Reading;
+using Curve = PressResponse::Curve;
+using ResponseColumn = StudyColumn<Reading>;
+
+const Reading& reading_of(const PressResponse& solver, Strength strength) {
+  return solver.readings[static_cast<std::size_t>(strength)];
+}
+
+/// A number of the curves as its mean over the regions that have it, each with the same weight.
+ResponseColumn of_regions(const std::string& key,
+                          const std::function<std::optional<double>(const Curve&)>& value_in) {
+  const auto mean_over_regions = [value_in](const Reading& reading) -> std::optional<double> {
+    double sum = 0;
+    int count = 0;
+    for (const Curve& curve : reading.regions) {
+      if (const auto value = value_in(curve)) {
+        sum += *value;
+        ++count;
+      }
     }
-  }
-  return count > 0 ? std::optional(sum / count) : std::nullopt;
+    return count > 0 ? std::optional(sum / count) : std::nullopt;
+  };
+  return ResponseColumn::number(key, mean_over_regions, 3).data_only();
+}
+
+/// summary.json has the errors at all forces and the curves of all regions (json_of).
+StudyColumns<Reading> response_columns(const std::vector<double>& forces_N) {
+  const auto least = [](const Reading& r) { return r.force_error_at.front(); };
+  const auto largest = [](const Reading& r) { return r.force_error_at.back(); };
+  const auto corner = [](const Reading& r) { return value_of(r.regions.front().rising.back()); };
+  const auto centre = [](const Reading& r) { return value_of(r.regions.back().rising.back()); };
+  return {ResponseColumn::estimate("force_error_N", &Reading::force_error, 2)
+              .table("mean error of force (N)"),
+          ResponseColumn::estimate("least_force_error_N", least, 2)
+              .data_only()
+              .table("at " + number_text(forces_N.front()) + " N"),
+          ResponseColumn::estimate("largest_force_error_N", largest, 2)
+              .data_only()
+              .table("at " + number_text(forces_N.back()) + " N"),
+          of_regions("monotone", [](const Curve& c) { return value_of(c.monotone); })
+              .table("steps up that read higher"),
+          of_regions("spread", &Curve::spread).table("spread inside a region"),
+          of_regions("hysteresis", [](const Curve& c) { return value_of(c.hysteresis); })
+              .table("hysteresis"),
+          ResponseColumn::count("unlocated_steps", &Reading::unlocated)
+              .data("unlocated")
+              .table("unlocated steps"),
+          ResponseColumn::number("corner_strength", corner, 3).data_only(),
+          ResponseColumn::number("centre_strength", centre, 3).data_only()};
+}
+
+/// Adds a row that says why a solver has none.
+void add_failed(const PressResponse& solver, TableSection& table) {
+  table.rows.push_back({solver.label, solver.failure});
+  table.rows.back().resize(table.columns.size());
 }
 
 TableSection strength_table(const SensitivitySet& set, const std::string& law, double background) {
@@ -102,13 +142,10 @@ TableSection strength_table(const SensitivitySet& set, const std::string& law, d
   for (const double force : set.forces_N) table.columns.emplace_back(number_text(force) + " N");
   for (const PressResponse& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      std::vector<Cell> row(table.columns.size());
-      row[0] = solver.label;
-      row[1] = solver.failure;
-      table.rows.push_back(std::move(row));
+      add_failed(solver, table);
       continue;
     }
-    const auto& regions = solver.readings[0].regions;
+    const auto& regions = reading_of(solver, Strength::peak).regions;
     for (std::size_t r = 0; r < regions.size(); ++r) {
       std::vector<Cell> row = {r == 0 ? solver.label : "", roman(static_cast<int>(r))};
       for (std::optional<Estimate> at : regions[r].rising) {
@@ -125,163 +162,115 @@ TableSection strength_table(const SensitivitySet& set, const std::string& law, d
 }
 
 TableSection force_table(const SensitivitySet& set, const std::string& law) {
+  const StudyColumns<Reading> columns = response_columns(set.forces_N);
   TableSection table;
   table.caption = set.name + ": force after calibration; " + set.condition + ", " + law + " law, " +
                   std::to_string(set.presses) + " presses";
-  table.columns = {{"solver", Align::left},
-                   {"strength", Align::left},
-                   {"mean error of force (N)"},
-                   {"at " + number_text(set.forces_N.front()) + " N"},
-                   {"at " + number_text(set.forces_N.back()) + " N"},
-                   {"steps up that read higher"},
-                   {"spread inside a region"},
-                   {"hysteresis"},
-                   {"unlocated steps"}};
+  table.columns = columns.titles({{"solver", Align::left}, {"strength", Align::left}});
   for (const PressResponse& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      table.rows.push_back({solver.label, solver.failure, {}, {}, {}, {}, {}, {}, {}});
+      add_failed(solver, table);
       continue;
     }
     for (const Strength strength : kStrengths) {
-      const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
-      const auto of_regions = [&](auto member, int decimals) {
-        return number_cell(mean_over_regions(reading, member), decimals);
-      };
       table.rows.push_back(
-          {strength == Strength::peak ? solver.label : "", name_of(strength),
-           estimate_cell(reading.force_error, 2), estimate_cell(reading.force_error_at.front(), 2),
-           estimate_cell(reading.force_error_at.back(), 2),
-           of_regions([](const PressResponse::Curve& c) { return value_of(c.monotone); }, 3),
-           of_regions([](const PressResponse::Curve& c) { return std::optional(c.spread); }, 3),
-           of_regions([](const PressResponse::Curve& c) { return value_of(c.hysteresis); }, 3),
-           std::to_string(reading.unlocated)});
+          columns.cells({strength == Strength::peak ? solver.label : "", name_of(strength)},
+                        reading_of(solver, strength)));
     }
   }
   return table;
 }
 
-/// All sets, a row a solver and strength, for programs.
+/// The CSV file: a row for each set, solver and strength.
 TableSection response_rows(const std::vector<SensitivitySet>& sets) {
+  const StudyColumns<Reading> columns = response_columns(sets.front().forces_N);
   TableSection rows;
-  rows.columns = {{"set", Align::left}, {"solver", Align::left}, {"strength", Align::left}};
-  for (const char* name : {"force_error_N", "least_force_error_N", "largest_force_error_N"}) {
-    for (const Column& column : exact_columns(name)) rows.columns.push_back(column);
-  }
-  rows.columns.insert(rows.columns.end(), {{"monotone"},
-                                           {"spread"},
-                                           {"hysteresis"},
-                                           {"unlocated"},
-                                           {"corner_strength"},
-                                           {"centre_strength"},
-                                           {"failure"}});
+  rows.columns =
+      columns.names({{"set", Align::left}, {"solver", Align::left}, {"strength", Align::left}});
+  rows.columns.emplace_back("failure");
   for (const SensitivitySet& set : sets) {
     for (const PressResponse& solver : set.solvers) {
       if (!solver.failure.empty()) {
-        std::vector<Cell> row(rows.columns.size());
-        row[0] = set.name;
-        row[1] = solver.label;
-        row.back() = solver.failure;
-        rows.rows.push_back(std::move(row));
+        rows.rows.push_back({set.name, solver.label});
+        rows.rows.back().resize(rows.columns.size());
+        rows.rows.back().back() = solver.failure;
         continue;
       }
       for (const Strength strength : kStrengths) {
-        const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
-        std::vector<Cell> row = {set.name, solver.label, name_of(strength)};
-        for (const auto& error :
-             {reading.force_error, reading.force_error_at.front(), reading.force_error_at.back()}) {
-          for (const Cell& cell : exact_cells(error)) row.push_back(cell);
-        }
-        const auto of_regions = [&](auto member) {
-          return exact_cell(mean_over_regions(reading, member));
-        };
-        row.push_back(
-            of_regions([](const PressResponse::Curve& c) { return value_of(c.monotone); }));
-        row.push_back(
-            of_regions([](const PressResponse::Curve& c) { return std::optional(c.spread); }));
-        row.push_back(
-            of_regions([](const PressResponse::Curve& c) { return value_of(c.hysteresis); }));
-        row.push_back(std::to_string(reading.unlocated));
-        row.push_back(exact_cell(value_of(reading.regions.front().rising.back())));
-        row.push_back(exact_cell(value_of(reading.regions.back().rising.back())));
-        row.emplace_back();
-        rows.rows.push_back(std::move(row));
+        rows.rows.push_back(columns.data({set.name, solver.label, name_of(strength)},
+                                         reading_of(solver, strength)));
+        rows.rows.back().emplace_back();
       }
     }
   }
   return rows;
 }
 
-json json_of(const PressResponse& solver) {
+json json_of(const std::vector<std::optional<Estimate>>& estimates) {
+  json out = json::array();
+  for (const auto& estimate : estimates) out.push_back(to_json(estimate));
+  return out;
+}
+
+json json_of(const PressResponse& solver, const StudyColumns<Reading>& columns) {
   if (!solver.failure.empty()) return {{"failure", solver.failure}};
   json out;
   for (const Strength strength : kStrengths) {
-    const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
-    json& one = out[name_of(strength)];
-    one = {{"force_error_N", to_json(reading.force_error)},
-           {"force_error_at_N", json::array()},
-           {"unlocated_steps", reading.unlocated},
-           {"regions", json::object()}};
-    for (const auto& at : reading.force_error_at) one["force_error_at_N"].push_back(to_json(at));
+    const Reading& reading = reading_of(solver, strength);
+    json& one = out[name_of(strength)] = columns.json(reading);
+    one["force_error_at_N"] = json_of(reading.force_error_at);
+    one["regions"] = json::object();
     for (std::size_t r = 0; r < reading.regions.size(); ++r) {
-      const PressResponse::Curve& curve = reading.regions[r];
-      json& region = one["regions"][roman(static_cast<int>(r))];
-      region = {{"rising", json::array()},
-                {"falling", json::array()},
-                {"spread", curve.spread},
-                {"monotone", to_json(curve.monotone)},
-                {"hysteresis", to_json(curve.hysteresis)}};
-      for (const auto& at : curve.rising) region["rising"].push_back(to_json(at));
-      for (const auto& at : curve.falling) region["falling"].push_back(to_json(at));
+      const Curve& curve = reading.regions[r];
+      one["regions"][roman(static_cast<int>(r))] = {{"rising", json_of(curve.rising)},
+                                                    {"falling", json_of(curve.falling)},
+                                                    {"spread", curve.spread},
+                                                    {"monotone", to_json(curve.monotone)},
+                                                    {"hysteresis", to_json(curve.hysteresis)}};
     }
   }
   return out;
+}
+
+json json_of(const SensitivitySet& set) {
+  const StudyColumns<Reading> columns = response_columns(set.forces_N);
+  json out = {{"condition", set.condition}, {"forces_N", set.forces_N}, {"presses", set.presses}};
+  for (const PressResponse& solver : set.solvers) {
+    out["solvers"][solver.label] = json_of(solver, columns);
+  }
+  return out;
+}
+
+void add_headlines(const SensitivitySet& set, std::vector<Headline>& out) {
+  for (const PressResponse& solver : set.solvers) {
+    if (!solver.failure.empty()) continue;
+    for (const Strength strength : kStrengths) {
+      out.push_back({solver.label, set.name + ": force error by " + name_of(strength) + " (N)", 3,
+                     value_of(reading_of(solver, strength).force_error)});
+    }
+  }
 }
 
 }  // namespace
 
 const char* name_of(Strength strength) { return strength == Strength::peak ? "peak" : "sum"; }
 
-Sensitivity::Sensitivity(const StudyInput& input)
-    : name_(input.spec.name),
-      law_(input.law()),
-      background_(input.experiment.sensor.background),
-      region_of_(area_orbits(*input.experiment.sensor.sheet,
-                             press_plan(input.set_spec(input.spec.sets.front())).areas)) {
+Study sensitivity_study(const StudyInput& input) {
+  const std::string law = input.law();
+  const double background = input.experiment.sensor.background;
+  const std::vector<int> region_of = area_orbits(
+      *input.experiment.sensor.sheet, press_plan(input.set_spec(input.spec.sets.front())).areas);
+  const auto sets = std::make_shared<std::vector<SensitivitySet>>();
   for (const std::string& set : input.spec.sets) {
-    sets_.push_back(sensitivity_set(input, set, region_of_));
+    sets->push_back(sensitivity_set(input, set, region_of));
   }
-}
 
-json Sensitivity::summary() const {
-  json out = {{"law", law_}, {"region_of_area", region_of_}};
-  for (const SensitivitySet& set : sets_) {
-    json& one = out["sets"][set.name];
-    one = {{"condition", set.condition}, {"forces_N", set.forces_N}, {"presses", set.presses}};
-    for (const PressResponse& solver : set.solvers) one["solvers"][solver.label] = json_of(solver);
-  }
-  return out;
-}
-
-std::vector<Headline> Sensitivity::headlines() const {
-  std::vector<Headline> out;
-  for (const SensitivitySet& set : sets_) {
-    for (const PressResponse& solver : set.solvers) {
-      if (!solver.failure.empty()) continue;
-      for (const Strength strength : kStrengths) {
-        const auto& reading = solver.readings[static_cast<std::size_t>(strength)];
-        out.push_back({solver.label, set.name + ": force error by " + name_of(strength) + " (N)", 3,
-                       value_of(reading.force_error)});
-      }
-    }
-  }
-  return out;
-}
-
-std::vector<ReportSection> Sensitivity::report(const std::string& title,
-                                               const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Sensitivity to force (D.2)";
-  section.text =
+  Study study;
+  study.name = input.spec.name;
+  study.numbers = {{"law", law}, {"region_of_area", region_of}};
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Sensitivity to force (D.2)";
+  section.report.text =
       "Each area of the sheet is pressed with growing and then with falling force; strengths are "
       "those at the end of each hold. Areas that the sheet's symmetries take into each other are a "
       "region. Peak: the largest |δσ| of the image; sum: its integral over the sheet. Force is "
@@ -291,17 +280,17 @@ std::vector<ReportSection> Sensitivity::report(const std::string& title,
       "region: standard deviation of its areas over their mean, at the largest force. Hysteresis: "
       "falling less rising strength at the same force, over the rising span. The last three are "
       "means over the regions; each region's own, with intervals, are in summary.json.";
-  for (const SensitivitySet& set : sets_) {
-    section.tables.push_back(force_table(set, law_));
-    section.tables.push_back(strength_table(set, law_, background_));
-    section.figures.push_back(sensitivity_curves(
-        set, region_of_, background_, law_, without_law(title), folder / (name_ + "_" + set.name)));
-    section.figures.push_back(
-        force_errors(set, law_, without_law(title), folder / (name_ + "_force_" + set.name)));
+  for (const SensitivitySet& set : *sets) {
+    const std::shared_ptr<const SensitivitySet> one(sets, &set);
+    study.numbers["sets"][set.name] = json_of(set);
+    add_headlines(set, study.best);
+    section.report.tables.push_back(force_table(set, law));
+    section.report.tables.push_back(strength_table(set, law, background));
+    section.figures.push_back(sensitivity_curves(one, region_of, background, law));
+    section.figures.push_back(force_errors(one, law));
   }
-  write_study_tables({title, section.text, section.tables, {}, {}}, response_rows(sets_), folder,
-                     name_);
-  return {section};
+  section.data = {{"", response_rows(*sets)}};
+  return study;
 }
 
 }  // namespace ertbench

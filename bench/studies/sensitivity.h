@@ -1,12 +1,11 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/report/report.h"
 #include "bench/studies/error_statistics.h"
 #include "bench/studies/study.h"
 
@@ -63,23 +62,8 @@ struct SensitivitySet {
 };
 
 /// D.2: how hard was it touched? The areas of the sheet are pressed with growing and falling force;
-/// strengths are told by the regions that the sheet's symmetries make of its areas.
-class Sensitivity : public StudyResult {
- public:
-  explicit Sensitivity(const StudyInput& input);
-
-  nlohmann::json summary() const override;
-  std::vector<Headline> headlines() const override;
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  std::string name_;
-  std::string law_;
-  double background_;           ///< S/m
-  std::vector<int> region_of_;  ///< [areas]
-  std::vector<SensitivitySet> sets_;
-};
+/// strengths are compared within the regions that the sheet's symmetries make of its areas.
+Study sensitivity_study(const StudyInput& input);
 
 /// Turns strength into force, region by region: means over the presses of each force, made monotone
 /// (pool adjacent violators) and read backwards by straight lines; beyond the ends the end.
@@ -106,13 +90,12 @@ PressResponse press_response(const std::vector<PressStep>& steps,
                              const std::string& key);
 
 /// The largest |δσ| over the background against the force, a panel a solver, a line a region, and
-/// the map of the regions: the paper's figures D3 and D2. `stem`.svg and .png.
-ReportFigure sensitivity_curves(const SensitivitySet& set, const std::vector<int>& region_of,
-                                double background, const std::string& law, const std::string& title,
-                                const std::filesystem::path& stem);
+/// the map of the regions: the paper's figures D3 and D2.
+StudyFigure sensitivity_curves(std::shared_ptr<const SensitivitySet> set,
+                               const std::vector<int>& region_of, double background,
+                               const std::string& law);
 
 /// Error of the calibrated force against the force, by solver.
-ReportFigure force_errors(const SensitivitySet& set, const std::string& law,
-                          const std::string& title, const std::filesystem::path& stem);
+StudyFigure force_errors(std::shared_ptr<const SensitivitySet> set, const std::string& law);
 
 }  // namespace ertbench

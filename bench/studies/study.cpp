@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <map>
 #include <stdexcept>
 
-#include "bench/report/report.h"
+#include "bench/plot/canvas.h"
 #include "bench/studies/collision.h"
+#include "bench/studies/columns.h"
 #include "bench/studies/consistency.h"
 #include "bench/studies/localisation.h"
 #include "bench/studies/sensitivity.h"
@@ -37,20 +38,25 @@ std::string without_law(const std::string& title) {
   return title;
 }
 
-void write_study_tables(const Table& table, const TableSection& rows,
-                        const std::filesystem::path& folder, const std::string& name) {
-  write_file_atomically(folder / (name + ".md"), markdown_of(table));
-  write_file_atomically(folder / (name + ".csv"), csv_of(rows));
-}
-
-std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate) {
-  if (!estimate) return std::vector<Cell>(3);
-  return {exact_cell(estimate->value), exact_cell(estimate->ci95.low),
-          exact_cell(estimate->ci95.high)};
-}
-
-std::vector<Column> exact_columns(const std::string& name) {
-  return {name, name + "_low", name + "_high"};
+std::vector<ReportSection> Study::report(const std::string& title,
+                                         const std::filesystem::path& folder) const {
+  std::vector<ReportSection> out;
+  for (const StudySection& section : sections) {
+    ReportSection& shown = out.emplace_back(section.report);
+    for (const StudyFigure& figure : section.figures) {
+      const std::filesystem::path stem = folder / (name + figure.part);
+      const bool drawn =
+          draw_or_say(stem, [&] { figure.draw(without_law(title) + figure.heading, stem); });
+      shown.figures.push_back({figure.title, stem.string() + ".svg", figure.caption, drawn});
+    }
+    const std::filesystem::path files = folder / (name + section.part);
+    const Table table{title + section.subject, shown.text, shown.tables, shown.notes, {}};
+    write_file_atomically(files.string() + ".md", markdown_of(table));
+    for (const auto& [part, rows] : section.data) {
+      write_file_atomically(files.string() + part + ".csv", csv_of(rows));
+    }
+  }
+  return out;
 }
 
 namespace {
@@ -64,16 +70,11 @@ std::size_t trainings_of(const ExperimentResults& results, const std::string& la
   return least;
 }
 
-std::shared_ptr<const StudyResult> study_of_training(const StudyInput& input) {
-  const std::string& type = input.spec.type;
-  if (type == "localisation") return std::make_shared<const Localisation>(input);
-  if (type == "sensitivity") return std::make_shared<const Sensitivity>(input);
-  if (type == "targets") return std::make_shared<const Targets>(input);
-  if (type == "tracking") return std::make_shared<const Tracking>(input);
-  if (type == "collision") return std::make_shared<const Collision>(input);
-  if (type == "consistency") return std::make_shared<const Consistency>(input);
-  throw std::logic_error("no study is called " + type);
-}
+/// Every type of study (StudySpec::type).
+const std::map<std::string, Study (*)(const StudyInput&)> studies = {
+    {"localisation", localisation_study}, {"sensitivity", sensitivity_study},
+    {"targets", targets_study},           {"tracking", tracking_study},
+    {"collision", collision_study},       {"consistency", consistency_study}};
 
 }  // namespace
 
@@ -126,19 +127,6 @@ std::optional<StudyInput::Latency> StudyInput::latency(const std::string& label)
 
 std::string StudyInput::law() const { return name_of(experiment.sensor.skin->law); }
 
-std::shared_ptr<const StudyResult> make_study(const StudyInput& input) {
-  std::shared_ptr<const StudyResult> first = study_of_training(input);
-  std::vector<std::vector<Headline>> of_trainings = {first->headlines()};
-  for (std::size_t training = 1; training < input.trainings(); ++training) {
-    StudyInput again = input;
-    again.training = training;
-    of_trainings.push_back(study_of_training(again)->headlines());
-  }
-  if (of_trainings.size() == 1) return first;
-  return std::make_shared<const StudyTrainings>(input.spec.name, std::move(first),
-                                                spread_of(of_trainings));
-}
-
 namespace {
 
 using nlohmann::json;
@@ -151,45 +139,63 @@ std::vector<double> defined(const std::vector<std::optional<double>>& values) {
   return out;
 }
 
-json json_of(const std::optional<double>& value) { return value ? json(*value) : json(); }
+using SpreadColumn = StudyColumn<HeadlineSpread>;
 
-std::size_t most_trainings(const std::vector<HeadlineSpread>& spread) {
-  std::size_t most = 0;
-  for (const HeadlineSpread& one : spread) most = std::max(most, one.values.size());
-  return most;
+/// The numbers differ in their decimals, so that tables make their own cells.
+StudyColumns<HeadlineSpread> spread_columns(const std::vector<HeadlineSpread>& spread) {
+  const auto cell_of = [](auto value) {
+    return [value](const HeadlineSpread& one) { return number_cell(value(one), one.decimals); };
+  };
+  const auto mean_of = [](const HeadlineSpread& one) { return one.mean(); };
+  const auto deviation_of = [](const HeadlineSpread& one) { return one.deviation(); };
+  StudyColumns<HeadlineSpread> out = {
+      SpreadColumn::words("solver", &HeadlineSpread::label),
+      SpreadColumn::words("what", &HeadlineSpread::what).table("number"),
+      SpreadColumn::number("mean", mean_of, 2).table("mean").shown(cell_of(mean_of)),
+      SpreadColumn::number("deviation", deviation_of, 2)
+          .table("deviation")
+          .shown(cell_of(deviation_of))};
+  std::size_t trainings = 0;
+  for (const HeadlineSpread& one : spread) trainings = std::max(trainings, one.values.size());
+  for (std::size_t t = 0; t < trainings; ++t) {
+    out.add(SpreadColumn::cell("training " + std::to_string(t + 1), [t](const HeadlineSpread& one) {
+      return t < one.values.size() ? number_cell(one.values[t], one.decimals) : Cell();
+    }));
+  }
+  return out;
 }
 
-TableSection table_of(const std::vector<HeadlineSpread>& spread) {
-  TableSection table;
-  table.columns = {{"solver", Align::left}, {"number", Align::left}, {"mean"}, {"deviation"}};
-  const std::size_t trainings = most_trainings(spread);
-  for (std::size_t t = 0; t < trainings; ++t) {
-    table.columns.push_back("training " + std::to_string(t + 1));
-  }
+/// Adds what the trainings make of the headlines to the study of the first.
+void add_trainings(const std::vector<HeadlineSpread>& spread, Study& study) {
+  const StudyColumns<HeadlineSpread> columns = spread_columns(spread);
+  StudySection section;
+  section.part = "_trainings";
+  section.subject = ", by training";
+  section.report.title = study.name + ": what another training changes";
+  section.report.text =
+      "The study's own tables and figures are of the first training of each solver. Here are its "
+      "headline numbers of all trainings, which differ by their seed alone: their mean, their "
+      "sample standard deviation, and each. Two solvers whose numbers differ by less than a few "
+      "deviations are told apart by the trainings' luck.";
+  section.report.collapsed = true;
+  TableSection& table = section.report.tables.emplace_back();
+  table.columns = columns.titles({{"solver", Align::left}});
+  TableSection rows;  // a row a training
+  rows.columns = {{"solver", Align::left}, {"what", Align::left}, {"training"}, {"value"}};
+  json& trainings = study.numbers["trainings"] = json::array();
   std::string before;
   for (const HeadlineSpread& one : spread) {
-    std::vector<Cell> row = {one.label == before ? "" : one.label, one.what,
-                             number_cell(one.mean(), one.decimals),
-                             number_cell(one.deviation(), one.decimals)};
+    table.rows.push_back(columns.cells({one.label == before ? "" : one.label}, one));
     before = one.label;
-    for (std::size_t t = 0; t < trainings; ++t) {
-      row.push_back(t < one.values.size() ? number_cell(one.values[t], one.decimals) : Cell());
-    }
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-/// A row a training, for programs.
-TableSection rows_of(const std::vector<HeadlineSpread>& spread) {
-  TableSection rows;
-  rows.columns = {{"solver", Align::left}, {"what", Align::left}, {"training"}, {"value"}};
-  for (const HeadlineSpread& one : spread) {
+    json& all = trainings.emplace_back(columns.json(one));
+    all["values"] = json::array();
     for (std::size_t t = 0; t < one.values.size(); ++t) {
+      all["values"].push_back(to_json(one.values[t]));
       rows.rows.push_back({one.label, one.what, std::to_string(t + 1), exact_cell(one.values[t])});
     }
   }
-  return rows;
+  section.data = {{"", rows}};
+  study.sections.push_back(std::move(section));
 }
 
 }  // namespace
@@ -217,15 +223,11 @@ std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_
     }
     if (spread.values.size() > 1) out.push_back(std::move(spread));
   }
-  // A study tells set by set; here a solver's numbers stand together.
-  std::vector<std::string> labels;
-  for (const HeadlineSpread& one : out) {
-    if (std::find(labels.begin(), labels.end(), one.label) == labels.end()) {
-      labels.push_back(one.label);
-    }
-  }
+  // Headlines come set by set; here a solver's numbers stand together.
+  const std::vector<HeadlineSpread> by_set = out;
   const auto place = [&](const HeadlineSpread& one) {
-    return std::find(labels.begin(), labels.end(), one.label) - labels.begin();
+    return std::find_if(by_set.begin(), by_set.end(),
+                        [&](const HeadlineSpread& other) { return other.label == one.label; });
   };
   std::stable_sort(out.begin(), out.end(), [&](const HeadlineSpread& a, const HeadlineSpread& b) {
     return place(a) < place(b);
@@ -233,37 +235,17 @@ std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_
   return out;
 }
 
-json StudyTrainings::summary() const {
-  json out = first_->summary();
-  json& trainings = out["trainings"] = json::array();
-  for (const HeadlineSpread& one : spread_) {
-    json values = json::array();
-    for (const std::optional<double>& value : one.values) values.push_back(json_of(value));
-    trainings.push_back({{"solver", one.label},
-                         {"what", one.what},
-                         {"values", values},
-                         {"mean", json_of(one.mean())},
-                         {"deviation", json_of(one.deviation())}});
+std::shared_ptr<const Study> make_study(const StudyInput& input) {
+  const auto study_of = studies.at(input.spec.type);
+  const auto first = std::make_shared<Study>(study_of(input));
+  std::vector<std::vector<Headline>> of_trainings = {first->best};
+  for (std::size_t training = 1; training < input.trainings(); ++training) {
+    StudyInput again = input;
+    again.training = training;
+    of_trainings.push_back(study_of(again).best);
   }
-  return out;
-}
-
-std::vector<ReportSection> StudyTrainings::report(const std::string& title,
-                                                  const std::filesystem::path& folder) const {
-  std::vector<ReportSection> sections = first_->report(title, folder);
-  ReportSection section;
-  section.title = name_ + ": what another training changes";
-  section.text =
-      "The study's own tables and figures are of the first training of each solver. Here are its "
-      "headline numbers of all trainings, which differ by their seed alone: their mean, their "
-      "sample standard deviation, and each. Two solvers whose numbers differ by less than a few "
-      "deviations are told apart by the trainings' luck.";
-  section.tables = {table_of(spread_)};
-  section.collapsed = true;
-  write_study_tables({title + ", by training", section.text, section.tables, {}, {}},
-                     rows_of(spread_), folder, name_ + "_trainings");
-  sections.push_back(std::move(section));
-  return sections;
+  if (of_trainings.size() > 1) add_trainings(spread_of(of_trainings), *first);
+  return first;
 }
 
 std::string StudyStage::name() const { return "studies"; }

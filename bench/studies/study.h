@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +13,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
 #include "bench/record/experiment_results.h"
+#include "bench/report/report.h"
 #include "bench/run/stage.h"
 #include "bench/studies/error_statistics.h"
 #include "bench/table/table.h"
@@ -25,14 +28,39 @@ std::string noise_text(const Noise& noise);                        ///< "50 dB a
 /// "Collision" of "Collision, rising law".
 std::string without_law(const std::string& title);
 
-/// Writes `folder`/`name`.md, and `rows` for programs: `folder`/`name`.csv.
-void write_study_tables(const Table& table, const TableSection& rows,
-                        const std::filesystem::path& folder, const std::string& name);
+/// A figure of a study.
+struct StudyFigure {
+  std::string part;   ///< its file's name behind that of the study: "_map_disc"; may be empty
+  std::string title;  ///< in the report, before the caption
+  std::string caption;
+  std::string heading;  ///< on the picture, behind the experiment's title: ", falling law"
+  /// Draws `stem`.svg and .png.
+  std::function<void(const std::string& heading, const std::filesystem::path& stem)> draw;
+};
 
-/// Three cells for programs: the value and the ends of its interval, empty where there is none.
-std::vector<Cell> exact_cells(const std::optional<Estimate>& estimate);
-/// The titles of three such columns: "mean_mm", "mean_mm_low", "mean_mm_high".
-std::vector<Column> exact_columns(const std::string& name);
+/// What a study says in one section of the report and in the files beside it.
+struct StudySection {
+  std::string part;      ///< its files' name behind that of the study; may be empty
+  std::string subject;   ///< behind the experiment's title in the Markdown file; may be empty
+  ReportSection report;  ///< without its figures
+  std::vector<StudyFigure> figures;
+  /// CSV files, each with its name behind that of the section; the first is usually "".
+  std::vector<std::pair<std::string, TableSection>> data;
+};
+
+/// The result of any study. Each study is a function that returns one.
+struct Study final : StudyResult {
+  std::string name;  ///< begins the names of its files
+  nlohmann::json numbers;
+  std::vector<Headline> best;
+  std::vector<StudySection> sections;
+
+  nlohmann::json summary() const override { return numbers; }
+  std::vector<Headline> headlines() const override { return best; }
+  /// Writes NAME.md with the tables of a section, its CSV files and its figures.
+  std::vector<ReportSection> report(const std::string& title,
+                                    const std::filesystem::path& folder) const override;
+};
 
 /// What a study is made from.
 struct StudyInput {
@@ -66,9 +94,10 @@ struct StudyInput {
   std::string law() const;
 };
 
-/// The result of any study: of the first training of each solver, with what the others make of its
-/// headlines (StudyTrainings). Throws what reading its datasets throws.
-std::shared_ptr<const StudyResult> make_study(const StudyInput& input);
+/// The study of the first training of each solver. Where a solver was trained more than once,
+/// `"trainings": [{"solver", "what", "values", "mean", "deviation"}]` and a section of its own tell
+/// how its headlines differ between trainings. Throws what reading its datasets throws.
+std::shared_ptr<const Study> make_study(const StudyInput& input);
 
 /// One headline of a solver that was trained more than once.
 struct HeadlineSpread {
@@ -84,27 +113,6 @@ struct HeadlineSpread {
 /// `of_trainings` [trainings] are the headlines of each; of the later ones those of the solvers
 /// that were trained so often, which are the ones that have a spread.
 std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_trainings);
-
-/// A study of the first training of each solver, and what the other trainings make of its
-/// headlines: what is the method's, and what one training's luck.
-class StudyTrainings : public StudyResult {
- public:
-  StudyTrainings(std::string name, std::shared_ptr<const StudyResult> first,
-                 std::vector<HeadlineSpread> spread)
-      : name_(std::move(name)), first_(std::move(first)), spread_(std::move(spread)) {}
-
-  /// The first training's, with `"trainings": [{"solver", "what", "values", "mean", "deviation"}]`.
-  nlohmann::json summary() const override;
-  std::vector<Headline> headlines() const override { return first_->headlines(); }
-  /// The first training's, then a section on the others, also as NAME_trainings.md and .csv.
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  std::string name_;
-  std::shared_ptr<const StudyResult> first_;
-  std::vector<HeadlineSpread> spread_;
-};
 
 /// The studies of an experiment (bench/studies), made from what the stages before it left: the
 /// frames' readings and the latencies. It has no jobs of its own.

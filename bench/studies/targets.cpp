@@ -2,23 +2,15 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
-#include "bench/report/report.h"
-#include "bench/studies/study.h"
-#include "bench/studies/targets_figure.h"
-#include "bench/table/table.h"
-#include "core/files.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
-
-json target_number(const std::optional<double>& value) { return value ? json(*value) : json(); }
 
 json target_json(const std::optional<Estimate>& estimate) {
   if (!estimate) return {{"mean", nullptr}, {"ci95", nullptr}};
@@ -28,19 +20,29 @@ json target_json(const std::optional<Estimate>& estimate) {
 json target_json(const TargetGaps& gaps) {
   const ResolvableGap& resolvable = gaps.resolvable;
   json out = {{"state", name_of(resolvable.state)},
-              {"value", target_number(resolvable.gap_mm)},
-              {"ci95", {target_number(resolvable.low_mm), target_number(resolvable.high_mm)}},
+              {"value", to_json(resolvable.gap_mm)},
+              {"ci95", {to_json(resolvable.low_mm), to_json(resolvable.high_mm)}},
               {"share", kResolvedShare},
               {"scenes", gaps.scenes},
               {"bins", json::array()}};
   if (gaps.scenes > 0) out["set_mm"] = {gaps.least_mm, gaps.largest_mm};
   for (const GapBin& bin : gaps.bins) {
-    json& one = out["bins"].emplace_back();
-    one = {{"from_mm", bin.low_mm},
-           {"to_mm", bin.high_mm},
-           {"mean_gap_mm", bin.mean_gap_mm},
-           {"scenes", bin.scenes},
-           {"told_apart", target_json(bin.told_apart)}};
+    out["bins"].push_back({{"from_mm", bin.low_mm},
+                           {"to_mm", bin.high_mm},
+                           {"mean_gap_mm", bin.mean_gap_mm},
+                           {"scenes", bin.scenes},
+                           {"told_apart", target_json(bin.told_apart)}});
+  }
+  return out;
+}
+
+json target_json(const TargetSolver& solver) {
+  json out = {{"by_count", json::object()}, {"resolvable_gap_mm", target_json(solver.gaps)}};
+  if (!solver.failure.empty()) out["failure"] = solver.failure;
+  for (const auto& [contacts, count] : solver.counts) {
+    json& numbers = out["by_count"][std::to_string(contacts)];
+    numbers = {{"frames", count.frames}, {"scenes", count.scenes}};
+    for (const auto& [key, estimate] : count.metrics) numbers[key] = target_json(estimate);
   }
   return out;
 }
@@ -146,67 +148,6 @@ TargetResults target_results(std::span<const TargetFrame> frames,
   return out;
 }
 
-Targets::Targets(const StudyInput& input)
-    : circumstances_{input.spec.name, conditions_of(input),
-                     input.experiment.contacts.distances(input.experiment.sensor),
-                     input.experiment.sensor.sheet} {
-  std::vector<TargetReadings> readings;
-  for (const std::string& label : input.labels()) readings.push_back(target_readings(input, label));
-  results_ = target_results(target_frames(input), readings, circumstances_.distances);
-}
-
-json Targets::summary() const {
-  json out = {{"conditions", circumstances_.conditions},
-              {"match_mm", circumstances_.distances.match},
-              {"ospa_mm", circumstances_.distances.ospa}};
-  for (const TargetSolver& solver : results_.solvers) {
-    json& one = out["solvers"][solver.label];
-    one = {{"by_count", json::object()}, {"resolvable_gap_mm", target_json(solver.gaps)}};
-    if (!solver.failure.empty()) one["failure"] = solver.failure;
-    for (const auto& [contacts, count] : solver.counts) {
-      json& numbers = one["by_count"][std::to_string(contacts)];
-      numbers = {{"frames", count.frames}, {"scenes", count.scenes}};
-      for (const auto& [key, estimate] : count.metrics) numbers[key] = target_json(estimate);
-    }
-  }
-  return out;
-}
-
-std::vector<Headline> Targets::headlines() const {
-  std::vector<Headline> out;
-  for (const TargetSolver& solver : results_.solvers) {
-    if (!solver.failure.empty()) continue;
-    for (const auto& [contacts, count] : solver.counts) {
-      if (contacts == 0) continue;
-      const std::string of =
-          contacts == 1 ? "1 contact: " : std::to_string(contacts) + " contacts: ";
-      for (const TargetMetric& metric : target_metrics()) {
-        if (metric.key != "f1" && metric.key != "ospa_mm") continue;
-        out.push_back({solver.label, of + metric.heading, metric.decimals,
-                       value_of(count.metrics.at(metric.key))});
-      }
-    }
-  }
-  return out;
-}
-
-std::vector<ReportSection> Targets::report(const std::string& title,
-                                           const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Several contacts (D.3)";
-  section.text =
-      "How many of one to several contacts at rest are found, how many ghosts come with them, and "
-      "how close two may be before they are found as one.";
-  section.tables = {targets_count_table(circumstances_, results_),
-                    targets_gap_table(circumstances_, results_)};
-  section.notes = targets_notes(circumstances_);
-  section.figures = {targets_chart(circumstances_, results_, without_law(title), folder),
-                     targets_gallery(circumstances_, results_, without_law(title), folder)};
-  write_targets_files(circumstances_, {title, section.text, section.tables, section.notes, {}},
-                      results_, folder);
-  return {section};
-}
-
 namespace {
 
 /// The solver's name, and below it what went wrong.
@@ -224,13 +165,6 @@ std::map<double, GapBin> all_gap_bins(const TargetResults& results) {
     for (const GapBin& bin : solver.gaps.bins) bins.emplace(bin.low_mm, bin);
   }
   return bins;
-}
-
-std::vector<Cell> targets_data_row(std::vector<Cell> words, const std::optional<double>& value,
-                                   const std::optional<double>& low,
-                                   const std::optional<double>& high) {
-  for (const auto& number : {value, low, high}) words.push_back(exact_cell(number));
-  return words;
 }
 
 }  // namespace
@@ -291,8 +225,54 @@ TableSection targets_gap_table(const TargetCircumstances& circumstances,
   return section;
 }
 
-std::vector<std::string> targets_notes(const TargetCircumstances& circumstances) {
-  const ContactDistances& distances = circumstances.distances;
+TableSection targets_count_data(const TargetResults& results) {
+  TableSection section;
+  section.columns = {"solver", "contacts", "frames", "scenes",
+                     "metric", "value",    "ci_low", "ci_high"};
+  for (const TargetSolver& solver : results.solvers) {
+    for (const auto& [contacts, count] : solver.counts) {
+      for (const TargetMetric& metric : target_metrics()) {
+        std::vector<Cell>& row = section.rows.emplace_back();
+        row = {solver.label, std::to_string(contacts), std::to_string(count.frames),
+               std::to_string(count.scenes), metric.key};
+        for (Cell& cell : exact_cells(count.metrics.at(metric.key))) row.push_back(cell);
+      }
+    }
+  }
+  return section;
+}
+
+TableSection targets_gap_data(const TargetResults& results) {
+  TableSection section;
+  section.columns = {"solver", "quantity", "from_mm", "to_mm",  "mean_gap_mm",
+                     "scenes", "state",    "value",   "ci_low", "ci_high"};
+  for (const TargetSolver& solver : results.solvers) {
+    const TargetGaps& gaps = solver.gaps;
+    if (gaps.scenes == 0) continue;
+    for (const GapBin& bin : gaps.bins) {
+      std::vector<Cell>& row = section.rows.emplace_back();
+      row = {solver.label,
+             "told_apart",
+             exact_cell(bin.low_mm),
+             exact_cell(bin.high_mm),
+             exact_cell(bin.mean_gap_mm),
+             std::to_string(bin.scenes),
+             ""};
+      for (Cell& cell : exact_cells(bin.told_apart)) row.push_back(cell);
+    }
+    const ResolvableGap& resolvable = gaps.resolvable;
+    section.rows.push_back({solver.label, "resolvable_gap_mm", exact_cell(gaps.least_mm),
+                            exact_cell(gaps.largest_mm), "", std::to_string(gaps.scenes),
+                            name_of(resolvable.state), exact_cell(resolvable.gap_mm),
+                            exact_cell(resolvable.low_mm), exact_cell(resolvable.high_mm)});
+  }
+  return section;
+}
+
+namespace {
+
+/// How to read the tables.
+std::vector<std::string> targets_notes(const ContactDistances& distances) {
   return {
       "A found contact belongs to a true one where the optimal assignment puts them together "
       "within " +
@@ -325,57 +305,54 @@ std::vector<std::string> targets_notes(const TargetCircumstances& circumstances)
       "and not the comparison of numbers of contacts."};
 }
 
-TableSection targets_count_data(const TargetResults& results) {
-  TableSection section;
-  for (const char* title :
-       {"solver", "contacts", "frames", "scenes", "metric", "value", "ci_low", "ci_high"}) {
-    section.columns.emplace_back(title);
-  }
-  for (const TargetSolver& solver : results.solvers) {
-    for (const auto& [contacts, count] : solver.counts) {
-      for (const TargetMetric& metric : target_metrics()) {
-        const std::vector<Cell> words = {solver.label, std::to_string(contacts),
-                                         std::to_string(count.frames), std::to_string(count.scenes),
-                                         metric.key};
-        const auto& estimate = count.metrics.at(metric.key);
-        section.rows.push_back(estimate ? targets_data_row(words, estimate->value,
-                                                           estimate->ci95.low, estimate->ci95.high)
-                                        : targets_data_row(words, {}, {}, {}));
-      }
+void add_headlines(const TargetSolver& solver, std::vector<Headline>& out) {
+  if (!solver.failure.empty()) return;
+  for (const auto& [contacts, count] : solver.counts) {
+    if (contacts == 0) continue;
+    const std::string of =
+        std::to_string(contacts) + (contacts == 1 ? " contact: " : " contacts: ");
+    for (const TargetMetric& metric : target_metrics()) {
+      if (metric.key != "f1" && metric.key != "ospa_mm") continue;
+      out.push_back({solver.label, of + metric.heading, metric.decimals,
+                     value_of(count.metrics.at(metric.key))});
     }
   }
-  return section;
 }
 
-TableSection targets_gap_data(const TargetResults& results) {
-  TableSection section;
-  for (const char* title : {"solver", "quantity", "from_mm", "to_mm", "mean_gap_mm", "scenes",
-                            "state", "value", "ci_low", "ci_high"}) {
-    section.columns.emplace_back(title);
-  }
+}  // namespace
+
+Study study_of_targets(const TargetCircumstances& circumstances, const TargetResults& results) {
+  const auto shared = std::make_shared<TargetResults>(results);
+  Study study;
+  study.name = circumstances.name;
+  study.numbers = {{"conditions", circumstances.conditions},
+                   {"match_mm", circumstances.distances.match},
+                   {"ospa_mm", circumstances.distances.ospa}};
   for (const TargetSolver& solver : results.solvers) {
-    const TargetGaps& gaps = solver.gaps;
-    if (gaps.scenes == 0) continue;
-    for (const GapBin& bin : gaps.bins) {
-      section.rows.push_back(targets_data_row(
-          {solver.label, "told_apart", exact_cell(bin.low_mm), exact_cell(bin.high_mm),
-           exact_cell(bin.mean_gap_mm), std::to_string(bin.scenes), ""},
-          bin.told_apart.value, bin.told_apart.ci95.low, bin.told_apart.ci95.high));
-    }
-    section.rows.push_back(targets_data_row(
-        {solver.label, "resolvable_gap_mm", exact_cell(gaps.least_mm), exact_cell(gaps.largest_mm),
-         "", std::to_string(gaps.scenes), name_of(gaps.resolvable.state)},
-        gaps.resolvable.gap_mm, gaps.resolvable.low_mm, gaps.resolvable.high_mm));
+    study.numbers["solvers"][solver.label] = target_json(solver);
+    add_headlines(solver, study.best);
   }
-  return section;
+  StudySection& section = study.sections.emplace_back();
+  section.report.title = "Several contacts (D.3)";
+  section.report.text =
+      "How many of one to several contacts at rest are found, how many ghosts come with them, and "
+      "how close two may be before they are found as one.";
+  section.report.tables = {targets_count_table(circumstances, results),
+                           targets_gap_table(circumstances, results)};
+  section.report.notes = targets_notes(circumstances.distances);
+  section.figures = {targets_chart(circumstances, shared), targets_gallery(circumstances, shared)};
+  section.data = {{"", targets_count_data(results)}, {"_gaps", targets_gap_data(results)}};
+  return study;
 }
 
-void write_targets_files(const TargetCircumstances& circumstances, const Table& table,
-                         const TargetResults& results, const std::filesystem::path& folder) {
-  const std::string& name = circumstances.name;
-  write_file_atomically(folder / (name + ".md"), markdown_of(table));
-  write_file_atomically(folder / (name + ".csv"), csv_of(targets_count_data(results)));
-  write_file_atomically(folder / (name + "_gaps.csv"), csv_of(targets_gap_data(results)));
+Study targets_study(const StudyInput& input) {
+  std::vector<TargetReadings> readings;
+  for (const std::string& label : input.labels()) readings.push_back(target_readings(input, label));
+  const TargetCircumstances circumstances{
+      input.spec.name, conditions_of(input),
+      input.experiment.contacts.distances(input.experiment.sensor), input.experiment.sensor.sheet};
+  return study_of_targets(circumstances,
+                          target_results(target_frames(input), readings, circumstances.distances));
 }
 
 }  // namespace ertbench

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <span>
@@ -9,7 +8,6 @@
 
 #include "bench/studies/study.h"
 #include "bench/studies/targets_scores.h"
-#include "bench/table/table.h"
 
 namespace ertbench {
 
@@ -54,21 +52,8 @@ struct TargetCircumstances {
 
 /// D.3: how many touch? Still touches, one or several at a time: which of them are found, how many
 /// ghosts there are, and how close two may come before they are one.
-class Targets : public StudyResult {
- public:
-  explicit Targets(const StudyInput& input);
-  Targets(TargetCircumstances circumstances, TargetResults results)
-      : circumstances_(std::move(circumstances)), results_(std::move(results)) {}
-
-  nlohmann::json summary() const override;
-  std::vector<Headline> headlines() const override;
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  TargetCircumstances circumstances_;
-  TargetResults results_;
-};
+Study targets_study(const StudyInput& input);
+Study study_of_targets(const TargetCircumstances& circumstances, const TargetResults& results);
 
 /// A row for each number of contacts and solver.
 TableSection targets_count_table(const TargetCircumstances& circumstances,
@@ -76,17 +61,17 @@ TableSection targets_count_table(const TargetCircumstances& circumstances,
 /// A row for each solver: the resolvable gap, and the share told apart by gap.
 TableSection targets_gap_table(const TargetCircumstances& circumstances,
                                const TargetResults& results);
-/// How to read both.
-std::vector<std::string> targets_notes(const TargetCircumstances& circumstances);
-
-/// For programs, with all digits and intervals: solver, contacts, frames, scenes, metric, value,
-/// ci_low, ci_high.
+/// CSV files with all digits and intervals: a row for each solver, number of contacts and metric,
+/// and a row for each solver and bin of gaps with one for the resolvable gap.
 TableSection targets_count_data(const TargetResults& results);
-/// The same of the gaps, a row for each bin and one for the resolvable gap.
 TableSection targets_gap_data(const TargetResults& results);
 
-/// NAME.md with the table as people read it, NAME.csv and NAME_gaps.csv with the data.
-void write_targets_files(const TargetCircumstances& circumstances, const Table& table,
-                         const TargetResults& results, const std::filesystem::path& folder);
+/// Recall and ghosts against the number of contacts, share told apart against the gap.
+StudyFigure targets_chart(const TargetCircumstances& circumstances,
+                          std::shared_ptr<const TargetResults> results);
+/// The paper's figure D4: a row for each number of contacts, a column for each solver; the true
+/// footprints and the places that were found.
+StudyFigure targets_gallery(const TargetCircumstances& circumstances,
+                            std::shared_ptr<const TargetResults> results);
 
 }  // namespace ertbench

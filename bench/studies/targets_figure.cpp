@@ -1,21 +1,13 @@
-#include "bench/studies/targets_figure.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "bench/plot/canvas.h"
-#include "bench/plot/panel.h"
-#include "bench/report/chart.h"
+#include "bench/studies/drawing.h"
+#include "bench/studies/targets.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
-
-std::string estimate_text(const Estimate& estimate, int decimals) {
-  return fixed(estimate.value, decimals) + " " +
-         interval_text(fixed(estimate.ci95.low, decimals), fixed(estimate.ci95.high, decimals));
-}
 
 /// Two panels side by side over a third one, px.
 class TargetsChart {
@@ -35,10 +27,11 @@ class TargetsChart {
     draw_gaps(Box::sized(left, top() + panel + between, width - left - right, panel));
     canvas_.letter(0, top() - 12);
     canvas_.letter(1, top() + panel + between - 12);
-    canvas_.text(
+    add_footnote(
+        canvas_,
         "marks: means; whiskers: their 95 % intervals; lines in (b): isotonic fits; marks in (b), "
         "of the bins between the ticks, stand side by side",
-        left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
+        left);
     canvas_.draw(stem);
   }
 
@@ -109,21 +102,17 @@ class TargetsChart {
     }
     for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
       const TargetSolver& solver = results_.solvers[s];
-      Points points;
-      std::vector<Whisker> whiskers;
+      Series series;
       for (const auto& [number, count] : solver.counts) {
         const auto& estimate = count.metrics.at(key);
         if (!estimate) continue;
         const double x = number + beside(s, step);
-        points.emplace_back(x, estimate->value);
-        whiskers.push_back({x, estimate->ci95.low, estimate->ci95.high});
+        series.add(x, *estimate);
         axes.tooltip(x, estimate->value,
                      solver.label + ", contacts: " + std::to_string(number) + "\n" + title + " " +
                          estimate_text(*estimate, 3));
       }
-      axes.line(points, styles_.line(s));
-      axes.whiskers(whiskers, {styles_.colour(s), 1});
-      axes.marks(points, styles_.mark(s));
+      series.draw(axes, styles_.line(s), styles_.mark(s), {styles_.colour(s), 1});
     }
     axes.draw();
   }
@@ -178,14 +167,12 @@ class TargetsChart {
 
   void draw_bins(Panel& axes, const Axis& gaps, std::size_t s) {
     const TargetSolver& solver = results_.solvers[s];
-    Points points;
-    std::vector<Whisker> whiskers;
+    Series series;
     for (const GapBin& bin : solver.gaps.bins) {
       const double room = gaps.capped(bin.high_mm) - bin.low_mm;
       const double step = 0.6 * room / static_cast<double>(results_.solvers.size());
       const double x = bin.low_mm + room / 2 + beside(s, step);
-      points.emplace_back(x, bin.told_apart.value);
-      whiskers.push_back({x, bin.told_apart.ci95.low, bin.told_apart.ci95.high});
+      series.add(x, bin.told_apart);
       axes.tooltip(x, bin.told_apart.value,
                    solver.label + ", gap " + number_text(bin.low_mm) + " to " +
                        number_text(bin.high_mm) + " mm, " + std::to_string(bin.scenes) +
@@ -193,8 +180,8 @@ class TargetsChart {
                        "\nresolvable gap, mm: " + solver.gaps.resolvable.text() + " " +
                        solver.gaps.resolvable.interval());
     }
-    axes.whiskers(whiskers, {styles_.colour(s).towards_white(0.4), 0.8});
-    axes.marks(points, styles_.mark(s));
+    axes.whiskers(series.whiskers, {styles_.colour(s).towards_white(0.4), 0.8});
+    axes.marks(series.points, styles_.mark(s));
   }
 
   const TargetResults& results_;
@@ -202,24 +189,6 @@ class TargetsChart {
   Legend legend_;
   Canvas canvas_;
 };
-
-}  // namespace
-
-ReportFigure targets_chart(const TargetCircumstances& circumstances, const TargetResults& results,
-                           const std::string& title, const std::filesystem::path& folder) {
-  const std::filesystem::path stem = folder / circumstances.name;
-  const bool drawn = draw_or_say(stem, [&] {
-    TargetsChart(results).draw(
-        title + ": contacts found, ghosts, pairs told apart; " + circumstances.conditions, stem);
-  });
-  return {
-      "Contacts found", stem.string() + ".svg",
-      "recall and ghosts by the number of contacts, pairs told apart by the gap between them; " +
-          circumstances.conditions,
-      drawn};
-}
-
-namespace {
 
 /// Panels of one size in rows and columns, px.
 class TargetsGallery {
@@ -277,12 +246,8 @@ class TargetsGallery {
   }
 
   static std::string outline_of(const Sheet& sheet) {
-    constexpr int points = 180;
     TextStream out;
-    for (int i = 0; i <= points; ++i) {
-      const double along = sheet.border_length() * i / points;
-      out << sheet.unit_mm() * sheet.border_point(along).transpose() << "\n";
-    }
+    for (const Eigen::Vector2d& point : border_mm(sheet, 180)) out << point.transpose() << "\n";
     return out.str();
   }
 
@@ -378,17 +343,27 @@ class TargetsGallery {
 
 }  // namespace
 
-ReportFigure targets_gallery(const TargetCircumstances& circumstances, const TargetResults& results,
-                             const std::string& title, const std::filesystem::path& folder) {
-  const std::filesystem::path stem = folder / (circumstances.name + "_gallery");
-  const bool drawn = draw_or_say(stem, [&] {
-    TargetsGallery(results, *circumstances.sheet)
-        .draw(title + ": contacts found, " + circumstances.conditions, stem);
-  });
-  return {"True and found contacts", stem.string() + ".svg",
+StudyFigure targets_chart(const TargetCircumstances& circumstances,
+                          std::shared_ptr<const TargetResults> results) {
+  return {
+      "", "Contacts found",
+      "recall and ghosts by the number of contacts, pairs told apart by the gap between them; " +
+          circumstances.conditions,
+      ": contacts found, ghosts, pairs told apart; " + circumstances.conditions,
+      [results](const auto& heading, const auto& stem) {
+        TargetsChart(*results).draw(heading, stem);
+      }};
+}
+
+StudyFigure targets_gallery(const TargetCircumstances& circumstances,
+                            std::shared_ptr<const TargetResults> results) {
+  return {"_gallery", "True and found contacts",
           "the first frame of each number of contacts, chosen by nothing else; " +
               circumstances.conditions,
-          drawn};
+          ": contacts found, " + circumstances.conditions,
+          [results, sheet = circumstances.sheet](const auto& heading, const auto& stem) {
+            TargetsGallery(*results, *sheet).draw(heading, stem);
+          }};
 }
 
 }  // namespace ertbench

@@ -37,35 +37,6 @@ std::optional<double> target_ratio(double part, double whole) {
   return part / whole;
 }
 
-std::optional<double> precision_of(const TargetTally& tally) {
-  return target_ratio(tally.matched, tally.found);
-}
-
-std::optional<double> recall_of(const TargetTally& tally) {
-  return target_ratio(tally.matched, tally.there);
-}
-
-/// The harmonic mean of precision and recall.
-std::optional<double> f1_of(const TargetTally& tally) {
-  return target_ratio(2.0 * tally.matched, tally.there + tally.found);
-}
-
-std::optional<double> ghosts_of(const TargetTally& tally) {
-  return target_ratio(tally.found - tally.matched, tally.frames);
-}
-
-std::optional<double> right_number_of(const TargetTally& tally) {
-  return target_ratio(tally.right_frames, tally.frames);
-}
-
-std::optional<double> location_error_of(const TargetTally& tally) {
-  return target_ratio(tally.distance_mm, tally.matched);
-}
-
-std::optional<double> mean_ospa_of(const TargetTally& tally) {
-  return target_ratio(tally.ospa_mm, tally.frames);
-}
-
 /// `scenes` is not empty. `name` keys the random numbers.
 TargetCount target_count(const std::vector<TargetTally>& scenes, const std::string& name) {
   TargetTally all;
@@ -176,14 +147,21 @@ TargetTally& TargetTally::operator+=(const TargetTally& other) {
 }
 
 const std::vector<TargetMetric>& target_metrics() {
+  using Tally = TargetTally;
   static const std::vector<TargetMetric> metrics = {
-      {"precision", "precision", 3, precision_of},
-      {"recall", "recall", 3, recall_of},
-      {"f1", "F1", 3, f1_of},
-      {"ghosts", "ghosts a frame", 2, ghosts_of},
-      {"right_number", "right number", 3, right_number_of},
-      {"location_error_mm", "location error (mm)", 2, location_error_of},
-      {"ospa_mm", "OSPA (mm)", 2, mean_ospa_of}};
+      {"precision", "precision", 3,
+       [](const Tally& t) { return target_ratio(t.matched, t.found); }},
+      {"recall", "recall", 3, [](const Tally& t) { return target_ratio(t.matched, t.there); }},
+      {"f1", "F1", 3,
+       [](const Tally& t) { return target_ratio(2.0 * t.matched, t.there + t.found); }},
+      {"ghosts", "ghosts a frame", 2,
+       [](const Tally& t) { return target_ratio(t.found - t.matched, t.frames); }},
+      {"right_number", "right number", 3,
+       [](const Tally& t) { return target_ratio(t.right_frames, t.frames); }},
+      {"location_error_mm", "location error (mm)", 2,
+       [](const Tally& t) { return target_ratio(t.distance_mm, t.matched); }},
+      {"ospa_mm", "OSPA (mm)", 2,
+       [](const Tally& t) { return target_ratio(t.ospa_mm, t.frames); }}};
   return metrics;
 }
 
@@ -314,44 +292,6 @@ std::vector<GapTrial> gap_trials(std::span<const TargetFrame> frames,
   std::stable_sort(trials.begin(), trials.end(),
                    [](const GapTrial& a, const GapTrial& b) { return a.gap_mm < b.gap_mm; });
   return trials;
-}
-
-std::vector<IsotonicBlock> isotonic_fit(std::span<const WeightedPoint> points) {
-  std::vector<IsotonicBlock> blocks;
-  // The last block takes in the one behind it.
-  const auto pool = [&](const IsotonicBlock& next) {
-    IsotonicBlock& block = blocks.back();
-    const double weight = block.weight + next.weight;
-    block.value = (block.weight * block.value + next.weight * next.value) / weight;
-    block.weight = weight;
-    block.last = next.last;
-  };
-  const auto settle = [&] {
-    while (blocks.size() > 1 && blocks[blocks.size() - 2].value >= blocks.back().value) {
-      const IsotonicBlock violator = blocks.back();
-      blocks.pop_back();
-      pool(violator);
-    }
-  };
-  std::optional<IsotonicBlock> same;  // all points of one x
-  const auto push_same = [&] {
-    if (!same) return;
-    blocks.push_back(*same);
-    settle();
-  };
-  for (const WeightedPoint& point : points) {
-    if (point.weight <= 0) continue;
-    if (same && same->first == point.x) {
-      const double weight = same->weight + point.weight;
-      same->value = (same->weight * same->value + point.weight * point.y) / weight;
-      same->weight = weight;
-      continue;
-    }
-    push_same();
-    same = IsotonicBlock{point.x, point.x, point.y, point.weight};
-  }
-  push_same();
-  return blocks;
 }
 
 TargetGaps measure_gaps(std::span<const GapTrial> trials) {

@@ -108,26 +108,6 @@ struct GapTrial {
 std::vector<GapTrial> gap_trials(std::span<const TargetFrame> frames,
                                  std::span<const std::optional<ContactScore>> scores);
 
-/// An observation of a curve.
-struct WeightedPoint {
-  double x = 0;
-  double y = 0;
-  double weight = 1;
-};
-
-/// Observations that share their value in an isotonic fit.
-struct IsotonicBlock {
-  double first = 0;  ///< least x
-  double last = 0;   ///< largest x
-  double value = 0;
-  double weight = 0;  ///< sum
-};
-
-/// The non-decreasing curve of least weighted squares through points by ascending x, by pooling
-/// adjacent violators (Ayer et al. 1955); equal x share a block. Between two blocks the curve is
-/// taken to be straight. Points without weight do not enter.
-std::vector<IsotonicBlock> isotonic_fit(std::span<const WeightedPoint> points);
-
 /// Share of scenes that were told apart, in an interval of gaps.
 struct GapBin {
   double low_mm = 0;   ///< included

@@ -1,14 +1,9 @@
 #include "bench/studies/tracking.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "bench/report/report.h"
-#include "bench/studies/study.h"
-#include "bench/studies/tracking_figure.h"
-#include "bench/table/table.h"
-#include "core/files.h"
+#include "bench/studies/columns.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -75,33 +70,6 @@ TrackingCondition tracking_condition(const StudyInput& input, const std::string&
   return out;
 }
 
-json json_of_score(const std::optional<Estimate>& score, const char* name) {
-  if (!score) return nullptr;
-  return {{name, score->value}, {"ci95", {score->ci95.low, score->ci95.high}}};
-}
-
-json json_of_tracking(const TrackingOfSolver& solver) {
-  json out = {{"latency_s", solver.latency_s ? json(*solver.latency_s) : json()}};
-  if (!solver.failure.empty()) {
-    out["failure"] = solver.failure;
-    return out;
-  }
-  const TrackingScores& scores = solver.scores;
-  out["rms_mm"] = json_of_score(scores.rms_mm, "mean");
-  out["rms_without_lag_mm"] = json_of_score(scores.rms_without_lag_mm, "mean");
-  out["lag_ms"] = json_of_score(scores.lag_ms, "mean");
-  out["frechet_mm"] = json_of_score(scores.frechet_mm, "mean");
-  out["drop_outs"] = json_of_score(scores.drop_outs, "share");
-  out["dropped_frames"] = json_of_score(scores.dropped_frames, "share");
-  out["ghosts"] = json_of_score(scores.ghosts, "per_frame");
-  out["read_back"] = json_of_score(scores.read_back, "share");
-  out["characters"] = {{"all", solver.characters.size()},
-                       {"with_rms", scores.with_rms},
-                       {"with_lag", scores.with_lag},
-                       {"with_frechet", scores.with_frechet}};
-  return out;
-}
-
 const char* const tracking_text =
     "A finger writes characters at constant speed. Frame n reaches the solver when its last drive "
     "is measured, and the result is out after the solver's own median latency; a frame that comes "
@@ -122,125 +90,110 @@ const char* const tracking_text =
 
 }  // namespace
 
-Tracking::Tracking(const StudyInput& input) : name_(input.spec.name), law_(input.law()) {
-  for (const std::string& set : input.spec.sets) {
-    conditions_.push_back(tracking_condition(input, set));
-  }
-}
-
-json Tracking::summary() const {
-  json out = {{"law", law_}, {"conditions", json::object()}};
-  for (const TrackingCondition& condition : conditions_) {
-    json& one = out["conditions"][condition.set];
-    one = {{"speed_mm_s", condition.speed_mm_s},
-           {"frame_rate", condition.frame_rate},
-           {"noise", condition.noise},
-           {"touch", condition.touch}};
-    for (const TrackingOfSolver& solver : condition.solvers) {
-      one["solvers"][solver.label] = json_of_tracking(solver);
-    }
-  }
-  for (const EnoughFrameRate& answer : enough_frame_rates(conditions_)) {
-    out["enough_frame_rates"].push_back(
-        {{"solver", answer.label},
-         {"speed_mm_s", answer.speed_mm_s},
-         {"noise", answer.noise},
-         {"frame_rates", answer.frame_rates},
-         {"for_reading", answer.for_reading ? json(*answer.for_reading) : json()},
-         {"for_the_place", answer.for_the_place ? json(*answer.for_the_place) : json()}});
-  }
-  return out;
-}
-
-std::vector<Headline> Tracking::headlines() const {
-  std::vector<Headline> out;
-  for (const TrackingCondition& condition : conditions_) {
-    for (const TrackingOfSolver& solver : condition.solvers) {
-      if (!solver.failure.empty()) continue;
-      const TrackingScores& scores = solver.scores;
-      out.push_back({solver.label, condition.set + ": RMS (mm)", 2, value_of(scores.rms_mm)});
-      out.push_back(
-          {solver.label, condition.set + ": read back (share)", 3, value_of(scores.read_back)});
-    }
-  }
-  return out;
-}
-
-std::vector<ReportSection> Tracking::report(const std::string& title,
-                                            const std::filesystem::path& folder) const {
-  ReportSection section;
-  section.title = "Tracking (D.4)";
-  section.text = tracking_text;
-  const std::string heading = without_law(title);
-  section.figures = {
-      tracking_sweep(conditions_, law_, heading, folder / name_),
-      tracking_gallery(conditions_.front(), law_, heading, folder / (name_ + "_characters"))};
-  section.notes = {
-      "Intervals: 95 %, by the bootstrap over characters; of the share read back Wilson's."};
-  for (const TrackingCondition& condition : conditions_) {
-    section.tables.push_back(tracking_table(condition, law_));
-  }
-  const std::vector<TableSection> rates = frame_rate_tables(conditions_, law_);
-  if (!rates.empty()) {
-    section.tables.insert(section.tables.end(), rates.begin(), rates.end());
-    section.notes.emplace_back(
-        "Which frame rate is enough is said of the values as they were measured; the intervals of "
-        "the tables by condition say how far they can be told apart.");
-  }
-  Table table;
-  table.title = title + ": tracking";
-  table.text = tracking_text;
-  table.sections = section.tables;
-  table.legend = section.notes;
-  write_file_atomically(folder / (name_ + ".md"), markdown_of(table));
-  write_file_atomically(folder / (name_ + ".csv"), csv_of(tracking_data(conditions_, law_)));
-  return {section};
-}
-
 namespace {
 
-struct TrackingColumn {
-  const char* title;  ///< of a table
-  const char* name;   ///< of data
-  std::optional<Estimate> TrackingScores::*score;
-  double factor;  ///< from the score to what a table shows
-  int decimals;
-  int TrackingScores::*characters = nullptr;  ///< that have the value, where not all need to
-};
+using TrackingColumn = StudyColumn<TrackingOfSolver>;
 
-const TrackingColumn tracking_columns[] = {
-    {"RMS (mm)", "rms_mm", &TrackingScores::rms_mm, 1, 1, &TrackingScores::with_rms},
-    {"RMS without lag (mm)", "rms_without_lag_mm", &TrackingScores::rms_without_lag_mm, 1, 1,
-     &TrackingScores::with_lag},
-    {"lag (ms)", "lag_ms", &TrackingScores::lag_ms, 1, 1, &TrackingScores::with_lag},
-    {"Fréchet (mm)", "frechet_mm", &TrackingScores::frechet_mm, 1, 1,
-     &TrackingScores::with_frechet},
-    {"drop-outs (%)", "drop_outs", &TrackingScores::drop_outs, 100, 1},
-    {"dropped frames (%)", "dropped_frames", &TrackingScores::dropped_frames, 100, 1},
-    {"ghosts (in 100 frames)", "ghosts", &TrackingScores::ghosts, 100, 1},
-    {"read back (%)", "read_back", &TrackingScores::read_back, 100, 1},
-};
-
-Cell tracking_score_cell(const TrackingOfSolver& solver, const TrackingColumn& column) {
-  std::optional<Estimate> shown = solver.scores.*column.score;
-  if (shown) {
-    shown->value *= column.factor;
-    shown->ci95 = {column.factor * shown->ci95.low, column.factor * shown->ci95.high};
-  }
-  Cell cell = estimate_cell(shown, column.decimals);
-  const int all = static_cast<int>(solver.characters.size());
-  if (column.characters && solver.scores.*column.characters < all) {
-    cell.lines.push_back("of " + std::to_string(solver.scores.*column.characters) + " of " +
-                         std::to_string(all));
-  }
-  return cell;
+/// `unit` names the value in summary.json. `characters`: how many have the value, where not all
+/// need to.
+TrackingColumn score_column(const std::string& key, std::optional<Estimate> TrackingScores::*score,
+                            const char* unit, double factor,
+                            int TrackingScores::*characters = nullptr) {
+  return TrackingColumn::estimate(
+             key, [score](const TrackingOfSolver& solver) { return solver.scores.*score; }, 1)
+      .shown([=](const TrackingOfSolver& solver) {
+        Cell cell = estimate_cell(scaled(solver.scores.*score, factor), 1);
+        const int all = static_cast<int>(solver.characters.size());
+        if (characters && solver.scores.*characters < all) {
+          cell.lines.push_back("of " + std::to_string(solver.scores.*characters) + " of " +
+                               std::to_string(all));
+        }
+        return cell;
+      })
+      .json([=](const TrackingOfSolver& solver) -> json {
+        const std::optional<Estimate>& value = solver.scores.*score;
+        if (!value) return nullptr;
+        return {{unit, value->value}, {"ci95", {value->ci95.low, value->ci95.high}}};
+      });
 }
 
-Cell tracking_latency_cell(const TrackingOfSolver& solver) {
+TrackingColumn count_column(const std::string& key, int TrackingScores::*count) {
+  return TrackingColumn::count(
+             key, [count](const TrackingOfSolver& solver) { return solver.scores.*count; })
+      .data_only();
+}
+
+Cell latency_cell(const TrackingOfSolver& solver) {
   if (solver.latency_s) return number_cell(1000 * *solver.latency_s, 3);
   Cell cell = number_cell(std::nullopt, 3);
   if (solver.failure.empty()) cell.lines.emplace_back("not measured: taken as 0");
   return cell;
+}
+
+/// Of a test set, whose name the headlines bear.
+StudyColumns<TrackingOfSolver> tracking_columns(const std::string& set) {
+  const auto headline = [set](const char* what) {
+    return [text = set + ": " + what](const TrackingOfSolver&) { return text; };
+  };
+  return {
+      TrackingColumn::number("latency_s", &TrackingOfSolver::latency_s, 3)
+          .table("latency (ms)")
+          .shown(latency_cell),
+      TrackingColumn::count("characters",
+                            [](const TrackingOfSolver& one) { return one.characters.size(); })
+          .data_only(),
+      count_column("with_rms", &TrackingScores::with_rms),
+      count_column("with_lag", &TrackingScores::with_lag),
+      count_column("with_frechet", &TrackingScores::with_frechet),
+      score_column("rms_mm", &TrackingScores::rms_mm, "mean", 1, &TrackingScores::with_rms)
+          .table("RMS (mm)")
+          .headline(headline("RMS (mm)"), 2),
+      score_column("rms_without_lag_mm", &TrackingScores::rms_without_lag_mm, "mean", 1,
+                   &TrackingScores::with_lag)
+          .table("RMS without lag (mm)"),
+      score_column("lag_ms", &TrackingScores::lag_ms, "mean", 1, &TrackingScores::with_lag)
+          .table("lag (ms)"),
+      score_column("frechet_mm", &TrackingScores::frechet_mm, "mean", 1,
+                   &TrackingScores::with_frechet)
+          .table("Fréchet (mm)"),
+      score_column("drop_outs", &TrackingScores::drop_outs, "share", 100).table("drop-outs (%)", 1),
+      score_column("dropped_frames", &TrackingScores::dropped_frames, "share", 100)
+          .table("dropped frames (%)", 1),
+      score_column("ghosts", &TrackingScores::ghosts, "per_frame", 100)
+          .table("ghosts (in 100 frames)", 1),
+      score_column("read_back", &TrackingScores::read_back, "share", 100)
+          .table("read back (%)", 1)
+          .headline(headline("read back (share)"), 3)};
+}
+
+json json_of(const TrackingCondition& condition) {
+  const StudyColumns<TrackingOfSolver> columns = tracking_columns(condition.set);
+  json out = {{"speed_mm_s", condition.speed_mm_s},
+              {"frame_rate", condition.frame_rate},
+              {"noise", condition.noise},
+              {"touch", condition.touch}};
+  for (const TrackingOfSolver& solver : condition.solvers) {
+    json& one = out["solvers"][solver.label];
+    if (!solver.failure.empty()) {
+      one = {{"failure", solver.failure}, {"latency_s", to_json(solver.latency_s)}};
+      continue;
+    }
+    one = columns.json(solver);
+    one["characters"] = {{"all", solver.characters.size()},
+                         {"with_rms", solver.scores.with_rms},
+                         {"with_lag", solver.scores.with_lag},
+                         {"with_frechet", solver.scores.with_frechet}};
+  }
+  return out;
+}
+
+json json_of(const EnoughFrameRate& answer) {
+  return {{"solver", answer.label},
+          {"speed_mm_s", answer.speed_mm_s},
+          {"noise", answer.noise},
+          {"frame_rates", answer.frame_rates},
+          {"for_reading", to_json(answer.for_reading)},
+          {"for_the_place", to_json(answer.for_the_place)}};
 }
 
 Cell frame_rate_cell(const std::optional<double>& rate) {
@@ -282,22 +235,16 @@ TableSection frame_rate_table(const std::vector<EnoughFrameRate>& answers, const
 }  // namespace
 
 TableSection tracking_table(const TrackingCondition& condition, const std::string& law) {
+  const StudyColumns<TrackingOfSolver> columns = tracking_columns(condition.set);
   TableSection table;
   table.caption = condition.set + ": " + number_text(condition.speed_mm_s) + " mm/s, " +
                   number_text(condition.frame_rate) + " frames/s, " + condition.touch + ", " +
                   condition.noise + ", " + law + " law";
-  table.columns = {{"solver", Align::left}, {"latency (ms)"}};
-  for (const TrackingColumn& column : tracking_columns) {
-    table.columns.emplace_back(column.title, Align::right, table.columns.size() < 6 ? 0 : 1);
-  }
+  table.columns = columns.titles({{"solver", Align::left}});
   for (const TrackingOfSolver& solver : condition.solvers) {
     Cell name = solver.label;
     if (!solver.failure.empty()) name.lines.push_back(solver.failure);
-    std::vector<Cell> row = {name, tracking_latency_cell(solver)};
-    for (const TrackingColumn& column : tracking_columns) {
-      row.push_back(tracking_score_cell(solver, column));
-    }
-    table.rows.push_back(std::move(row));
+    table.rows.push_back(columns.cells({name}, solver));
   }
   return table;
 }
@@ -325,46 +272,62 @@ std::vector<TableSection> frame_rate_tables(std::span<const TrackingCondition> c
 
 TableSection tracking_data(std::span<const TrackingCondition> conditions, const std::string& law) {
   TableSection table;
-  table.columns = {{"set", Align::left},
-                   {"speed_mm_s"},
-                   {"frame_rate"},
-                   {"noise", Align::left},
-                   {"law", Align::left},
-                   {"solver", Align::left},
-                   {"failure", Align::left},
-                   {"latency_s"},
-                   {"characters"},
-                   {"with_rms"},
-                   {"with_lag"},
-                   {"with_frechet"}};
-  for (const TrackingColumn& column : tracking_columns) {
-    const std::string name = column.name;
-    for (const char* end : {"", "_low", "_high"}) table.columns.emplace_back(name + end);
-  }
   for (const TrackingCondition& condition : conditions) {
+    const StudyColumns<TrackingOfSolver> columns = tracking_columns(condition.set);
+    table.columns = columns.names({{"set", Align::left},
+                                   {"speed_mm_s"},
+                                   {"frame_rate"},
+                                   {"noise", Align::left},
+                                   {"law", Align::left},
+                                   {"solver", Align::left},
+                                   {"failure", Align::left}});
     for (const TrackingOfSolver& solver : condition.solvers) {
-      std::vector<Cell> row = {condition.set,
-                               exact_cell(condition.speed_mm_s),
-                               exact_cell(condition.frame_rate),
-                               condition.noise,
-                               law,
-                               solver.label,
-                               solver.failure,
-                               exact_cell(solver.latency_s),
-                               std::to_string(solver.characters.size()),
-                               std::to_string(solver.scores.with_rms),
-                               std::to_string(solver.scores.with_lag),
-                               std::to_string(solver.scores.with_frechet)};
-      for (const TrackingColumn& column : tracking_columns) {
-        const std::optional<Estimate>& score = solver.scores.*column.score;
-        row.push_back(score ? exact_cell(score->value) : Cell());
-        row.push_back(score ? exact_cell(score->ci95.low) : Cell());
-        row.push_back(score ? exact_cell(score->ci95.high) : Cell());
-      }
-      table.rows.push_back(std::move(row));
+      table.rows.push_back(columns.data(
+          {condition.set, exact_cell(condition.speed_mm_s), exact_cell(condition.frame_rate),
+           condition.noise, law, solver.label, solver.failure},
+          solver));
     }
   }
   return table;
+}
+
+Study tracking_study(const StudyInput& input) {
+  const std::string law = input.law();
+  const auto conditions = std::make_shared<std::vector<TrackingCondition>>();
+  for (const std::string& set : input.spec.sets) {
+    conditions->push_back(tracking_condition(input, set));
+  }
+
+  Study study;
+  study.name = input.spec.name;
+  study.numbers = {{"law", law}, {"conditions", json::object()}};
+  StudySection& section = study.sections.emplace_back();
+  section.subject = ": tracking";
+  section.report.title = "Tracking (D.4)";
+  section.report.text = tracking_text;
+  section.report.notes = {
+      "Intervals: 95 %, by the bootstrap over characters; of the share read back Wilson's."};
+  for (const TrackingCondition& condition : *conditions) {
+    study.numbers["conditions"][condition.set] = json_of(condition);
+    section.report.tables.push_back(tracking_table(condition, law));
+    for (const TrackingOfSolver& solver : condition.solvers) {
+      if (!solver.failure.empty()) continue;
+      tracking_columns(condition.set).add_headlines(solver.label, solver, study.best);
+    }
+  }
+  for (const EnoughFrameRate& answer : enough_frame_rates(*conditions)) {
+    study.numbers["enough_frame_rates"].push_back(json_of(answer));
+  }
+  const std::vector<TableSection> rates = frame_rate_tables(*conditions, law);
+  if (!rates.empty()) {
+    section.report.tables.insert(section.report.tables.end(), rates.begin(), rates.end());
+    section.report.notes.emplace_back(
+        "Which frame rate is enough is said of the values as they were measured; the intervals of "
+        "the tables by condition say how far they can be told apart.");
+  }
+  section.figures = {tracking_sweep(conditions, law), tracking_gallery(conditions, law)};
+  section.data = {{"", tracking_data(*conditions, law)}};
+  return study;
 }
 
 }  // namespace ertbench

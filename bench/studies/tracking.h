@@ -1,31 +1,18 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bench/studies/study.h"
 #include "bench/studies/tracking_run.h"
-#include "bench/table/table.h"
 
 namespace ertbench {
 
 /// D.4: along which path? A finger writes characters; the places that a solver's contacts and a
 /// tracker give are held against those of the finger, at the time at which they are known.
-class Tracking : public StudyResult {
- public:
-  explicit Tracking(const StudyInput& input);
-
-  nlohmann::json summary() const override;
-  std::vector<Headline> headlines() const override;
-  std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
-
- private:
-  std::string name_;
-  std::string law_;
-  std::vector<TrackingCondition> conditions_;
-};
+Study tracking_study(const StudyInput& input);
 
 /// A row a solver.
 TableSection tracking_table(const TrackingCondition& condition, const std::string& law);
@@ -35,7 +22,14 @@ TableSection tracking_table(const TrackingCondition& condition, const std::strin
 std::vector<TableSection> frame_rate_tables(std::span<const TrackingCondition> conditions,
                                             const std::string& law);
 
-/// All numbers and the ends of their intervals, for programs: a row for each condition and solver.
+/// The CSV file: a row for each condition and solver.
 TableSection tracking_data(std::span<const TrackingCondition> conditions, const std::string& law);
+
+using TrackingConditions = std::shared_ptr<const std::vector<TrackingCondition>>;
+/// RMS distance and share of characters read back, by solver: over the speed for each frame rate,
+/// and over the frame rate for speeds that were measured at some only.
+StudyFigure tracking_sweep(const TrackingConditions& conditions, const std::string& law);
+/// Written and tracked characters of the first condition, a column a solver.
+StudyFigure tracking_gallery(const TrackingConditions& conditions, const std::string& law);
 
 }  // namespace ertbench

@@ -1,13 +1,10 @@
-#include "bench/studies/tracking_figure.h"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <set>
 
-#include "bench/plot/canvas.h"
-#include "bench/plot/panel.h"
-#include "bench/report/chart.h"
+#include "bench/studies/drawing.h"
+#include "bench/studies/tracking.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -129,7 +126,7 @@ class TrackingSweep {
       }
     }
     if (span.empty()) span = {1, 100};
-    return Axis::logarithms({span.low / 1.2, span.high * 1.2}, "RMS distance, mm");
+    return Axis::logarithms(log_span(span, 1.2), "RMS distance, mm");
   }
 
   static Axis share_axis() {
@@ -178,28 +175,26 @@ class TrackingSweep {
     // Between the marks of two solvers, as a part of the axis; all of them stay within its margin.
     const double step = 0.075 / std::max(6.0, static_cast<double>(solvers_.size()) - 1);
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
-      Points points;
-      std::vector<Whisker> whiskers;
+      Series series;
       for (const TrackingCondition* one : column.conditions) {
         const std::optional<Estimate>& value = one->solvers[s].scores.*score;
         if (!value) continue;
         // A little beside the others, so that marks at one place do not hide each other.
         const double beside = static_cast<double>(s) - (double(solvers_.size()) - 1) / 2;
         const double x = column.x(*one) * std::pow(across.high / across.low, step * beside);
-        points.emplace_back(x, axis.capped(factor * value->value));
-        whiskers.push_back(
-            {x, axis.capped(factor * value->ci95.low), axis.capped(factor * value->ci95.high)});
+        const auto shown = [&](double at) { return axis.capped(factor * at); };
+        series.add(x, {shown(value->value), {shown(value->ci95.low), shown(value->ci95.high)}});
         std::string text = solvers_[s].label;
         text.append(", ").append(number_text(one->speed_mm_s)).append(" mm/s, ");
         text.append(number_text(one->frame_rate)).append(" frames/s\n").append(before);
         text.append(fixed(factor * value->value, 1)).append(unit).append(", 95 % interval ");
         text.append(fixed(factor * value->ci95.low, 1)).append(" to ");
         text.append(fixed(factor * value->ci95.high, 1));
-        panel.tooltip(x, points.back().second, text);
+        panel.tooltip(x, shown(value->value), text);
       }
-      panel.whiskers(whiskers, {styles_.colour(s).towards_white(0.45), 1});
-      panel.line(points, styles_.line(s));
-      panel.marks(points, styles_.mark(s));
+      panel.whiskers(series.whiskers, {styles_.colour(s).towards_white(0.45), 1});
+      panel.line(series.points, styles_.line(s));
+      panel.marks(series.points, styles_.mark(s));
     }
     panel.draw();
   }
@@ -220,21 +215,6 @@ std::string joined_noises(std::span<const TrackingCondition> conditions) {
   return out;
 }
 
-}  // namespace
-
-ReportFigure tracking_sweep(std::span<const TrackingCondition> conditions, const std::string& law,
-                            const std::string& title, const std::filesystem::path& stem) {
-  const bool drawn =
-      draw_or_say(stem, [&] { TrackingSweep(conditions).draw(title + ", " + law + " law", stem); });
-  return {"Error and legibility", stem.string() + ".svg",
-          "RMS distance of the place known at a moment from the finger, and share of characters "
-          "read back; by speed and frame rate, " +
-              joined_noises(conditions) + ", " + law + " law",
-          drawn};
-}
-
-namespace {
-
 constexpr std::size_t gallery_rows = 6;
 
 /// At most gallery_rows of the characters, evenly chosen of those before the first is repeated; a
@@ -254,12 +234,6 @@ std::vector<std::size_t> shown_characters(const TrackingCondition& condition) {
   for (std::size_t r = 0; r < rows; ++r) {
     out.push_back(rows > 1 ? r * (names.size() - 1) / (rows - 1) : 0);
   }
-  return out;
-}
-
-Points points_of_stroke(const Polyline& stroke) {
-  Points out;
-  for (const Eigen::Vector2d& place : stroke) out.emplace_back(place.x(), place.y());
   return out;
 }
 
@@ -329,11 +303,11 @@ class TrackingGallery {
                       const TrackedCharacter& character, const Box& box) {
     const double reach = 0.68 * condition_.size_mm;
     Panel panel(canvas_, box, {-reach, reach}, {-reach, reach});
-    for (const Polyline& stroke : character.written) panel.line(points_of_stroke(stroke), written);
+    for (const Polyline& stroke : character.written) panel.line(points_of(stroke), written);
     const Colour colour = styles_.colour(index);
     for (const Polyline& stroke : character.tracked) {
-      panel.line(points_of_stroke(stroke), {colour, 1.2});
-      panel.marks(points_of_stroke(stroke), dot(colour));
+      panel.line(points_of(stroke), {colour, 1.2});
+      panel.marks(points_of(stroke), dot(colour));
     }
     panel.draw();
     const std::string rms =
@@ -358,15 +332,26 @@ class TrackingGallery {
 
 }  // namespace
 
-ReportFigure tracking_gallery(const TrackingCondition& condition, const std::string& law,
-                              const std::string& title, const std::filesystem::path& stem) {
+StudyFigure tracking_sweep(const TrackingConditions& conditions, const std::string& law) {
+  return {"", "Error and legibility",
+          "RMS distance of the place known at a moment from the finger, and share of characters "
+          "read back; by speed and frame rate, " +
+              joined_noises(*conditions) + ", " + law + " law",
+          ", " + law + " law", [conditions](const auto& heading, const auto& stem) {
+            TrackingSweep(*conditions).draw(heading, stem);
+          }};
+}
+
+StudyFigure tracking_gallery(const TrackingConditions& conditions, const std::string& law) {
+  const TrackingCondition& condition = conditions->front();
   const std::string what = number_text(condition.speed_mm_s) + " mm/s, " +
                            number_text(condition.frame_rate) + " frames/s, " + condition.noise +
                            ", " + law + " law";
-  const bool drawn =
-      draw_or_say(stem, [&] { TrackingGallery(condition).draw(title + ": " + what, stem); });
-  return {"Written and tracked characters: " + condition.set, stem.string() + ".svg",
-          what + "; below each its RMS distance, delay and all, and what it was read as", drawn};
+  return {"_characters", "Written and tracked characters: " + condition.set,
+          what + "; below each its RMS distance, delay and all, and what it was read as",
+          ": " + what, [conditions](const auto& heading, const auto& stem) {
+            TrackingGallery(conditions->front()).draw(heading, stem);
+          }};
 }
 
 }  // namespace ertbench

@@ -197,21 +197,14 @@ std::optional<Estimate> ratio_over_characters(
     by_name[character.name].in += part.in;
   }
   if (by_name.empty()) return std::nullopt;
-  std::vector<RatioPart> groups;
-  std::vector<std::size_t> all;
+  std::vector<double> of;
+  std::vector<double> in;
   for (const auto& [name, part] : by_name) {
-    all.push_back(groups.size());
-    groups.push_back(part);
+    of.push_back(part.of);
+    in.push_back(part.in);
   }
-  const auto ratio = [&](std::span<const std::size_t> drawn) {
-    RatioPart sum;
-    for (const std::size_t group : drawn) {
-      sum.of += groups[group].of;
-      sum.in += groups[group].in;
-    }
-    return sum.of / sum.in;
-  };
-  return Estimate{ratio(all), bootstrap_interval_of_groups(groups.size(), ratio, key)};
+  const auto ratio = ratio_of_sums(of, in, key);
+  return Estimate{ratio->ratio, ratio->ci95};
 }
 
 /// Mean over the characters that have the value, times `factor`; counts them in `count`.

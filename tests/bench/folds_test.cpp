@@ -68,7 +68,7 @@ TEST(Presses, AreDistancesAndAMissedOneIsInTheMiddle) {
     run.held_out.push_back({{0, -40}, 0.6, std::nullopt, 0});
     outcome.folds.push_back({run});
   }
-  const json level = Presses(folds, {outcome}).summary()["solvers"]["solver"]["after"]["300"];
+  const json level = presses_study(folds, {outcome}).numbers["solvers"]["solver"]["after"]["300"];
   EXPECT_EQ(level["presses"], 8);
   EXPECT_EQ(level["missed"], 4);
   EXPECT_NEAR(level["mean_mm"]["value"], 22.5, 1e-9);

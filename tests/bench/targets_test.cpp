@@ -271,7 +271,7 @@ class TargetsReport : public FigureTest {
     results_ = target_results(frames_, readings_, kDistances);
   }
 
-  Targets study() const { return {circumstances_, results_}; }
+  Study study() const { return study_of_targets(circumstances_, results_); }
 
   std::vector<TargetFrame> frames_;
   std::vector<FrameReading> all_, some_;

@@ -1,0 +1,65 @@
+#include "bench/studies/drawing.h"
+
+#include "core/text.h"
+
+namespace ertbench {
+
+using Eigen::Vector2d;
+
+Points points_of(const std::vector<Vector2d>& places, const Vector2d& origin) {
+  Points out;
+  for (const Vector2d& place : places) {
+    out.emplace_back(place.x() - origin.x(), place.y() - origin.y());
+  }
+  return out;
+}
+
+std::vector<Vector2d> border_mm(const Sheet& sheet, int points) {
+  std::vector<Vector2d> out;
+  for (int i = 0; i <= points; ++i) {
+    out.emplace_back(sheet.unit_mm() * sheet.border_point(sheet.border_length() * i / points));
+  }
+  return out;
+}
+
+std::vector<Vector2d> electrodes_mm(const Sensor& sensor) {
+  const Eigen::Matrix2Xd electrodes = electrode_positions(sensor) * sensor.sheet->unit_mm();
+  std::vector<Vector2d> out;
+  for (const auto& electrode : electrodes.colwise()) out.emplace_back(electrode);
+  return out;
+}
+
+void add_footnote(Canvas& canvas, const std::string& text, double left) {
+  canvas.text(text, left, canvas.height() - 10, {.size = 9, .align = TextAlign::left});
+}
+
+void add_failure(Canvas& canvas, const Box& box, const std::string& failure,
+                 std::size_t characters) {
+  if (failure.empty()) return;
+  canvas.text(one_line(failure, characters), box.middle(), box.centre(),
+              {.size = 9, .colour = ink::alarm});
+}
+
+std::string estimate_text(const Estimate& estimate, int decimals) {
+  return fixed(estimate.value, decimals) + " " +
+         interval_text(fixed(estimate.ci95.low, decimals), fixed(estimate.ci95.high, decimals));
+}
+
+void Series::add(double x, const Estimate& estimate) {
+  points.emplace_back(x, estimate.value);
+  whiskers.push_back({x, estimate.ci95.low, estimate.ci95.high});
+}
+
+void Series::draw(Panel& panel, const LineStyle& line, const MarkStyle& mark,
+                  const LineStyle& whisker) const {
+  panel.line(points, line);
+  panel.whiskers(whiskers, whisker);
+  panel.marks(points, mark);
+}
+
+Span log_span(const Span& span, double margin) {
+  if (span.empty()) return {1, 100};
+  return {span.low / margin, span.high * margin};
+}
+
+}  // namespace ertbench
