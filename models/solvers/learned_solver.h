@@ -58,11 +58,14 @@ class LearnedSolver : public Solver {
   Eigen::Index block_frames() const override { return 64; }
 
  protected:
-  explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
+  /// `training`: the defaults of its settings.
+  LearnedSolver(std::string type, const TrainingSettings& training)
+      : type_(std::move(type)), standard_training_(training) {}
 
-  /// Reads all settings but the inference's, the training's among them, and calls `finish`.
-  virtual void read(JsonObject object) = 0;
-  virtual nlohmann::json settings() const = 0;
+  /// The settings of the network and its objective.
+  virtual void visit(Fields& fields) = 0;
+  /// Reads all settings but the inference's.
+  void read(JsonObject object);
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
   /// Reads "inference_precision", for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
@@ -77,9 +80,11 @@ class LearnedSolver : public Solver {
   TrainingSettings training_;
 
  private:
+  nlohmann::json settings() const;
   void freeze(const Sensor& sensor, std::shared_ptr<Network> network);
 
   std::string type_;
+  TrainingSettings standard_training_;
   bool bfloat16_inference_ = false;
   Sensor sensor_;
   Standardisation standardisation_;
