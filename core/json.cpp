@@ -10,7 +10,6 @@
 #include <set>
 #include <vector>
 
-#include "core/errors.h"
 #include "core/files.h"
 #include "core/text.h"
 
@@ -46,7 +45,7 @@ std::string size_text(std::uint64_t bytes) {
   return text;
 }
 
-/// Counted in the text, where brackets within strings are none.
+/// Counts brackets outside strings.
 bool is_nested_deeper(std::string_view text, int most) {
   int level = 0;
   bool in_string = false;
@@ -69,7 +68,7 @@ bool is_nested_deeper(std::string_view text, int most) {
   return false;
 }
 
-/// What the library says, without its own name and number of the error.
+/// The library's message without its own prefix and error number.
 std::string words_of(const json::exception& error) {
   const std::string what = error.what();
   const auto start = what.find("] ");
@@ -138,7 +137,7 @@ json printable_json(const json& value, std::size_t most) {
 
 namespace {
 
-/// Of a title, a question, a label: messages, tables and pages repeat it.
+/// Longest text, such as a title or a label, which messages, tables and pages repeat.
 constexpr std::size_t most_text = 4000;
 
 /// JSON path segment: "~" and "/" are escaped as in RFC 6901.
@@ -184,6 +183,12 @@ std::string Range::text() const {
   return "must be a number";
 }
 
+JsonError::JsonError(const std::string& source, std::string path, std::string message)
+    : InputError((source.empty() ? "" : source + ": ") + (path.empty() ? "/" : path) + ": " +
+                 message),
+      path_(std::move(path)),
+      message_(std::move(message)) {}
+
 std::filesystem::path folder_of_source(const std::string& source) {
   const std::filesystem::path file = source.substr(0, source.find(extends_mark));
   return std::filesystem::absolute(file).parent_path().lexically_normal();
@@ -201,9 +206,7 @@ std::string JsonObject::path_of(std::string_view key) const {
 }
 
 void JsonObject::fail(std::string_view key, const std::string& message) const {
-  const std::string path = path_of(key);
-  throw InputError((source_.empty() ? "" : source_ + ": ") + (path.empty() ? "/" : path) + ": " +
-                   message);
+  throw JsonError(source_, path_of(key), message);
 }
 
 bool JsonObject::has(std::string_view key) const {

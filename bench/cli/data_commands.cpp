@@ -6,6 +6,7 @@
 
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
+#include "bench/experiment/experiment_json.h"
 #include "bench/features/features.h"
 #include "bench/record/cache.h"
 #include "bench/run/datasets.h"
@@ -13,6 +14,7 @@
 #include "bench/score/metrics.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/json.h"
 #include "core/process.h"
 #include "core/text.h"
@@ -163,6 +165,7 @@ constexpr std::size_t most_described = 1000;  ///< characters of a plugin's own 
 
 struct ListArguments {
   std::string type;
+  std::string schema;
   bool as_json = false;
 };
 
@@ -261,6 +264,10 @@ void print_json(SolverRegistry& registry, const ListArguments& arguments) {
 }
 
 ExitCode list(const ListArguments& arguments) {
+  if (!arguments.schema.empty()) {
+    write_file_atomically(arguments.schema, updated_schema(arguments.schema));
+    return done;
+  }
   SolverRegistry registry;
   if (arguments.as_json) {
     print_json(registry, arguments);
@@ -280,6 +287,9 @@ Action add_list(CLI::App& command) {
   command.description("Solvers with their parameters; metrics; experiments");
   command.add_option("TYPE", arguments->type, "Only the solver of this type");
   command.add_flag("--json", arguments->as_json, "For programs");
+  command.add_option("--schema", arguments->schema,
+                     "Bring a JSON schema, such as experiments/schema.json, up to date with\n"
+                     "the program's types, ranges and defaults");
   command.footer("Examples:\n  ertbench list\n  ertbench list dd-ert --json");
   return [arguments] { return list(*arguments); };
 }

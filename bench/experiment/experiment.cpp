@@ -7,10 +7,10 @@
 #include "bench/experiment/experiment_json.h"
 #include "bench/experiment/experiment_solvers.h"
 #include "core/errors.h"
+#include "core/fields.h"
 #include "core/json.h"
 #include "core/text.h"
 #include "frames/calibration.h"
-#include "solvers/parameter_choice.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -61,50 +61,38 @@ void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& regi
   }
 }
 
-/// What one trial may take.
-void read_limits(JsonObject& root, Experiment& experiment) {
-  experiment.time_limit_s = root.number_or("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
-  if (root.has("memory_limit_mb")) {
-    experiment.memory_limit_mb = root.number("memory_limit_mb", {64, 1e9});
-  }
+void visit(Fields& fields, TimingSettings& timing) {
+  fields.boolean("enabled", timing.enabled);
+  fields.integer("frames", timing.frames, least_timed_frames, 1000000);
+  fields.integer("warm_up", timing.warm_up, 1, 100000);
+  fields.integer("batch", timing.batch, 1, 65536);
+  fields.integer("rounds", timing.rounds, 1, 100);
 }
 
-void read_timing(JsonObject& root, Experiment& experiment) {
-  if (!root.has("timing")) return;
-  JsonObject object = root.object("timing");
-  TimingSettings& timing = experiment.timing;
-  timing.enabled = object.boolean_or("enabled", timing.enabled);
-  timing.frames = object.integer_or("frames", timing.frames, least_timed_frames, 1000000);
-  timing.warm_up = object.integer_or("warm_up", timing.warm_up, 1, 100000);
-  timing.batch = object.integer_or("batch", timing.batch, 1, 65536);
-  timing.rounds = object.integer_or("rounds", timing.rounds, 1, 100);
-  object.finish();
+void visit(Fields& fields, ContactSettings& contacts, const std::vector<DatasetSpec>& tests) {
+  fields.number_or_auto("threshold", contacts.threshold, {0, 1});
+  fields.number_or_auto("floor", contacts.floor, {0, 1e6});
+  std::vector<std::string> names;
+  for (const DatasetSpec& test : tests) names.push_back(test.name);
+  fields.name("chosen_on", contacts.chosen_on, names);
+  fields.number("saddle", contacts.saddle, {0, 1});
+  fields.number_or_auto("match_mm", contacts.match_mm, {0, 1e6, true, "mm"});
+  fields.number_or_auto("ospa_mm", contacts.ospa_mm, {0, 1e6, true, "mm"});
 }
 
-void read_contacts(JsonObject& root, Experiment& experiment) {
-  if (!root.has("contacts")) return;
-  JsonObject object = root.object("contacts");
-  ContactSettings& contacts = experiment.contacts;
-  contacts.threshold = read_tunable(object, "threshold", {0, 1}).value;
-  contacts.floor = read_tunable(object, "floor", {0, 1e6}).value;
-  if (object.has("chosen_on")) {
-    std::vector<std::string> tests;
-    for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
-    contacts.chosen_on = object.choice("chosen_on", tests);
-  }
-  contacts.saddle = object.number_or("saddle", contacts.saddle, {0, 1});
-  contacts.match_mm = read_tunable(object, "match_mm", {0, 1e6, true, "mm"}).value;
-  contacts.ospa_mm = read_tunable(object, "ospa_mm", {0, 1e6, true, "mm"}).value;
-  object.finish();
+void visit(Fields& fields, CheckSettings& check) {
+  fields.derived().integer("seeds", check.seeds, 1, 100);
+  fields.derived().integer("baseline_seeds", check.baseline_seeds, 3, 100);
 }
 
-void read_check(JsonObject& root, Experiment& experiment) {
-  if (!root.has("check")) return;
-  JsonObject object = root.object("check");
-  CheckSettings& check = experiment.check;
-  check.seeds = object.integer_or("seeds", check.seeds, 1, 100);
-  check.baseline_seeds = object.integer_or("baseline_seeds", check.baseline_seeds, 3, 100);
-  object.finish();
+/// The settings that follow from no other part of the experiment.
+void visit(Fields& fields, Experiment& experiment) {
+  fields.number("time_limit_s", experiment.time_limit_s, {0, 1e7, true});
+  fields.number("memory_limit_mb", experiment.memory_limit_mb, {64, 1e9});
+  fields.object("timing", [&](Fields& timing) { visit(timing, experiment.timing); });
+  fields.object("contacts",
+                [&](Fields& contacts) { visit(contacts, experiment.contacts, experiment.tests); });
+  fields.object("check", [&](Fields& check) { visit(check, experiment.check); });
 }
 
 void read_right_sizing(JsonObject& root, Experiment& experiment) {
@@ -236,18 +224,15 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   const auto calibration = read_calibration_of(root, experiment);
   read_datasets(root.object("datasets"), experiment);
   if (calibration) complete_with(*calibration, experiment);
-  read_limits(root, experiment);
+  Fields::read_some(root, [&](Fields& fields) { visit(fields, experiment); });
   read_plugins(root, experiment, registry, check);
   experiment.solvers = read_solvers(root, experiment, registry, check);
   experiment.folds = read_folds(root, experiment);
-  read_timing(root, experiment);
-  read_contacts(root, experiment);
   experiment.studies = read_studies(root, experiment);
   experiment.keep_contacts = !experiment.studies.empty();
   experiment.keep_explained =
       std::any_of(experiment.studies.begin(), experiment.studies.end(),
                   [](const StudySpec& study) { return study.type == "consistency"; });
-  read_check(root, experiment);
   read_right_sizing(root, experiment);
   read_figure(root, experiment);
   read_published(root, experiment);
@@ -257,6 +242,11 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.ladders = read_ladders(root, experiment, registry, check);
   root.finish();
   return experiment;
+}
+
+nlohmann::ordered_json experiment_settings_schema() {
+  Experiment experiment;
+  return Fields::schema([&](Fields& fields) { visit(fields, experiment); });
 }
 
 std::optional<Calibration> read_calibration_of(JsonObject& root, Experiment& experiment) {

@@ -110,6 +110,9 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
                            const ChartTypes& charts, SolverCheck check = SolverCheck::all,
                            const std::vector<std::string>& overrides = {});
 
+/// The schema of "timing", "contacts", "check" and the limits of a trial.
+nlohmann::ordered_json experiment_settings_schema();
+
 /// Reads "calibration", the name of a file beside the experiment's: gives the sensor the background
 /// that was found, or the whole sensor where the experiment names none. Nothing where there is no
 /// such key. Throws InputError where the file is of another sensor.

@@ -46,4 +46,9 @@ struct ExperimentJson {
 ExperimentJson read_experiment_json(const std::filesystem::path& file,
                                     const std::vector<std::string>& overrides = {});
 
+/// The text of a schema's file, of experiments or of sensors, with the types, ranges and defaults
+/// that the program has now. Descriptions stay as they are, and so does all that is no field of a
+/// struct (Fields). Throws InputError for what read_json_file refuses.
+std::string updated_schema(const std::filesystem::path& file);
+
 }  // namespace ertbench

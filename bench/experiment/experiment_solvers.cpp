@@ -44,13 +44,9 @@ void check_solver(const EntryToCheck& checked, const Experiment& experiment,
                   "a parameter is \"auto\", which is chosen on the validation set; add "
                   "/datasets/validation or give a number");
     }
-  } catch (const InputError& error) {
-    const std::string message = error.what();
+  } catch (const JsonError& error) {
     for (const Moved& one : checked.moved) {
-      const std::string start = source + ": " + one.from + ":";
-      if (message.starts_with(start)) {
-        throw InputError(source + ": " + one.to + ":" + message.substr(start.size()));
-      }
+      if (error.path() == one.from) throw JsonError(source, one.to, error.message());
     }
     throw;
   }

@@ -9,6 +9,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
+#include "core/fields.h"
 #include "core/json.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
@@ -74,17 +75,11 @@ json varied(const JsonValue& base, const LadderAxis& axis, const Level& level, b
   return out;
 }
 
-FailureRule read_failure(JsonObject& ladders) {
-  FailureRule rule;
-  if (!ladders.has("failure")) return rule;
-  JsonObject object = ladders.object("failure");
-  rule.relative_error = object.number_or("relative_error", rule.relative_error, {0, 1e6, true});
-  rule.distance = object.number_or("distance", rule.distance, {0, 3});
-  rule.contact_threshold =
-      object.number_or("contact_threshold", rule.contact_threshold, {0, 1e6, true});
-  rule.share = object.number_or("share", rule.share, {0, 0.99});
-  object.finish();
-  return rule;
+void visit(Fields& fields, FailureRule& rule) {
+  fields.number("relative_error", rule.relative_error, {0, 1e6, true});
+  fields.number("distance", rule.distance, {0, 3});
+  fields.number("contact_threshold", rule.contact_threshold, {0, 1e6, true});
+  fields.number("share", rule.share, {0, 0.99});
 }
 
 /// Strings out of one string or a list of them.
@@ -220,7 +215,9 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   if (experiment.training && !experiment.training->measured()) {
     ladders.training = datasets.at("train");
   }
-  ladders.failure = read_failure(object);
+  Fields::read_some(object, [&](Fields& fields) {
+    fields.object("failure", [&](Fields& failure) { visit(failure, ladders.failure); });
+  });
   std::set<std::string> names;
   for (const JsonObject& one : object.objects("axes")) {
     LadderAxis axis = read_axis(one, experiment, registry, check);
@@ -244,6 +241,13 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   if (ladders.axes.empty()) object.fail("axes", "must hold at least one axis");
   object.finish();
   return ladders;
+}
+
+nlohmann::ordered_json ladder_settings_schema() {
+  FailureRule rule;
+  return Fields::schema([&](Fields& fields) {
+    fields.object("failure", [&](Fields& failure) { visit(failure, rule); });
+  });
 }
 
 DatasetSpec dataset_at(const Ladders& ladders, const Sensor& sensor, const LadderAxis& axis,

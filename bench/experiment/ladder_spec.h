@@ -78,6 +78,9 @@ struct Ladders {
 std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experiment,
                                     SolverRegistry& registry, SolverCheck check);
 
+/// The schema of "failure".
+nlohmann::ordered_json ladder_settings_schema();
+
 /// The test set at one level of an axis of the scenes. Its name, seed and count are the base set's,
 /// so that its scenes, noise and faults are drawn alike. Throws InputError.
 DatasetSpec dataset_at(const Ladders& ladders, const Sensor& sensor, const LadderAxis& axis,

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/fields.h"
 #include "core/json.h"
 
 namespace ertbench {
@@ -151,33 +152,44 @@ VectorXd gradient_factors(const Faults& faults, const Sheet& sheet, const PixelG
   return factors;
 }
 
+namespace {
+
+/// `spacing`: between electrodes, domain units.
+void visit(Fields& fields, Faults& f, int electrodes, double spacing) {
+  fields.integer("dead_electrodes", f.dead_electrodes, 0, std::max(0, electrodes - 5));
+  fields.choice("dead_reading", f.dead_reading,
+                {{"zero", DeadReading::zero}, {"floating", DeadReading::floating}});
+  fields.number("gain_error", f.gain_error, {0, 10});
+  fields.number("offset", f.offset, {0, 10});
+  fields.integer("adc_bits", f.adc_bits, 0, 24);
+  if (fields.reading() && f.adc_bits == 1) {
+    fields.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
+  }
+  fields.number("electrode_displacement", f.electrode_displacement, {0, spacing / 3});
+  fields.choice(
+      "displacement_reference", f.displacement_reference,
+      {{"retaken", DisplacementReference::retaken}, {"stale", DisplacementReference::stale}});
+  fields.number("battery_sag", f.battery_sag, {-0.99, 0.99});
+  fields.number("battery_noise", f.battery_noise, {0, 1});
+  fields.boolean("current_measured", f.current_measured);
+  fields.number("background_drift", f.background_drift, {-0.99, 0.99});
+  fields.number("reference_age_s", f.reference_age_s, {0, 1e7, false, "s"});
+  fields.number("background_change", f.background_change, {-0.99, 0.99});
+  fields.number("background_gradient", f.background_gradient, {0, 0.99});
+}
+
+nlohmann::json all_keys(Faults faults) {
+  return Fields::written([&](Fields& fields) { visit(fields, faults, 0, 0); });
+}
+
+}  // namespace
+
 Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetModel& model) {
   const bool continuous = std::holds_alternative<ContinuousSheet>(model);
   Faults faults;
-  // Five electrodes are the fewest that measure anything.
-  faults.dead_electrodes =
-      object.integer_or("dead_electrodes", 0, 0, std::max(0, sensor.electrode_count - 5));
-  faults.dead_reading = object.choice_or("dead_reading", "zero", {"zero", "floating"}) == "zero"
-                            ? DeadReading::zero
-                            : DeadReading::floating;
-  faults.gain_error = object.number_or("gain_error", 0, {0, 10});
-  faults.offset = object.number_or("offset", 0, {0, 10});
-  faults.adc_bits = object.integer_or("adc_bits", 0, 0, 24);
-  faults.battery_sag = object.number_or("battery_sag", 0, {-0.99, 0.99});
-  faults.battery_noise = object.number_or("battery_noise", 0, {0, 1});
-  faults.current_measured = object.boolean_or("current_measured", false);
-  faults.background_drift = object.number_or("background_drift", 0, {-0.99, 0.99});
-  faults.reference_age_s = object.number_or("reference_age_s", 0, {0, 1e7, false, "s"});
-  if (faults.adc_bits == 1) object.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
-  faults.electrode_displacement =
-      object.number_or("electrode_displacement", 0, {0, sensor.electrode_spacing() / 3});
-  faults.displacement_reference =
-      object.choice_or("displacement_reference", "retaken", {"retaken", "stale"}) == "retaken"
-          ? DisplacementReference::retaken
-          : DisplacementReference::stale;
-  faults.background_change = object.number_or("background_change", 0, {-0.99, 0.99});
-  faults.background_gradient = object.number_or("background_gradient", 0, {0, 0.99});
-  object.finish();
+  Fields::read(object, [&](Fields& fields) {
+    visit(fields, faults, sensor.electrode_count, sensor.electrode_spacing());
+  });
   if (faults.electrode_displacement > 0 && !continuous) {
     object.fail("electrode_displacement",
                 R"(needs "grid": "auto"; on a grid electrodes sit on its nodes)");
@@ -190,27 +202,23 @@ Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetMode
 }
 
 nlohmann::json to_json(const Faults& faults) {
-  nlohmann::json json = nlohmann::json::object();
-  if (faults.dead_electrodes > 0) {
-    json["dead_electrodes"] = faults.dead_electrodes;
-    json["dead_reading"] = faults.dead_reading == DeadReading::zero ? "zero" : "floating";
+  const nlohmann::json none = all_keys(Faults{});
+  const nlohmann::json all = all_keys(faults);
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [key, value] : all.items()) {
+    if (!value.is_string() && value != none.at(key)) out[key] = value;
   }
-  if (faults.gain_error > 0) json["gain_error"] = faults.gain_error;
-  if (faults.offset > 0) json["offset"] = faults.offset;
-  if (faults.adc_bits > 0) json["adc_bits"] = faults.adc_bits;
-  if (faults.battery_sag != 0) json["battery_sag"] = faults.battery_sag;
-  if (faults.battery_noise > 0) json["battery_noise"] = faults.battery_noise;
-  if (faults.current_measured) json["current_measured"] = true;
-  if (faults.background_drift != 0) json["background_drift"] = faults.background_drift;
-  if (faults.reference_age_s > 0) json["reference_age_s"] = faults.reference_age_s;
+  // The kind of a fault is part of a recipe where there is such a fault.
+  if (faults.dead_electrodes > 0) out["dead_reading"] = all.at("dead_reading");
   if (faults.electrode_displacement > 0) {
-    json["electrode_displacement"] = faults.electrode_displacement;
-    json["displacement_reference"] =
-        faults.displacement_reference == DisplacementReference::retaken ? "retaken" : "stale";
+    out["displacement_reference"] = all.at("displacement_reference");
   }
-  if (faults.background_change != 0) json["background_change"] = faults.background_change;
-  if (faults.background_gradient > 0) json["background_gradient"] = faults.background_gradient;
-  return json;
+  return out;
+}
+
+nlohmann::ordered_json faults_schema() {
+  Faults faults;  // of any sensor: 5 to 64 electrodes, 8 domain units of border at most
+  return Fields::schema([&](Fields& fields) { visit(fields, faults, 64, 8.0 / 5); });
 }
 
 }  // namespace ertbench

@@ -122,13 +122,11 @@ Eigen::VectorXd displacements(const Faults& faults, const Sensor& sensor, Random
 Eigen::VectorXd gradient_factors(const Faults& faults, const Sheet& sheet, const PixelGrid& pixels,
                                  RandomStream& random);
 
-/// Reads `{"dead_electrodes", "dead_reading", "gain_error", "offset", "adc_bits",
-/// "battery_sag", "battery_noise", "current_measured", "electrode_displacement",
-/// "displacement_reference", "background_change", "background_drift", "background_gradient",
-/// "reference_age_s"}`, every key optional. Voltages come from `model`: the continuous sheet
-/// knows electrodes at any place but no gradient, a grid the reverse.
+/// Reads an object with the members' names as keys, every key optional. Voltages come from `model`:
+/// the continuous sheet knows electrodes at any place but no gradient, a grid the reverse.
 Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetModel& model);
 /// The keys that differ from a faultless frame; an object without keys where none does.
 nlohmann::json to_json(const Faults& faults);
+nlohmann::ordered_json faults_schema();
 
 }  // namespace ertbench

@@ -1,11 +1,13 @@
 #include "forward/data/measured_frames.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "core/build_stamp.h"
 #include "core/errors.h"
+#include "core/fields.h"
 #include "core/files.h"
 #include "core/process.h"
 #include "core/random.h"
@@ -94,44 +96,51 @@ void look_at(JsonObject& object, const Sensor& sensor, const fs::path& folder, b
   frames.contacts = said.at("contacts").get<std::uint64_t>();
 }
 
-FoldPart fold_from_json(JsonObject object, std::uint64_t rows) {
-  FoldPart fold;
-  fold.count = object.integer_or("count", fold.count, 2, 1000);
-  if (static_cast<std::uint64_t>(fold.count) > rows) {
-    object.fail("count", "must be at most the number of rows, " + std::to_string(rows));
+/// `rows`: that are divided.
+void visit(Fields& fields, FoldPart& fold, std::uint64_t rows) {
+  fields.integer("count", fold.count, 2, 1000);
+  if (fields.reading() && static_cast<std::uint64_t>(fold.count) > rows) {
+    fields.fail("count", "must be at most the number of rows, " + std::to_string(rows));
   }
-  fold.number = object.integer("number", 0, fold.count - 1);
-  fold.held_out = object.choice("part", {"held-out", "rest"}) == "held-out";
-  fold.seed = static_cast<std::uint64_t>(object.integer_or("seed", 1, 0, 2147483647));
-  if (!fold.held_out) {
+  fields.required().integer("number", fold.number, 0, fields.describing() ? 999 : fold.count - 1);
+  fields.required().choice("part", fold.held_out, {{"held-out", true}, {"rest", false}});
+  fields.integer("seed", fold.seed, 0, 2147483647);
+  if (fold.held_out && !fields.describing()) return;
+  if (fields.reading()) {
     const auto count = static_cast<std::uint64_t>(fold.count);
     const auto number = static_cast<std::uint64_t>(fold.number);
     fold.to = rows - (rows * (number + 1) / count - rows * number / count);
-    if (object.has("slice")) {
-      const std::vector<double> ends =
-          object.numbers("slice", 2, {0, static_cast<double>(fold.to)});
-      fold.from = static_cast<std::uint64_t>(ends[0]);
-      fold.to = static_cast<std::uint64_t>(ends[1]);
-      if (fold.from >= fold.to) object.fail("slice", "must be [from, to) with from < to");
-    }
   }
-  object.finish();
-  return fold;
+  fields.derived().rows("slice", fold.from, fold.to, fields.reading() ? fold.to : 1000000000);
 }
 
-void read_contact(JsonObject object, const Sensor& sensor, MeasuredFrames& frames) {
-  const double unit = sensor.sheet->unit_mm();
-  frames.radius_mm = object.number_or("radius_mm", frames.radius_mm,
-                                      {1e-6 * unit, sensor.sheet->radius() * unit, false, "mm"});
-  frames.conductivity_ratio = object.number_or("conductivity_ratio", frames.conductivity_ratio,
-                                               {conductivity_ratios[0], conductivity_ratios[1]});
-  if (object.has("strength")) {
-    JsonObject strength = object.object("strength");
-    frames.strength_of = strength.text("dataset");
-    frames.full_strength = strength.number("full", Range::positive());
-    strength.finish();
-  }
-  object.finish();
+void visit_contact(Fields& fields, MeasuredFrames& frames, double unit, double radius) {
+  fields.derived().number("radius_mm", frames.radius_mm, {1e-6 * unit, radius * unit, false, "mm"});
+  fields.number("conductivity_ratio", frames.conductivity_ratio,
+                {conductivity_ratios[0], conductivity_ratios[1]});
+  if (fields.writing() && frames.strength_of.empty()) return;
+  fields.object("strength", [&](Fields& strength) {
+    strength.required().text("dataset", frames.strength_of);
+    strength.required().number("full", frames.full_strength, Range::positive());
+  });
+}
+
+/// Fields that are declared, not found in the file. `unit` and `radius` are of the sheet.
+void visit(Fields& fields, MeasuredFrames& frames, double unit, double radius) {
+  fields.derived().rows("rows", frames.first, frames.last, 1000000000);
+  fields.number("scale", frames.scale, {1e-12, 1e12, false, "V"});
+  fields.object("contact", [&](Fields& contact) { visit_contact(contact, frames, unit, radius); });
+}
+
+/// What was found in the file, for a recipe that is read without it.
+void visit_found(Fields& fields, MeasuredFrames& frames) {
+  fields.required().text("file", frames.name);
+  fields.required().text("checksum", frames.checksum);
+  fields.required().object("holds", [&](Fields& holds) {
+    holds.boolean("images", frames.truth.images);
+    holds.boolean("places", frames.truth.places);
+    holds.required().integer("contacts", frames.contacts, 1, 1000);
+  });
 }
 
 }  // namespace
@@ -163,54 +172,38 @@ MeasuredFrames measured_frames_from_json(JsonObject& object, const Sensor& senso
                                          const std::optional<fs::path>& folder) {
   MeasuredFrames frames;
   const bool rows_given = object.has("rows") && !object.raw("rows").is_null();
-  if (rows_given) {
-    const std::vector<double> ends = object.numbers("rows", 2, {0, 1e9});
-    frames.first = static_cast<std::uint64_t>(ends[0]);
-    frames.last = static_cast<std::uint64_t>(ends[1]);
-    if (ends[0] != static_cast<double>(frames.first) ||
-        ends[1] != static_cast<double>(frames.last) || frames.first >= frames.last) {
-      object.fail("rows", "must be [first, last), whole numbers with first < last");
-    }
-  }
-  frames.scale = object.number_or("scale", frames.scale, {1e-12, 1e12, false, "V"});
-  frames.radius_mm = default_radius * sensor.sheet->inner_radius() * sensor.sheet->unit_mm();
-  if (object.has("contact")) read_contact(object.object("contact"), sensor, frames);
-  if (folder) {
-    look_at(object, sensor, *folder, rows_given, frames);
-  } else {
-    frames.name = object.text("file");
-    frames.checksum = object.text("checksum");
-    JsonObject holds = object.object("holds");
-    frames.truth = {holds.boolean_or("images", false), holds.boolean_or("places", false)};
-    frames.contacts = static_cast<std::uint64_t>(holds.integer("contacts", 1, 1000));
-    holds.finish();
-  }
-  if (object.has("fold")) {
-    frames.fold = fold_from_json(object.object("fold"), frames.last - frames.first);
-  }
+  const double unit = sensor.sheet->unit_mm();
+  frames.radius_mm = default_radius * sensor.sheet->inner_radius() * unit;
+  Fields::read_some(object, [&](Fields& fields) {
+    visit(fields, frames, unit, sensor.sheet->radius());
+    if (!folder) visit_found(fields, frames);
+  });
+  if (folder) look_at(object, sensor, *folder, rows_given, frames);
+  Fields::read_some(object, [&](Fields& fields) {
+    fields.object("fold", frames.fold, [&](Fields& fold, FoldPart& part) {
+      visit(fold, part, frames.last - frames.first);
+    });
+  });
   return frames;
 }
 
-void add_to(json& out, const MeasuredFrames& frames) {
-  out["file"] = frames.name;
-  out["checksum"] = frames.checksum;
-  out["rows"] = {frames.first, frames.last};
-  out["scale"] = frames.scale;
-  out["contact"] = {{"radius_mm", frames.radius_mm},
-                    {"conductivity_ratio", frames.conductivity_ratio}};
-  if (!frames.strength_of.empty()) {
-    out["contact"]["strength"] = {{"dataset", frames.strength_of}, {"full", frames.full_strength}};
-  }
-  if (const auto& fold = frames.fold) {
-    out["fold"] = {{"count", fold->count},
-                   {"number", fold->number},
-                   {"part", fold->held_out ? "held-out" : "rest"},
-                   {"seed", fold->seed}};
-    if (!fold->held_out) out["fold"]["slice"] = {fold->from, fold->to};
-  }
-  out["holds"] = {{"images", frames.truth.images},
-                  {"places", frames.truth.places},
-                  {"contacts", frames.contacts}};
+void add_to(json& out, const MeasuredFrames& measured) {
+  MeasuredFrames frames = measured;
+  out.update(Fields::written([&](Fields& fields) {
+    visit(fields, frames, 0, 0);
+    visit_found(fields, frames);
+    fields.object("fold", frames.fold, [](Fields& fold, FoldPart& part) { visit(fold, part, 0); });
+  }));
+}
+
+nlohmann::ordered_json measured_schema() {
+  MeasuredFrames frames;
+  nlohmann::ordered_json schema = Fields::schema([&](Fields& fields) {
+    visit(fields, frames, 0, INFINITY);
+    fields.object("fold", frames.fold, [](Fields& fold, FoldPart& part) { visit(fold, part, 0); });
+  });
+  schema["required"] = {"file"};
+  return schema;
 }
 
 }  // namespace ertbench

@@ -77,6 +77,7 @@ MeasuredFrames measured_frames_from_json(JsonObject& object, const Sensor& senso
                                          const std::optional<std::filesystem::path>& folder);
 
 /// Adds all keys. The checksum, not the folder, says which file it was.
-void add_to(nlohmann::json& json, const MeasuredFrames& frames);
+void add_to(nlohmann::json& json, const MeasuredFrames& measured);
+nlohmann::ordered_json measured_schema();
 
 }  // namespace ertbench

@@ -119,11 +119,10 @@ struct Skin {
   bool operator==(const Skin&) const = default;
 };
 
-/// Reads `{"patches", "patch_mm", "foam": {"thickness_mm", "modulus_MPa", "prompt_share",
-/// "relaxation_s"}, "law": {"type": "falling", "depth", "half_pressure_kPa"} or {"type": "rising",
-/// "reference_pressure_kPa", "reference_ratio"}}`, every key but the law's type optional.
+/// Reads an object with the members' names as keys, every key but the "type" of "law" optional.
 /// `side_mm`: of the sheet, on which the patches must have room.
 Skin skin_from_json(JsonObject object, double side_mm);
 nlohmann::json to_json(const Skin& skin);
+nlohmann::ordered_json skin_schema();
 
 }  // namespace ertbench

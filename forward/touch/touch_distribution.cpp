@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "core/fields.h"
 #include "core/json.h"
 #include "forward/sheet/sensor.h"
 
@@ -55,26 +56,39 @@ double gap_to_nearest(const Touch& touch, const std::vector<Touch>& others) {
   return least;
 }
 
-PlaceGrid place_grid_from_json(JsonObject object, const Sensor& sensor) {
-  const Vector2d size = sensor.sheet->size_mm();
-  PlaceGrid grid;
-  const std::vector<int> cells = object.integers("grid", 2, 2, {1, 1000});
-  grid.columns = cells[0];
-  grid.rows = cells[1];
-  const auto pair = [&](const char* key, const Vector2d& otherwise) -> Vector2d {
-    if (!object.has(key)) return otherwise;
-    const std::vector<double> xy = object.numbers(key, 2, {-1e5, 1e5, false, "mm"});
-    return {xy[0], xy[1]};
-  };
-  grid.spacing_mm = pair("spacing_mm", {size.x() / grid.columns, size.y() / grid.rows});
-  grid.shift_mm = pair("shift_mm", {0, 0});
-  object.finish();
+void visit(Fields& fields, PlaceGrid& grid, const Sheet& sheet) {
+  std::array<int, 2> cells = {grid.columns, grid.rows};
+  fields.required().integers("grid", cells, {1, 1000});
+  const Vector2d size = sheet.size_mm();
+  if (fields.reading()) {
+    grid = {cells[0], cells[1], {size.x() / cells[0], size.y() / cells[1]}, {0, 0}};
+  }
+  constexpr Range places{-1e5, 1e5, false, "mm"};
+  fields.derived().numbers("spacing_mm", {grid.spacing_mm.data(), 2}, places);
+  fields.numbers("shift_mm", {grid.shift_mm.data(), 2}, places);
+  if (!fields.reading()) return;
   for (const int index : {0, grid.count() - 1}) {
-    if (sensor.sheet->depth(grid.place_mm(index) / sensor.sheet->unit_mm()) < 0) {
-      object.fail("", "must lie on the sheet of " + nlohmann::json(size.x()).dump() + " mm");
+    if (sheet.depth(grid.place_mm(index) / sheet.unit_mm()) < 0) {
+      fields.fail("", "must lie on the sheet of " + nlohmann::json(size.x()).dump() + " mm");
     }
   }
-  return grid;
+}
+
+/// `sheet`: where the touches are. All fields but the indenters.
+void visit(Fields& fields, TouchDistribution& d, const Sheet& sheet) {
+  const double side = fields.describing() ? INFINITY : sheet.size_mm().x();
+  fields.required().interval("touches", d.touches, 0, 32);
+  fields.interval("size", d.size, {0.01, 100});
+  fields.required().interval("force_N", d.force_N, {1e-6, 1e4, false, "N"});
+  fields.number("margin_mm", d.margin_mm, {0, 0.45 * side, false, "mm"});
+  fields.interval("gap_mm", d.gap_mm, {-0.5 * side, side});
+  fields.object("places", d.places,
+                [&](Fields& places, PlaceGrid& grid) { visit(places, grid, sheet); });
+  if (d.places && d.touches != std::pair(1, 1)) {
+    fields.fail("places", R"(are of scenes with "touches": 1)");
+  }
+  fields.integer("draws", d.draws, 1, 1000000);
+  fields.number("blank_fraction", d.blank_fraction, {0, 1});
 }
 
 }  // namespace
@@ -134,47 +148,29 @@ TouchDistribution touch_distribution_from_json(JsonObject object, const Sensor& 
   if (!sensor.skin) {
     object.fail("touches", R"(need a sensor with a skin: give "sensor" a "skin", such as {})");
   }
-  const double side = sensor.sheet->size_mm().x();
   TouchDistribution d;
-  d.touches = object.integer_interval("touches", 0, 32);
   d.indenters.clear();
   for (const JsonObject& indenter : object.objects("indenters")) {
     d.indenters.push_back(indenter_from_json(indenter));
   }
   if (d.indenters.empty()) object.fail("indenters", "must name at least one");
-  if (object.has("size")) d.size = object.interval("size", {0.01, 100});
-  d.force_N = object.interval("force_N", {1e-6, 1e4, false, "N"});
-  d.margin_mm = object.number_or("margin_mm", d.margin_mm, {0, 0.45 * side, false, "mm"});
-  if (object.has("gap_mm")) d.gap_mm = object.interval("gap_mm", {-0.5 * side, side});
-  if (object.has("places")) {
-    d.places = place_grid_from_json(object.object("places"), sensor);
-    if (d.touches != std::pair(1, 1)) object.fail("places", R"(are of scenes with "touches": 1)");
-  }
-  d.draws = object.integer_or("draws", 1, 1, 1000000);
-  d.blank_fraction = object.number_or("blank_fraction", 0, {0, 1});
-  object.finish();
+  Fields::read(object, [&](Fields& fields) { visit(fields, d, *sensor.sheet); });
   return d;
 }
 
-nlohmann::json to_json(const TouchDistribution& d) {
-  const auto both = [](const auto& interval) {
-    return nlohmann::json{interval.first, interval.second};
-  };
-  nlohmann::json json = {{"touches", both(d.touches)},
-                         {"indenters", nlohmann::json::array()},
-                         {"size", both(d.size)},
-                         {"force_N", both(d.force_N)},
-                         {"margin_mm", d.margin_mm},
-                         {"draws", d.draws},
-                         {"blank_fraction", d.blank_fraction}};
+nlohmann::json to_json(const TouchDistribution& distribution) {
+  TouchDistribution d = distribution;
+  nlohmann::json json = Fields::written([&](Fields& fields) { visit(fields, d, *square_sheet()); });
   for (const Indenter& indenter : d.indenters) json["indenters"].push_back(to_json(indenter));
-  if (d.gap_mm) json["gap_mm"] = both(*d.gap_mm);
-  if (d.places) {
-    json["places"] = {{"grid", {d.places->columns, d.places->rows}},
-                      {"spacing_mm", {d.places->spacing_mm.x(), d.places->spacing_mm.y()}},
-                      {"shift_mm", {d.places->shift_mm.x(), d.places->shift_mm.y()}}};
-  }
   return json;
+}
+
+nlohmann::ordered_json touches_schema() {
+  TouchDistribution d;
+  nlohmann::ordered_json schema =
+      Fields::schema([&](Fields& fields) { visit(fields, d, *square_sheet()); });
+  schema["required"].push_back("indenters");
+  return schema;
 }
 
 }  // namespace ertbench

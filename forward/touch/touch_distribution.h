@@ -56,5 +56,6 @@ struct TouchDistribution {
 /// high] or one number. The sensor must have a skin.
 TouchDistribution touch_distribution_from_json(JsonObject object, const Sensor& sensor);
 nlohmann::json to_json(const TouchDistribution& distribution);
+nlohmann::ordered_json touches_schema();
 
 }  // namespace ertbench

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/errors.h"
+#include "core/fields.h"
 #include "core/json.h"
 #include "core/text.h"
 #include "forward/sheet/sensor.h"
@@ -137,6 +138,7 @@ namespace {
 
 constexpr double drawn_box_mm = 120;  ///< that characters are drawn in
 constexpr const char* usual_symbols = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+constexpr Range forces{1e-6, 1e4, false, "N"};
 
 // How many sequences a plan has, how long each is, and what happens in it.
 
@@ -230,88 +232,54 @@ double duration_s(const SequencePlan& plan, std::uint64_t sequence) {
       [&](const auto& one) { return draw_one(one, sequence, random, Sensor{}).duration_s; }, plan);
 }
 
-PressPlan press_plan_from_json(JsonObject& object, double side_mm) {
-  PressPlan plan;
-  plan.areas = object.integer_or("areas", plan.areas, 1, 50);
-  plan.repeats = object.integer_or("repeats", 1, 1, 100000);
-  if (object.has("forces_N")) {
-    plan.forces_N.clear();
-    const nlohmann::json& forces = object.raw("forces_N");
-    for (std::size_t i = 0; forces.is_array() && i < forces.size(); ++i) {
-      if (!forces[i].is_number() || !(forces[i].get<double>() > 0) ||
-          (i > 0 && forces[i] <= forces[i - 1])) {
-        plan.forces_N.clear();
-        break;
-      }
-      plan.forces_N.push_back(forces[i]);
-    }
-    if (plan.forces_N.empty()) object.fail("forces_N", "must be ascending numbers of newton, > 0");
+void visit(Fields& fields, PressPlan& plan, double side_mm) {
+  fields.integer("areas", plan.areas, 1, 50);
+  fields.integer("repeats", plan.repeats, 1, 100000);
+  fields.list("forces_N", plan.forces_N, Range::positive());
+  if (!std::is_sorted(plan.forces_N.begin(), plan.forces_N.end(), std::less_equal<>())) {
+    fields.fail("forces_N", "must be ascending numbers of newton, > 0");
   }
-  plan.hold_s = object.number_or("hold_s", plan.hold_s, {1e-3, 1e4, false, "s"});
-  plan.ramp_s = object.number_or("ramp_s", std::min(plan.ramp_s, plan.hold_s / 2),
-                                 {1e-6, plan.hold_s, false, "s"});
-  plan.jitter_mm = object.number_or("jitter_mm", 0, {0, side_mm / (2.0 * plan.areas), false, "mm"});
-  return plan;
+  fields.number("hold_s", plan.hold_s, {1e-3, 1e4, false, "s"});
+  if (fields.reading()) plan.ramp_s = std::min(plan.ramp_s, plan.hold_s / 2);
+  fields.number("ramp_s", plan.ramp_s, {1e-6, plan.hold_s, false, "s"});
+  fields.number("jitter_mm", plan.jitter_mm, {0, side_mm / (2.0 * plan.areas), false, "mm"});
 }
 
-WritePlan write_plan_from_json(JsonObject& object, double side_mm) {
-  WritePlan plan;
-  plan.characters = object.text_or("characters", usual_symbols);
-  if (plan.characters.empty()) object.fail("characters", "must hold at least one");
-  for (const char symbol : plan.characters) {
-    if (std::string_view(usual_symbols).find(symbol) == std::string_view::npos) {
-      object.fail("characters", std::string("must be of ") + usual_symbols);
-    }
+void visit(Fields& fields, WritePlan& plan, double side_mm) {
+  if (fields.reading()) plan.size_mm = 0.6 * side_mm;
+  fields.text("characters", plan.characters);
+  if (plan.characters.find_first_not_of(usual_symbols) != std::string::npos) {
+    fields.fail("characters", std::string("must be of ") + usual_symbols);
   }
-  plan.repeats = object.integer_or("repeats", 1, 1, 100000);
-  plan.speed_mm_s = object.number_or("speed_mm_s", plan.speed_mm_s, {0.01, 1e5, false, "mm/s"});
-  plan.size_mm = object.number_or("size_mm", 0.6 * side_mm, {1, side_mm, false, "mm"});
-  plan.force_N = object.number_or("force_N", plan.force_N, {1e-6, 1e4, false, "N"});
-  plan.still_s = object.number_or("still_s", plan.still_s, {0, 100, false, "s"});
-  plan.indenter.body = FlatFace{{8, 10}, 0, {}};
-  return plan;
+  fields.integer("repeats", plan.repeats, 1, 100000);
+  fields.number("speed_mm_s", plan.speed_mm_s, {0.01, 1e5, false, "mm/s"});
+  fields.derived().number("size_mm", plan.size_mm, {1, side_mm, false, "mm"});
+  fields.number("force_N", plan.force_N, forces);
+  fields.number("still_s", plan.still_s, {0, 100, false, "s"});
 }
 
-CollidePlan collide_plan_from_json(JsonObject& object, double side_mm) {
-  CollidePlan plan;
-  plan.sequences = object.integer("sequences", 1, 10000000);
-  plan.duration_s = object.number("duration_s", {1e-3, 1e6, false, "s"});
-  plan.touched_fraction = object.number_or("touched_fraction", 1, {0, 1});
-  if (object.has("onset_s")) {
-    plan.onset_s = object.interval("onset_s", {0, plan.duration_s, false, "s"});
-  } else {
-    plan.onset_s = {plan.duration_s / 4, plan.duration_s / 2};
-  }
-  if (object.has("rate_N_s")) {
-    plan.rate_N_s = object.interval("rate_N_s", {1e-3, 1e9, false, "N/s"});
-  }
-  if (object.has("force_N")) plan.force_N = object.interval("force_N", {1e-6, 1e4, false, "N"});
-  plan.margin_mm = object.number_or("margin_mm", plan.margin_mm, {0, 0.45 * side_mm, false, "mm"});
-  plan.indenter.body = Sphere{20};
-  return plan;
+void visit(Fields& fields, CollidePlan& plan, double side_mm) {
+  fields.required().integer("sequences", plan.sequences, 1, 10000000);
+  fields.required().number("duration_s", plan.duration_s, {1e-3, 1e6, false, "s"});
+  fields.number("touched_fraction", plan.touched_fraction, {0, 1});
+  if (fields.reading()) plan.onset_s = {plan.duration_s / 4, plan.duration_s / 2};
+  fields.derived().interval("onset_s", plan.onset_s, {0, plan.duration_s, false, "s"});
+  fields.interval("rate_N_s", plan.rate_N_s, {1e-3, 1e9, false, "N/s"});
+  fields.interval("force_N", plan.force_N, forces);
+  fields.number("margin_mm", plan.margin_mm, {0, 0.45 * side_mm, false, "mm"});
 }
 
-nlohmann::json json_of(const PressPlan& plan) {
-  return {{"sequence", "press"},        {"areas", plan.areas},   {"repeats", plan.repeats},
-          {"forces_N", plan.forces_N},  {"hold_s", plan.hold_s}, {"ramp_s", plan.ramp_s},
-          {"jitter_mm", plan.jitter_mm}};
+void visit(Fields& fields, SequencePlan& plan, double side_mm) {
+  std::visit([&](auto& one) { visit(fields, one, side_mm); }, plan);
 }
 
-nlohmann::json json_of(const WritePlan& plan) {
-  return {{"sequence", "write"},     {"characters", plan.characters},
-          {"repeats", plan.repeats}, {"speed_mm_s", plan.speed_mm_s},
-          {"size_mm", plan.size_mm}, {"force_N", plan.force_N},
-          {"still_s", plan.still_s}};
-}
-
-nlohmann::json json_of(const CollidePlan& plan) {
-  const auto both = [](const auto& interval) {
-    return nlohmann::json{interval.first, interval.second};
-  };
-  return {{"sequence", "collide"},         {"sequences", plan.sequences},
-          {"duration_s", plan.duration_s}, {"touched_fraction", plan.touched_fraction},
-          {"onset_s", both(plan.onset_s)}, {"rate_N_s", both(plan.rate_N_s)},
-          {"force_N", both(plan.force_N)}, {"margin_mm", plan.margin_mm}};
+void visit(Fields& fields, FrameTiming& timing, int drives) {
+  fields.number("frame_rate", timing.frame_rate, {1e-3, 1e5, false, "1/s"});
+  const double longest_ms = 1000 / (timing.frame_rate * drives);
+  double drive_time_ms = fields.reading() ? std::min(0.5, longest_ms) : 1000 * timing.drive_time_s;
+  fields.derived().number("drive_time_ms", drive_time_ms,
+                          {1e-6, longest_ms * (1 + 1e-9), false, "ms"});
+  if (fields.reading()) timing.drive_time_s = drive_time_ms / 1000;
 }
 
 }  // namespace
@@ -351,33 +319,46 @@ SequenceSet sequence_set_from_json(JsonObject object, const Sensor& sensor) {
   if (!sensor.skin) {
     object.fail("sequence", R"(needs a sensor with a skin: give "sensor" a "skin", such as {})");
   }
-  const double side_mm = sensor.sheet->size_mm().x();
   const std::string kind = object.choice("sequence", {"press", "write", "collide"});
   SequencePlan plan;
-  if (kind == "press") plan = press_plan_from_json(object, side_mm);
-  if (kind == "write") plan = write_plan_from_json(object, side_mm);
-  if (kind == "collide") plan = collide_plan_from_json(object, side_mm);
+  if (kind == "write") plan = WritePlan{};
+  if (kind == "collide") plan = CollidePlan{};
+  FrameTiming timing;
+  Fields::read_some(object, [&](Fields& fields) {
+    visit(fields, plan, sensor.sheet->size_mm().x());
+    visit(fields, timing, sensor.drives());
+  });
   if (object.has("indenter")) {
     const Indenter indenter = indenter_from_json(object.object("indenter"));
     std::visit([&](auto& one) { one.indenter = indenter; }, plan);
   }
-  FrameTiming timing;
-  timing.frame_rate = object.number_or("frame_rate", timing.frame_rate, {1e-3, 1e5, false, "1/s"});
-  const double longest_ms = 1000 / (timing.frame_rate * sensor.drives());
-  timing.drive_time_s = object.number_or("drive_time_ms", std::min(0.5, longest_ms),
-                                         {1e-6, longest_ms * (1 + 1e-9), false, "ms"}) /
-                        1000;
   object.finish();
   return {std::move(plan), timing};
 }
 
 nlohmann::json to_json(const SequenceSet& set) {
-  nlohmann::json json = std::visit([](const auto& plan) { return json_of(plan); }, set.plan());
-  json["indenter"] =
-      std::visit([](const auto& plan) { return to_json(plan.indenter); }, set.plan());
-  json["frame_rate"] = set.timing().frame_rate;
-  json["drive_time_ms"] = 1000 * set.timing().drive_time_s;
+  SequencePlan plan = set.plan();
+  FrameTiming timing = set.timing();
+  nlohmann::json json = Fields::written([&](Fields& fields) {
+    visit(fields, plan, 0);
+    visit(fields, timing, 1);
+  });
+  json["sequence"] = std::array{"press", "write", "collide"}[plan.index()];
+  json["indenter"] = std::visit([](const auto& one) { return to_json(one.indenter); }, plan);
   return json;
+}
+
+nlohmann::ordered_json sequence_schema() {
+  nlohmann::ordered_json schema = Fields::schema([](Fields& fields) {
+    for (SequencePlan plan :
+         {SequencePlan(PressPlan{}), SequencePlan(WritePlan{}), SequencePlan(CollidePlan{})}) {
+      visit(fields, plan, INFINITY);
+    }
+    FrameTiming timing;
+    visit(fields, timing, 0);
+  });
+  schema["required"] = {"sequence"};  // other keys are required of one kind alone
+  return schema;
 }
 
 Touch TouchPath::at(double time_s) const {

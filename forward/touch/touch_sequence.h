@@ -93,13 +93,13 @@ struct PressPlan {
 /// A finger writes characters (D.4) at constant speed, the pen lifted between strokes: a sequence a
 /// character, and again from the first for as many repeats.
 struct WritePlan {
-  std::string characters;
+  std::string characters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ";
   int repeats = 1;
   double speed_mm_s = 100;
   double size_mm = 120;  ///< of the box around a character
   double force_N = 2;
   double still_s = 0.1;  ///< on the sheet before and behind each stroke
-  Indenter indenter;
+  Indenter indenter{FlatFace{{8, 10}, 0, {}}};
 };
 
 /// Something is run into (D.5): nothing touches until a random moment, then the force grows evenly
@@ -112,7 +112,7 @@ struct CollidePlan {
   std::pair<double, double> rate_N_s = {500, 2500};  ///< a speed times a stiffness
   std::pair<double, double> force_N = {10, 10};      ///< to which it grows
   double margin_mm = 10;                             ///< places are at least so far from the border
-  Indenter indenter;
+  Indenter indenter{Sphere{20}};
 };
 
 using SequencePlan = std::variant<PressPlan, WritePlan, CollidePlan>;
@@ -147,5 +147,6 @@ class SequenceSet {
 /// "drive_time_ms"}`, the other keys being those of the plan. The sensor must have a skin.
 SequenceSet sequence_set_from_json(JsonObject object, const Sensor& sensor);
 nlohmann::json to_json(const SequenceSet& set);
+nlohmann::ordered_json sequence_schema();
 
 }  // namespace ertbench

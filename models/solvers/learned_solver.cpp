@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/errors.h"
+#include "core/fields.h"
 #include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/sheet_model.h"
@@ -118,10 +119,26 @@ void LearnedSolver::read_inference(JsonObject& object) {
       object.choice_or("inference_precision", "float32", {"float32", "bfloat16"}) == "bfloat16";
 }
 
+void LearnedSolver::read(JsonObject object) {
+  training_ = standard_training_;
+  Fields::read(std::move(object), [&](Fields& fields) {
+    visit(fields);
+    ertbench::visit(fields, training_);
+  });
+}
+
+json LearnedSolver::settings() const {
+  return Fields::written([&](Fields& fields) {
+    // Fields that are written are not changed.
+    const_cast<LearnedSolver*>(this)->visit(fields);
+    TrainingSettings training = training_;
+    ertbench::visit(fields, training);
+  });
+}
+
 json LearnedSolver::parameters() const {
   json out = settings();
   if (bfloat16_inference_) out["inference_precision"] = "bfloat16";
-  out.update(to_json(training_));
   if (!result_.is_null()) out["training"] = result_;
   return out;
 }
@@ -197,9 +214,7 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
 }
 
 void LearnedSolver::save(const std::filesystem::path& file) const {
-  json parameters = settings();
-  parameters.update(to_json(training_));
-  Hdf5File out = create_solver_file(file, type_, sensor_, parameters);
+  Hdf5File out = create_solver_file(file, type_, sensor_, settings());
   out.write_text("/", "training", result_.dump());
   write_tensor(out, "/mean", tensor_of(standardisation_.mean));
   write_tensor(out, "/scale", tensor_of(standardisation_.scale));

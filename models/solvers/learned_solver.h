@@ -55,15 +55,17 @@ class LearnedSolver : public Solver {
   Eigen::Index block_frames() const override { return 64; }
 
  protected:
-  explicit LearnedSolver(std::string type) : type_(std::move(type)) {}
+  /// `training`: the defaults of its settings.
+  LearnedSolver(std::string type, const TrainingSettings& training)
+      : type_(std::move(type)), standard_training_(training) {}
 
   /// The sensor of the fit; the default sensor before `fit` or `load`.
   const Sensor& sensor() const { return sensor_; }
 
-  /// Reads the settings of network and training and calls `finish`. Those of the inference are read
-  /// before by read_inference.
-  virtual void read(JsonObject object) = 0;
-  virtual nlohmann::json settings() const = 0;
+  /// The settings of the network and its objective.
+  virtual void visit(Fields& fields) = 0;
+  /// Reads all settings but the inference's.
+  void read(JsonObject object);
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
   /// Reads "inference_precision". Only for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
@@ -78,9 +80,11 @@ class LearnedSolver : public Solver {
   TrainingSettings training_;
 
  private:
+  nlohmann::json settings() const;
   void freeze(const Sensor& sensor, std::shared_ptr<Network> network);
 
   std::string type_;
+  TrainingSettings standard_training_;
   bool bfloat16_inference_ = false;
   Sensor sensor_;
   Standardisation standardisation_;

@@ -12,13 +12,7 @@
 
 namespace ertbench {
 
-void FcnnSolver::read(JsonObject object) {
-  if (object.has("widths")) widths_ = object.integers("widths", 1, 16, {1, 65536});
-  training_ = TrainingSettings::from_json(object, {});
-  object.finish();
-}
-
-nlohmann::json FcnnSolver::settings() const { return {{"widths", widths_}}; }
+void FcnnSolver::visit(Fields& fields) { fields.integers("widths", widths_, 1, 16, {1, 65536}); }
 
 std::shared_ptr<Network> FcnnSolver::make_network(const Sensor& sensor) const {
   return std::make_shared<Fcnn>(sensor, widths_);
@@ -30,16 +24,7 @@ std::unique_ptr<Objective> FcnnSolver::make_objective(const FitInput&) const {
 
 void DcnnSolver::check(const Sensor& sensor) const { Dcnn::check(sensor); }
 
-void DcnnSolver::read(JsonObject object) {
-  if (object.has("widths")) {
-    const std::vector<int> widths = object.integers("widths", 3, 3, {1, 4096});
-    std::copy(widths.begin(), widths.end(), widths_.begin());
-  }
-  training_ = TrainingSettings::from_json(object, {});
-  object.finish();
-}
-
-nlohmann::json DcnnSolver::settings() const { return {{"widths", widths_}}; }
+void DcnnSolver::visit(Fields& fields) { fields.integers("widths", widths_, {1, 4096}); }
 
 std::shared_ptr<Network> DcnnSolver::make_network(const Sensor& sensor) const {
   return std::make_shared<Dcnn>(sensor, widths_);
@@ -62,27 +47,14 @@ void EitNnSolver::check(const Sensor& sensor) const {
   }
 }
 
-void EitNnSolver::read(JsonObject object) {
-  if (object.has("dense_widths"))
-    dense_widths_ = object.integers("dense_widths", 1, 16, {1, 65536});
-  if (object.has("channels")) {
-    const std::vector<int> channels = object.integers("channels", 2, 2, {1, 4096});
-    std::copy(channels.begin(), channels.end(), channels_.begin());
-  }
-  blurred_target_ = object.choice_or("loss", blurred_target_ ? "ssa-mse" : "mse",
-                                     {"ssa-mse", "mse"}) == "ssa-mse";
-  lambda_ = read_tunable(object, "sensitivity_lambda", Range::positive());
-  training_ = TrainingSettings::from_json(object, {});
-  object.finish();
-}
-
-nlohmann::json EitNnSolver::settings() const {
-  nlohmann::json out = {{"dense_widths", dense_widths(sensor())},
-                        {"channels", channels_},
-                        {"loss", blurred_target_ ? "ssa-mse" : "mse"},
-                        {"sensitivity_lambda", "auto"}};
-  if (lambda_.value) out["sensitivity_lambda"] = *lambda_.value;
-  return out;
+void EitNnSolver::visit(Fields& fields) {
+  std::vector<int> widths = dense_widths(sensor());
+  fields.integers("dense_widths", widths, 1, 16, {1, 65536});
+  if (fields.has("dense_widths")) dense_widths_ = std::move(widths);
+  fields.integers("channels", channels_, {1, 4096});
+  fields.choice("loss", blurred_target_, {{"ssa-mse", true}, {"mse", false}});
+  fields.number_or_auto("sensitivity_lambda", lambda_.value, Range::positive());
+  if (fields.reading()) lambda_.place = fields.place("sensitivity_lambda");
 }
 
 std::shared_ptr<Network> EitNnSolver::make_network(const Sensor& sensor) const {
@@ -99,54 +71,28 @@ std::unique_ptr<Objective> EitNnSolver::make_objective(const FitInput& input) co
 
 void DdErtSolver::check(const Sensor& sensor) const { DdErtGenerator::check(sensor); }
 
-void DdErtSolver::read(JsonObject object) {
-  shape_.width = object.integer_or("width", shape_.width, 1, 1024);
-  shape_.convolutions = object.integer_or("convolutions", shape_.convolutions, 1, 16);
-  shape_.attention = object.boolean_or("attention", shape_.attention);
-  physics_ = object.choice_or("initialisation", physics_ ? "physics" : "random",
-                              {"physics", "random"}) == "physics";
-  train_dense_ = object.boolean_or("train_dense", train_dense_);
+void DdErtSolver::visit(Fields& fields) {
+  fields.integer("width", shape_.width, 1, 1024);
+  fields.integer("convolutions", shape_.convolutions, 1, 16);
+  fields.boolean("attention", shape_.attention);
+  fields.choice("initialisation", physics_, {{"physics", true}, {"random", false}});
+  fields.boolean("train_dense", train_dense_);
   AdversarialSettings& a = adversarial_;
-  a.squared_content =
-      object.choice_or("content_loss", a.squared_content ? "mse" : "l1", {"l1", "mse"}) == "mse";
-  a.alpha = object.number_or("alpha", a.alpha, {0, 1e6});
-  a.beta = object.number_or("beta", a.beta, {0, 1e6});
-  a.form = adversarial_form_from_name(object.choice_or(
-      "adversarial_form", name_of(a.form), {"minimax", "non-saturating", "least-squares"}));
-  a.mask_threshold = object.number_or("mask_threshold", a.mask_threshold, {0, 1, true});
-  a.discriminator_rate =
-      object.number_or("discriminator_rate", a.discriminator_rate, {0, 1000, true});
-  a.spectral_norm = object.boolean_or("spectral_norm", a.spectral_norm);
-  a.instance_noise = object.number_or("instance_noise", a.instance_noise, {0, 10});
-  a.label_smoothing = object.number_or("label_smoothing", a.label_smoothing, {0, 0.49});
-  if (object.has("discriminator_widths")) {
-    const std::vector<int> widths = object.integers("discriminator_widths", 2, 2, {1, 4096});
-    std::copy(widths.begin(), widths.end(), a.discriminator_widths.begin());
-  }
-  training_ = TrainingSettings::from_json(
-      object, {.batch = 16, .learning_rate = 4e-3, .freeze_statistics = 0.4});
-  object.finish();
-}
-
-nlohmann::json DdErtSolver::settings() const {
-  const AdversarialSettings& a = adversarial_;
-  nlohmann::json out = {{"width", shape_.width},
-                        {"convolutions", shape_.convolutions},
-                        {"attention", shape_.attention},
-                        {"initialisation", physics_ ? "physics" : "random"},
-                        {"train_dense", train_dense_},
-                        {"content_loss", a.squared_content ? "mse" : "l1"},
-                        {"alpha", a.alpha},
-                        {"beta", a.beta},
-                        {"adversarial_form", name_of(a.form)},
-                        {"mask_threshold", a.mask_threshold},
-                        {"discriminator_rate", a.discriminator_rate},
-                        {"discriminator_widths", a.discriminator_widths}};
-  // Left out if they are off, as in files of networks from before these settings existed.
-  if (a.spectral_norm) out["spectral_norm"] = true;
-  if (a.instance_noise > 0) out["instance_noise"] = a.instance_noise;
-  if (a.label_smoothing > 0) out["label_smoothing"] = a.label_smoothing;
-  return out;
+  fields.choice("content_loss", a.squared_content, {{"l1", false}, {"mse", true}});
+  fields.number("alpha", a.alpha, {0, 1e6});
+  fields.number("beta", a.beta, {0, 1e6});
+  fields.choice("adversarial_form", a.form,
+                {{"minimax", AdversarialForm::minimax},
+                 {"non-saturating", AdversarialForm::non_saturating},
+                 {"least-squares", AdversarialForm::least_squares}});
+  fields.number("mask_threshold", a.mask_threshold, {0, 1, true});
+  fields.number("discriminator_rate", a.discriminator_rate, {0, 1000, true});
+  fields.integers("discriminator_widths", a.discriminator_widths, {1, 4096});
+  // Written where they are on: files of older networks have none of them.
+  const bool all = !fields.writing();
+  if (all || a.spectral_norm) fields.boolean("spectral_norm", a.spectral_norm);
+  if (all || a.instance_noise > 0) fields.number("instance_noise", a.instance_noise, {0, 10});
+  if (all || a.label_smoothing > 0) fields.number("label_smoothing", a.label_smoothing, {0, 0.49});
 }
 
 std::shared_ptr<Network> DdErtSolver::make_network(const Sensor& sensor) const {
@@ -190,30 +136,14 @@ torch::Tensor float_tensor(const RowMajorMatrix& matrix) {
 
 void LeanNetSolver::check(const Sensor& sensor) const { LeanNet::check(sensor); }
 
-void LeanNetSolver::read(JsonObject object) {
-  shape_.width = object.integer_or("width", shape_.width, 1, 1024);
-  shape_.blocks = object.integer_or("blocks", shape_.blocks, 0, 64);
-  shape_.bottom_blocks = object.integer_or("bottom_blocks", shape_.bottom_blocks, 0, 64);
-  shape_.extra_maps = object.integer_or("extra_maps", shape_.extra_maps, 0, 64);
-  shape_.bounded = object.choice_or("output", shape_.bounded ? "bounded" : "linear",
-                                    {"bounded", "linear"}) == "bounded";
-  lmmse_ = object.choice_or("initialisation", lmmse_ ? "lmmse" : "random", {"lmmse", "random"}) ==
-           "lmmse";
-  relative_loss_ = object.choice_or("loss", relative_loss_ ? "relative" : "mse",
-                                    {"relative", "mse"}) == "relative";
-  training_ = TrainingSettings::from_json(
-      object, {.epochs = 40, .batch = 32, .learning_rate = 4e-3, .slow_rate = 0.3});
-  object.finish();
-}
-
-nlohmann::json LeanNetSolver::settings() const {
-  return {{"width", shape_.width},
-          {"blocks", shape_.blocks},
-          {"bottom_blocks", shape_.bottom_blocks},
-          {"extra_maps", shape_.extra_maps},
-          {"output", shape_.bounded ? "bounded" : "linear"},
-          {"initialisation", lmmse_ ? "lmmse" : "random"},
-          {"loss", relative_loss_ ? "relative" : "mse"}};
+void LeanNetSolver::visit(Fields& fields) {
+  fields.integer("width", shape_.width, 1, 1024);
+  fields.integer("blocks", shape_.blocks, 0, 64);
+  fields.integer("bottom_blocks", shape_.bottom_blocks, 0, 64);
+  fields.integer("extra_maps", shape_.extra_maps, 0, 64);
+  fields.choice("output", shape_.bounded, {{"bounded", true}, {"linear", false}});
+  fields.choice("initialisation", lmmse_, {{"lmmse", true}, {"random", false}});
+  fields.choice("loss", relative_loss_, {{"relative", true}, {"mse", false}});
 }
 
 std::shared_ptr<Network> LeanNetSolver::make_network(const Sensor& sensor) const {

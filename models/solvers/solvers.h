@@ -17,7 +17,7 @@ namespace ertbench {
 class FcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "fcnn";
-  explicit FcnnSolver(JsonObject object) : LearnedSolver(type) {
+  explicit FcnnSolver(JsonObject object) : LearnedSolver(type, {}) {
     read_inference(object);
     read(std::move(object));
   }
@@ -29,8 +29,7 @@ class FcnnSolver final : public LearnedSolver {
   bool batches_share_weights() const override { return true; }
 
  private:
-  void read(JsonObject object) override;
-  nlohmann::json settings() const override;
+  void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
@@ -40,12 +39,11 @@ class FcnnSolver final : public LearnedSolver {
 class DcnnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dcnn";
-  explicit DcnnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit DcnnSolver(JsonObject object) : LearnedSolver(type, {}) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
-  void read(JsonObject object) override;
-  nlohmann::json settings() const override;
+  void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
@@ -55,12 +53,11 @@ class DcnnSolver final : public LearnedSolver {
 class EitNnSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "eit-nn";
-  explicit EitNnSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit EitNnSolver(JsonObject object) : LearnedSolver(type, {}) { read(std::move(object)); }
   void check(const Sensor& sensor) const override;
 
  private:
-  void read(JsonObject object) override;
-  nlohmann::json settings() const override;
+  void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
@@ -75,12 +72,14 @@ class EitNnSolver final : public LearnedSolver {
 class DdErtSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "dd-ert";
-  explicit DdErtSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit DdErtSolver(JsonObject object)
+      : LearnedSolver(type, {.batch = 16, .learning_rate = 4e-3, .freeze_statistics = 0.4}) {
+    read(std::move(object));
+  }
   void check(const Sensor& sensor) const override;
 
  private:
-  void read(JsonObject object) override;
-  nlohmann::json settings() const override;
+  void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   void initialise(Network& network, const FitInput& input,
                   const Standardisation& standardisation) const override;
@@ -95,12 +94,14 @@ class DdErtSolver final : public LearnedSolver {
 class LeanNetSolver final : public LearnedSolver {
  public:
   static constexpr const char* type = "lean-net";
-  explicit LeanNetSolver(JsonObject object) : LearnedSolver(type) { read(std::move(object)); }
+  explicit LeanNetSolver(JsonObject object)
+      : LearnedSolver(type, {.epochs = 40, .batch = 32, .learning_rate = 4e-3, .slow_rate = 0.3}) {
+    read(std::move(object));
+  }
   void check(const Sensor& sensor) const override;
 
  private:
-  void read(JsonObject object) override;
-  nlohmann::json settings() const override;
+  void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   void initialise(Network& network, const FitInput& input,
                   const Standardisation& standardisation) const override;

@@ -22,24 +22,6 @@ torch::Tensor sheet_mask(const Sensor& sensor) {
 
 namespace F = torch::nn::functional;
 
-AdversarialForm adversarial_form_from_name(const std::string& name) {
-  if (name == "non-saturating") return AdversarialForm::non_saturating;
-  if (name == "least-squares") return AdversarialForm::least_squares;
-  return AdversarialForm::minimax;
-}
-
-const char* name_of(AdversarialForm form) {
-  switch (form) {
-    case AdversarialForm::minimax:
-      return "minimax";
-    case AdversarialForm::non_saturating:
-      return "non-saturating";
-    case AdversarialForm::least_squares:
-      return "least-squares";
-  }
-  return "";
-}
-
 // With log-odds x: -log D = softplus(-x), -log(1 - D) = softplus(x), which neither overflow nor
 // lose the small probabilities.
 

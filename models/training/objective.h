@@ -32,9 +32,6 @@ enum class AdversarialForm {
   least_squares,   ///< squared distances to 1 and 0 (Mao et al. 2017)
 };
 
-AdversarialForm adversarial_form_from_name(const std::string& name);
-const char* name_of(AdversarialForm form);
-
 /// What the discriminator minimises; `odds_of_truths`, `odds_of_images`: its log-odds, any shape.
 /// With one-sided label smoothing s (Salimans et al. 2016) it is to answer truths with 1 - s, not
 /// 1, so that it does not grow sure of itself; images with 0 all the same.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <utility>
 
 #include "forward/data/faults.h"
@@ -24,16 +23,9 @@ struct TrainingFaults {
 
   /// The faults of one frame; none for those that are spared.
   Faults draw(RandomStream& random) const;
-
-  /// Reads `"training_faults": {"dead_electrodes", "dead_reading", "gain_error", "offset"}`, as in
-  /// the "faults" of a dataset but with intervals for sizes, and `"fault_share"`.
-  static TrainingFaults from_json(JsonObject& object);
-  /// The same two keys; nothing where there are no faults, so that networks trained without them
-  /// are what they were.
-  void add_to(nlohmann::json& settings) const;
 };
 
-class JsonObject;
+class Fields;
 
 /// How a network is trained; the architectures' own defaults differ.
 struct TrainingSettings {
@@ -51,14 +43,11 @@ struct TrainingSettings {
   bool new_scenes = false;     ///< draw new scenes for every epoch
   int patience = 20;           ///< epochs without a better validation error before it ends early
   TrainingFaults faults = {};  ///< put into the frames, besides fresh noise
-
-  /// Reads `{"seed", "epochs", "batch", "learning_rate", "schedule", "slow_rate",
-  /// "freeze_statistics", "precision", "symmetries",
-  /// "new_scenes", "patience"}` and what TrainingFaults reads; `defaults` stand for what is left
-  /// out.
-  static TrainingSettings from_json(JsonObject& object, const TrainingSettings& defaults);
 };
 
-nlohmann::json to_json(const TrainingSettings& settings);
+/// "seed", "epochs", "batch", "learning_rate", "schedule", "slow_rate", "freeze_statistics",
+/// "precision", "symmetries", "new_scenes", "patience"; "training_faults" and "fault_share", which
+/// are written where there are any, so that networks trained without them are what they were.
+void visit(Fields& fields, TrainingSettings& settings);
 
 }  // namespace ertbench

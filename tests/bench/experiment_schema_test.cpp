@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_json.h"
@@ -40,6 +41,15 @@ TEST(Experiment, TheSchemaOfSensorFilesIsThatOfSensors) {
   EXPECT_EQ(files.at("$ref"), "#/definitions/sensor");
   for (const auto& [name, definition] : files.at("definitions").items()) {
     EXPECT_EQ(definition, own.at("definitions").at(name)) << name;
+  }
+}
+
+// `ertbench list --schema FILE` writes what they should be.
+TEST(Experiment, SchemasHaveTheProgramsTypesRangesAndDefaults) {
+  for (const char* name : {"schema.json", "../sensors/schema.json"}) {
+    std::ifstream in(experiments / name);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_EQ(updated_schema(experiments / name), text) << name;
   }
 }
 
