@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <limits>
 #include <memory>
 #include <numeric>
 #include <optional>
 
+#include "core/process.h"
 #include "limit/scene_likelihood.h"
 
 namespace ertbench {
@@ -216,18 +216,11 @@ SceneBank draw_bank(const ScenePrior& prior, const SceneVoltages& voltages, std:
     drawn.push_back(scene_of(bank.scenes.back()));
   }
   bank.voltages.resize(static_cast<Eigen::Index>(scenes), voltages.reference().size());
-  std::vector<std::future<void>> workers;
-  const auto parts = static_cast<std::size_t>(std::max(1, threads));
-  for (std::size_t t = 0; t < parts; ++t) {
-    const std::size_t begin = scenes * t / parts;
-    const std::size_t end = scenes * (t + 1) / parts;
-    workers.push_back(std::async(std::launch::async, [&, begin, end] {
-      const auto rows = static_cast<Eigen::Index>(end - begin);
-      voltages.solve(std::span(drawn).subspan(begin, end - begin), nullptr,
-                     bank.voltages.middleRows(static_cast<Eigen::Index>(begin), rows));
-    }));
-  }
-  for (std::future<void>& worker : workers) worker.get();
+  parallel_for(scenes, threads, [&](std::size_t begin, std::size_t end) {
+    voltages.solve(std::span(drawn).subspan(begin, end - begin), nullptr,
+                   bank.voltages.middleRows(static_cast<Eigen::Index>(begin),
+                                            static_cast<Eigen::Index>(end - begin)));
+  });
   return bank;
 }
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <numeric>
 #include <string>
 #include <unordered_map>
 
 #include "core/errors.h"
+#include "core/process.h"
 #include "forward/sheet/rasterise.h"
 
 namespace ertbench {
@@ -166,18 +166,11 @@ EnumeratedDiscs::EnumeratedDiscs(const ScenePrior& prior, const Sensor& sensor,
     }
   }
   voltages_.resize(static_cast<Eigen::Index>(scenes.size()), sensor.channels());
-  std::vector<std::future<void>> workers;
-  const auto parts = static_cast<std::size_t>(std::max(1, threads));
-  for (std::size_t t = 0; t < parts; ++t) {
-    const std::size_t begin = scenes.size() * t / parts;
-    const std::size_t end = scenes.size() * (t + 1) / parts;
-    workers.push_back(std::async(std::launch::async, [&, begin, end] {
-      voltages.solve(std::span(scenes).subspan(begin, end - begin), nullptr,
-                     voltages_.middleRows(static_cast<Eigen::Index>(begin),
-                                          static_cast<Eigen::Index>(end - begin)));
-    }));
-  }
-  for (std::future<void>& worker : workers) worker.get();
+  parallel_for(scenes.size(), threads, [&](std::size_t begin, std::size_t end) {
+    voltages.solve(std::span(scenes).subspan(begin, end - begin), nullptr,
+                   voltages_.middleRows(static_cast<Eigen::Index>(begin),
+                                        static_cast<Eigen::Index>(end - begin)));
+  });
 }
 
 PosteriorSamples EnumeratedDiscs::posterior(const FrameLikelihood& likelihood) const {

@@ -14,8 +14,9 @@ namespace ertbench {
 /// The value that `share` of the frames like these are above: the quantile of the generalised
 /// Pareto tail that the farthest tenth of `values` (all >= 0) has by the moments of its logarithms
 /// (Dekkers, Einmahl and de Haan, Ann. Statist. 17, 1989), be it heavy or bounded; and where the
-/// tail has a lump, no less than the quantile of the values themselves. Some hundred values will
-/// do.
+/// tail has a lump, no less than the quantile of the values themselves. It takes some hundred
+/// values to mean anything; of one value, or of equal ones, it is the largest. Throws
+/// std::invalid_argument where there is none.
 double tail_limit(Eigen::VectorXd values, double share);
 
 /// What is usual for a mean square q beside a signal whose square is s: q = a + b s, which covers
@@ -25,7 +26,8 @@ struct UsualLevel {
   double b = 0;
   double limit = 0;  ///< of q / (a + b s)
 
-  /// From the q and s of frames. `floor`: the least a, beside what a converter resolves.
+  /// From the q and s of frames. `floor`: the least a, beside what a converter resolves. One frame
+  /// is its own level, with limit 1. Throws std::invalid_argument where there is no frame.
   static UsualLevel of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, double floor,
                        double share);
   double relative(double q, double s) const { return q / (a + b * s); }
@@ -42,7 +44,9 @@ struct PrincipalDirections {
   /// scatter (Fisher's). Frames that are the negative of such as these have the wrong sign of it.
   Eigen::VectorXd tilt;
 
-  /// `frames` [frames, inputs]; directions with at least twice the variance `noise`.
+  /// `frames` [frames, inputs]; directions with at least twice the variance `noise`, one for every
+  /// four frames at most: fewer than four have a mean and no directions. Throws
+  /// std::invalid_argument where there is no frame.
   static PrincipalDirections of(const Eigen::MatrixXd& frames, double noise);
 
   struct Place {
