@@ -15,8 +15,10 @@
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -134,6 +136,20 @@ const char* kind_of(fs::file_type type) {
   }
 }
 
+/// The file beside the missing one that its name may be a slip for, of the same kind; empty where
+/// there is none.
+std::string near_file(const fs::path& missing) {
+  std::vector<std::string> stems;
+  std::error_code error;
+  const fs::path folder = missing.has_parent_path() ? missing.parent_path() : ".";
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == missing.extension()) stems.push_back(entry.path().stem());
+  }
+  const std::string near = nearest_word(missing.stem().string(), stems);
+  if (near.empty()) return "";
+  return fs::path(missing).replace_filename(near + missing.extension().string()).string();
+}
+
 }  // namespace
 
 void require_regular_file(const fs::path& file) {
@@ -141,7 +157,9 @@ void require_regular_file(const fs::path& file) {
   const fs::file_status status = fs::status(file, error);
   if (status.type() == fs::file_type::regular) return;
   if (status.type() == fs::file_type::not_found) {
-    throw InputError(file.string() + ": cannot be opened: there is no such file; check the name");
+    const std::string near = near_file(file);
+    throw InputError(file.string() + ": cannot be opened: there is no such file; " +
+                     (near.empty() ? "check the name" : "did you mean " + near + "?"));
   }
   if (status.type() == fs::file_type::none) {
     throw InputError(file.string() + ": cannot be opened: " + error.message() +

@@ -12,11 +12,14 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "core/errors.h"
 #include "core/seconds.h"
@@ -277,6 +280,46 @@ IsolatedOutcome run_isolated(
   outcome.end.timed_out = timed_out;
   outcome.finished = outcome.finished && outcome.end.ok();
   return outcome;
+}
+
+void parallel_for(std::size_t count, std::size_t chunk, int threads,
+                  const std::function<void(std::size_t begin, std::size_t end)>& work) {
+  std::mutex mutex;
+  std::size_t next = 0;
+  std::size_t failed_at = count;
+  std::exception_ptr failure;
+  const auto take = [&] {
+    const std::lock_guard lock(mutex);
+    return failure ? count : std::exchange(next, std::min(count, next + chunk));
+  };
+  const auto run = [&] {
+    for (std::size_t begin = take(); begin < count; begin = take()) {
+      try {
+        work(begin, std::min(count, begin + chunk));
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (begin >= failed_at) continue;
+        failed_at = begin;
+        failure = std::current_exception();
+      }
+    }
+  };
+  {
+    const std::size_t parts = (count + chunk - 1) / chunk;
+    std::vector<std::jthread> helpers;
+    for (std::size_t t = 1; t < std::min(parts, static_cast<std::size_t>(std::max(1, threads)));
+         ++t) {
+      helpers.emplace_back(run);
+    }
+    run();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+void parallel_for(std::size_t count, int threads,
+                  const std::function<void(std::size_t begin, std::size_t end)>& work) {
+  const auto parts = static_cast<std::size_t>(std::max(1, threads));
+  parallel_for(count, std::max<std::size_t>(1, (count + parts - 1) / parts), threads, work);
 }
 
 }  // namespace ertbench

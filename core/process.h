@@ -36,6 +36,18 @@ class Progress {
 /// "4.2 s", "3 min 20 s", "2 h 5 min"
 std::string duration_text(double seconds);
 
+/// Calls `work(begin, end)` for consecutive parts of [0, count), `chunk` items each (the last may
+/// be shorter), on up to `threads` threads of which the caller's is one; returns when all are done.
+/// Each thread takes the next part when it is free: what a part computes must not depend on which
+/// thread runs it. Where parts throw, no further ones are begun, and the exception of the first of
+/// them in the order of the items is rethrown: the one that a single thread would have met.
+void parallel_for(std::size_t count, std::size_t chunk, int threads,
+                  const std::function<void(std::size_t begin, std::size_t end)>& work);
+
+/// Divides [0, count) evenly, a part for each thread.
+void parallel_for(std::size_t count, int threads,
+                  const std::function<void(std::size_t begin, std::size_t end)>& work);
+
 /// How a child process ended.
 struct ProcessEnd {
   bool timed_out = false;

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <future>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -132,23 +130,14 @@ class SetRun {
         std::count_if(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; }));
     if (missing > 0) {
       Progress progress("limit of \"" + spec_.name + "\" (" + model_name(spec_, *voltages_) + ")");
-      std::atomic<std::size_t> next = 0;
       std::uint64_t done = 0;
       std::mutex mutex;
-      const auto work = [&] {
-        for (std::size_t i = next++; i < count; i = next++) {
-          if (!unfinished_[i]) continue;
-          compute(i);
-          const std::lock_guard lock(mutex);
-          progress.update(++done, missing);
-        }
-      };
-      std::vector<std::future<void>> workers;
-      for (int t = 0; t < std::max(1, options_.threads); ++t) {
-        workers.push_back(std::async(std::launch::async, work));
-      }
-      for (std::future<void>& worker : workers) worker.wait();
-      for (std::future<void>& worker : workers) worker.get();
+      parallel_for(count, 1, options_.threads, [&](std::size_t i, std::size_t) {
+        if (!unfinished_[i]) return;
+        compute(i);
+        const std::lock_guard lock(mutex);
+        progress.update(++done, missing);
+      });
     }
     std::vector<SetLimit> out;
     for (const Task& task : tasks_) {

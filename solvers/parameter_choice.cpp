@@ -3,14 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <thread>
 
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/process.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 
@@ -45,7 +44,7 @@ namespace {
 
 constexpr const char* rule =
     "least mean relative error of the conductivity change over validation frames with a contact";
-constexpr Eigen::Index block = 8;  ///< frames that a thread takes at a time
+constexpr std::size_t block = 8;  ///< frames that a thread takes at a time
 
 }  // namespace
 
@@ -98,19 +97,12 @@ double mean_relative_error(const Solver& solver, const ValidationFrames& frames,
   const Eigen::Index count = frames.changes.rows();
   Images images(count, frames.truths.cols());
   std::vector<FrameReport> reports(static_cast<std::size_t>(count));
-  std::atomic<Eigen::Index> next = 0;
-  const auto work = [&] {
-    for (Eigen::Index first = block * next++; first < count; first = block * next++) {
-      const Eigen::Index size = std::min(block, count - first);
-      solver.reconstruct(frames.changes.middleRows(first, size), images.middleRows(first, size),
-                         std::span(reports).subspan(static_cast<std::size_t>(first),
-                                                    static_cast<std::size_t>(size)));
-    }
-  };
-  std::vector<std::jthread> helpers;
-  for (int t = 1; t < threads; ++t) helpers.emplace_back(work);
-  work();
-  helpers.clear();  // joins
+  parallel_for(reports.size(), block, threads, [&](std::size_t begin, std::size_t end) {
+    const auto first = static_cast<Eigen::Index>(begin);
+    const auto size = static_cast<Eigen::Index>(end - begin);
+    solver.reconstruct(frames.changes.middleRows(first, size), images.middleRows(first, size),
+                       std::span(reports).subspan(begin, end - begin));
+  });
   return mean_relative_error(images, reports, frames.truths);
 }
 

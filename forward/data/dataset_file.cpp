@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "core/json.h"
+#include "core/process.h"
 #include "forward/data/scene_model.h"
 
 namespace ertbench::dataset_layout {
@@ -192,7 +192,6 @@ void fill_sequences(const Part& part, DatasetBlock& block) {
 }
 
 void fill_rows(const Part& part, DatasetBlock& block) {
-  if (part.count() == 0) return;
   const DatasetSpec& spec = part.spec;
   if (spec.sequences()) {
     fill_sequences(part, block);
@@ -229,20 +228,11 @@ void fill_rows(const Part& part, DatasetBlock& block) {
 DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                             std::uint64_t count, int threads) {
   DatasetBlock block = allocate(spec, count);
-  const auto rows = static_cast<Eigen::Index>(count);
-  const auto part = [&](int t) {
-    return Part{spec, model, first, rows * t / threads, rows * (t + 1) / threads};
-  };
-  if (threads <= 1) {
-    fill_rows(part(0), block);
-    return block;
-  }
-  std::vector<std::future<void>> workers;
-  for (int t = 0; t < threads; ++t) {
-    workers.push_back(std::async(std::launch::async, [&, t] { fill_rows(part(t), block); }));
-  }
-  for (auto& worker : workers) worker.wait();
-  for (auto& worker : workers) worker.get();
+  parallel_for(count, threads, [&](std::size_t begin, std::size_t end) {
+    fill_rows(
+        {spec, model, first, static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end)},
+        block);
+  });
   return block;
 }
 

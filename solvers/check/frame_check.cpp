@@ -14,7 +14,16 @@
 
 namespace ertbench {
 
+namespace {
+
+void require_frames(Eigen::Index count) {
+  if (count == 0) throw std::invalid_argument("there are no frames to take a limit from");
+}
+
+}  // namespace
+
 double tail_limit(Eigen::VectorXd values, double share) {
+  require_frames(values.size());
   std::sort(values.begin(), values.end(), std::greater<>());
   const Eigen::Index farthest = std::max<Eigen::Index>(values.size() / 10, 1);
   if (values.size() <= farthest || values[farthest] <= 0) return values[0];
@@ -36,6 +45,7 @@ double tail_limit(Eigen::VectorXd values, double share) {
 
 UsualLevel UsualLevel::of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, double floor,
                           double share) {
+  require_frames(q.size());
   // Least squares with relative errors, reweighted by the level of the last pass.
   UsualLevel level{std::max(q.mean(), floor), 0, 0};
   for (int i = 0; i < 10; ++i) {
@@ -61,11 +71,13 @@ UsualLevel UsualLevel::of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, do
 }
 
 PrincipalDirections PrincipalDirections::of(const Eigen::MatrixXd& frames, double noise) {
+  require_frames(frames.rows());
   PrincipalDirections out;
   out.mean = frames.colwise().mean().transpose();
   const Eigen::MatrixXd centred = frames.rowwise() - out.mean.transpose();
   const SymmetricEigen eigen =
-      symmetric_eigen(centred.transpose() * centred / static_cast<double>(frames.rows() - 1));
+      symmetric_eigen(centred.transpose() * centred /
+                      static_cast<double>(std::max<Eigen::Index>(frames.rows() - 1, 1)));
   const auto above = (eigen.values.array() >= 2 * noise).count();
   const Eigen::Index count = std::min({above, most, frames.rows() / 4});
   out.rows = eigen.vectors.rightCols(count).transpose();

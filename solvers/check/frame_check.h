@@ -15,6 +15,7 @@ namespace ertbench {
 /// Pareto tail, heavy or bounded, fitted to the largest tenth of `values` (all >= 0) by the moments
 /// of their logarithms (Dekkers, Einmahl and de Haan, Ann. Statist. 17, 1989), and at least the
 /// quantile of the values themselves. Needs some hundred values.
+/// Of one value, or of equal ones, it is the largest. Throws std::invalid_argument for none.
 double tail_limit(Eigen::VectorXd values, double share);
 
 /// Usual mean square q for a signal of square s: q = a + b s. Covers noise of a fixed level, noise
@@ -25,6 +26,7 @@ struct UsualLevel {
   double limit = 0;  ///< of q / (a + b s)
 
   /// Fits to the q and s of frames. `floor` is the least a, such as the resolution of a converter.
+  /// One frame is its own level, with limit 1. Throws std::invalid_argument for none.
   static UsualLevel of(const Eigen::VectorXd& q, const Eigen::VectorXd& s, double floor,
                        double share);
   double relative(double q, double s) const { return q / (a + b * s); }
@@ -42,6 +44,7 @@ struct PrincipalDirections {
   Eigen::VectorXd tilt;
 
   /// `frames` [frames, inputs]. Keeps directions with at least twice the variance `noise`.
+  /// At most one direction for every four frames. Throws std::invalid_argument for no frame.
   static PrincipalDirections of(const Eigen::MatrixXd& frames, double noise);
 
   struct Place {

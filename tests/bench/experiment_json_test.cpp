@@ -71,6 +71,11 @@ TEST_F(ExperimentJsonFiles, WhatCannotBeExtendedIsRefusedWithItsPlace) {
   const fs::path file = write("a.json", R"({"extends": "absent.json"})");
   EXPECT_EQ(refusal_of(file), file.string() + ": /extends: " + (folder_ / "absent.json").string() +
                                   ": cannot be opened: there is no such file; check the name");
+  write("shared_base.json", "{}");
+  EXPECT_EQ(refusal_of(folder_ / "shraed_base.json"),
+            (folder_ / "shraed_base.json").string() +
+                ": cannot be opened: there is no such file; did you mean " +
+                (folder_ / "shared_base.json").string() + "?");
   write("a.json", R"({"extends": ["b.json"]})");
   EXPECT_EQ(refusal_of(file),
             file.string() + R"(: /extends: must be a string that is not empty, got ["b.json"])");

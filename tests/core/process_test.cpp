@@ -4,6 +4,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -174,6 +176,46 @@ TEST(RunIsolated, CountsItsTimeFromTheLastMessage) {
       {0.9});
   EXPECT_TRUE(outcome.end.timed_out);
   EXPECT_EQ(outcome.messages.size(), 4u);
+}
+
+TEST(ParallelFor, DoesEachItemOnceInPartsThatDoNotDependOnTheThreads) {
+  for (const std::size_t count : {0, 1, 7, 1000}) {
+    for (const int threads : {0, 1, 3, 16}) {
+      std::vector<int> done(count, 0);
+      parallel_for(count, 4, threads, [&](std::size_t begin, std::size_t end) {
+        EXPECT_EQ(begin % 4, 0U);
+        EXPECT_EQ(end, std::min(count, begin + 4));
+        for (std::size_t i = begin; i < end; ++i) ++done[i];
+      });
+      EXPECT_EQ(done, std::vector<int>(count, 1)) << count << " on " << threads;
+      std::atomic<std::size_t> parts = 0;
+      parallel_for(count, threads, [&](std::size_t begin, std::size_t end) {
+        ++parts;
+        for (std::size_t i = begin; i < end; ++i) ++done[i];
+      });
+      EXPECT_EQ(done, std::vector<int>(count, 2)) << count << " on " << threads;
+      EXPECT_LE(parts, std::min<std::size_t>(count, std::max(1, threads)));
+    }
+  }
+}
+
+/// Whichever thread is the first to fail, the caller meets the exception of the first item, and no
+/// thread is left behind.
+TEST(ParallelFor, HandsOnTheExceptionOfTheFirstItemThatFails) {
+  for (const int threads : {1, 2, 8}) {
+    std::atomic<int> done = 0;
+    try {
+      parallel_for(100, 1, threads, [&](std::size_t begin, std::size_t) {
+        if (begin == 5) std::this_thread::sleep_for(milliseconds(5));
+        if (begin >= 5) throw std::runtime_error("item " + std::to_string(begin));
+        ++done;
+      });
+      FAIL() << "nothing was thrown";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "item 5");
+    }
+    EXPECT_EQ(done, 5);
+  }
 }
 
 }  // namespace

@@ -170,6 +170,27 @@ TEST(TailLimit, KeepsALumpOfTheTailInside) {
   EXPECT_GE(tail_limit(values, 1e-3), 10);
 }
 
+TEST(FrameLimits, OfOneFrameAreItsOwnAndOfNoneAreRefused) {
+  const Eigen::VectorXd none(0);
+  EXPECT_EQ(tail_limit(Eigen::VectorXd::Constant(1, 2.5), 1e-3), 2.5);
+  EXPECT_THROW(tail_limit(none, 1e-3), std::invalid_argument);
+
+  const Eigen::VectorXd one = Eigen::VectorXd::Constant(1, 3);
+  const UsualLevel level = UsualLevel::of(one, one, 1e-6, 1e-3);
+  EXPECT_DOUBLE_EQ(level.relative(3, 3), 1);
+  EXPECT_EQ(level.limit, 1);
+  EXPECT_THROW(UsualLevel::of(none, none, 1e-6, 1e-3), std::invalid_argument);
+
+  const Eigen::MatrixXd frame = Eigen::RowVector3d(1, 2, 3);
+  const auto directions = PrincipalDirections::of(frame, 1e-6);
+  EXPECT_EQ(directions.mean, frame.row(0).transpose());
+  EXPECT_EQ(directions.rows.rows(), 0);
+  const auto place = directions.place(Eigen::VectorXd(Eigen::Vector3d(1, 0, 0)));
+  EXPECT_EQ(place.outside, 1);
+  EXPECT_EQ(place.distance, 0);
+  EXPECT_THROW(PrincipalDirections::of(Eigen::MatrixXd(0, 3), 1e-6), std::invalid_argument);
+}
+
 TEST(UsualLevel, SeparatesAFixedLevelFromAShareOfTheSignal) {
   RandomStream random(6, 0, 0, Purpose::scene);
   Eigen::VectorXd q(2000);
