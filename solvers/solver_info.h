@@ -52,6 +52,10 @@ struct SolverInfo {
   /// Whether it is the kind of method that one with a longer fit has to pay off against, where a
   /// chart does not name another.
   bool break_even_reference = false;
+  /// Settings, as JSON, that the type's probe (solvers/registry/solver_probe.h) is fitted with:
+  /// small ones, which reach each of its algorithms. Empty for a type whose images are not made by
+  /// this program.
+  std::vector<std::string> probes = {"{}"};
 
   /// Null where it has no such parameter.
   const ParameterInfo* parameter(const std::string& name) const {
