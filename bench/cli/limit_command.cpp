@@ -10,11 +10,13 @@
 #include "bench/experiment/experiment.h"
 #include "bench/plot/canvas.h"
 #include "bench/record/limit_file.h"
+#include "bench/record/stamps.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
 #include "core/text.h"
 #include "limit/limit_figures.h"
+#include "limit/limit_probe.h"
 #include "limit/limit_run.h"
 #include "solvers/registry/registry.h"
 
@@ -200,6 +202,17 @@ Action add_limit(CLI::App& command) {
       "where it stopped, and a limit.json that has all that is asked for, of this code and these\n"
       "sets, is left as it is. See docs/limit.md.");
   return [arguments] { return limit(*arguments); };
+}
+
+Action add_probes(CLI::App& command) {
+  command.description("The probes of this program as JSON, by name; used by tests");
+  command.group("");  // hidden
+  return [] {
+    Probes probes = all_probes();
+    probes["limit"] = limit_probe();
+    std::printf("%s\n", json_text(to_json(probes)).c_str());
+    return done;
+  };
 }
 
 }  // namespace ertbench
