@@ -13,6 +13,7 @@
 #include "bench/record/record_file.h"
 #include "bench/run/runner.h"
 #include "bench/table/table.h"
+#include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/files.h"

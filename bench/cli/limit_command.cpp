@@ -207,10 +207,23 @@ Action add_limit(CLI::App& command) {
 Action add_probes(CLI::App& command) {
   command.description("The probes of this program as JSON, by name; used by tests");
   command.group("");  // hidden
-  return [] {
+  const auto against = std::make_shared<std::string>();
+  command.add_option(
+      "--against", *against,
+      "Such a file: print only by how much of their norms the probes differ from it");
+  return [against] {
     Probes probes = all_probes();
     probes["limit"] = limit_probe();
-    std::printf("%s\n", json_text(to_json(probes)).c_str());
+    nlohmann::json out = to_json(probes);
+    if (!against->empty()) {
+      const Probes made = probes_from_json(read_json_file(*against));
+      out = nlohmann::json::object();
+      for (const auto& [name, probe] : probes) {
+        if (probe_difference(made, {{name, probe}}).empty()) continue;
+        out[name] = made.contains(name) ? fixed(difference(made.at(name), probe), 6) : "new";
+      }
+    }
+    std::printf("%s\n", json_text(out).c_str());
     return done;
   };
 }

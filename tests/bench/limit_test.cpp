@@ -159,7 +159,7 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   const fs::path older = options.records / "test_oracle" / "000007.json";
   nlohmann::json old = read_json_file(older);
   BuildStamp other_code = *build_stamp_from_json(old["build"]);
-  other_code.code = "other";
+  other_code.probes["limit"].numbers[0] += 1;
   old["limit"]["squared_error"] = 77;
   write_record(older, {{"limit", old["limit"]}}, old["key"], other_code);
   const std::vector<SetLimit> again = compute_limits(experiment, options);
@@ -252,7 +252,7 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   rows.erase(rows.begin() + 2);
   std::vector<SetLimit> of_other_code = limits;
   for (SetLimit& set : of_other_code) {
-    for (FrameLimit& frame : set.frames) frame.build.code = "other";
+    for (FrameLimit& frame : set.frames) frame.build.probes["limit"].numbers[0] += 1;
   }
   write_file_atomically(folder.path() / limit_file, limit_json("small", of_other_code).dump());
   add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
