@@ -147,7 +147,7 @@ Table PublishPlan::table(int jobs) const {
       "Hours of fitting, one fit at a time, as the cached or the published ones took; "
       "scoring and timing come on top. Kept: fits that are in the cache and of this code, or "
       "another experiment's too. Limits: hours, one frame at a time, of the published ones that "
-      "are of other code or other sets by now; the others stay.",
+      "are of other probes or other sets by now; the others stay.",
       {section},
       {},
       {}};

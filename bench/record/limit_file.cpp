@@ -51,7 +51,7 @@ std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) 
   const BuildStamp now = stamp_of_limit(*test, *scenes);
   if (limit.build.scored.empty()) return why_stale(std::nullopt, now, Reuse::same_code);
   for (const BuildStamp& made : limit.build.scored) {
-    // No run computes a limit again: what the same code found in another program stays.
+    // No run computes a limit again: what another program with the same probes found stays.
     std::string why = why_stale(made, now, reuse == Reuse::clean ? reuse : Reuse::same_code);
     if (!why.empty()) return why;
   }

@@ -18,7 +18,7 @@ namespace {
 using namespace testing;
 using nlohmann::json;
 
-TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
+TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherProbes) {
   const TemporaryFolder folder("plan");
   json experiment = small_experiment();
   experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}},
@@ -64,7 +64,7 @@ TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
   write_text(fitted.string() + ".json", "{");
   EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1", "0.00"}));
 
-  // Limits of this code and these sets stay; of others they are made again, for as long as they
+  // Limits of these probes and sets stay; of others they are made again, for as long as they
   // took.
   ResultRow limit;
   limit.type = limit.label = limit_oracle;

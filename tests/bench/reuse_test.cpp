@@ -21,7 +21,7 @@ BuildStamp with(void (*change)(BuildStamp&)) {
   return stamp;
 }
 
-TEST(Reuse, OfOtherCodeNothing) {
+TEST(Reuse, NothingOfOtherProbes) {
   const BuildStamp other = with([](BuildStamp& s) {
     s.program = "other";
     s.probes["solver/x"].numbers[2] = -3;
@@ -36,7 +36,7 @@ TEST(Reuse, OfOtherCodeNothing) {
   EXPECT_NE(why_stale(plugin, now, Reuse::same_code), "");
 }
 
-TEST(Reuse, OfAnotherProgramWithTheSameCodeWhereThatIsAllowed) {
+TEST(Reuse, AnotherProgramWithTheSameProbesWhereThatIsAllowed) {
   const BuildStamp rebuilt = with([](BuildStamp& s) { s.program = "other"; });
   EXPECT_EQ(why_stale(rebuilt, now, Reuse::same_code), "");
   EXPECT_NE(why_stale(rebuilt, now, Reuse::same_program), "");

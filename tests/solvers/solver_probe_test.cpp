@@ -33,6 +33,15 @@ TEST(SolverProbe, TellsSolversAndSettingsApart) {
             10 * Probe::rounding);
 }
 
+TEST(SolverProbe, AStoredFitOfTheLastReleasePasses) {
+  SolverRegistry registry;
+  // A stamp without probes, as release 0.2.0 wrote it beside a fit.
+  for (const char* type : {"one-step-gn", "tsvd", "lmmse"}) {
+    const Probes now = {{std::string("solver/") + type, computed_solver_probe(registry, type)}};
+    EXPECT_EQ(probe_difference({}, now), "");
+  }
+}
+
 TEST(SolverProbe, SolversOfTheUsersHaveNone) {
   EXPECT_FALSE(solver_probe("my-own-method").has_value());
   EXPECT_FALSE(solver_probe("command").has_value());
