@@ -23,4 +23,6 @@ if(GIT_FOUND)
   endif()
 endif()
 
+file(READ ${ERTBENCH_FOLDER}/core/release_probes.json ERTBENCH_RELEASE_PROBES)
+
 configure_file(${ERTBENCH_FOLDER}/core/build.cpp.in ${OUTPUT} @ONLY)

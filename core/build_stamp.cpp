@@ -73,26 +73,34 @@ std::string hash_of_file(const fs::path& file) {
 
 std::string BuildStamp::commit_text() const { return ertbench::commit_text(commit, dirty); }
 
-BuildStamp stamp_of_this_build(const std::string& code, std::span<const fs::path> plugins) {
+bool BuildStamp::operator==(const BuildStamp& other) const {
+  return commit == other.commit && dirty == other.dirty && program == other.program &&
+         plugins == other.plugins &&
+         std::equal(probes.begin(), probes.end(), other.probes.begin(), other.probes.end(),
+                    [](const auto& a, const auto& b) {
+                      return a.first == b.first && a.second.numbers == b.second.numbers;
+                    });
+}
+
+BuildStamp stamp_of_this_build(Probes probes, std::span<const fs::path> plugins) {
   static const std::string program = program_hash();
-  BuildStamp stamp{this_build().commit, this_build().dirty, program, code, {}};
+  BuildStamp stamp{this_build().commit, this_build().dirty, program, std::move(probes), {}};
   for (const fs::path& plugin : plugins) stamp.plugins.push_back(hash_of_file(plugin));
   return stamp;
 }
 
 nlohmann::json to_json(const BuildStamp& stamp) {
-  nlohmann::json out = {{"commit", stamp.commit},
-                        {"dirty", stamp.dirty},
-                        {"program", stamp.program},
-                        {"code", stamp.code}};
+  nlohmann::json out = {
+      {"commit", stamp.commit}, {"dirty", stamp.dirty}, {"program", stamp.program}};
+  if (!stamp.probes.empty()) out["probes"] = to_json(stamp.probes);
   if (!stamp.plugins.empty()) out["plugins"] = stamp.plugins;
   return out;
 }
 
 std::optional<BuildStamp> build_stamp_from_json(const nlohmann::json& stamp) {
   try {
-    BuildStamp out{
-        stamp.at("commit"), stamp.at("dirty"), stamp.at("program"), stamp.at("code"), {}};
+    BuildStamp out{stamp.at("commit"), stamp.at("dirty"), stamp.at("program"), {}, {}};
+    if (stamp.contains("probes")) out.probes = probes_from_json(stamp.at("probes"));
     if (stamp.contains("plugins")) out.plugins = stamp.at("plugins");
     return out;
   } catch (const nlohmann::json::exception&) {

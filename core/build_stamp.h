@@ -7,25 +7,29 @@
 #include <string>
 #include <vector>
 
+#include "core/probe.h"
+
 namespace ertbench {
 
 /// The build that made a record, a fitted solver or a dataset.
 struct BuildStamp {
-  std::string commit;                ///< see Build
-  bool dirty = false;                ///< whether its sources were not that commit's
-  std::string program;               ///< hash of the program, its libraries and the learned solvers
-  std::string code;                  ///< hash of the sources that the thing depends on, see Build
+  std::string commit;   ///< see Build
+  bool dirty = false;   ///< whether its sources were not that commit's
+  std::string program;  ///< hash of the program, its libraries and the learned solvers
+  /// What the thing depends on, as that build computed it. Files of release 0.2.0 have none and
+  /// count as if they had that release's (release_probes).
+  Probes probes;
   std::vector<std::string> plugins;  ///< hashes of the user's plugins
 
-  bool operator==(const BuildStamp&) const = default;
+  bool operator==(const BuildStamp& other) const;
   std::string commit_text() const;
 };
 
-/// Of this program. `code`: one of the hashes in this_build().
-BuildStamp stamp_of_this_build(const std::string& code,
+/// The stamp of what this program makes. `probes`: all that the thing depends on.
+BuildStamp stamp_of_this_build(Probes probes = {},
                                std::span<const std::filesystem::path> plugins = {});
 
-/// `{"commit", "dirty", "program", "code", "plugins"}`.
+/// `{"commit", "dirty", "program", "probes", "plugins"}`, the last two only where there are any.
 nlohmann::json to_json(const BuildStamp& stamp);
 /// Nothing where the JSON is no stamp: what earlier versions made has none.
 std::optional<BuildStamp> build_stamp_from_json(const nlohmann::json& stamp);

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/record/limit_file.h"
-#include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/statistics.h"
 #include "limit/limit_run.h"
@@ -226,9 +225,7 @@ std::vector<ResultRow> finished_limits(const std::filesystem::path& folder,
 }
 
 json limit_json(const std::string& experiment, std::span<const SetLimit> limits) {
-  json out = {{"schema", 1},
-              {"experiment", experiment},
-              {"build", to_json(stamp_of_this_build(this_build().limit_code))}};
+  json out = {{"schema", 1}, {"experiment", experiment}, {"build", to_json(stamp_of_this_build())}};
   for (const SetLimit& limit : limits) {
     out["rows"].push_back(to_json(row_of(limit)));
     out["sets"].push_back(set_json(limit));

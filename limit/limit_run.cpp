@@ -12,7 +12,7 @@
 
 #include "bench/record/limit_file.h"
 #include "bench/record/record_file.h"
-#include "core/build.h"
+#include "bench/record/stamps.h"
 #include "core/errors.h"
 #include "core/json.h"
 #include "core/process.h"
@@ -20,6 +20,7 @@
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
 #include "limit/frame_limit.h"
+#include "limit/limit_probe.h"
 
 namespace ertbench {
 namespace {
@@ -47,7 +48,8 @@ std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, cons
 /// The records of one set and prior.
 class Records {
  public:
-  Records(fs::path folder, std::string key) : folder_(std::move(folder)), key_(std::move(key)) {}
+  Records(fs::path folder, std::string key, BuildStamp build)
+      : folder_(std::move(folder)), key_(std::move(key)), build_(std::move(build)) {}
 
   std::optional<FrameLimit> read(std::uint64_t frame) const {
     const fs::path file = file_of(frame);
@@ -78,7 +80,7 @@ class Records {
 
   fs::path folder_;
   std::string key_;
-  BuildStamp build_ = stamp_of_this_build(this_build().limit_code);
+  BuildStamp build_;
 };
 
 /// The frames of a set under one prior.
@@ -104,7 +106,8 @@ class SetRun {
           key_of_record(spec, prior, broad, model_name(spec, *voltages_), options.sampler);
       const fs::path folder = options.records / (spec.name + "_" + name);
       fs::create_directories(folder);
-      tasks_.push_back({name, prior, Records(folder, key), {}});
+      const DatasetSpec& scenes = name == "fair" ? *training : spec;
+      tasks_.push_back({name, prior, Records(folder, key, stamp_of_limit(spec, scenes)), {}});
       for (std::size_t i = 0; i < count; ++i)
         tasks_.back().frames.push_back(tasks_.back().records.read(i));
     };
@@ -272,6 +275,7 @@ std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOp
                        "\"; there are " + names);
     }
   }
+  limit_probe();  // from now on in the cache, where stamp_of_limit finds it
   std::vector<SetLimit> out;
   std::string reasons;
   for (const DatasetSpec& test : experiment.tests) {

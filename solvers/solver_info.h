@@ -51,6 +51,10 @@ struct SolverInfo {
   /// True for the default reference of break-even charts: the method that one with a longer fit has
   /// to pay off against.
   bool break_even_reference = false;
+  /// Settings, as JSON, that the type's probe (solvers/registry/solver_probe.h) is fitted with:
+  /// small ones, which reach each of its algorithms. Empty for a type whose images are not made by
+  /// this program.
+  std::vector<std::string> probes = {"{}"};
 
   /// Null if it has no such parameter.
   const ParameterInfo* parameter(const std::string& name) const {

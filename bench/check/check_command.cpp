@@ -48,7 +48,7 @@ std::optional<std::string> marked_program(const fs::path& mark) {
 }  // namespace
 
 std::string program_hash(const std::vector<fs::path>& plugins) {
-  return hash_of(to_json(stamp_of_this_build(this_build().record_code, plugins)).dump());
+  return hash_of(to_json(stamp_of_this_build({}, plugins)).dump());
 }
 
 Cache prepare_check_folder(const fs::path& folder, const std::string& program) {

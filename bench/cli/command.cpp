@@ -20,7 +20,7 @@ std::span<const Command> commands() {
                                     {"limit", add_limit},       {"calibrate", add_calibrate},
                                     {"score", add_score},       {"cache", add_cache},
                                     {"live", add_live},         {"trial", add_trial},
-                                    {"element", add_element}};
+                                    {"probes", add_probes},     {"element", add_element}};
   return all;
 }
 

@@ -50,6 +50,7 @@ Action add_calibrate(CLI::App& command);
 Action add_score(CLI::App& command);
 Action add_live(CLI::App& command);
 Action add_trial(CLI::App& command);
+Action add_probes(CLI::App& command);
 Action add_element(CLI::App& command);
 Action add_cache(CLI::App& command);
 

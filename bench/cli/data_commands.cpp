@@ -110,7 +110,7 @@ bool is_chosen(const CachedThing& thing, const CacheArguments& arguments) {
 std::string line_of(const CachedThing& thing) {
   return thing.kind + "  " + printable_path(thing.file.filename().string()) + "  " +
          megabytes(thing.bytes) + ", " + fixed(thing.age_days, 1) + " days old, commit " +
-         printable(thing.commit) + (thing.stale ? ", of other code: made again when needed" : "") +
+         printable(thing.commit) + (thing.stale ? ", no longer what this program makes" : "") +
          (thing.in_use ? ", in use" : "");
 }
 
@@ -143,7 +143,8 @@ Action add_cache(CLI::App& command) {
   CLI::Option* prune = command.add_flag("--prune", arguments->prune,
                                         "Remove what the other options choose, but for what is\n"
                                         "in use; the next run makes again what it needs");
-  command.add_flag("--stale", arguments->stale, "Of other code than this program's")->needs(prune);
+  command.add_flag("--stale", arguments->stale, "Those whose probes are no longer this program's")
+      ->needs(prune);
   command.add_option("--older-than", arguments->older_than, "Written so many days ago")
       ->check(CLI::Range(0.0, 1e6))
       ->needs(prune);

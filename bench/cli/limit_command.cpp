@@ -10,11 +10,13 @@
 #include "bench/experiment/experiment.h"
 #include "bench/plot/canvas.h"
 #include "bench/record/limit_file.h"
+#include "bench/record/stamps.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
 #include "core/text.h"
 #include "limit/limit_figures.h"
+#include "limit/limit_probe.h"
 #include "limit/limit_run.h"
 #include "solvers/registry/registry.h"
 
@@ -200,6 +202,30 @@ Action add_limit(CLI::App& command) {
       "where it stopped, and a limit.json that has all that is asked for, of this code and these\n"
       "sets, is left as it is. See docs/limit.md.");
   return [arguments] { return limit(*arguments); };
+}
+
+Action add_probes(CLI::App& command) {
+  command.description("The probes of this program as JSON, by name; used by tests");
+  command.group("");  // hidden
+  const auto against = std::make_shared<std::string>();
+  command.add_option(
+      "--against", *against,
+      "Such a file: print only by how much of their norms the probes differ from it");
+  return [against] {
+    Probes probes = all_probes();
+    probes["limit"] = limit_probe();
+    nlohmann::json out = to_json(probes);
+    if (!against->empty()) {
+      const Probes made = probes_from_json(read_json_file(*against));
+      out = nlohmann::json::object();
+      for (const auto& [name, probe] : probes) {
+        if (probe_difference(made, {{name, probe}}).empty()) continue;
+        out[name] = made.contains(name) ? fixed(difference(made.at(name), probe), 6) : "new";
+      }
+    }
+    std::printf("%s\n", json_text(out).c_str());
+    return done;
+  };
 }
 
 }  // namespace ertbench

@@ -124,7 +124,7 @@ void Clocks::Published::write(const std::vector<std::string>& names,
                               const std::string& date) const {
   std::vector<std::string> others = names;
   std::erase(others, experiment.name);
-  const BuildStamp build = stamp_of_records(experiment.plugins);
+  const BuildStamp build = stamp_of_this_build({}, experiment.plugins);
   json changed = summary;
   changed["clocks"] = {
       {"date", date},

@@ -7,6 +7,7 @@
 
 #include "bench/record/limit_file.h"
 #include "bench/record/record_file.h"
+#include "bench/record/stamps.h"
 #include "core/build_stamp.h"
 #include "core/json.h"
 #include "core/text.h"
@@ -39,19 +40,20 @@ std::map<std::string, double> published_seconds(const fs::path& summary) {
 
 /// What stands beside a fitted solver in the cache (bench/run/fitted_solver).
 struct CachedFit {
-  bool current = false;  ///< of the code that its room has now
+  bool current = false;  ///< its probes are those of this program
   std::optional<double> seconds;
 };
 
-/// Of one that cannot be read nothing is known, and it will be made again.
-CachedFit cached_fit(fs::path file) {
+/// Nothing is known of a fit whose note cannot be read, and it will be made again.
+CachedFit cached_fit(const FitRecipe& recipe, fs::path file) {
   CachedFit out;
   if (!fs::exists(file)) return out;
   file += ".json";
   try {
     const json note = read_json_file(file);
     const std::optional<BuildStamp> build = build_stamp_from_json(note.at("build"));
-    out.current = build && !build->dirty && build->code == fit_code_now(build->code);
+    out.current = build && !build->dirty &&
+                  probe_difference(build->probes, stamp_of_fit(recipe).probes).empty();
     out.seconds = note.at("fit_s").get<double>();
   } catch (const std::exception&) {
     return {};
@@ -99,8 +101,9 @@ void PublishPlan::add(const Experiment& experiment) {
   const std::map<std::string, double> known = published_seconds(published / "summary.json");
   for (const SolverEntry& entry : experiment.solvers) {
     ++cost.fits;
-    const fs::path file = cache_.fitted_solver(fit_recipe(experiment, entry));
-    const CachedFit cached = cached_fit(file);
+    const FitRecipe recipe = fit_recipe(experiment, entry);
+    const fs::path file = cache_.fitted_solver(recipe);
+    const CachedFit cached = cached_fit(recipe, file);
     if (!counted_.insert(file).second || cached.current) {
       ++cost.kept;
       continue;
@@ -144,7 +147,7 @@ Table PublishPlan::table(int jobs) const {
       "Hours of fitting, one fit at a time, as the cached or the published ones took; "
       "scoring and timing come on top. Kept: fits that are in the cache and of this code, or "
       "another experiment's too. Limits: hours, one frame at a time, of the published ones that "
-      "are of other code or other sets by now; the others stay.",
+      "are of other probes or other sets by now; the others stay.",
       {section},
       {},
       {}};

@@ -18,7 +18,7 @@ struct PublishCost {
   int kept = 0;        ///< of these, in the cache and of this code, or counted before
   int unknown = 0;     ///< of these, to be made, and never published: nobody knows what they take
   double seconds = 0;  ///< of those that are to be made
-  double limit_seconds = 0;  ///< of the published limits that are of other code or sets by now
+  double limit_seconds = 0;  ///< of the published limits that are of other probes or sets by now
 };
 
 /// The costs of several experiments, one after the other: a fit that two of them share is counted

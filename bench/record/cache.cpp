@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bench/record/stamps.h"
 #include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
@@ -36,10 +36,7 @@ std::vector<std::filesystem::path> files_named(const nlohmann::json& value,
 
 }  // namespace
 
-Cache Cache::standard() {
-  const char* folder = std::getenv("ERTBENCH_CACHE");
-  return Cache(folder && *folder ? std::filesystem::path(folder) : project_folder() / "cache");
-}
+Cache Cache::standard() { return Cache(cache_folder()); }
 
 Cache::Cache(std::filesystem::path folder, Reuse reuse)
     : folder_(std::move(folder)), reuse_(reuse) {}
@@ -122,11 +119,9 @@ bool is_locked(const fs::path& lock) {
   return locked;
 }
 
-/// `code`: that such things depend on, of this program.
-void set_build(const std::optional<BuildStamp>& build, const std::string& code,
-               CachedThing& thing) {
+void set_build(const std::optional<BuildStamp>& build, CachedThing& thing) {
   thing.commit = build ? build->commit_text() : "unknown";
-  thing.stale = !build || build->code != code;
+  thing.stale = !build || !probe_difference(build->probes, current_probes(*build)).empty();
 }
 
 CachedThing cached_dataset(const fs::path& file) {
@@ -138,7 +133,7 @@ CachedThing cached_dataset(const fs::path& file) {
     build = DatasetFile(file).build();
   } catch (const InputError&) {
   }
-  set_build(build, this_build().data_code, thing);
+  set_build(build, thing);
   return thing;
 }
 
@@ -154,7 +149,7 @@ CachedThing cached_solver(const fs::path& file) {
     build = build_stamp_from_json(read_json_file(note).value("build", nlohmann::json()));
   } catch (const std::exception&) {
   }
-  set_build(build, build ? fit_code_now(build->code) : "", thing);
+  set_build(build, thing);
   thing.in_use = is_locked(work / "lock");
   return thing;
 }

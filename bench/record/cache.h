@@ -52,7 +52,7 @@ struct CachedThing {
   std::uint64_t bytes = 0;
   double age_days = 0;      ///< since its file was last written
   std::string commit = {};  ///< of the build that made it; "unknown" where it does not say
-  bool stale = false;       ///< made by other code than this program's, or it cannot be read
+  bool stale = false;       ///< its probes are no longer this program's, or it cannot be read
   bool in_use = false;      ///< a process fits it now
 };
 

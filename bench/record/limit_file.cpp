@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/build.h"
+#include "bench/record/stamps.h"
 #include "core/build_stamp.h"
 #include "core/json.h"
 #include "core/statistics.h"
@@ -48,10 +48,10 @@ std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) 
   if (!scenes || limit.parameters->value("set", "") != limit_key(*test, *scenes)) {
     return "it is of other scenes";
   }
-  const BuildStamp now = stamp_of_this_build(this_build().limit_code);
+  const BuildStamp now = stamp_of_limit(*test, *scenes);
   if (limit.build.scored.empty()) return why_stale(std::nullopt, now, Reuse::same_code);
   for (const BuildStamp& made : limit.build.scored) {
-    // No run computes a limit again: what the same code found in another program stays.
+    // No run computes a limit again: what another program with the same probes found stays.
     std::string why = why_stale(made, now, reuse == Reuse::clean ? reuse : Reuse::same_code);
     if (!why.empty()) return why;
   }
@@ -73,7 +73,9 @@ void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, 
       return row.dataset == limit.dataset &&
              (row.type == "truth" || row.type == "no-contact" || is_limit(row));
     });
-    rows.insert(last.base(), limit);
+    ResultRow& row = *rows.insert(last.base(), limit);
+    for (BuildStamp& stamp : row.build.scored)
+      stamp.probes.clear();  // compared, and of no more use
   }
 }
 

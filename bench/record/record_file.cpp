@@ -14,7 +14,6 @@
 #include <thread>
 
 #include "bench/record/cache.h"
-#include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/checksum.h"
 #include "core/errors.h"
@@ -47,9 +46,10 @@ Reuse reuse_from_name(const std::string& name) {
 std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse) {
   if (!made) return "it does not say which build made it";
   const std::string by = " (commit " + made->commit_text() + ")";
-  if (made->code != now.code || made->plugins != now.plugins) {
-    return "it was made by other code" + by;
+  if (std::string differs = probe_difference(made->probes, now.probes); !differs.empty()) {
+    return differs + by;
   }
+  if (made->plugins != now.plugins) return "the solver libraries have changed" + by;
   if (made->program == now.program) return "";
   if (reuse == Reuse::same_program) {
     return "it was made by another program" + by;
@@ -58,12 +58,6 @@ std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& n
     return "it was made by a build whose sources were not committed" + by;
   }
   return "";
-}
-
-std::string fit_code_now(const std::string& code) {
-  const std::map<std::string, std::string>& codes = this_build().fit_codes;
-  const auto found = codes.find(code.substr(0, code.find(' ')));
-  return found == codes.end() ? "" : found->second;
 }
 
 namespace {
@@ -102,7 +96,7 @@ std::string cpu_name() {
 nlohmann::json machine_provenance() {
   utsname system{};
   ::uname(&system);
-  const BuildStamp build = stamp_of_this_build(this_build().record_code);
+  const BuildStamp build = stamp_of_this_build();
   return {{"commit", build.commit},
           {"dirty", build.dirty},
           {"program", build.program},
@@ -212,10 +206,6 @@ fs::path record_file(const fs::path& folder, const std::string& job, const std::
   return folder / "records" / (job + ending);
 }
 
-BuildStamp stamp_of_records(std::span<const fs::path> plugins) {
-  return stamp_of_this_build(this_build().record_code, plugins);
-}
-
 void write_record(const fs::path& file, json record, const std::string& key,
                   const BuildStamp& build) {
   record["key"] = key;
@@ -238,7 +228,9 @@ FoundRecord find_record(const fs::path& file, const std::string& key, const Buil
     if (why.empty() && record.contains("fit_build")) {
       const std::optional<BuildStamp> fitted = build_stamp_from_json(record.at("fit_build"));
       BuildStamp fits = now;
-      fits.code = fitted ? fit_code_now(fitted->code) : "";
+      std::erase_if(fits.probes, [&](const auto& probe) {
+        return fitted && !fitted->probes.empty() && !fitted->probes.contains(probe.first);
+      });
       why = why_stale(fitted, fits, reuse);
       if (!why.empty()) why = "of its fitted solver: " + why;
     }

@@ -18,9 +18,9 @@ namespace ertbench {
 /// Which datasets, fitted solvers and records of earlier runs are taken as they are. In every case
 /// their recipe, their keys, must be the same.
 enum class Reuse {
-  same_code,     ///< those whose numbers do not depend on anything that changed since
+  same_code,     ///< those whose probes are still what this program computes
   same_program,  ///< those of this very program (`--rebuild-stale`)
-  clean,         ///< those of the same code from builds whose sources were committed (`publish`)
+  clean,         ///< of these those from builds whose sources were committed (`publish`)
 };
 
 /// "same-code", "same-program", "clean": of `ertbench trial --reuse`.
@@ -28,14 +28,10 @@ const char* name_of(Reuse reuse);
 /// The inverse. Throws InputError for another name.
 Reuse reuse_from_name(const std::string& name);
 
-/// Why something is not to be reused, "it was made by other code (commit 0123456789ab)"; empty
-/// where it may be. `made`: the build that made it, none where it does not say; `now`: this one,
-/// with the hash of the code that such things depend on.
+/// Why something is not to be reused, "the probe solver/tsvd differs by 0.31 of its norm (commit
+/// 0123456789ab)"; empty where it may be. `made`: the build that made it, none where it does not
+/// say; `now`: this one, with the probes that such things depend on (stamps.h).
 std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse);
-
-/// The code (Build::fit_codes) that a fitted solver has now, of whose room `code` was when it was
-/// fitted; empty where there is no such room any more.
-std::string fit_code_now(const std::string& code);
 
 std::string cpu_name();
 std::string host_name();
@@ -98,9 +94,6 @@ inline constexpr const char* written_ending = ".written.json";
 /// Of the file in which a job's process says how it failed, where it knows: `{"status",
 /// "message"}`.
 inline constexpr const char* failure_ending = ".failure.json";
-
-/// The build of the records that this program writes.
-BuildStamp stamp_of_records(std::span<const std::filesystem::path> plugins);
 
 /// Puts the key, a hash of all that determines the record, the build and the date into the record
 /// and writes it: aside first, then renamed into place.

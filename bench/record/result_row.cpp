@@ -26,7 +26,7 @@ std::string text_of(const Builds& builds) {
     out = "build: " + made.begin()->first + ".";
   } else {
     out = "Made of records of " + std::to_string(made.size()) +
-          " builds of the program, whose code does not differ in what the numbers depend on:";
+          " builds of the program, whose probes agree:";
     for (const auto& [build, what] : made)
       out.append(" ").append(build).append(" (").append(what).append(");");
     out.back() = '.';

@@ -129,7 +129,7 @@ struct ResultRow {
 /// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
 /// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
 /// "max", "p50_of_rounds", "relative_of_rounds", "pipe"}, "calibration_us", "frames_per_s",
-/// "throughput_batch", "fit_s", "peak_rss_mb", "build": {"commit", "dirty", "program", "code",
+/// "throughput_batch", "fit_s", "peak_rss_mb", "build": {"commit", "dirty", "program",
 /// "scored": [...], "fitted": [...], "timed": [...]}}`, the first of the builds being that of the
 /// scores, with `"validation": {"AR": {...}, ...}`, `"over_limit": {"ratio", "ci95", "frames"}`,
 /// `"timed_on": {"cpu", "node", "busy_cores"},

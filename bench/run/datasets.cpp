@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "bench/record/record_file.h"
+#include "bench/record/stamps.h"
 #include "bench/run/timing_stage.h"
-#include "core/build.h"
 #include "core/checksum.h"
 #include "core/errors.h"
 #include "core/files.h"
@@ -30,8 +30,7 @@ std::string why_not(const DatasetSpec& spec, const fs::path& file, Reuse reuse) 
   try {
     const DatasetFile set(file);
     if (set.recipe() != to_json(spec).dump()) return "it is another dataset than its name says";
-    const std::string stale =
-        why_stale(set.build(), stamp_of_this_build(this_build().data_code), reuse);
+    const std::string stale = why_stale(set.build(), stamp_of_dataset(spec), reuse);
     return stale.empty() ? set.why_changed() : stale;
   } catch (const InputError& error) {
     return std::string("it cannot be read: ") + error.what();
@@ -115,11 +114,6 @@ class WorkFolder {
 /// The note that stands beside a fitted solver.
 fs::path note_of(fs::path file) { return file += ".json"; }
 
-BuildStamp stamp_of_fit(const FitRecipe& recipe, const SolverRegistry& registry) {
-  return stamp_of_this_build(this_build().fit_codes.at(registry.room_of(recipe.entry.type)),
-                             recipe.plugins);
-}
-
 /// Whether the cache had the solver and it may be reused; what is damaged there is forgotten.
 /// `now`: the stamp that it would be given if it were made now.
 bool load(const FitRecipe& recipe, const BuildStamp& now, const fs::path& file, Reuse reuse,
@@ -197,7 +191,7 @@ FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRe
   out.solver = registry.make(spec);
   const fs::path file = cache.fitted_solver(recipe);
   const WorkFolder work_folder(cache.work_folder(recipe));
-  const BuildStamp now = stamp_of_fit(recipe, registry);
+  const BuildStamp now = stamp_of_fit(recipe);
   if (load(recipe, now, file, cache.reuse(), out)) return out;
   out.solver = registry.make(spec);  // a damaged file may have left it half loaded
   fit(recipe, cache, work_folder.path(), threads, progress_file, out);

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "bench/record/record_file.h"
+#include "bench/record/stamps.h"
 #include "bench/run/stage.h"
 #include "bench/run/timing_stage.h"
 #include "core/errors.h"
@@ -30,7 +31,7 @@ std::filesystem::path JobRecords::file(const Job& job, const std::string& ending
 
 FoundRecord JobRecords::find(const Job& job) const {
   FoundRecord found = find_record(file(job), stage_.key(experiment_, job),
-                                  stamp_of_records(experiment_.plugins), reuse_);
+                                  stamp_of_record(experiment_, job.entry), reuse_);
   if (!found.record) return found;
   try {
     stage_.check(experiment_, *found.record);
@@ -167,7 +168,7 @@ std::deque<Job> JobRunner::without_records(const std::vector<Job>& jobs) const {
   std::deque<Job> out;
   std::map<std::string, int> reused;  // by what made them
   std::map<std::string, int> remade;  // by why
-  const std::string program = stamp_of_records(experiment_.plugins).program;
+  const std::string program = stamp_of_this_build().program;
   for (const Job& job : jobs) {
     const FoundRecord found = records_.find(job);
     if (!found.record) {

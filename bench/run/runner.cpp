@@ -79,7 +79,9 @@ void TimingSession::finish() const {
 
 namespace {
 
-void add_once(const BuildStamp& stamp, std::vector<BuildStamp>& stamps) {
+/// Results say which builds made them; the probes stay with the records.
+void add_once(BuildStamp stamp, std::vector<BuildStamp>& stamps) {
+  stamp.probes.clear();
   if (std::find(stamps.begin(), stamps.end(), stamp) == stamps.end()) stamps.push_back(stamp);
 }
 
@@ -107,7 +109,7 @@ void add_builds(const Stage& stage, const Experiment& experiment, const JobRecor
     }
   }
   // The rows without a solver are made with the results.
-  const BuildStamp now = stamp_of_records(experiment.plugins);
+  const BuildStamp now = stamp_of_this_build({}, experiment.plugins);
   for (ResultRow& row : results.rows) {
     if (row.type == "truth" || row.type == "no-contact") row.build.scored = {now};
   }

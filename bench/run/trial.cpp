@@ -5,6 +5,7 @@
 
 #include "bench/experiment/experiment_solvers.h"
 #include "bench/record/record_file.h"
+#include "bench/record/stamps.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
@@ -43,7 +44,7 @@ void run_trial(const Stage& stage, const std::string& name, Experiment& experime
                            record_file(folder, name, ".progress")};
   try {
     write_record(record_file(folder, name, written_ending), stage.run(*job, context),
-                 stage.key(experiment, *job), stamp_of_records(experiment.plugins));
+                 stage.key(experiment, *job), stamp_of_record(experiment, job->entry));
   } catch (const FailedTrial& failed) {
     write_file_atomically(
         record_file(folder, name, failure_ending),

@@ -12,11 +12,11 @@
 #include <string_view>
 #include <thread>
 
-#include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/hdf5_file.h"
+#include "forward/data/data_probes.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/measured_file.h"
 #include "forward/data/scene_model.h"
@@ -194,7 +194,7 @@ void create_part(const DatasetSpec& spec, const FrameSource& source, const fs::p
   file.write_vector(layout::scenes_written, Eigen::VectorXd::Zero(1));
   file.write_number("/", "schema_version", layout::schema_version);
   file.write_text_dataset(layout::recipe, to_json(spec).dump());
-  file.write_text("/", "build", to_json(stamp_of_this_build(this_build().data_code)).dump());
+  file.write_text("/", "build", to_json(stamp_of_this_build(data_probes(spec))).dump());
   file.write_text("/", "sensor", to_json(spec.sensor).dump());
   file.write_number("/", "seed", static_cast<double>(spec.seed));
   file.write_number("/", "snr_db", spec.noise.snr_db.value_or(INFINITY));
@@ -213,7 +213,8 @@ std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& 
   try {
     const Hdf5File file = Hdf5File::open(part);
     if (written_recipe(file) != to_json(spec).dump()) return std::nullopt;
-    if (written_build(file) != stamp_of_this_build(this_build().data_code)) return std::nullopt;
+    const std::optional<BuildStamp> build = written_build(file);
+    if (!build || !probe_difference(build->probes, data_probes(spec)).empty()) return std::nullopt;
     const double written = file.read_rows(layout::scenes_written, 0, 1)(0, 0);
     if (!(written >= 0 && written <= static_cast<double>(spec.count))) return std::nullopt;
     return static_cast<std::uint64_t>(written);
@@ -228,7 +229,8 @@ bool is_finished(const DatasetSpec& spec, const fs::path& file) {
   try {
     const DatasetFile set(file);
     return set.recipe() == to_json(spec).dump() && set.build() &&
-           set.build()->code == this_build().data_code && set.why_changed().empty();
+           probe_difference(set.build()->probes, data_probes(spec)).empty() &&
+           set.why_changed().empty();
   } catch (const InputError&) {
     return false;
   }

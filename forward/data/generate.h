@@ -42,8 +42,8 @@ struct GenerateOptions {
 /// every reader until it is whole, and a second call with the same spec goes on where the first
 /// stopped. The finished file is renamed to `file`. Of several processes that write the same file
 /// one does and the others wait for it. A file that holds
-/// this very dataset, written by the same code (Build::data_code), is left as it is; one of other
-/// code is replaced.
+/// this very dataset, from a program with the same probes (data_probes), is left as it is; any
+/// other is replaced.
 /// Throws InputError where the folder cannot be written or the disk is too small.
 void generate_dataset(const DatasetSpec& spec, const std::filesystem::path& file,
                       const GenerateOptions& options = {});

@@ -40,11 +40,15 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
   return own;
 }
 
-/// `parameters`: without those of the training.
+/// `parameters`: without those of the training. `probe`: settings of a small network of the type.
 template <typename Learned>
-void add(SolverRegistry& registry, std::string summary, std::vector<ParameterInfo> parameters) {
-  registry.add(Learned::type, {std::move(summary), with_training(std::move(parameters)),
-                               make_from_json<Learned>, ImageComparison::seeds});
+void add(SolverRegistry& registry, std::string summary, std::vector<ParameterInfo> parameters,
+         const std::string& probe) {
+  SolverInfo info{std::move(summary), with_training(std::move(parameters)), make_from_json<Learned>,
+                  ImageComparison::seeds};
+  // Two epochs of four batches from the 64 scenes of a probe.
+  info.probes = {R"({"epochs": 2, "batch": 16, "learning_rate": 0.004)" + probe + "}"};
+  registry.add(Learned::type, std::move(info));
 }
 
 }  // namespace
@@ -59,10 +63,12 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
                    {"inference_precision",
                     "of the frozen network that images frames, \"float32\" (the default) or "
                     "\"bfloat16\": faster in batches",
-                    ParameterRole::inference}});
+                    ParameterRole::inference}},
+                  R"(, "widths": [32, 32])");
   add<DcnnSolver>(registry,
                   "convolutional network on the drive x measurement map, mean squared error",
-                  {{"widths", "channels of the three levels; default [64, 128, 256]"}});
+                  {{"widths", "channels of the three levels; default [64, 128, 256]"}},
+                  R"(, "widths": [4, 8, 8])");
   add<EitNnSolver>(
       registry,
       "EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
@@ -70,7 +76,8 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
        {"channels", "of the two convolutions; default [32, 64]"},
        {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
        {"sensitivity_lambda",
-        "regularisation of that blur, > 0 or \"auto\" (the default), V per S/m"}});
+        "regularisation of that blur, > 0 or \"auto\" (the default), V per S/m"}},
+      R"(, "dense_widths": [32, 576], "channels": [4, 4])");
   add<DdErtSolver>(
       registry,
       "DD-ERT (Zheng et al.): dense layer from the sensitivity, U-Net with spatial attention, "
@@ -96,7 +103,8 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
        {"label_smoothing",
         "s of the label 1 - s that the discriminator is to give to truths, 0 ... 0.49; default 0"},
        {"mask_threshold", "y from which a pixel is in a contact; default 0.05"},
-       {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}});
+       {"discriminator_widths", "channels of its two hidden layers; default [64, 128]"}},
+      R"(, "width": 4, "convolutions": 1, "discriminator_widths": [4, 8], "alpha": 0.1, "slow_rate": 0.3)");
   add<LeanNetSolver>(
       registry,
       "lean network: the linear estimate of least mean squared error, corrected by a residual "
@@ -111,19 +119,21 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
        {"initialisation",
         "of the dense layer: \"lmmse\", the linear estimate of least mean squared error from the "
         "training scenes (the default), or \"random\""},
-       {"loss", "\"relative\" (mean relative error of a frame's change; the default) or \"mse\""}});
-  registry.add(
-      TorchScriptSolver::type,
-      {"a module traced or scripted in PyTorch, channels -> pixels (docs/your_method.md)",
-       {{"file", "the module (torch.jit.save), relative to the experiment; code, as a plugin is",
-         ParameterRole::file},
-        {"input",
-         "what it is fed: \"change\" (dv, V; the default), \"training\" ((dv - mean) / standard "
-         "deviation of the training set) or {\"mean\": ..., \"std\": ...}, numbers or lists of "
-         "one for each channel, V"},
-        {"output",
-         "what it gives: \"change\" (of the conductivity, S/m; the default) or \"drop\" (1 - "
-         "sigma / background)"},
-        {"precision", "\"float32\" (the default) or \"float64\""}},
-       make_from_json<TorchScriptSolver>});
+       {"loss", "\"relative\" (mean relative error of a frame's change; the default) or \"mse\""}},
+      R"(, "width": 4, "bottom_blocks": 1)");
+  SolverInfo script{
+      "a module traced or scripted in PyTorch, channels -> pixels (docs/your_method.md)",
+      {{"file", "the module (torch.jit.save), relative to the experiment; code, as a plugin is",
+        ParameterRole::file},
+       {"input",
+        "what it is fed: \"change\" (dv, V; the default), \"training\" ((dv - mean) / standard "
+        "deviation of the training set) or {\"mean\": ..., \"std\": ...}, numbers or lists of "
+        "one for each channel, V"},
+       {"output",
+        "what it gives: \"change\" (of the conductivity, S/m; the default) or \"drop\" (1 - "
+        "sigma / background)"},
+       {"precision", "\"float32\" (the default) or \"float64\""}},
+      make_from_json<TorchScriptSolver>};
+  script.probes = {};  // its file is part of the key
+  registry.add(TorchScriptSolver::type, std::move(script));
 }

@@ -386,6 +386,7 @@ std::vector<SolverType> contact_solvers() {
        "unit, \"electrodes\": domain units}; default none"},
       ChannelMask::parameter()};
   info.make = make_from_json<ContactSolver>;
+  info.probes = {"{}", R"({"shape": "disc", "prior": "training", "image": "most-likely"})"};
   // Last bits decide whether a step is taken.
   info.comparison = ImageComparison::rounding;
   return {{ContactSolver::type, info}};

@@ -328,6 +328,7 @@ std::vector<SolverType> external_solvers() {
       {"frame_limit_s", "for each frame, > 0; default 10"},
       {"memory_limit_mb", "of all its processes, 1 ...; default that of the trial"}};
   info.make = make_from_json<CommandSolver>;
+  info.probes = {};  // its files are part of the key, its protocol has a version
   // The program's libraries are unknown; its images are compared up to rounding.
   info.comparison = ImageComparison::rounding;
   return {{CommandSolver::type, info}};

@@ -393,6 +393,9 @@ std::vector<SolverType> iterated_solvers() {
        "validation set's, which undoes a part of the grid's error; default false"},
       ChannelMask::parameter()};
   info.make = make_from_json<GaussNewton>;
+  info.probes = {R"({"prior": "noser", "lambda": 1e-3})",
+                 R"({"prior": "total-variation", "lambda": 1e-6})",
+                 R"({"prior": "training", "lambda": 1e-3})"};
   return {{GaussNewton::type, info}};
 }
 

@@ -312,6 +312,7 @@ std::vector<SolverType> kernel_solvers() {
        "chosen on it; or \"left-out\""},
       {"most_frames", "learned from, 3 ... 20000; default 1000"}};
   info.make = make_from_json<KernelRidge>;
+  info.probes = {"{}", R"({"input": "raw"})"};
   return {{KernelRidge::type, info}};
 }
 

@@ -145,6 +145,7 @@ SolverInfo one_step_gauss_newton() {
                     "weight of the prior, > 0 or \"auto\"; default \"auto\"; its unit depends on "
                     "the prior, V per S/m for tikhonov and laplace"}});
   info.make = make_from_json<OneStepGaussNewton>;
+  info.probes = {R"({"prior": "noser"})", R"({"prior": "tikhonov"})", R"({"prior": "laplace"})"};
   info.break_even_reference = true;
   return info;
 }
@@ -158,6 +159,7 @@ SolverInfo truncated_svd() {
                     "in place of a rank: values down to this part of the largest are kept, "
                     "between 0 and 1 or \"auto\""}});
   info.make = make_from_json<TruncatedSvd>;
+  info.probes = {"{}", R"({"threshold": "auto"})"};
   return info;
 }
 
@@ -185,6 +187,7 @@ SolverInfo linear_mmse() {
        {"symmetries",
         "learn from the scenes turned by the sensor's symmetries, too; default true"}});
   info.make = make_mmse;
+  info.probes = {"{}", R"({"components": 2})"};
   return info;
 }
 

@@ -15,7 +15,7 @@
 /// compiler and its switches: where they differ, memory is corrupted without a word.
 
 /// Raised with every change of what plugins see (solvers/solver.h, solver_info.h, registry.h).
-#define ERTBENCH_SOLVER_INTERFACE 8
+#define ERTBENCH_SOLVER_INTERFACE 9
 
 #define ERTBENCH_ABI_TEXT_OF(x) #x
 #define ERTBENCH_ABI_TEXT(x) ERTBENCH_ABI_TEXT_OF(x)

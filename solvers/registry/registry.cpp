@@ -49,29 +49,13 @@ void check_registration(const std::string& type, const SolverInfo& info) {
 // A type of solvers that the program can name stands in one of these lines, and nowhere else
 // outside its own folder.
 SolverRegistry::SolverRegistry() {
-  const std::vector<std::pair<std::string, std::vector<SolverType>>> built_in = {
-      {"solvers/linear", linear_solvers()},
-      {"solvers/total_variation", total_variation_solvers()},
-      {"solvers/iterated", iterated_solvers()},
-      {"solvers/contacts", contact_solvers()},
-      {"solvers/kernel", kernel_solvers()},
-      {"solvers/external", external_solvers()}};
-  for (const auto& [room, types] : built_in) {
-    for (const SolverType& solver : types) {
-      add(solver.name, solver.info);
-      rooms_[solver.name] = room;
-    }
+  for (const auto& types : {linear_solvers(), total_variation_solvers(), iterated_solvers(),
+                            contact_solvers(), kernel_solvers(), external_solvers()}) {
+    for (const SolverType& solver : types) add(solver.name, solver.info);
   }
   for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net", "torchscript"}) {
     add_plugin_type(learned, "libertbench_models.so");
-    rooms_[learned] = "models";
   }
-}
-
-const std::string& SolverRegistry::room_of(const std::string& type) const {
-  static const std::string of_others = "solvers";
-  const auto found = rooms_.find(type);
-  return found == rooms_.end() ? of_others : found->second;
 }
 
 void SolverRegistry::add(const std::string& type, SolverInfo info) {

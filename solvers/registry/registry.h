@@ -56,9 +56,6 @@ class SolverRegistry {
   const SolverInfo* find(const std::string& type);
   /// The same, without asking a plugin: null also where that has not happened yet.
   const SolverInfo* find_known(const std::string& type) const;
-  /// The room of its code, one of Build::fit_codes: "solvers/linear". Of a solver of the user's it
-  /// is "solvers", with the hash of its library beside it.
-  const std::string& room_of(const std::string& type) const;
   /// Whether its solvers come from a plugin.
   bool is_of_plugin(const std::string& type) const { return plugin_of_.count(type) > 0; }
 
@@ -76,7 +73,6 @@ class SolverRegistry {
   void describe(const std::filesystem::path& library);
 
   std::vector<std::string> order_;
-  std::map<std::string, std::string> rooms_;                ///< of our own types
   std::map<std::string, SolverInfo> solvers_;               ///< of this process
   std::map<std::string, SolverInfo> described_;             ///< of plugins that are not loaded here
   std::map<std::string, std::filesystem::path> plugin_of_;  ///< absolute, or a bare name

@@ -151,17 +151,17 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   write_record(record, {{"limit", changed["limit"]}}, changed["key"],
                *build_stamp_from_json(changed["build"]));
   fs::remove(options.records / "test_oracle" / "000005.json");
-  // What was changed by hand, or made by other code, is computed again.
+  // What was changed by hand, or made by a program with other probes, is computed again.
   const fs::path touched = options.records / "test_oracle" / "000006.json";
   nlohmann::json by_hand = read_json_file(touched);
   by_hand["limit"]["squared_error"] = 77;
   write_file_atomically(touched, by_hand.dump());
   const fs::path older = options.records / "test_oracle" / "000007.json";
   nlohmann::json old = read_json_file(older);
-  BuildStamp other_code = *build_stamp_from_json(old["build"]);
-  other_code.code = "other";
+  BuildStamp other_probes = *build_stamp_from_json(old["build"]);
+  other_probes.probes["limit"].numbers[0] += 1;
   old["limit"]["squared_error"] = 77;
-  write_record(older, {{"limit", old["limit"]}}, old["key"], other_code);
+  write_record(older, {{"limit", old["limit"]}}, old["key"], other_probes);
   const std::vector<SetLimit> again = compute_limits(experiment, options);
   EXPECT_EQ(again[0].frames[3].seconds, 1234.5);
   EXPECT_EQ(again[0].frames[6].squared_error, limits[0].frames[6].squared_error);
@@ -242,7 +242,7 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   EXPECT_TRUE(finished_limits(folder.path(), another, options).empty());
   add_limit_rows(folder.path(), sets_of(another), Reuse::same_code, rows);
   EXPECT_EQ(rows.size(), 3u);
-  // Of another prior only the oracle's is, and of other code none.
+  // Of another prior only the oracle's is, and of other probes none.
   other = one_disc();
   other["datasets"]["train"]["scenes"]["radius"] = {0.1, 0.3};
   const Experiment taught = read(folder.path(), other);
@@ -250,11 +250,11 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[2].label, limit_oracle);
   rows.erase(rows.begin() + 2);
-  std::vector<SetLimit> of_other_code = limits;
-  for (SetLimit& set : of_other_code) {
-    for (FrameLimit& frame : set.frames) frame.build.code = "other";
+  std::vector<SetLimit> of_other_probes = limits;
+  for (SetLimit& set : of_other_probes) {
+    for (FrameLimit& frame : set.frames) frame.build.probes["limit"].numbers[0] += 1;
   }
-  write_file_atomically(folder.path() / limit_file, limit_json("small", of_other_code).dump());
+  write_file_atomically(folder.path() / limit_file, limit_json("small", of_other_probes).dump());
   add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
   EXPECT_EQ(rows.size(), 3u);
   EXPECT_TRUE(finished_limits(folder.path(), experiment, options).empty());

@@ -7,7 +7,7 @@
 #include "bench/experiment/solver_entry.h"
 #include "bench/features/features.h"
 #include "bench/record/limit_file.h"
-#include "core/build.h"
+#include "bench/record/stamps.h"
 #include "core/build_stamp.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"
@@ -18,7 +18,7 @@ namespace {
 using namespace testing;
 using nlohmann::json;
 
-TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
+TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherProbes) {
   const TemporaryFolder folder("plan");
   json experiment = small_experiment();
   experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}},
@@ -50,27 +50,27 @@ TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
   const fs::path fitted = cache.fitted_solver(fit_recipe(e, e.solvers.at(1)));
   fs::create_directories(fitted.parent_path());
   write_text(fitted, "");
-  BuildStamp stamp = stamp_of_this_build(this_build().fit_codes.at("solvers/linear"));
+  BuildStamp stamp = stamp_of_fit(fit_recipe(e, e.solvers.at(1)));
   stamp.dirty = false;
   const auto note = [&] {
     write_text(fitted.string() + ".json", json{{"build", to_json(stamp)}, {"fit_s", 3600}}.dump());
   };
   note();
   EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "1", "2.00", "0", "0.00"}));
-  // Made by code that is no longer this one's: again, and for as long.
-  stamp.code = "solvers/linear 0123";
+  // The solver computes something else today: again, and for as long.
+  stamp.probes.at("solver/tsvd").numbers.at(0) += 1;
   note();
   EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "3.00", "0", "0.00"}));
   write_text(fitted.string() + ".json", "{");
   EXPECT_EQ(row(), (std::vector<std::string>{"e", "2", "0", "2.00", "1", "0.00"}));
 
-  // Limits of this code and these sets stay; of others they are made again, for as long as they
+  // Limits of these probes and sets stay; of others they are made again, for as long as they
   // took.
   ResultRow limit;
   limit.type = limit.label = limit_oracle;
   limit.dataset = "test";
   limit.parameters = json{{"set", limit_key(e.tests.at(0), e.tests.at(0))}};
-  BuildStamp made = stamp_of_this_build(this_build().limit_code);
+  BuildStamp made = stamp_of_limit(e.tests.at(0), e.tests.at(0));
   made.dirty = false;
   const auto limits = [&] {
     limit.build.scored = {made};
@@ -82,7 +82,7 @@ TEST(PublishPlan, CountsTheFitsAndLimitsThatAreOfOtherCode) {
   };
   limits();
   EXPECT_EQ(row().back(), "0.00");
-  made.code = "0123";
+  made.probes.begin()->second.numbers.at(0) += 1;
   limits();
   EXPECT_EQ(row().back(), "2.00");
   EXPECT_EQ(plan().table(2).sections.at(0).rows.back().back().text, "2.00");
