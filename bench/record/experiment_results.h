@@ -17,6 +17,7 @@
 namespace ertbench {
 
 struct ReportSection;  // bench/report/report.h
+struct SolverEntry;
 
 /// One of the few numbers by which a study's solvers are told apart: what is compared where a
 /// solver was trained more than once.
