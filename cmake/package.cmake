@@ -19,20 +19,21 @@ endforeach()
 # Libraries are looked for beside each other in the built tree and in the installed one alike. Where
 # CMake changes the path at the installation it pads it with an empty entry, which stands for the
 # working folder, where nothing must be looked for.
-set_target_properties(ertbench ertbench_core ertbench_forward ertbench_solvers PROPERTIES
-  BUILD_WITH_INSTALL_RPATH ON)
-# The program looks for the learned solvers beside itself and in lib/ertbench (solvers/registry).
 file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-set_target_properties(ertbench PROPERTIES INSTALL_RPATH
-  "$ORIGIN/${from_bin};$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
-set_target_properties(ertbench_core ertbench_forward ertbench_solvers PROPERTIES
-  INSTALL_RPATH "$ORIGIN;$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
-install(TARGETS ertbench)
+set(built_tree "$ORIGIN/../bench;$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
+set(programs ertbench ertbench_core ertbench_forward ertbench_solvers ertbench_bench)
+set_target_properties(${programs} PROPERTIES BUILD_WITH_INSTALL_RPATH ON
+  INSTALL_RPATH "$ORIGIN;${built_tree}")
+set_target_properties(ertbench PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin};$ORIGIN;${built_tree}")
+install(TARGETS ertbench ertbench_bench)
+# The learned solvers and the parts, which the program loads (solvers/registry, bench/features).
+set(loaded ertbench_limit ertbench_live ertbench_studies ertbench_tools)
 if(TARGET ertbench_models)
-  set_target_properties(ertbench_models PROPERTIES BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH
-    "$ORIGIN/..;$ORIGIN/../solvers;$ORIGIN/../forward;$ORIGIN/../core")
-  install(TARGETS ertbench_models LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/ertbench)
+  list(APPEND loaded ertbench_models)
 endif()
+set_target_properties(${loaded} PROPERTIES BUILD_WITH_INSTALL_RPATH ON
+  INSTALL_RPATH "$ORIGIN/..;$ORIGIN;${built_tree}")
+install(TARGETS ${loaded} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/ertbench)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ertbench)
 install(EXPORT ertbench_targets NAMESPACE ertbench:: DESTINATION ${package}

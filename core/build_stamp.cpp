@@ -17,20 +17,22 @@ namespace fs = std::filesystem;
 
 constexpr const char* learned_solvers = "libertbench_models.so";
 
-/// The program's own libraries, whichever of them this process has loaded.
+/// The program's own libraries. Parts (bench/features/parts.h) are left out, and the learned
+/// solvers are always in: the list must not depend on what this process has loaded so far.
 std::vector<fs::path> own_libraries() {
   std::vector<fs::path> out;
   dl_iterate_phdr(
       [](dl_phdr_info* info, std::size_t, void* found) {
         const fs::path library = info->dlpi_name;
         const std::string name = library.filename().string();
-        if (name.starts_with("libertbench") && name != learned_solvers) {
-          static_cast<std::vector<fs::path>*>(found)->push_back(library);
+        for (const char* own : {"core", "forward", "solvers", "bench"}) {
+          if (name == "libertbench_" + std::string(own) + ".so") {
+            static_cast<std::vector<fs::path>*>(found)->push_back(library);
+          }
         }
         return 0;
       },
       &out);
-  // The learned solvers are loaded where an experiment asks for them, and belong to the program.
   std::error_code ignored;
   const fs::path learned =
       fs::read_symlink("/proc/self/exe", ignored).parent_path() / learned_solvers;

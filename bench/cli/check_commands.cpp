@@ -54,7 +54,6 @@ ExitCode check(const CheckArguments& arguments) {
 
 Action add_check(CLI::App& command) {
   const auto arguments = std::make_shared<CheckArguments>();
-  command.description("Run an experiment and compare with its baseline");
   add_experiment(command, arguments->experiment);
   command.add_flag("--update", arguments->update, "Write the baseline anew, and say what changed");
   command
@@ -168,7 +167,6 @@ std::pair<CLI::App*, Action> add_load(CLI::App& timing_command) {
 
 Action add_timing(CLI::App& command) {
   const auto arguments = std::make_shared<TimingArguments>();
-  command.description("Run the timing benchmarks, beside the limits of this machine");
   command.add_option("FILTER", arguments->filter,
                      "Regular expression of names; default: all, several minutes");
   command.add_option("--out", arguments->out, "JSON file to write (default: results/timing.json)");
@@ -215,7 +213,6 @@ ExitCode fidelity(const FidelityArguments& arguments) {
 
 Action add_fidelity(CLI::App& command) {
   const auto arguments = std::make_shared<FidelityArguments>();
-  command.description("Error and time of the forward models on an experiment's scenes");
   add_experiment(command, arguments->experiment);
   command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
   command.add_option("--scenes", arguments->scenes, "Scenes of each dataset (default: 500)")

@@ -13,14 +13,26 @@
 namespace ertbench {
 
 std::span<const Command> commands() {
-  static constexpr Command all[] = {{"run", add_run},           {"check", add_check},
-                                    {"generate", add_generate}, {"reconstruct", add_reconstruct},
-                                    {"publish", add_publish},   {"list", add_list},
-                                    {"timing", add_timing},     {"fidelity", add_fidelity},
-                                    {"limit", add_limit},       {"calibrate", add_calibrate},
-                                    {"score", add_score},       {"cache", add_cache},
-                                    {"live", add_live},         {"trial", add_trial},
-                                    {"probes", add_probes},     {"element", add_element}};
+  static constexpr Command all[] = {
+      {"run", add_run},
+      {"check", nullptr, "tools", "Run an experiment and compare with its baseline"},
+      {"generate", add_generate},
+      {"reconstruct", add_reconstruct},
+      {"publish", nullptr, "tools",
+       "Make the results in results/published, and the pages that cite them"},
+      {"list", add_list},
+      {"timing", nullptr, "tools", "Run the timing benchmarks, beside the limits of this machine"},
+      {"fidelity", nullptr, "tools",
+       "Error and time of the forward models on an experiment's scenes"},
+      {"limit", nullptr, "limit",
+       "The least error that any method could have on an experiment's test sets"},
+      {"calibrate", add_calibrate},
+      {"score", add_score},
+      {"cache", add_cache},
+      {"live", nullptr, "live", "Images, contacts and forces from a stream of frames"},
+      {"trial", add_trial},
+      {"probes", add_probes},
+      {"element", nullptr, "tools"}};
   return all;
 }
 

@@ -2,59 +2,43 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bench/experiment/experiment.h"
+#include "bench/features/parts.h"
 #include "bench/record/cache.h"
 #include "frames/own_frames.h"
-
-namespace CLI {
-class App;
-}
 
 namespace ertbench {
 
 struct SolverEntry;
 
-/// What the program ends with. A defect of ours is whatever nobody foresaw.
-enum ExitCode { done = 0, regression = 1, trial_failed = 1, bad_input = 2, our_defect = 3 };
-
-/// What a command does once its options are read. Throws InputError for what cannot be used.
-using Action = std::function<ExitCode()>;
-
-/// A command of the program. `add` puts its subcommand with options, help and an example into the
-/// app, and returns what runs it; the options live in that function.
-struct Command {
-  const char* name;
-  Action (*add)(CLI::App& command);
-};
-
 /// All commands, in the order of the help.
 std::span<const Command> commands();
 
-// One file each, NAME_command.cpp.
+/// Reads the command line and runs its command; every error ends in a message and a code.
+ExitCode run_command_line(int argc, char** argv);
+
+// The commands of the program itself; the others are in parts (bench/features/parts.h).
 Action add_run(CLI::App& command);
-Action add_check(CLI::App& command);
+Action add_trial(CLI::App& command);
 Action add_generate(CLI::App& command);
-Action add_reconstruct(CLI::App& command);
-Action add_publish(CLI::App& command);
+Action add_cache(CLI::App& command);
 Action add_list(CLI::App& command);
-Action add_timing(CLI::App& command);
-Action add_fidelity(CLI::App& command);
-Action add_limit(CLI::App& command);
+Action add_reconstruct(CLI::App& command);
 Action add_calibrate(CLI::App& command);
 Action add_score(CLI::App& command);
-Action add_live(CLI::App& command);
-Action add_trial(CLI::App& command);
 Action add_probes(CLI::App& command);
-Action add_element(CLI::App& command);
-Action add_cache(CLI::App& command);
+// Those of the part "tools", which is made of several files.
+Action add_check(CLI::App& command);
+Action add_publish(CLI::App& command);
+Action add_timing(CLI::App& command);
+Action add_fidelity(CLI::App& command);
 
-// What several commands share.
+// Shared by several commands.
 
 /// Adds the positional EXPERIMENT.json.
 void add_experiment(CLI::App& command, std::string& file);

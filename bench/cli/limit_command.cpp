@@ -167,9 +167,8 @@ ExitCode limit(const LimitArguments& arguments) {
 
 }  // namespace
 
-Action add_limit(CLI::App& command) {
+static Action add_limit(CLI::App& command) {
   const auto arguments = std::make_shared<LimitArguments>();
-  command.description("The least error that any method could have on an experiment's test sets");
   add_experiment(command, arguments->experiment);
   command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
   command.add_option("--dataset", arguments->datasets, "Only these test sets (default: all)")
@@ -229,3 +228,8 @@ Action add_probes(CLI::App& command) {
 }
 
 }  // namespace ertbench
+
+extern "C" void ertbench_part_limit(ertbench::Part& part) {
+  static constexpr ertbench::Command commands[] = {{"limit", ertbench::add_limit}};
+  part.commands = commands;
+}

@@ -46,10 +46,9 @@ ExitCode live(const LiveArguments& arguments) {
 
 }  // namespace
 
-Action add_live(CLI::App& command) {
+static Action add_live(CLI::App& command) {
   const auto arguments = std::make_shared<LiveArguments>();
   LiveOptions& options = arguments->options;
-  command.description("Images, contacts and forces from a stream of frames");
   command
       .add_option("--solver", options.solver,
                   "One entry of a \"solvers\" list, JSON; with --experiment a label in it")
@@ -115,3 +114,8 @@ Action add_live(CLI::App& command) {
 }
 
 }  // namespace ertbench
+
+extern "C" void ertbench_part_live(ertbench::Part& part) {
+  static constexpr ertbench::Command commands[] = {{"live", ertbench::add_live}};
+  part.commands = commands;
+}

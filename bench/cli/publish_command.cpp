@@ -89,7 +89,6 @@ ExitCode publish(const PublishArguments& arguments) {
 
 Action add_publish(CLI::App& command) {
   const auto arguments = std::make_shared<PublishArguments>();
-  command.description("Make the results in results/published, and the pages that cite them");
   command.add_option("experiments", arguments->experiments, "EXPERIMENT.json ...")
       ->check(CLI::ExistingFile);
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));

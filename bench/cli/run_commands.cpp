@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cli/command.h"
-#include "bench/cluster/element.h"
 #include "bench/cluster/slurm_engine.h"
 #include "bench/experiment/experiment.h"
 #include "bench/features/features.h"
@@ -94,7 +93,7 @@ ExitCode run_by_slurm(const RunArguments& arguments, const Experiment& experimen
   options.out = result_folder(arguments.out, experiment.name);
   options.only = arguments.only;
   options.command = command_again(arguments);
-  const SlurmOutcome outcome = run_on_slurm(experiment, cache, options);
+  const SlurmOutcome outcome = part_named("tools").run_on_slurm(experiment, cache, options);
   return outcome.reported && outcome.failures == 0 ? done : trial_failed;
 }
 
@@ -241,64 +240,6 @@ Action add_trial(CLI::App& command) {
   command.add_option("--cache", arguments->cache);
   command.add_option("--reuse", arguments->reuse);
   return [arguments] { return trial(*arguments); };
-}
-
-namespace {
-
-struct ElementArguments {
-  std::string experiment;
-  std::vector<std::string> set;
-  std::string list;
-  std::size_t element = 0;
-  std::string out;
-  std::string cache;
-  std::string reuse = name_of(Reuse::same_code);
-  int threads = 1;
-};
-
-ElementOptions options_from(const ElementArguments& arguments) {
-  ElementOptions options;
-  options.out = arguments.out;
-  options.threads = arguments.threads;
-  try {
-    const nlohmann::json list = read_json_file(arguments.list);
-    options.part = list.at("part").get<std::string>();
-    options.units = list.at("elements").at(arguments.element).get<Units>();
-    options.only = list.at("only").get<std::vector<std::string>>();
-    options.command = list.at("command").get<std::string>();
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(arguments.list + ": is no list of elements that has number " +
-                     std::to_string(arguments.element) + ": " + printable(error.what()));
-  }
-  return options;
-}
-
-ExitCode element(const ElementArguments& arguments) {
-  SolverRegistry registry;
-  const ElementOptions options = options_from(arguments);
-  const bool report = options.part == "report";
-  const Experiment experiment =
-      read_experiment(arguments.experiment, registry, report ? chart_types() : ChartTypes(),
-                      report ? SolverCheck::all : SolverCheck::none, arguments.set);
-  const Cache cache = Cache(arguments.cache).with(reuse_from_name(arguments.reuse));
-  return run_element(experiment, cache, options) > 0 ? trial_failed : done;
-}
-
-}  // namespace
-
-Action add_element(CLI::App& command) {
-  const auto arguments = std::make_shared<ElementArguments>();
-  command.description("One element of an array of run --engine slurm");
-  command.group("");  // hidden
-  add_experiment(command, arguments->experiment);
-  command.add_option("--set", arguments->set)->allow_extra_args(false);
-  command.add_option("--list", arguments->list)->required();
-  command.add_option("--element", arguments->element)->required();
-  command.add_option("--out", arguments->out)->required();
-  command.add_option("--cache", arguments->cache)->required();
-  command.add_option("--reuse", arguments->reuse);
-  command.add_option("--threads", arguments->threads);
-  return [arguments] { return element(*arguments); };
 }
 
 }  // namespace ertbench

@@ -68,7 +68,7 @@ int make_report(const Experiment& experiment, const Cache& cache, const ElementO
   run.out = options.out;
   run.only = options.only;
   run.command = options.command;
-  const Stages stages = stages_of_run(Machines::any);
+  const Stages stages = stages_of_run(experiment, Machines::any);
   const ExperimentResults results =
       collect_stages(stages, experiment, cache, run, [&](const Job& job) -> std::optional<Failure> {
         return why_missing(record_file(options.out, job.name, failed_ending));
@@ -87,7 +87,7 @@ int run_element(const Experiment& experiment, const Cache& cache, const ElementO
   if (options.part == "report") return make_report(experiment, cache, options);
   const Experiment own = restricted_to(experiment, options.units);
   ExperimentResults results;
-  for (const std::unique_ptr<Stage>& stage : stages_of_run(Machines::any)) {
+  for (const std::unique_ptr<Stage>& stage : stages_of_run(own, Machines::any)) {
     JobRecords records(*stage, own, options.out, cache.reuse());
     if (stage->name() == options.part) {
       const TimingSession session(*stage, own, options.out, records, stage->due(own, results),

@@ -163,7 +163,7 @@ class Planner {
 
   std::vector<SlurmPart> plan() {
     std::vector<SlurmPart> parts;
-    for (const auto& stage : stages_of_run(Machines::any)) {
+    for (const auto& stage : stages_of_run(experiment_, Machines::any)) {
       const Units units = missing_units(*stage);
       if (units.empty()) continue;
       const bool alone = stage->wants_machine_alone();

@@ -1,9 +1,7 @@
 #include "bench/features/features.h"
 
-#include <iterator>
+#include <utility>
 
-#include "bench/fidelity/fidelity_stage.h"
-#include "bench/folds/folds_stage.h"
 #include "bench/ladder/ladder_stage.h"
 #include "bench/report/bar_chart.h"
 #include "bench/report/heat_map_chart.h"
@@ -11,50 +9,50 @@
 #include "bench/run/results.h"
 #include "bench/run/timing_stage.h"
 #include "bench/speed/speed_chart.h"
-#include "bench/studies/study.h"
 #include "bench/training/training_budget.h"
 #include "core/errors.h"
 #include "core/text.h"
 
 namespace ertbench {
 
-Stages stages_of_run(Machines machines) {
+Stages stages_of_run(const Experiment& experiment, Machines machines) {
   Stages stages;
   stages.push_back(std::make_unique<AccuracyStage>());
   stages.push_back(std::make_unique<TimingStage>(machines));
   stages.push_back(std::make_unique<LadderStage>());
-  stages.push_back(std::make_unique<FoldsStage>());
-  stages.push_back(std::make_unique<StudyStage>());
+  if (experiment.folds || !experiment.studies.empty()) {
+    for (auto& stage : part_named("studies").stages(0)) stages.push_back(std::move(stage));
+  }
   return stages;
 }
 
-Stages stages_of_fidelity(int scenes) {
-  Stages stages;
-  stages.push_back(std::make_unique<FidelityStage>(scenes));
-  return stages;
-}
+Stages stages_of_fidelity(int scenes) { return part_named("tools").stages(scenes); }
 
 std::unique_ptr<Stage> stage_named(const std::string& name, int scenes) {
-  Stages all = stages_of_run();
-  Stages more = stages_of_fidelity(scenes);
-  std::move(more.begin(), more.end(), std::back_inserter(all));
+  static constexpr std::pair<const char*, const char*> part_of_stage[] = {
+      {"folds", "studies"}, {"studies", "studies"}, {"fidelity", "tools"}};
+  Stages stages = stages_of_run(Experiment());
   std::string names;
-  for (std::unique_ptr<Stage>& stage : all) {
+  for (const auto& stage : stages) names += stage->name() + ", ";
+  for (const auto& [stage, part] : part_of_stage) {
+    names += std::string(stage) + (stage == std::string("fidelity") ? "" : ", ");
+    if (name == stage) stages = part_named(part).stages(scenes);
+  }
+  for (std::unique_ptr<Stage>& stage : stages) {
     if (stage->name() == name) return std::move(stage);
-    names += (names.empty() ? "" : ", ") + stage->name();
   }
   throw InputError("no stage is called \"" + printable(name) + "\"; there are " + names);
 }
 
 ExperimentResults run_experiment(const Experiment& experiment, const Cache& cache,
                                  const RunOptions& options) {
-  return run_stages(stages_of_run(), experiment, cache, options);
+  return run_stages(stages_of_run(experiment), experiment, cache, options);
 }
 
 std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
                               const ExperimentResults& results,
                               const std::filesystem::path& folder) {
-  const auto sections = report_stages(stages_of_run(), experiment, results, folder);
+  const auto sections = report_stages(stages_of_run(experiment), experiment, results, folder);
   return report_results(experiment, cache, results, sections, folder);
 }
 

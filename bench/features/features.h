@@ -5,18 +5,20 @@
 #include <vector>
 
 #include "bench/experiment/experiment_charts.h"
+#include "bench/features/parts.h"
 #include "bench/run/runner.h"
 #include "bench/run/stage.h"
 #include "bench/run/timing_stage.h"
 
 namespace ertbench {
 
-/// The stages of `ertbench run`, each after those whose results it needs. `machines`: whose times
-/// are taken as they are.
-Stages stages_of_run(Machines machines = Machines::this_one);
+/// The stages of `ertbench run` on the experiment, each after those whose results it needs.
+/// `machines`: whose times are taken as they are. Loads the part "studies" where the experiment has
+/// studies or folds.
+Stages stages_of_run(const Experiment& experiment, Machines machines = Machines::this_one);
 /// Scenes of each dataset that the models of the sheet are compared on, where nobody says.
 inline constexpr int fidelity_usual_scenes = 500;
-/// That of `ertbench fidelity`, on so many scenes of each dataset.
+/// The stage of `ertbench fidelity`, on so many scenes of each dataset. Loads the part "tools".
 Stages stages_of_fidelity(int scenes);
 
 /// The stage of this name, whichever command has it. Throws InputError where there is none.

@@ -4,12 +4,14 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "bench/features/parts.h"
 #include "bench/folds/presses.h"
 #include "bench/record/cache.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
 #include "bench/score/contact_rule_choice.h"
 #include "bench/score/image_contacts.h"
+#include "bench/studies/study.h"
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
 
@@ -218,3 +220,12 @@ void FoldsStage::collect(const Experiment& experiment, const Cache&, const JobRe
 }
 
 }  // namespace ertbench
+
+extern "C" void ertbench_part_studies(ertbench::Part& part) {
+  part.stages = [](int) {
+    ertbench::Stages stages;
+    stages.push_back(std::make_unique<ertbench::FoldsStage>());
+    stages.push_back(std::make_unique<ertbench::StudyStage>());
+    return stages;
+  };
+}

@@ -71,9 +71,9 @@ void publish_limits(const ExperimentResults& results, const fs::path& from, cons
   }
 }
 
-Stages stages_of(Publishing what) {
+Stages stages_of(const Experiment& experiment, Publishing what) {
   if (what == Publishing::models) return stages_of_fidelity(fidelity_usual_scenes);
-  Stages stages = stages_of_run();
+  Stages stages = stages_of_run(experiment);
   if (what == Publishing::scores) {
     std::erase_if(stages, [](const auto& stage) { return stage->wants_machine_alone(); });
   }
@@ -124,7 +124,7 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   const fs::path published = project / "results/published" / experiment.name;
   std::optional<PublishedResult> timed;
   if (what == Publishing::scores) timed = read_published(experiment, published);
-  const Stages stages = stages_of(what);
+  const Stages stages = stages_of(experiment, what);
   RunOptions run;
   run.out = project / "results" / experiment.name;
   run.jobs = jobs;

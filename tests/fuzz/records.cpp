@@ -50,7 +50,8 @@ class Run {
     experiment_ = read_experiment(folder() / "experiment.json", registry_, {});
     fs::create_directories(folder() / "results" / "records");
     ensure_datasets(experiment_, cache_);
-    for (std::unique_ptr<Stage>& stage : stages_of_run()) stages_.push_back(std::move(stage));
+    for (std::unique_ptr<Stage>& stage : stages_of_run(experiment_))
+      stages_.push_back(std::move(stage));
     for (std::unique_ptr<Stage>& stage : stages_of_fidelity(10))
       stages_.push_back(std::move(stage));
     const Job first = stages_.front()->jobs(experiment_).front();
