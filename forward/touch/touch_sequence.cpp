@@ -225,7 +225,7 @@ TouchSequence draw_one(const CollidePlan& plan, std::uint64_t, RandomStream& ran
   return out;
 }
 
-/// Of any sensor: no plan's durations depend on it, nor on random numbers.
+/// Durations depend neither on the sensor nor on random numbers.
 double duration_s(const SequencePlan& plan, std::uint64_t sequence) {
   RandomStream random(0, 0, sequence, Purpose::scene);
   return std::visit(
@@ -298,7 +298,7 @@ SequenceSet::SequenceSet(SequencePlan plan, FrameTiming timing)
   double duration = duration_s(plan_, 0);
   for (std::uint64_t s = 0; s < count; ++s) {
     if (!same) duration = duration_s(plan_, s);
-    // A frame that ends with the sequence, but for rounding, is one of it.
+    // A frame that ends with the sequence, up to rounding, belongs to it.
     const double frames = std::floor(duration * timing_.frame_rate + 1e-6);
     first_.push_back(first_.back() + static_cast<std::uint64_t>(std::max(1.0, frames)));
   }
