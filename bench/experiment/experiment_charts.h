@@ -9,21 +9,21 @@
 
 namespace ertbench {
 
-class Chart;  // bench/charts/chart.h; an experiment keeps its charts and knows nothing of drawing
+class Chart;  // drawn by bench/report; an experiment only keeps its charts
 class JsonObject;
 class SolverRegistry;
 struct Experiment;
 
-/// What every chart has: the name of its files, and the test set whose rows it shows.
+/// The name of a chart's files and the test set whose rows it shows.
 struct ChartPlace {
   std::string name;
   std::string dataset;
 };
 
-/// What a chart is read from.
+/// The input from which a chart is read.
 struct ChartRequest {
-  JsonObject& object;            ///< its own keys; "type", "name" and "dataset" are taken already
-  ChartPlace place;              ///< those
+  JsonObject& object;            ///< its own keys; "type", "name" and "dataset" have been read
+  ChartPlace place;              ///< "name" and "dataset"
   const Experiment& experiment;  ///< with its datasets, solvers and timing read
   SolverRegistry& registry;
 };
@@ -35,30 +35,22 @@ struct ChartType {
   std::function<std::shared_ptr<const Chart>(const ChartRequest&)> read;
 };
 
-/// All that "type" may be, in the order in which messages name them.
+/// The known types, in the order in which messages name them.
 using ChartTypes = std::vector<ChartType>;
 
-}  // namespace ertbench
-
-/// Keys that charts of several types have. All throw InputError.
-namespace ertbench {
-
-class JsonObject;
-struct Experiment;
-
-/// "solvers": labels of rows, the label of a sweep or the name of a family standing for all of its
-/// rows. Without the key, all rows.
+/// Reads "solvers": labels of rows, where the label of a sweep or the name of a family stands for
+/// all of its rows. Default: all rows. Throws InputError.
 std::vector<std::string> read_row_labels(JsonObject& object, const Experiment& experiment);
 
-/// "solver": the label of a sweep of two parameters; the labels of its rows.
+/// Reads "solver", the label of a sweep of two parameters. Returns the labels of its rows. Throws
+/// InputError.
 std::vector<std::string> read_sweep_labels(JsonObject& object, const Experiment& experiment);
 
-/// "metrics": names out of the table of metrics, none twice.
+/// Reads "metrics", names of metrics, each at most once. Throws InputError.
 std::vector<Metric> read_metrics(JsonObject& object, std::vector<Metric> fallback);
 
-/// Reads "charts" of an experiment file, objects with a "type", a "name", a "dataset" (by default
-/// the first test set) and the keys of their type. Solvers, datasets and timing must be read
-/// already. Throws InputError.
+/// Reads "charts": objects with a "type", a "name", a "dataset" (default: the first test set) and
+/// the keys of their type. Solvers, datasets and timing must have been read. Throws InputError.
 std::vector<std::shared_ptr<const Chart>> read_charts(JsonObject& root,
                                                       const Experiment& experiment,
                                                       const ChartTypes& types,

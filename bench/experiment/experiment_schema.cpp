@@ -16,7 +16,7 @@ void update(ordered_json& place, const ordered_json& current) {
   if (current.contains("required")) place["required"] = current.at("required");
   for (const auto& [name, field] : current.at("properties").items()) {
     ordered_json& property = place["properties"][name];
-    if (field.contains("properties")) {
+    if (field.contains("properties") && property.contains("properties")) {
       update(property, field);
       continue;
     }

@@ -12,33 +12,31 @@ namespace ertbench {
 class SolverRegistry;
 struct Experiment;
 
-/// Where a value of a solver's own JSON stands in the experiment file.
+/// The place of a value of a solver's own JSON in the experiment file.
 struct Moved {
   std::string from;  ///< "/solvers/0/alpha"
   std::string to;    ///< "/solvers/0/sweep/alpha/1"
 };
 
-/// An entry whose solver is to be made once, to have its parameters checked.
+/// An entry whose solver is constructed once to check its parameters.
 struct EntryToCheck {
   SolverEntry* entry = nullptr;
   std::vector<Moved> moved;
 };
 
-/// Makes the solvers of all entries: built-in ones here, those of plugins in a child process, so
-/// that one which takes its process down, or does not come back, costs its own entry alone
-/// (SolverEntry::failure). Throws the InputError of the first entry that has one; what is wrong is
-/// said of the place in the file.
+/// Constructs the solvers of all entries, built-in ones here and those of plugins in a child
+/// process, so that a solver which ends its process or never returns fails only its own entry
+/// (SolverEntry::failure). Throws the first InputError of an entry, with its place in the file.
 void check_entries(std::span<const EntryToCheck> entries, const Experiment& experiment,
                    SolverRegistry& registry);
 
-class JsonObject;
 struct SolverInfo;
 
 /// One combination of the values of a sweep.
 struct SweepPoint {
-  std::string label;  ///< " alpha=0.001 beta=0.1", to stand behind the entry's own; "" for none
+  std::string label;  ///< " alpha=0.001 beta=0.1", appended to the entry's own; "" for none
   JsonValue values;   ///< `{"alpha": 0.001, "beta": 0.1}`; null for none
-  std::vector<std::size_t> indices;  ///< of the values in their lists, parameter by parameter
+  std::vector<std::size_t> indices;  ///< position of each parameter's value in its list
 };
 
 /// Reads `"sweep": {"alpha": [1e-4, 1e-3], "beta": [0.1, 1]}` of a solver's entry: one or two of
@@ -48,10 +46,6 @@ struct SweepPoint {
 /// `info` may be null for a solver whose parameters are not known here. Throws InputError.
 std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info);
 
-class JsonObject;
-class SolverRegistry;
-struct Experiment;
-struct SolverInfo;
 enum class SolverCheck;
 
 /// Reads "solvers" of an experiment file, in which an entry with "seeds" or a "sweep" becomes
@@ -60,8 +54,8 @@ enum class SolverCheck;
 std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
                                       SolverRegistry& registry, SolverCheck check);
 
-/// Fills in what the registration of the entry's type says. read_solvers does so where it needs no
-/// plugin to be loaded for that, and, as it checks the solvers, of all.
+/// Copies the facts about the entry's type from its registration. read_solvers does so for all
+/// entries if it checks the solvers, else for those whose plugin is already loaded.
 void describe(SolverEntry& entry, const SolverInfo& info);
 
 }  // namespace ertbench

@@ -14,38 +14,35 @@ namespace ertbench {
 class JsonObject;
 struct Experiment;
 
-/// What an experiment asks of touches beyond the scores of single images: one of the questions of
-/// the paper's appendix D. It reads what the solvers found in the frames of the named test sets.
+/// A study of touches beyond the scores of single images, one of the questions of the paper's
+/// appendix D. It evaluates the contacts that the solvers detect in the named test sets.
 struct StudySpec {
   std::string
       type;  ///< "localisation", "sensitivity", "targets", "tracking", "collision", "consistency"
-  std::string name;                          ///< of its files and of its part of summary.json
-  std::vector<std::string> sets;             ///< "sets": test sets, all of the kind that it needs
-  std::vector<std::string> maps;             ///< of these sets, each of which has a map drawn
-  std::map<std::string, std::string> roles;  ///< test sets with a part of their own, by its key
-  std::map<std::string, double> numbers;     ///< all there are, with their defaults
+  std::string name;                          ///< names its files and its part of summary.json
+  std::vector<std::string> sets;             ///< "sets": test sets of the kind that it needs
+  std::vector<std::string> maps;             ///< sets for which a map is drawn
+  std::map<std::string, std::string> roles;  ///< test sets with a special role, by its key
+  std::map<std::string, double> numbers;     ///< all its numbers, defaults included
 
   double number(const std::string& key) const { return numbers.at(key); }
 };
 
-/// Reads `"studies": [{"type", "name", ...}]`; none where there is no such key. Datasets of the
-/// experiment must be read already. Throws InputError.
+/// Reads `"studies": [{"type", "name", ...}]`, none without the key. The datasets of the experiment
+/// must have been read. Throws InputError.
 std::vector<StudySpec> read_studies(JsonObject& root, const Experiment& experiment);
 
-class JsonObject;
-struct Experiment;
-
-/// Cross-validation on measured frames: every solver is fitted anew for each fold and each number
-/// of presses, and tried on the share of the fold that none of them has seen.
+/// Cross-validation on measured frames: every solver is fitted for each fold and each number of
+/// presses, and tested on the held-out share of the fold.
 struct Folds {
-  DatasetSpec base;                    ///< whose rows are divided: the training set's file
-  int count = 5;                       ///< of folds
-  std::vector<std::uint64_t> presses;  ///< that are learned from, ascending
-  double validation = 0.2;             ///< share of them that is the validation set
-  std::uint64_t seed = 1;              ///< of the rows' order
+  DatasetSpec base;                    ///< the training set, whose rows are divided
+  int count = 5;                       ///< number of folds
+  std::vector<std::uint64_t> presses;  ///< numbers of presses to learn from, ascending
+  double validation = 0.2;             ///< share of the presses for validation
+  std::uint64_t seed = 1;              ///< of the order of the rows
 
-  /// What is learned from: the first of the fold's shuffled rest, so that fewer presses are a part
-  /// of more. Together with the validation set these are `number` presses.
+  /// The first rows of the fold's shuffled rest, so that fewer presses are a subset of more.
+  /// Training and validation set together have `number` presses.
   DatasetSpec training(int fold, std::uint64_t number) const;
   DatasetSpec validation_set(int fold, std::uint64_t number) const;
   DatasetSpec test(int fold) const;
@@ -55,12 +52,12 @@ struct Folds {
   DatasetSpec part(const char* name, const FoldPart& fold) const;
 };
 
-/// Reads `"folds": {"count", "presses", "validation", "rows", "seed"}`; none where there is no such
-/// key. The training set must be read already, and be one of measured frames with known places.
-/// Throws InputError.
+/// Reads `"folds": {"count", "presses", "validation", "rows", "seed"}`, none without the key. The
+/// training set must have been read and hold measured frames with known positions. Throws
+/// InputError.
 std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment);
 
-/// For keys of records.
+/// Part of the keys of records.
 nlohmann::json to_json(const Folds& folds);
 
 }  // namespace ertbench

@@ -13,8 +13,8 @@
 
 namespace ertbench {
 
-/// Conductivity of the sheet below a patch over the background's, at a mean pressure `kPa` >= 0 on
-/// the patch: 1 at none, strictly monotone (see FallingLaw, RisingLaw).
+/// Conductivity of the sheet below a patch relative to the background, at a mean pressure `kPa` >=
+/// 0 on the patch. 1 without pressure, strictly monotone (FallingLaw, RisingLaw).
 double conductivity_ratio(const ContactLaw& law, double kPa);
 
 /// Its derivative, 1/kPa.
@@ -40,7 +40,7 @@ struct FlatFace {
   bool operator==(const FlatFace&) const = default;
 };
 
-/// What presses on the skin, around its own centre.
+/// A body that presses on the skin, in coordinates around its own centre.
 struct Indenter {
   std::variant<FlatFace, Sphere> body;
 
@@ -63,8 +63,7 @@ struct Touch {
   double force_N = 0;
 };
 
-/// Where the touch has pressure, in mm: a disc, an ellipse or a polygon. The touch must have a
-/// force.
+/// The area under pressure, in mm: a disc, an ellipse or a polygon. The force must be > 0.
 Contact footprint_mm(const Touch& touch, const Foam& foam);
 
 /// Mean pressure on an axis-parallel box, kPa, once the foam has relaxed. Pressure integrated over
@@ -72,26 +71,26 @@ Contact footprint_mm(const Touch& touch, const Foam& foam);
 double mean_pressure_kPa(const Touch& touch, const Foam& foam, const Eigen::AlignedBox2d& box_mm);
 
 /// Mean pressures on the patches of the sensor's skin, [patches^2] kPa, once the foam has relaxed:
-/// the sum over the touches. What falls off the sheet or between patches presses nothing.
+/// the sum over the touches. Pressure off the sheet or between patches is lost.
 Eigen::VectorXd relaxed_pressure_kPa(const Sensor& sensor, std::span<const Touch> touches);
 
-/// The skin with these pressures [patches^2] kPa on its patches. `touches` are its contacts, those
-/// without a force left out.
+/// The scene of a skin with pressures [patches^2] kPa on its patches. Its contacts are the
+/// `touches` with a force.
 Scene skin_scene(const Sensor& sensor, std::span<const Touch> touches,
                  const Eigen::VectorXd& pressure_kPa);
 
-/// The skin long after the touches came to rest.
+/// The scene of a skin long after the touches came to rest.
 Scene still_scene(const Sensor& sensor, std::span<const Touch> touches);
 
 /// The foam's memory of each patch: the pressure p follows what it would be after relaxing, p_inf,
 /// by p = s p_inf + (1 - s) m with tau dm/dt = p_inf - m, s Foam::prompt_share, tau
-/// Foam::relaxation_s; the same on release, so that a ghost stays where a finger was.
+/// Foam::relaxation_s. The same holds on release, so that an impression of the finger remains.
 class FoamMemory {
  public:
-  /// Long at rest under `relaxed_kPa` [patches^2].
+  /// Starts long at rest under `relaxed_kPa` [patches^2].
   FoamMemory(const Foam& foam, Eigen::VectorXd relaxed_kPa);
 
-  /// Some time later, while the relaxed pressure went evenly to `relaxed_kPa`.
+  /// Advances the time while the relaxed pressure changes linearly to `relaxed_kPa`.
   void advance(double seconds, const Eigen::VectorXd& relaxed_kPa);
 
   Eigen::VectorXd pressure_kPa() const;

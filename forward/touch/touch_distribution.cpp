@@ -26,7 +26,7 @@ Indenter scaled(Indenter indenter, double factor) {
   return indenter;
 }
 
-/// A fingertip may point anywhere.
+/// Turns the indenter, whose direction is random.
 Indenter turned(Indenter indenter, double angle) {
   if (auto* face = std::get_if<FlatFace>(&indenter.body)) {
     face->angle += angle;
@@ -36,8 +36,8 @@ Indenter turned(Indenter indenter, double angle) {
   return indenter;
 }
 
-/// Of the circle around the indenter's face; of a ball, around what touches of it at 10 N on the
-/// softest of usual foams: half its radius.
+/// Radius of the circle around the indenter's face. For a ball half its radius: its contact at 10 N
+/// on the softest of usual foams.
 double radius_mm(const Indenter& indenter) {
   if (const auto* ball = std::get_if<Sphere>(&indenter.body)) return ball->radius_mm / 2;
   const auto& face = std::get<FlatFace>(indenter.body);
@@ -74,7 +74,7 @@ void visit(Fields& fields, PlaceGrid& grid, const Sheet& sheet) {
   }
 }
 
-/// `sheet`: where the touches are. All fields but the indenters.
+/// All fields except the indenters.
 void visit(Fields& fields, TouchDistribution& d, const Sheet& sheet) {
   const double side = fields.describing() ? INFINITY : sheet.size_mm().x();
   fields.required().interval("touches", d.touches, 0, 32);
@@ -124,8 +124,8 @@ std::vector<Touch> TouchDistribution::draw(std::uint64_t index, RandomStream& ra
       touch.place_mm = anywhere();
     }
     if (gap_mm && t > 0) {
-      // At the wanted distance from the nearest, on the sheet; where no direction has room, the
-      // scene has a touch less.
+      // At the wanted distance from the nearest, on the sheet. If no direction has room, the scene
+      // has fewer touches.
       bool fits = false;
       for (int attempt = 0; attempt < 2000 && !fits; ++attempt) {
         const Touch& other = drawn[static_cast<std::size_t>(random.integer(0, t - 1))];

@@ -15,13 +15,13 @@ namespace ertbench {
 class JsonObject;
 struct Sensor;
 
-/// Places at equal distances in columns and rows around the sheet's centre, those of the first row
-/// (least y) first.
+/// Positions at equal distances in columns and rows around the sheet's centre, row by row from the
+/// least y on.
 struct PlaceGrid {
   int columns = 1;
   int rows = 1;
   Eigen::Vector2d spacing_mm = {1, 1};
-  Eigen::Vector2d shift_mm = {0, 0};  ///< of all places
+  Eigen::Vector2d shift_mm = {0, 0};  ///< of all positions
 
   int count() const { return columns * rows; }
   Eigen::Vector2d place_mm(int index) const;
@@ -32,16 +32,15 @@ struct PlaceGrid {
 /// Touches at rest on a skin, drawn at random. Every quantity is uniform in its interval.
 struct TouchDistribution {
   std::pair<int, int> touches = {1, 1};            ///< in a scene
-  std::vector<Indenter> indenters = {Indenter{}};  ///< each touch has one of them
-  std::pair<double, double> size = {1, 1};         ///< factor of its lengths
+  std::vector<Indenter> indenters = {Indenter{}};  ///< each touch has one of them, at random
+  std::pair<double, double> size = {1, 1};         ///< factor of the indenter's lengths
   std::pair<double, double> force_N = {1, 10};
-  double margin_mm = 10;  ///< centres are at least so far from the border
-  /// Between the circles around a touch and around the nearest of those before it; random, and at
-  /// places that have it.
+  double margin_mm = 10;  ///< least distance of centres from the border
+  /// Gap between the circles around a touch and around the nearest of the earlier ones.
   std::optional<std::pair<double, double>> gap_mm;
-  /// Of scenes with one touch: scene i is at place i modulo their count.
+  /// Positions of scenes with one touch: scene i is at position i modulo their count.
   std::optional<PlaceGrid> places;
-  int draws = 1;              ///< frames of a scene, each with noise and faults of its own
+  int draws = 1;              ///< frames per scene, each with its own noise and faults
   double blank_fraction = 0;  ///< share of scenes without a touch
 
   /// The touches of frame `index`. `random` is keyed by scene_of(index).

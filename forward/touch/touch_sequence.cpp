@@ -225,7 +225,7 @@ TouchSequence draw_one(const CollidePlan& plan, std::uint64_t, RandomStream& ran
   return out;
 }
 
-/// Of any sensor: no plan's durations depend on it, nor on random numbers.
+/// Durations depend neither on the sensor nor on random numbers.
 double duration_s(const SequencePlan& plan, std::uint64_t sequence) {
   RandomStream random(0, 0, sequence, Purpose::scene);
   return std::visit(
@@ -241,7 +241,8 @@ void visit(Fields& fields, PressPlan& plan, double side_mm) {
   }
   fields.number("hold_s", plan.hold_s, {1e-3, 1e4, false, "s"});
   if (fields.reading()) plan.ramp_s = std::min(plan.ramp_s, plan.hold_s / 2);
-  fields.number("ramp_s", plan.ramp_s, {1e-6, plan.hold_s, false, "s"});
+  const double longest_s = fields.describing() ? INFINITY : plan.hold_s;
+  fields.number("ramp_s", plan.ramp_s, {1e-6, longest_s, false, "s"});
   fields.number("jitter_mm", plan.jitter_mm, {0, side_mm / (2.0 * plan.areas), false, "mm"});
 }
 
@@ -263,7 +264,8 @@ void visit(Fields& fields, CollidePlan& plan, double side_mm) {
   fields.required().number("duration_s", plan.duration_s, {1e-3, 1e6, false, "s"});
   fields.number("touched_fraction", plan.touched_fraction, {0, 1});
   if (fields.reading()) plan.onset_s = {plan.duration_s / 4, plan.duration_s / 2};
-  fields.derived().interval("onset_s", plan.onset_s, {0, plan.duration_s, false, "s"});
+  const double end_s = fields.describing() ? INFINITY : plan.duration_s;
+  fields.derived().interval("onset_s", plan.onset_s, {0, end_s, false, "s"});
   fields.interval("rate_N_s", plan.rate_N_s, {1e-3, 1e9, false, "N/s"});
   fields.interval("force_N", plan.force_N, forces);
   fields.number("margin_mm", plan.margin_mm, {0, 0.45 * side_mm, false, "mm"});
@@ -298,7 +300,7 @@ SequenceSet::SequenceSet(SequencePlan plan, FrameTiming timing)
   double duration = duration_s(plan_, 0);
   for (std::uint64_t s = 0; s < count; ++s) {
     if (!same) duration = duration_s(plan_, s);
-    // A frame that ends with the sequence, but for rounding, is one of it.
+    // A frame that ends with the sequence, up to rounding, belongs to it.
     const double frames = std::floor(duration * timing_.frame_rate + 1e-6);
     first_.push_back(first_.back() + static_cast<std::uint64_t>(std::max(1.0, frames)));
   }

@@ -13,30 +13,31 @@
 
 namespace ertbench {
 
-/// How a character is drawn with one finger.
+/// A character as one finger draws it.
 struct Character {
   char symbol;
-  /// In the order of drawing, each a polyline of points in mm, x to the right and y up, in the box
-  /// [-60, 60] x [-60, 60]; between two strokes the finger is lifted.
+  /// Polylines in the order of drawing, points in mm, x to the right and y up, in the box [-60, 60]
+  /// x
+  /// [-60, 60]. The finger is lifted between two strokes.
   std::vector<std::vector<Eigen::Vector2d>> strokes;
 };
 
-/// The digits 0-9, then the letters A-Z, no two of one path: the zero is narrow and has a slash,
-/// the O is round, the I has serifs.
+/// The digits 0-9, then the letters A-Z, all distinct: the zero is narrow and has a slash, the O is
+/// round, the I has serifs.
 const std::vector<Character>& characters();
 
-/// One of characters(). Throws InputError naming those there are.
+/// Throws InputError with the known characters if `symbol` is none of them.
 const Character& character(char symbol);
 
-/// Where an indenter is at a moment and how hard it presses.
+/// Position and force of an indenter at a moment.
 struct PathMoment {
   double time_s = 0;
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  ///< from the sheet's centre
   double force_N = 0;
 };
 
-/// An indenter that moves straight and evenly from point to point, times ascending; it does not
-/// touch before the first and after the last.
+/// An indenter that moves linearly from point to point, with ascending times. It does not touch
+/// before the first point or after the last.
 struct TouchPath {
   Indenter indenter;
   std::vector<PathMoment> points;
@@ -44,28 +45,28 @@ struct TouchPath {
   Touch at(double time_s) const;
 };
 
-/// What happens on a skin from time 0 on: a scene as a function of time.
+/// Touches of a skin from time 0 on.
 struct TouchSequence {
-  std::string name;  ///< what it is, for people: "A"; may be empty
+  std::string name;  ///< for people: "A"; may be empty
   double duration_s = 0;
   std::vector<TouchPath> paths;
 
-  /// The touches at a moment, one for each path, those without a force among them.
+  /// The touches at a moment, one for each path, including those without a force.
   std::vector<Touch> at(double time_s) const;
 };
 
-/// When the frames of a sequence are measured: drives one after the other, all voltages of a drive
-/// at once. Frame n ends at (n + 1) / frame_rate, as a reader who waits for it would have it.
+/// Timing of the frames of a sequence: drives one after the other, all voltages of a drive at once.
+/// Frame n ends at (n + 1) / frame_rate, when a reader receives it.
 struct FrameTiming {
   double frame_rate = 125;       ///< 1/s
-  double drive_time_s = 0.0005;  ///< of one drive, gap included; at most 1 / (drives frame_rate)
+  double drive_time_s = 0.0005;  ///< one drive and its gap; at most 1 / (drives frame_rate)
 
   double end_s(double frame) const { return (frame + 1) / frame_rate; }
   /// The middle of drive `drive` of `drives`.
   double drive_s(double frame, double drive, int drives) const {
     return end_s(frame) - (drives - drive - 0.5) * drive_time_s;
   }
-  /// The middle of the frame's drives, for which its truth is given.
+  /// The middle of the frame's drives, the time of its truth.
   double middle_s(double frame, int drives) const {
     return end_s(frame) - drives * drive_time_s / 2;
   }
@@ -74,44 +75,44 @@ struct FrameTiming {
 class JsonObject;
 struct Sensor;
 
-/// The middle of each area of a sheet that is divided into areas x areas equal ones is pressed with
-/// growing and then with falling force (D.2), each force held for a while: a sequence an area, the
-/// areas of the first row (least y) first, and again from the first for as many repeats.
+/// Presses the middle of each of areas x areas equal areas of the sheet with growing and then
+/// falling force (D.2), each force held for a while. One sequence per area, row by row from the
+/// least y on, all of it `repeats` times.
 struct PressPlan {
   int areas = 5;  ///< along one side
   int repeats = 1;
   std::vector<double> forces_N = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< ascending
   double hold_s = 0.5;
-  double ramp_s = 0.05;  ///< from one force to the next, a part of the hold
-  double jitter_mm = 0;  ///< places are uniform in a square of twice this side
+  double ramp_s = 0.05;  ///< from one force to the next, part of the hold
+  double jitter_mm = 0;  ///< positions are uniform in a square with twice this side
   Indenter indenter;
 
-  /// The forces held, one after the other: up to the largest and down again.
+  /// The held forces in order: up to the largest and down again.
   std::vector<double> steps() const;
 };
 
-/// A finger writes characters (D.4) at constant speed, the pen lifted between strokes: a sequence a
-/// character, and again from the first for as many repeats.
+/// A finger writes characters (D.4) at constant speed and is lifted between strokes. One sequence
+/// per character, all of them `repeats` times.
 struct WritePlan {
   std::string characters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ";
   int repeats = 1;
   double speed_mm_s = 100;
   double size_mm = 120;  ///< of the box around a character
   double force_N = 2;
-  double still_s = 0.1;  ///< on the sheet before and behind each stroke
+  double still_s = 0.1;  ///< at rest on the sheet before and after each stroke
   Indenter indenter{FlatFace{{8, 10}, 0, {}}};
 };
 
-/// Something is run into (D.5): nothing touches until a random moment, then the force grows evenly
-/// at a random place, stays and goes.
+/// A collision (D.5): no contact until a random moment, then the force at a random position grows
+/// linearly and stays until the end.
 struct CollidePlan {
   int sequences = 1;
   double duration_s = 1;
-  double touched_fraction = 1;  ///< share of sequences in which anything touches
+  double touched_fraction = 1;  ///< share of sequences with a contact
   std::pair<double, double> onset_s = {0.1, 0.2};
   std::pair<double, double> rate_N_s = {500, 2500};  ///< a speed times a stiffness
-  std::pair<double, double> force_N = {10, 10};      ///< to which it grows
-  double margin_mm = 10;                             ///< places are at least so far from the border
+  std::pair<double, double> force_N = {10, 10};      ///< final force
+  double margin_mm = 10;  ///< least distance of positions from the border
   Indenter indenter{Sphere{20}};
 };
 
