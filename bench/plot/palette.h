@@ -53,11 +53,8 @@ std::string palette_command(Palette palette);
 Colour hue(std::size_t index);
 inline constexpr std::size_t hues = 7;  ///< after so many they begin again
 
-}  // namespace ertbench
-
-/// How lines, marks, rectangles and texts look. Sizes are px, but those of marks, which are
-/// gnuplot's.
-namespace ertbench {
+// How lines, marks, rectangles and texts look. Sizes are px, but those of marks, which are
+// gnuplot's.
 
 struct LineStyle {
   Colour colour = ink::dark;

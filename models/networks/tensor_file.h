@@ -34,11 +34,8 @@ void copy_values(const NamedTensors& from, const NamedTensors& to);
 /// Appends `tensors`, their names behind `prefix`.
 void append(NamedTensors& all, const std::string& prefix, const NamedTensors& tensors);
 
-}  // namespace ertbench
-
-/// Tensors as datasets of an HDF5 file: numbers and nothing else, so that a file from elsewhere can
-/// be read. (What libtorch itself saves holds programs that run when it is read.)
-namespace ertbench {
+// Tensors as datasets of an HDF5 file: numbers and nothing else, so that a file from elsewhere can
+// be read. (What libtorch itself saves holds programs that run when it is read.)
 
 /// Writes one tensor of 32-bit real numbers or 64-bit integers as a dataset of the same type and
 /// shape; a tensor without dimensions has the shape [1].

@@ -58,8 +58,6 @@ class EpochScenes {
   bool keeps_ = true;
 };
 
-class DatasetFile;
-
 /// Standardised frames and the true images, y = (1 - sigma / background) / Standardisation::image.
 struct TrainingBatch {
   torch::Tensor frames;  ///< [batch, channels]
@@ -104,8 +102,6 @@ class TrainingSet {
   std::uint64_t scenes_of_epoch_ = 0;  ///< whose scenes the arrays hold
   std::vector<std::uint32_t> order_;
 };
-
-class DatasetFile;
 
 /// The validation frames that hold a contact, with the noise that the file gives them.
 class ValidationSet {
