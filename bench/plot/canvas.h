@@ -43,39 +43,38 @@ struct Box {
   }
 };
 
-/// An invisible rectangle of a chart, over which the pointer shows `text`; may have several lines.
+/// An invisible rectangle of a chart with a tooltip `text`, which may have several lines.
 struct Tooltip {
   Box box;
   std::string text;
 };
 
-/// The SVG picture with the tooltips above all that is drawn, the last one uppermost: `<title>`
-/// elements, which need no script. Throws std::invalid_argument where `svg` has no end.
-/// A chart need not call this: it says Canvas::tooltip() and Canvas::draw().
+/// Adds tooltips on top of an SVG picture, the last one uppermost, as `<title>` elements, which
+/// need no script. Throws std::invalid_argument if `svg` has no end. Charts use Canvas::tooltip()
+/// and Canvas::draw() instead.
 std::string with_tooltips(const std::string& svg, const std::vector<Tooltip>& tooltips);
 
 /// Files by name: texts and pictures alike.
 using FileContents = std::map<std::string, std::string>;
 
-/// Runs a gnuplot script in a temporary folder that holds `inputs`, and returns the files `outputs`
-/// that it made there. The user's own gnuplot settings are not read. Throws InputError where
-/// gnuplot is not installed, std::runtime_error with gnuplot's own words where it fails.
+/// Runs a gnuplot script in a temporary folder with the files `inputs`, and returns the files
+/// `outputs`. Ignores the user's gnuplot settings. Throws InputError if gnuplot is not installed,
+/// and std::runtime_error with gnuplot's message if it fails.
 FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
                          const std::vector<std::string>& outputs);
 
-/// Draws one chart twice, as `stem`.svg and `stem`.png (`stem` with its folder, without an ending),
-/// each put in place whole. `commands` draws it and sets neither terminal nor output; it may set
-/// up a multiplot. `width` and `height` in px of the SVG, where a font's size is in px as well
-/// (11 unless set); the PNG has three times as many, everything in it three times as large,
-/// and no tooltips.
+/// Draws one chart as `stem`.svg and `stem`.png (`stem` with its folder, without an ending),
+/// replacing files atomically. `commands` draws it and sets neither terminal nor output; it may set
+/// up a multiplot. `width` and `height` are px of the SVG, as are font sizes (default 11). The PNG
+/// is three times as large and has no tooltips.
 void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
                 const std::filesystem::path& stem, const std::vector<Tooltip>& tooltips = {});
 
-/// `text` as a quoted string of gnuplot's, in which nothing has a meaning.
+/// `text` as a quoted string of gnuplot without special characters.
 std::string gnuplot_string(const std::string& text);
 
-/// A picture, laid out in px from its top left corner. Panels, images and colour bars put their
-/// plots on it; texts, lines, rectangles and marks are drawn above all plots.
+/// A picture in px from its top left corner. Panels, images and colour bars add plots; texts,
+/// lines, rectangles and marks are drawn above all plots.
 class Canvas {
  public:
   Canvas(double width, double height);
@@ -95,20 +94,20 @@ class Canvas {
   void rectangle(const Box& box, const BoxStyle& style);
   void mark(double x, double y, const MarkStyle& style);
 
-  /// What the pointer shows over the box, in the SVG; the last one where several overlap.
+  /// Tooltip over a box in the SVG; the last one wins if several overlap.
   void tooltip(const Box& box, std::string text);
-  /// The same over a point drawn at (x, y).
+  /// Tooltip over a point drawn at (x, y).
   void tooltip_at(double x, double y, std::string text);
 
-  // For what plots with gnuplot's own commands:
+  // For plots with gnuplot commands:
   std::ostream& plots() { return plots_; }
-  /// Where the axes of the next plot lie.
+  /// Sets the position of the next plot's axes.
   void area(const Box& box);
   /// Keeps data for a plot and returns the name of their file, in quotes.
   std::string data(const std::string& text);
 
-  /// Draws `stem`.svg and `stem`.png. Throws InputError where gnuplot is missing or a file cannot
-  /// be written.
+  /// Draws `stem`.svg and `stem`.png. Throws InputError if gnuplot is missing or a file cannot be
+  /// written.
   void draw(const std::filesystem::path& stem) const;
 
  private:
@@ -122,9 +121,9 @@ class Canvas {
   std::vector<Tooltip> tooltips_;
 };
 
-/// Draws one figure, `stem`.svg and `stem`.png. Where `draw` throws, a warning says so, `stem`.svg
-/// holds the reason in place of the figure, and there is no `stem`.png: no drawing ends what it
-/// belongs to. Returns whether it was drawn.
+/// Draws one figure, `stem`.svg and `stem`.png. If `draw` throws, logs a warning, writes the reason
+/// to `stem`.svg and no `stem`.png, so that a failed figure does not end the report. Returns true
+/// if it was drawn.
 bool draw_or_say(const std::filesystem::path& stem, const std::function<void()>& draw);
 
 }  // namespace ertbench

@@ -12,13 +12,13 @@
 
 namespace ertbench {
 
-/// A strip of the palette with the ticks of `axis` on its right, and its title upright beyond them.
+/// Draws a strip of the palette with the ticks of `axis` on its right and a vertical title.
 void draw_colour_bar(Canvas& canvas, const Box& box, const Axis& axis,
                      Palette palette = Palette::sequential);
 
-/// Images on a canvas, with one colour scale: diverging where it has zero in its middle, as changes
-/// of the conductivity have. Dots are electrodes; the image's row 0 is at the
-/// bottom; what is not finite stays grey.
+/// Images on a canvas with one colour scale, diverging if zero is in its middle, as for changes of
+/// the conductivity. Dots are electrodes; row 0 is at the bottom; pixels that are not finite are
+/// grey.
 class ImagePanels {
  public:
   static constexpr double bar_width = 11;  ///< of a colour bar without its ticks, px
@@ -26,11 +26,11 @@ class ImagePanels {
   /// `canvas` must outlive this.
   ImagePanels(Canvas& canvas, const Sensor& sensor, const ColourScale& scale);
 
-  /// An image [pixels], or none where that is empty, in a square box (of a sheet that is no
-  /// square, in its proportions), and a text in its middle.
+  /// An image [pixels], or none if it is empty, in a square box (with the proportions of the
+  /// sheet), and a text in its centre.
   void image(const Box& box, const Eigen::Ref<const Eigen::RowVectorXd>& values,
              const std::string& inside);
-  /// A line of a round number of millimetres below a square box of an image, with its length.
+  /// A scale bar of a round number of millimetres below the box of an image.
   void scale_bar(const Box& box);
   /// A strip of the palette with its ticks.
   void colour_bar(const Box& box, const std::string& quantity);
@@ -47,9 +47,8 @@ class ImagePanels {
 };
 
 /// Draws `stem`.svg and `stem`.png: images [n, pixels] of the change of the conductivity over the
-/// background, side by side, each with a label below it. One scale for all, zero in its
-/// middle; a bar of so many millimetres; dots are electrodes, row 0 is at the bottom. Pixels that
-/// are not finite stay grey. Throws as draw_reconstruction_figure.
+/// background, side by side, each with a label below it, as ImagePanel does, with one colour scale
+/// around zero and a scale bar. Throws like draw_reconstruction_figure.
 void draw_images_figure(const Sensor& sensor, const Images& changes,
                         const std::vector<std::string>& labels, const std::filesystem::path& stem);
 

@@ -9,7 +9,7 @@
 
 namespace ertbench {
 
-/// A text that is to stand near its point.
+/// A text to be placed near its point.
 struct PointLabel {
   std::string text;
   double x = 0;  ///< of the point, px
@@ -31,15 +31,13 @@ struct Segment {
   bool crosses(const Box& box) const;  ///< or lies within
 };
 
-/// From the point to the nearest place of its label.
+/// Line from the point to the nearest point of its label.
 Segment leader_of(const PointLabel& label, const Box& place);
 
-/// Finds a place for each label: as near to its point as can be, within `area` and clear of `taken`
-/// and of the other labels; px. Its line to the point crosses neither another one nor a label where
-/// the labels can be laid out so; and rather than have that line run through or along what is
-/// `taken`, 4 px for each px of it, or one of `lines` through its text, 40 px for each, a label
-/// takes a place farther off. A label for which there is no room has no value, the last ones first.
-/// The same labels always have the same places.
+/// Places each label as near to its point as possible, within `area` and clear of `taken` and of
+/// other labels; px. Avoids leader lines that cross each other or a label. A px of a leader line
+/// over `taken` costs as much as 4 px of distance, and one of `lines` through a text as much as 40
+/// px. A label without room has no value, the last ones first. Deterministic.
 std::vector<std::optional<PlacedLabel>> place_labels(const std::vector<PointLabel>& labels,
                                                      int font_size, const Box& area,
                                                      const std::vector<Box>& taken,

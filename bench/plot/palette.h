@@ -27,7 +27,7 @@ constexpr Colour rgb(int number) {
   return {(number >> 16 & 0xff) / 255.0, (number >> 8 & 0xff) / 255.0, (number & 0xff) / 255.0};
 }
 
-/// What is drawn beside the data.
+/// Colours of everything except data.
 namespace ink {
 inline constexpr Colour black = rgb(0x000000);
 inline constexpr Colour white = rgb(0xffffff);
@@ -40,7 +40,7 @@ inline constexpr Colour alarm = rgb(0xa00000);  ///< what failed
 /// Viridis: perceptually uniform, rising in lightness, so that it reads in grey too.
 Colour viridis(double fraction);
 
-/// How colours stand for values.
+/// Palettes that map values to colours.
 enum class Palette {
   sequential,  ///< viridis: from little to much
   diverging,   ///< blue below, red above and near white at the middle, which stands for zero
@@ -49,15 +49,12 @@ enum class Palette {
 /// The palette as a command of gnuplot's.
 std::string palette_command(Palette palette);
 
-/// `index` of a few hues that are told apart with any kind of colour vision (Okabe and Ito).
+/// Hue `index` of a few that are distinguishable with any colour vision (Okabe and Ito).
 Colour hue(std::size_t index);
 inline constexpr std::size_t hues = 7;  ///< after so many they begin again
 
-}  // namespace ertbench
-
-/// How lines, marks, rectangles and texts look. Sizes are px, but those of marks, which are
-/// gnuplot's.
-namespace ertbench {
+// How lines, marks, rectangles and texts look. Sizes are px, but those of marks, which are
+// gnuplot's.
 
 struct LineStyle {
   Colour colour = ink::dark;
@@ -76,12 +73,12 @@ struct MarkStyle {
   std::string text() const;  ///< as gnuplot has it
 };
 
-/// Filled shapes that are told apart in grey; one less is the same shape, hollow.
+/// Filled shapes that are distinguishable in grey; one less is the same shape, hollow.
 inline constexpr int shapes[] = {7, 5, 9, 11, 13, 15};
 inline constexpr int cross = 2;
 inline constexpr int circle = 6;
 
-/// `index` of the filled shapes, begun again after the last.
+/// Filled shape `index`, modulo their number.
 int filled(std::size_t index);
 inline int hollow(std::size_t index) { return filled(index) - 1; }
 
@@ -93,7 +90,7 @@ struct BoxStyle {
   std::string text() const;  ///< as gnuplot has it
 };
 
-/// Which end of a text is at its point.
+/// End of a text that is at its point.
 enum class TextAlign { left, centre, right };
 
 struct TextStyle {
@@ -106,12 +103,12 @@ struct TextStyle {
   std::string text() const;  ///< as gnuplot has it
 };
 
-/// Width of a text in a sans-serif font of that size, px; a little more than most take.
+/// Width of a text in a sans-serif font of that size, px; slightly more than most need.
 double text_width(const std::string& text, int size);
-/// How many characters of that size fit into `width` px; at least one.
+/// Number of characters of that size that fit into `width` px; at least one.
 std::size_t characters_in(double width, int size);
 
-/// What the colours of a figure stand for. The ends are multiples of `step`.
+/// Range of the colours of a figure. The ends are multiples of `step`.
 struct ColourScale {
   double low = 0;
   double high = 0;
@@ -120,11 +117,11 @@ struct ColourScale {
   bool above = false;
 };
 
-/// One scale for the true changes and all estimates, zero in its middle, so that a rise and a fall
-/// of the conductivity are told apart everywhere by the same colours. It spans all values as far as
-/// they leave the range of the truth by no more than half of its width on the side of the contacts
-/// and a quarter on the other, so that one image with large artefacts does not pale all others.
-/// At most about `ticks` steps. Values that are not finite do not count.
+/// One scale around zero for the true changes and all estimates, so that rises and falls of the
+/// conductivity have the same colours everywhere. It spans all values that exceed the range of the
+/// truth by at most half of its width on the side of the contacts, and a quarter on the other, so
+/// that one image with large artefacts does not fade all others. At most about `ticks` steps.
+/// Ignores values that are not finite.
 ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimates, int ticks);
 
 }  // namespace ertbench

@@ -12,7 +12,7 @@
 
 namespace ertbench {
 
-/// From the least value to the largest; empty before the first.
+/// Range of values; empty before the first value.
 struct Span {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
@@ -24,18 +24,19 @@ struct Span {
   bool empty() const { return low > high; }
 };
 
-/// The smallest of 1, 2 or 5 times a power of ten that divides `span` into at most `ticks` steps.
+/// The smallest step, 1, 2 or 5 times a power of ten, that divides `span` into at most `ticks`
+/// steps.
 double round_step(double span, int ticks);
 
-/// Multiples of a round step within the span, at most about `ticks`; none where the span is so
-/// narrow beside its place that they are no different numbers.
+/// Multiples of a round step within the span, at most about `ticks`; none if the span is too narrow
+/// for different numbers.
 std::vector<double> even_ticks(const Span& span, int ticks);
 
-/// Values to stand at a logarithmic axis: in even steps over a narrow range, 1, 2, 5, 10, ... over
-/// a few decades, powers of ten over many. The span must be positive.
+/// Ticks of a logarithmic axis: even steps over a narrow range, 1, 2, 5, 10, ... over a few
+/// decades, powers of ten over many. The span must be positive.
 std::vector<double> log_ticks(const Span& span);
 
-/// A value at an axis and what is written there; may be empty for a line of the grid alone.
+/// A tick of an axis with its text; an empty text draws only the grid line.
 struct Tick {
   double value = 0;
   std::string text;
@@ -43,10 +44,10 @@ struct Tick {
 
 /// Ticks of a logarithmic axis in µs, one each decade: "10 µs", "1 ms".
 std::vector<Tick> time_ticks();
-/// The same for frames per second: "100", "1 k".
+/// As above for frames per second: "100", "1 k".
 std::vector<Tick> rate_ticks();
 
-/// The scale along one side of a panel or of a colour bar.
+/// Scale along one side of a panel or of a colour bar.
 struct Axis {
   double low = 0;
   double high = 1;
@@ -61,18 +62,18 @@ struct Axis {
   /// With logarithmic ticks; the span must be positive.
   static Axis logarithms(const Span& span, std::string title = {});
 
-  /// Where a value lies: 0 at `low` to 1 at `high`.
+  /// Position of a value: 0 at `low` to 1 at `high`.
   double share(double value) const;
   double capped(double value) const { return std::clamp(value, low, high); }
-  /// Says at the upper end that what lies above is drawn there: "≥ 10".
+  /// Labels the upper end "≥ 10", where larger values are drawn.
   void cap();
 };
 
-/// Names below the slots of a panel: level, in lines, where their words fit the slots; else all of
-/// them upright.
+/// Names below the slots of a panel: horizontal and wrapped if their words fit the slots, else all
+/// vertical.
 class CategoryNames {
  public:
-  /// `slot` is the width of each, px.
+  /// `slot`: width of a slot, px.
   CategoryNames(std::vector<std::string> names, double slot, int size = 9);
 
   bool upright() const { return upright_; }
@@ -87,10 +88,10 @@ class CategoryNames {
   bool upright_;
 };
 
-/// The width of the widest piece of a text that is not broken between lines, px.
+/// Width of the widest unbreakable piece of a text, px.
 double widest_word(const std::string& text, int size);
 
-/// What a line, a mark or a colour stands for; any of them may be absent.
+/// Legend entry of a line, a mark or a colour; any of them may be absent.
 struct LegendEntry {
   std::string text;
   std::optional<LineStyle> line = {};
@@ -98,7 +99,7 @@ struct LegendEntry {
   std::optional<Colour> fill = {};
 };
 
-/// Entries beside each other, in as many lines as they need.
+/// Legend entries in as many lines as they need.
 class Legend {
  public:
   static constexpr double line_height = 18;
@@ -148,8 +149,8 @@ struct Bar {
   Colour colour;
 };
 
-/// A pair of axes on a canvas and what is plotted between them, in the order of the calls. Nothing
-/// without points is plotted.
+/// A pair of axes on a canvas with plots in the order of the calls. Plots without points are left
+/// out.
 class Panel {
  public:
   /// `canvas` must outlive the panel.
@@ -164,22 +165,21 @@ class Panel {
 
   void line(const Points& points, const LineStyle& style);
   void marks(const Points& points, const MarkStyle& style);
-  /// A line from side to side at a value of the upright axis.
+  /// A line from side to side at a value of the vertical axis.
   void level(double value, const LineStyle& style);
-  /// All from side to side between two values of the upright axis.
+  /// A band from side to side between two values of the vertical axis.
   void band(double low, double high, const Colour& colour);
   void whiskers(const std::vector<Whisker>& whiskers, const LineStyle& style);
   void whiskers_across(const std::vector<Whisker>& whiskers, const LineStyle& style);
   /// `width` in units of the axis across.
   void bars(const std::vector<Bar>& bars, double width);
 
-  /// Texts near their points (px), where they meet neither each other nor `taken`, with a line to
-  /// the point where that is far; one for which there is no room is left out. Where there is room,
-  /// `lines` (px) do not run through them.
+  /// Texts near their points (px), clear of each other and of `taken`, with a leader line to
+  /// distant points. Avoids `lines` (px); texts without room are left out.
   void labels(const std::vector<PointLabel>& labels, const std::vector<Box>& taken,
               const std::vector<Segment>& lines = {});
 
-  /// What the pointer shows over a point.
+  /// Tooltip over a point.
   void tooltip(double x_value, double y_value, std::string text);
 
   /// Puts the panel on the canvas.

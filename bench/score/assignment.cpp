@@ -8,15 +8,16 @@ namespace {
 
 constexpr int nobody = -1;
 
-/// The row of each column of `cost` [n, m], n <= m, of least sum; `nobody` where it has none.
+/// The row assigned to each column of `cost` [n, m], n <= m, with the least sum; `nobody` for
+/// unassigned columns.
 ///
-/// Row after row is given a column, by the shortest path that alternates between columns and the
-/// rows that have them; the potentials keep all reduced costs from being negative, so that
-/// Dijkstra's way of finding it is right.
+/// Adds one row at a time along the shortest alternating path. The potentials keep all reduced
+/// costs
+/// >= 0, as Dijkstra's algorithm requires.
 std::vector<int> rows_of_columns(const Eigen::MatrixXd& cost) {
   const Eigen::Index n = cost.rows();
   const Eigen::Index m = cost.cols();
-  // Column m stands for the row that is to be placed.
+  // Column m stands for the row that is being added.
   std::vector<int> row_of(static_cast<std::size_t>(m) + 1, nobody);
   std::vector<Eigen::Index> from(static_cast<std::size_t>(m) + 1, m);
   Eigen::VectorXd row_potential = Eigen::VectorXd::Zero(n);

@@ -13,10 +13,10 @@
 namespace ertbench {
 namespace {
 
-/// By this part the mean must be better to count: rounding chooses nothing.
+/// Least relative improvement of the mean, so that rounding does not decide.
 constexpr double kBetter = 1e-9;
 
-/// The images of validation frames, with what is there in truth.
+/// Images of validation frames, with the true contact positions.
 struct ImagesWithTruth {
   Images images;  ///< [frames, pixels] S/m
   std::vector<Eigen::Index> usable;
@@ -54,7 +54,7 @@ double mean_ospa(const Sensor& sensor, const ContactRule& rule, double cutoff_mm
   return sum / static_cast<double>(frames.usable.size());
 }
 
-/// The floors to try, over the background.
+/// Floors to try, over the background.
 std::vector<double> floors_for(const Sensor& sensor, const ImagesWithTruth& frames) {
   std::vector<double> peaks;
   for (const Eigen::Index f : frames.usable) {

@@ -44,7 +44,7 @@ namespace {
 using Eigen::RowVectorXd;
 using ImageRow = Eigen::Ref<const RowVectorXd>;
 
-/// Of the sum of absolute weights; a smaller sum of weights has no centroid.
+/// Weights whose sum is below this share of the sum of absolute weights have no centroid.
 constexpr double kCancelled = 1e-3;
 
 }  // namespace
@@ -115,7 +115,7 @@ int ContactReader::climb(const Pixel& at, const double* change, double saddle) {
   int home = no_hill;
   double steepest = 0;
   const auto look = [&](int neighbour) {
-    // Between a positive pixel and a negative one the change is zero somewhere: no way leads on.
+    // The change is zero somewhere between pixels of different signs, which separates them.
     const int hill = hill_of(neighbour);
     if (hill == no_hill || (change[neighbour] > 0) != positive) return;
     touched[count++] = hill;
@@ -131,8 +131,7 @@ int ContactReader::climb(const Pixel& at, const double* change, double saddle) {
     hills_.push_back({static_cast<int>(hills_.size()), height, 0, Eigen::Vector2d::Zero(), 0});
     return hills_.back().parent;
   }
-  // Pixels come from the highest down, so that where two hills first touch is the highest way
-  // between them.
+  // Pixels come in descending order, so that two hills first touch at the saddle between them.
   for (std::size_t i = 0; i < count; ++i) {
     int other = touched[i];
     while (hills_[static_cast<std::size_t>(other)].parent != other) {

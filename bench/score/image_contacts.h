@@ -13,95 +13,89 @@
 
 namespace ertbench {
 
-/// What counts as a contact in an image of changes of the conductivity, δσ.
+/// Rule for detecting contacts in an image of changes of the conductivity, δσ.
 struct ContactRule {
-  /// Of the image's largest |δσ| (D.1): pixels with less belong to no contact.
+  /// Pixels below this share of the image's largest |δσ| (D.1) belong to no contact.
   double threshold = 0.25;
-  /// The least |δσ| over the background that counts at all; an image without it shows no contact.
+  /// Least |δσ| over the background; an image without such a pixel has no contact.
   double floor = 0;
-  /// Two maxima are two contacts where the way between them goes lower than this part of the lower
-  /// one; else they are one.
+  /// Two maxima are two contacts if the saddle between them is below this share of the lower
+  /// maximum.
   double saddle = 0.7;
-  int least_pixels = 1;  ///< of a contact
+  int least_pixels = 1;  ///< smaller regions are no contacts
 
   bool operator==(const ContactRule&) const = default;
 };
 
-/// How far apart contacts may be, mm.
+/// Cut-offs of the distances between detections and true contacts, mm.
 struct ContactDistances {
-  double match = 20;  ///< of a found contact from a true one that it is
+  double match = 20;  ///< largest distance of a matched pair
   double ospa = 50;   ///< cut-off of the OSPA distance
 };
 
-/// "contacts" of an experiment: how contacts are read out of images and held against the true ones.
+/// "contacts" of an experiment: how contacts are detected in images and scored.
 struct ContactSettings {
-  std::optional<double> threshold;  ///< of ContactRule; nothing: chosen on the validation set
-  std::optional<double> floor;      ///< the same
-  /// The test set on which they are chosen in place of the validation set: one that no result is
-  /// told of, and whose contacts and noise are like those of the others.
+  std::optional<double> threshold;  ///< of ContactRule; by default chosen on the validation set
+  std::optional<double> floor;      ///< of ContactRule; by default chosen on the validation set
+  /// Test set on which they are chosen instead of the validation set. Its contacts and noise should
+  /// be like those of the other test sets.
   std::string chosen_on;
   double saddle = ContactRule{}.saddle;
-  std::optional<double> match_mm;  ///< nothing: a tenth of the sheet's longest side
-  std::optional<double> ospa_mm;   ///< nothing: a quarter of it
+  std::optional<double> match_mm;  ///< default: a tenth of the sheet's longest side
+  std::optional<double> ospa_mm;   ///< default: a quarter of the sheet's longest side
 
-  /// The rule where nothing is chosen: what is not given is ContactRule's default.
+  /// The rule with ContactRule's defaults for values that are not given.
   ContactRule rule() const;
   ContactDistances distances(const Sensor& sensor) const;
 
   bool operator==(const ContactSettings&) const = default;
 };
 
-/// `{"threshold", "floor", "saddle", "match_mm", "ospa_mm", "chosen_on"}`; "auto" where nothing is
-/// given.
+/// `{"threshold", "floor", "saddle", "match_mm", "ospa_mm", "chosen_on"}`, "auto" for defaults.
 nlohmann::json to_json(const ContactSettings& settings);
 
-}  // namespace ertbench
+// Sums over the pixels of an image of changes [pixels], S/m; C4 and D.1 are numbers in the
+// supplement of the DD-ERT paper (Zheng et al.).
 
-/// Sums over the pixels of an image of changes [pixels], S/m; C4 and D.1 are numbers in the
-/// supplement of the DD-ERT paper (Zheng et al.).
-namespace ertbench {
-
-/// Of the background; an image that nowhere exceeds it is empty: far above the rounding of the
-/// voltages, far below any contact.
+/// Share of the background; an image that nowhere exceeds it is empty. Far above the rounding of
+/// the voltages and far below any contact.
 inline constexpr double kEmptyImage = 1e-9;
-/// Keeps a pixel that is exactly on a threshold in, whatever the rounding of its value.
+/// Relative slack that keeps pixels exactly on a threshold, in spite of rounding.
 inline constexpr double kThresholdSlack = 1e-9;
 
-/// Whether no |change| is above kEmptyImage of the background.
+/// True if no |change| is above kEmptyImage of the background.
 bool is_empty(const Sensor& sensor, const Eigen::Ref<const Eigen::RowVectorXd>& change);
 
-/// Whether positive and negative parts are equal to a thousandth: |sum| <= 1e-3 sum|.|. Such
+/// True if positive and negative parts are equal to a thousandth, |sum| <= 1e-3 sum|.|, so that the
 /// weights have no centroid.
 bool cancels(const Eigen::Ref<const Eigen::RowVectorXd>& weights);
 
-/// `change` with everything under `fraction` of its largest absolute value set to zero (D.1).
+/// `change` with pixels below `fraction` of its largest absolute value set to zero (D.1).
 Eigen::RowVectorXd thresholded(const Eigen::Ref<const Eigen::RowVectorXd>& change, double fraction);
 
-/// Centroid of the pixel centres weighted by `change` (C4), domain units; nothing where the weights
+/// Centroid of the pixel centres weighted by `change` (C4), domain units; no value if the weights
 /// cancel.
 std::optional<Eigen::Vector2d> centroid(const Sensor& sensor,
                                         const Eigen::Ref<const Eigen::RowVectorXd>& change);
 
-/// Reads contacts out of images, a few microseconds each; what it needs for that it keeps from
-/// image to image. Not thread-safe.
+/// Detects contacts in images, in a few microseconds each. Reuses its memory; not thread-safe.
 ///
-/// The pixels on the sheet whose |δσ| reaches the rule's limits fall into regions that hang
-/// together by edges and are of one sign. A region with several maxima is divided between those
-/// that the rule calls separate, each pixel going the way of its steepest ascent (a watershed): two
-/// fingers whose blobs touch are two contacts. A contact's place is the centroid weighted by |δσ|.
+/// Pixels on the sheet whose |δσ| reaches the rule's limits form edge-connected regions of one
+/// sign. A region with several maxima is divided between those that the rule separates; each pixel
+/// follows its steepest ascent (a watershed), so that two fingers whose images touch are two
+/// contacts. The position of a contact is the centroid weighted by |δσ|.
 class ContactReader {
  public:
   explicit ContactReader(const Sensor& sensor);
 
-  /// `change` [pixels] S/m, all finite. The contacts, the strongest first, take the place of what
-  /// `contacts` held.
+  /// `change` [pixels] S/m, all finite. Replaces `contacts` by the detections, the strongest first.
   void read(const ContactRule& rule, const Eigen::Ref<const Eigen::RowVectorXd>& change,
             std::vector<FoundContact>& contacts);
 
  private:
   /// A maximum and the pixels that lead up to it.
   struct Hill {
-    int parent = 0;  ///< the hill it became part of; itself where it is one of its own
+    int parent = 0;  ///< the hill it was merged into; itself if it was not
     double peak = 0;
     double weight = 0;
     Eigen::Vector2d moment = Eigen::Vector2d::Zero();
@@ -111,31 +105,31 @@ class ContactReader {
   struct Pixel {
     double height = 0;  ///< |δσ|
     int index = 0;
-    /// Of two that are equally high the first.
+    /// Higher pixels first, then lower indices.
     bool operator<(const Pixel& other) const {
       return height > other.height || (height == other.height && index < other.index);
     }
   };
 
   int hill_of(int pixel);
-  /// The hill whose flank the pixel is on; a new one where it is a maximum. Other hills that it
-  /// touches become one with that where the pixel is no saddle.
+  /// The hill of the steepest ascent from a pixel, or a new one at a maximum. Merges other hills
+  /// that the pixel touches, unless the rule separates them.
   int climb(const Pixel& pixel, const double* change, double saddle);
   int unite(int a, int b);
 
   double background_;
   PixelGrid pixels_;
   std::vector<Eigen::Vector2d> centres_;  ///< [pixels]
-  std::vector<Pixel> order_;              ///< those above the limit, the highest first
-  std::vector<int> hill_;                 ///< [pixels]; none before the pixel was climbed
+  std::vector<Pixel> order_;              ///< pixels above the limit, the highest first
+  std::vector<int> hill_;                 ///< [pixels]; no_hill until the pixel is visited
   std::vector<Hill> hills_;
 };
 
-/// The contacts of one image, the strongest first.
+/// Detects the contacts of one image [pixels] S/m, the strongest first.
 std::vector<FoundContact> contacts_of_image(const Sensor& sensor, const ContactRule& rule,
                                             const Eigen::Ref<const Eigen::RowVectorXd>& change);
 
-/// One contact as it is kept, in mm from the origin of the domain units.
+/// One detected contact as it is stored, in mm from the origin of the domain units.
 struct ContactReading {
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();
   double strength = 0;  ///< integral of |δσ| over the contact, S/m mm²
@@ -145,14 +139,13 @@ struct ContactReading {
   bool operator==(const ContactReading&) const = default;
 };
 
-/// What was read out of one image. A frame without a usable image has no contacts and no values.
+/// Findings in one image. A frame without a usable image has no contacts and no values.
 struct FrameReading {
   std::vector<ContactReading> contacts;          ///< the strongest first
-  std::optional<double> peak;                    ///< the δσ of the largest |δσ|, S/m
-  std::optional<double> sum;                     ///< of δσ over the sheet, S/m mm²
-  std::optional<Eigen::Vector2d> centroid_mm;    ///< of the whole image (C4), where it has one
+  std::optional<double> peak;                    ///< signed δσ of the largest |δσ|, S/m
+  std::optional<double> sum;                     ///< integral of δσ over the sheet, S/m mm²
+  std::optional<Eigen::Vector2d> centroid_mm;    ///< of the whole image (C4)
   std::optional<Eigen::Vector2d> centroid25_mm;  ///< after the threshold of 25 % (D.1)
-
   /// Share of the norm of the voltages' change that the image explains, 0 ... 1 (ExplainedChange).
   std::optional<double> explained;
 
@@ -166,7 +159,7 @@ FrameReading frame_reading(const Sensor& sensor, const Eigen::Ref<const Eigen::R
 /// Centroids of the scene's contacts that lie on the sheet, mm from the origin of the domain units.
 std::vector<Eigen::Vector2d> true_places_mm(const Sensor& sensor, const Scene& scene);
 
-/// Of contacts that were found, in the same unit.
+/// Positions of detected contacts, mm from the origin of the domain units.
 std::vector<Eigen::Vector2d> places_mm(const Sensor& sensor, std::span<const FoundContact> found);
 
 }  // namespace ertbench

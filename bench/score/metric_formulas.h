@@ -35,14 +35,11 @@ std::optional<Eigen::Vector2d> true_centre(const Sensor& sensor, const Scene& sc
 /// RES (C2) of one image of changes, %; undefined for an empty image.
 std::optional<double> resolution_of(const Sensor& sensor, const Eigen::RowVectorXd& change);
 
-}  // namespace ertbench
-
-/// The formulas of the metrics. dσ is the true change of the conductivity, dσ^ the estimated one;
-/// C1 ... C5 and D.1 are numbers in the supplement of the DD-ERT paper (Zheng et al.).
-///
-/// An image is empty if no |dσ| is above 1e-9 of the background. An undefined metric has no value.
-/// Images with pixels that are not finite reach no formula.
-namespace ertbench {
+// The formulas of the metrics. dσ is the true change of the conductivity, dσ^ the estimated one;
+// C1 ... C5 and D.1 are numbers in the supplement of the DD-ERT paper (Zheng et al.).
+//
+// An image is empty if no |dσ| is above 1e-9 of the background. An undefined metric has no value.
+// Images with pixels that are not finite reach no formula.
 
 struct ScoredImage;
 
@@ -129,10 +126,7 @@ struct ContactScore {
 ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distances,
                             const Scene& scene, std::span<const FoundContact> found);
 
-}  // namespace ertbench
-
-/// Columns of the table of metrics (metric_entries.h).
-namespace ertbench {
+// Columns of the table of metrics (metric_entries.h).
 
 /// Metrics of one image, in the order of the table.
 enum class Metric {

@@ -119,7 +119,7 @@ void Tracker::take_in(Track& track, double time_s, const TimedContact* contact) 
 }
 
 bool Tracker::is_over(const Track& track, double time_s) const {
-  // A track that is confirmed in its window or forgotten at its end needs no memory of each frame.
+  // A new track is confirmed within its window or dropped at its end, so that counts suffice.
   if (!track.confirmed) return track.frames >= settings_.confirm_window;
   return track.frames_missed >= settings_.patience_frames &&
          time_s - track.last_seen_s >= settings_.patience_s;
@@ -129,9 +129,9 @@ namespace {
 
 constexpr double unreachable = std::numeric_limits<double>::infinity();
 
-/// What it costs at best to get from the first points of both lines to the last. `first(distance)`
-/// is the cost at (0, 0), and `step(distance, above, left, diagonal)` that at (i, j) of the costs
-/// at (i - 1, j), (i, j - 1) and (i - 1, j - 1).
+/// Least cost of an alignment from the first points of both lines to the last, by dynamic
+/// programming. `first(distance)` is the cost at (0, 0); `step(distance, above, left, diagonal)`
+/// computes the cost at (i, j) from those at (i - 1, j), (i, j - 1) and (i - 1, j - 1).
 template <typename First, typename Step>
 double cost_of_walk(const Polyline& a, const Polyline& b, First first, Step step) {
   if (a.empty() || b.empty()) throw std::invalid_argument("a path of no points has no distance");
@@ -165,8 +165,8 @@ Polyline resampled(const Polyline& line, double step) {
   const double length = length_of(line);
   const auto pieces = static_cast<std::size_t>(std::ceil(length / step));
   Polyline out = {line.front()};
-  std::size_t end = 1;    // of the piece of the line in which the next point lies
-  double before_end = 0;  // along the line up to that piece
+  std::size_t end = 1;    // end of the segment in which the next point lies
+  double before_end = 0;  // length of the line up to that segment
   for (std::size_t piece = 1; piece < pieces; ++piece) {
     const double along = length * static_cast<double>(piece) / static_cast<double>(pieces);
     double size = (line[end] - line[end - 1]).norm();

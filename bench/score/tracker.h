@@ -11,25 +11,25 @@
 
 namespace ertbench {
 
-/// Kalman filter of a point that moves with constant velocity but for a random acceleration, which
-/// is independent from each step to the next and constant within it. The noise is the same in all
-/// directions, so that x and y have one covariance and one gain. Lengths in mm, times in s.
+/// Kalman filter of a point with constant velocity and a random acceleration, constant within a
+/// step and independent between steps. The noise is isotropic, so that x and y share one covariance
+/// and one gain. Lengths in mm, times in s.
 class ConstantVelocity {
  public:
-  /// At a measured place, of a velocity that is 0 but for the standard deviations.
+  /// Starts at a measured position with zero mean velocity and the given standard deviations.
   ConstantVelocity(const Eigen::Vector2d& place_mm, double place_deviation_mm,
                    double speed_deviation_mm_s);
 
-  /// Goes on by `step_s` under an acceleration of this standard deviation along each axis.
+  /// Advances by `step_s` with this standard deviation of the acceleration along each axis.
   void predict(double step_s, double acceleration_deviation_mm_s2);
 
-  /// Takes in where the point was `ago_s` before the present time, measured with this standard
+  /// Updates with the position `ago_s` before the present time, measured with this standard
   /// deviation along each axis.
   void update(const Eigen::Vector2d& place_mm, double ago_s, double place_deviation_mm);
 
   Eigen::Vector2d place_mm() const { return state_.row(0); }
   Eigen::Vector2d velocity_mm_s() const { return state_.row(1); }
-  /// Of (place, velocity) along either axis: mm^2, mm^2/s, mm^2/s^2.
+  /// Covariance of (position, velocity) along either axis: mm^2, mm^2/s, mm^2/s^2.
   const Eigen::Matrix2d& covariance() const { return covariance_; }
 
  private:
@@ -37,14 +37,14 @@ class ConstantVelocity {
   Eigen::Matrix2d covariance_;
 };
 
-/// A contact of a frame as the tracker takes it.
+/// A detected contact, the input of the tracker.
 struct TimedContact {
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  ///< from the sheet's centre
-  /// By how much the contact was there before the frame's time, s: a frame takes milliseconds.
+  /// How long before the frame's time the contact was measured, s; a frame takes milliseconds.
   double ago_s = 0;
 };
 
-/// The contacts that a solver found, in millimetres from the sheet's centre.
+/// Converts detected contacts to millimetres from the sheet's centre.
 std::vector<TimedContact> timed_contacts(std::span<const FoundContact> contacts,
                                          const Sheet& sheet);
 
@@ -52,34 +52,34 @@ struct TrackerSettings {
   double acceleration_mm_s2 = 5000;  ///< standard deviation along each axis
   double measurement_mm = 3;         ///< standard deviation of a contact's place along each axis
   double speed_mm_s = 500;           ///< standard deviation of a new contact's velocity, each axis
-  double gate_mm = 40;  ///< a contact farther than this from where a track should be is not its own
-  int confirm_frames = 2;   ///< frames that must show a new track before it counts; 1: at once
-  int confirm_window = 3;   ///< ... of so many from the first on; else it is forgotten
-  double patience_s = 0.1;  ///< without a contact, after which a track ends ...
-  int patience_frames = 2;  ///< ... and not before so many frames without one
+  double gate_mm = 40;      ///< largest distance of a contact from a track's predicted position
+  int confirm_frames = 2;   ///< detections that confirm a new track ...
+  int confirm_window = 3;   ///< ... within this many frames from its first; else it is dropped
+  double patience_s = 0.1;  ///< a track ends after this time without a detection ...
+  int patience_frames = 2;  ///< ... and at least this many frames
 };
 
-/// Where a track is at the time of a frame.
+/// State of a track at the time of a frame.
 struct TrackPoint {
-  int id = 0;  ///< counted from 0, never used again
+  int id = 0;  ///< counted from 0, never reused
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_mm_s = Eigen::Vector2d::Zero();
-  /// Of (place, velocity) along either axis: mm^2, mm^2/s, mm^2/s^2.
+  /// Covariance of (position, velocity) along either axis: mm^2, mm^2/s, mm^2/s^2.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   bool confirmed = false;
-  bool seen = false;  ///< in this frame; else the place is where the track should be by now
+  bool seen = false;  ///< detected in this frame; else the position is predicted
 };
 
-/// Follows contacts over time: the contacts of each frame are assigned to the tracks, each a Kalman
-/// filter, so that the distances from where those should be are the least in sum. What belongs to
-/// no track begins one.
+/// Tracks contacts over time. Contacts of each frame are assigned to tracks, each a Kalman filter,
+/// with the least sum of distances from the predicted positions. Unassigned contacts start new
+/// tracks.
 class Tracker {
  public:
-  /// Throws std::invalid_argument where a setting makes no sense.
+  /// Throws std::invalid_argument for settings out of range.
   explicit Tracker(const TrackerSettings& settings = {});
 
-  /// Takes in a frame, later than the one before (std::invalid_argument); returns all tracks there
-  /// are after it, the oldest first, also those that are not confirmed yet.
+  /// Adds a frame; returns all tracks, including unconfirmed ones, the oldest first. Throws
+  /// std::invalid_argument unless the frame is later than the one before.
   std::vector<TrackPoint> update(double time_s, std::span<const TimedContact> contacts);
 
  private:
@@ -87,9 +87,9 @@ class Tracker {
     int id;
     ConstantVelocity motion;
     double last_seen_s;
-    int frames = 1;  ///< since its birth, that frame included
+    int frames = 1;  ///< since its first, inclusive
     int frames_seen = 1;
-    int frames_missed = 0;  ///< since it was last seen
+    int frames_missed = 0;  ///< since its last detection
     bool confirmed = false;
   };
 
@@ -102,57 +102,59 @@ class Tracker {
   int next_id_ = 0;
 };
 
-/// Points in their order, mm; two that follow each other are joined by a straight line.
+/// Points joined by straight lines, mm.
 using Polyline = std::vector<Eigen::Vector2d>;
 
 double length_of(const Polyline& line);
 
-/// Points at equal distances along the polyline, both its ends among them, of which there are as
-/// few as bring the distance to `step` > 0 or less. A polyline without length stays one point.
+/// Resamples a polyline at the largest equal spacing of at most `step` > 0, including both ends. A
+/// polyline without length stays one point.
 Polyline resampled(const Polyline& line, double step);
 
 /// Discrete Fréchet distance (Eiter & Mannila 1994), mm: the shortest leash with which two walkers
 /// get from the first points to the last, each from point to point and never back. Neither may be
-/// empty. It is that of the lines but for the distances of the points along them: resample first.
+/// empty. It approximates the distance of the lines up to the spacing of the points: resample
+/// first.
 double frechet_distance(const Polyline& a, const Polyline& b);
 
 /// Dynamic time warping (Sakoe & Chiba 1978, symmetric form without slope constraint), mm: the mean
-/// distance of the points that the best alignment puts beside each other, the steps of which weigh
-/// 2 where both go on and 1 where one does. Neither may be empty.
+/// distance of aligned points under the best alignment, with weight 2 for steps of both lines and 1
+/// for steps of one. Neither may be empty.
 double warped_distance(const Polyline& a, const Polyline& b);
 
-/// Strokes as nearest_shape compares them: each at steps of `step` mm, one behind the other without
-/// what the pen did in the air, measured from the mean of all points. The place counts for nothing,
-/// the size does: shapes are drawn at a known one, and a method that shrinks them has an error.
+/// Normalises strokes for nearest_shape: each resampled at `step` mm, concatenated without pen-up
+/// moves, and centred at the mean of all points. The size is kept: shapes are drawn at a known
+/// size, and a method that shrinks them has an error.
 Polyline centred_shape(std::span<const Polyline> strokes, double step);
 
-/// The shape of the least warped distance; `shapes` has one at least, all made by centred_shape
-/// with the same step.
+/// Index of the shape with the least warped distance. `shapes` must not be empty and come from
+/// centred_shape with the same step.
 std::size_t nearest_shape(const Polyline& shape, std::span<const Polyline> shapes);
 
-/// Where something was tracked, and when.
+/// A tracked position with its time.
 struct PathPoint {
   double time_s = 0;
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();
 };
 
-/// The true place at a time, mm; none where the pen is up.
+/// The true position at a time, mm; no value while the pen is up.
 using TruePlace = std::function<std::optional<Eigen::Vector2d>(double time_s)>;
 
-/// Root mean square of the distances of tracked points from where the truth was `lag_s` earlier,
-/// mm, over those points that have such a truth; nothing where none has.
+/// Root mean square distance between tracked points and the true position `lag_s` earlier, mm, over
+/// the points with a true position; no value without one.
 std::optional<double> rms_distance(std::span<const PathPoint> tracked, const TruePlace& truth,
                                    double lag_s);
 
 struct LagFit {
-  double lag_s = 0;   ///< by which the tracked points are late
-  double rms_mm = 0;  ///< rms_distance with that lag
-  int points = 0;     ///< of which it is
+  double lag_s = 0;   ///< delay of the tracked points
+  double rms_mm = 0;  ///< rms_distance at that lag
+  int points = 0;     ///< points compared
 };
 
-/// The lag of least rms_distance between `least_s` and `most_s`, by a scan of so many equal `steps`
-/// (>= 2) and a parabola through the mean squares around the best. All lags are compared over the
-/// same points, those that have a truth at each of them; nothing where there are none.
+/// The lag with the least rms_distance between `least_s` and `most_s`: a scan in `steps` (>= 2)
+/// equal steps, refined by a parabola through the mean squares around the best. All lags are
+/// compared over the same points, those with a true position at every lag; no value without such
+/// points.
 std::optional<LagFit> best_lag(std::span<const PathPoint> tracked, const TruePlace& truth,
                                double least_s, double most_s, int steps = 100);
 

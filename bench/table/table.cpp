@@ -66,7 +66,7 @@ std::string text_of(const Cell& cell) {
   return out;
 }
 
-/// The titles of the columns, then the rows.
+/// Escaped texts [line][column]: titles, then rows.
 std::vector<std::vector<std::string>> texts_of(const TableSection& section) {
   std::vector<std::vector<std::string>> lines(1);
   for (const Column& column : section.columns) lines[0].push_back(markdown_escaped(column.title));
@@ -77,7 +77,6 @@ std::vector<std::vector<std::string>> texts_of(const TableSection& section) {
   return lines;
 }
 
-/// Columns padded to equal width, so that the text reads as a table too.
 void print(std::ostream& out, const TableSection& section) {
   const std::vector<std::vector<std::string>> lines = texts_of(section);
   std::vector<std::size_t> widths(section.columns.size(), 4);
@@ -112,7 +111,7 @@ std::string paragraphs(const std::string& text) {
   return out;
 }
 
-/// A fence longer than any run of back-ticks in what it holds.
+/// A code block whose fence is longer than any run of back-ticks in the command.
 std::string fenced(const std::string& command) {
   const std::string text = printable_path(command);
   std::size_t longest = 2;
@@ -140,7 +139,7 @@ std::string markdown_of(const Table& table) {
     for (const std::string& note : section.notes) out << markdown_escaped(note) << "\n\n";
   }
   for (const std::string& entry : table.legend) out << "- " << markdown_escaped(entry) << "\n";
-  if (!table.command.empty()) out << "\nTo make it again:\n\n" << fenced(table.command);
+  if (!table.command.empty()) out << "\nTo reproduce it:\n\n" << fenced(table.command);
   return out.str();
 }
 
@@ -148,10 +147,10 @@ namespace {
 
 using Line = std::vector<std::string>;
 
-/// All of it in one line, without anything that the terminal would obey.
+/// The whole text in one line, without control characters.
 std::string shown(const std::string& text) { return printable(text, text.size()); }
 
-/// The lines of a row: its texts, and below them what more there is to say.
+/// The lines of a row: its texts, then the further lines of its cells.
 std::vector<Line> lines_of(const std::vector<Cell>& row) {
   std::vector<Line> lines(1);
   for (std::size_t c = 0; c < row.size(); ++c) {
@@ -216,7 +215,7 @@ std::string terminal_of(const Table& table) {
   std::string legend;
   for (const std::string& entry : table.legend) legend += "- " + shown(entry) + "\n";
   add(legend);
-  if (!table.command.empty()) add("To make it again: " + shown(table.command) + "\n");
+  if (!table.command.empty()) add("To reproduce it: " + shown(table.command) + "\n");
   return out;
 }
 

@@ -11,7 +11,7 @@
 namespace ertbench {
 namespace {
 
-/// A line of numbers that breaks before "(" and "over" and after "to" and "%," only.
+/// Makes a line of numbers break only before "(" and "over" and after "to" and "%,".
 std::string kept_together(const std::string& line) {
   std::string out;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -24,7 +24,7 @@ std::string kept_together(const std::string& line) {
   return out;
 }
 
-/// The lines of a cell. An interval has a line of its own below a number.
+/// The lines of a cell; an interval has its own line.
 std::vector<std::string> lines_of(const Cell& cell, Align align) {
   std::vector<std::string> lines = {cell.text};
   if (!cell.interval.empty()) lines.push_back(cell.interval);
@@ -35,7 +35,7 @@ std::vector<std::string> lines_of(const Cell& cell, Align align) {
   return lines;
 }
 
-/// The words of a name break only where they are longer than a line: not "alpha=1e-" and "07".
+/// Keeps words of a name unbroken unless they are longer than a line: not "alpha=1e-" and "07".
 std::string unbroken_words(const std::string& name) {
   std::string out;
   for (const std::string& word : split(name, " ")) {
@@ -138,9 +138,8 @@ std::string two_bytes(char32_t point) {
   return {static_cast<char>(0xc0U | (point >> 6U)), static_cast<char>(0x80U | (point & 0x3fU))};
 }
 
-/// Text that every LaTeX since 2018 prints as it is meant, without packages. Letters of the Latin
-/// alphabets stay, Greek ones and common symbols become mathematics, any other character becomes
-/// its number.
+/// Escapes text for LaTeX since 2018 without packages. Latin letters stay, Greek letters and common
+/// symbols become mathematics, other characters their code point.
 std::string escaped(const std::string& text) {
   TextStream out;
   char32_t previous = 0;
@@ -166,7 +165,7 @@ std::string escaped(const std::string& text) {
 }
 
 std::string stacked(const std::vector<std::string>& lines, char alignment) {
-  // "{}": a line may begin with a bracket, which would be read as an option of the line end.
+  // "{}": a bracket at the start of a line would be read as an option of the line end.
   if (lines.size() == 1) return "{}" + escaped(lines[0]);
   std::string out = std::string("\\begin{tabular}[t]{@{}") + alignment + "@{}}";
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -187,7 +186,7 @@ std::string narrow(const Cell& cell, std::size_t width, char alignment) {
 
 char letter_of(const Column& column) { return column.align == Align::right ? 'r' : 'l'; }
 
-/// The first column, and those of one part.
+/// Prints the first column and those of one part.
 void print(std::ostream& out, const TableSection& section, int part) {
   constexpr std::size_t label_width = 16;
   constexpr std::size_t cell_width = 12;
@@ -206,7 +205,7 @@ void print(std::ostream& out, const TableSection& section, int part) {
   }
   out << " \\\\\n\\hline\\noalign{\\vskip 2pt}\n";
   for (const auto& row : section.rows) {
-    // What went wrong is said once, in the first of the tabulars.
+    // Problems of a row are reported once, in the first tabular.
     out << narrow(part == 0 ? row[0] : Cell(row[0].text), label_width, 'l');
     for (const std::size_t c : columns) {
       out << " & " << narrow(row[c], cell_width, letter_of(section.columns[c]));
@@ -216,7 +215,7 @@ void print(std::ostream& out, const TableSection& section, int part) {
   out << "\\hline\n\\end{tabular}\n\n\\medskip\n\n";
 }
 
-/// "title, caption: text", as far as there is any.
+/// "title, caption: text" without empty parts.
 std::string caption_of(const Table& table, const TableSection& section) {
   std::string out = table.title;
   if (!section.caption.empty()) out += (out.empty() ? "" : ", ") + section.caption;
@@ -240,7 +239,7 @@ std::string latex_of(const Table& table) {
     if (!table.text.empty()) out << escaped(table.text) << "\\par\n";
     for (const std::string& entry : table.legend) out << escaped(entry) << "\n";
     if (!table.command.empty()) {
-      out << "To make it again: \\texttt{" << escaped(table.command) << "}\n";
+      out << "To reproduce it: \\texttt{" << escaped(table.command) << "}\n";
     }
     out << "\\end{minipage}\n\\end{table}\n\n";
   }

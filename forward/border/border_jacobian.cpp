@@ -18,8 +18,8 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// What moves a border: the shift of its normal, times the length of border that a point stands
-/// for, by unit changes of all of ContactMotion but the ratio.
+/// Normal displacement of a border times the quadrature weight of a point, for unit changes of all
+/// entries of ContactMotion except the ratio.
 Eigen::Array<double, ContactMotion::log_ratio, 1> motion(const Complex& from_centroid,
                                                          const Complex& tangent) {
   const Complex normal(tangent.imag(), -tangent.real());  // to the right, times the length
@@ -48,7 +48,7 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
                        ": derivatives are for scenes in which no contact covers an electrode");
     }
   }
-  // A smooth border that is cut where it comes close to something would lose its slope there.
+  // The tangential derivative of a smooth border would be lost at a cut.
   const BorderLayout layout = border_layout(*sensor_.sheet, nodes_.places, scene, BorderCuts::none);
   for (const ContactArc& arc : layout.arcs) {
     if (!arc.closed) {
@@ -67,10 +67,11 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
   const MatrixXd nothing = MatrixXd::Zero(nodes_.nodes(), nodes_.nodes());
   const MatrixXd impedance = impedance_change(system, nothing, density);
   out.change = reciprocal_mean(impedance, system.magnitude).change;
-  // The transposed equation is that of the potential: u = y / (r - l), y times weight its solution.
+  // The solution y of the transposed equation, over its weights, gives the potential u = y / (r -
+  // l).
   MatrixXd potentials;  // [pairs, points]
   if (nodes_.is_complete()) {
-    // The scene's own currents of the nodes.
+    // Currents of the nodes in this scene.
     const MatrixXd shared =
         nodes_.differences(nodes_.currents_where(system.potentials * density).transpose());
     density = (density * shared.transpose()).eval();
@@ -109,14 +110,14 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
       moved.col(i) =
           motion(border.z - Complex(centre.x(), centre.y()), step / static_cast<double>(count));
     }
-    // Where the border moves to the right, the left side gains (l - r) (d_t u d_t u + q q / (l r)).
+    // A border that moves to the right gains (l - r) (d_t u d_t u + q q / (l r)) on its left.
     for (Index parameter = 0; parameter < ContactMotion::log_ratio; ++parameter) {
       const Eigen::VectorXd gain = (arc.left - arc.right) * moved.row(parameter).transpose();
       add(along.transpose() * gain.asDiagonal() * along +
               across.transpose() * (gain / (arc.left * arc.right)).asDiagonal() * across,
           arc.contact * ContactMotion::count + parameter);
     }
-    // int grad u . grad u over the region on either side, by its border.
+    // int grad u . grad u over the region on either side, as an integral over its border.
     const MatrixXd flux =
         u.transpose() * points.weight.segment(first, count).matrix().asDiagonal() * q;
     if (arc.left_contact >= 0) {
@@ -140,9 +141,10 @@ using Complex = std::complex<double>;
 using Eigen::AlignedBox2d;
 using Eigen::Vector2d;
 
-/// Boxes next to an electrode are halved so often: what is left there is 1e-4 of the pixel's.
+/// Number of bisections next to an electrode; the last box contributes 1e-4 of the pixel's
+/// integral.
 constexpr int halvings_at_electrodes = 12;
-/// Boxes that the sheet's border crosses: beyond that each counts by its area and its middle.
+/// Number of bisections at the sheet's border; after that a box counts by its area and its centre.
 constexpr int halvings_at_border = 5;
 /// Gauss points on [-1, 1].
 constexpr std::array<double, 4> abscissae{-0.8611363115940526, -0.3399810435848563,
@@ -163,12 +165,12 @@ class FieldProducts {
     const auto pairs = static_cast<Index>(nodes_.pairs.size());
     by_node_.resize(nodes_.nodes(), 2);
     by_pair_.resize(pairs, 2);
-    // [pairs, nodes] how each pair's current is shared out.
+    // [pairs, nodes] distribution of each pair's current.
     shares_ = nodes_.pair_rows(Eigen::MatrixXd::Identity(nodes_.nodes(), nodes_.nodes()));
     sum_.resize(pairs, pairs);
   }
 
-  /// Of the part of the box that is on the sheet, [channels].
+  /// Integral over the part of the box on the sheet, [channels].
   Eigen::VectorXd integral(const AlignedBox2d& box) {
     sum_.setZero();
     add(box, 0);

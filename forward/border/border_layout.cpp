@@ -127,7 +127,7 @@ constexpr double wanted_order = 3;
 
 double contrast(double first, double second) { return (first - second) / (first + second); }
 
-/// The exponent at one end of an arc: place and direction into the sheet, seen on the unit disc.
+/// Exponent at one end of an arc; position and inward direction on the unit disc.
 double exponent_at(const Sheet& sheet, const std::vector<ContactArc>& arcs, const ContactArc& arc,
                    bool is_begin) {
   const BorderPoint end = arc.piece.at(is_begin ? arc.begin : arc.end);
@@ -157,11 +157,12 @@ double exponent_at(const Sheet& sheet, const std::vector<ContactArc>& arcs, cons
       away = (begins ? 1.0 : -1.0) * other.piece.at(parameter).first;
     }
   }
-  // Three and more borders: the least that any angles make of the contrast.
+  // Three or more borders: the least exponent over all angles at this contrast.
   if (ends != 2 || !neighbour) return 1 - std::asin(std::abs(kappa)) / pi;
   const Complex own = (is_begin ? 1.0 : -1.0) * end.first;
   const double angle = std::abs(std::arg(away / own)) / 2;
-  // Symmetric and antisymmetric about the bisector; which side is which does not matter to both.
+  // Symmetric and antisymmetric about the bisector; both are the same for either order of the
+  // sides.
   return std::min(corner_exponent(arc.left, arc.right, angle),
                   corner_exponent(arc.right, arc.left, angle));
 }
@@ -169,7 +170,7 @@ double exponent_at(const Sheet& sheet, const std::vector<ContactArc>& arcs, cons
 }  // namespace
 
 double corner_exponent(double first, double second, double angle) {
-  // first tan(lambda a) + second tan(lambda (pi - a)) = 0, freed of its poles.
+  // first tan(lambda a) + second tan(lambda (pi - a)) = 0, multiplied by its denominators.
   const double kappa = contrast(first, second);
   const auto value = [&](double lambda) {
     return std::sin(lambda * pi) + kappa * std::sin(lambda * (2 * angle - pi));
@@ -199,7 +200,7 @@ Graded graded_parameter(const ContactArc& arc, int index, int count) {
   const double s = (index + 0.5) / count;
   // The first point stays 1e-12 of the arc away from its end, so that rounding does not matter.
   const double p = std::max(3.0, std::min(arc.grading, 27.6 / std::log(2.0 * count)));
-  const bool is_cubic = p == 3;  // as on nearly all arcs; pow takes its time
+  const bool is_cubic = p == 3;  // the common case, in which pow would be slow
   const double up = is_cubic ? s * s * s : std::pow(s, p);
   const double down = is_cubic ? (1 - s) * (1 - s) * (1 - s) : std::pow(1 - s, p);
   const double sum = up + down;
@@ -245,9 +246,9 @@ namespace {
 
 constexpr int least_open = 6;
 constexpr int most_on_arc = 240;
-/// Largest distance between points over that to whatever is next to them.
+/// Largest distance between points over the distance to their nearest neighbour.
 constexpr double largest_spacing = 1.5;
-/// An arc that would need more points than this is cut where it needs them.
+/// An arc that would need more points than this is cut where it is most demanding.
 constexpr int most_before_cut = 36;
 constexpr int passes = 8;
 
@@ -260,7 +261,7 @@ int least(const ContactArc& arc) {
   return std::max(least_open, static_cast<int>(around * share));
 }
 
-/// Of each arc the largest spacing, in units of the allowed one, and the point where that is.
+/// Largest spacing on each arc, relative to the allowed one, and the point where it occurs.
 struct Demand {
   double spacing = 0;
   int point = 0;
@@ -268,8 +269,8 @@ struct Demand {
 
 std::vector<Demand> demands(const std::vector<ContactArc>& arcs, const BorderPoints& points,
                             const Eigen::Array2Xd& electrodes) {
-  // At a corner or a junction neighbours come as close as they like, and the grading is there for
-  // that: there only the middle halves of the arcs count.
+  // Neighbours at a corner or a junction come arbitrarily close, which the grading handles: there
+  // only the middle halves of the arcs count.
   const auto is_middle = [&](std::size_t arc, Eigen::Index i) {
     const double place = (static_cast<double>(i) - points.first[arc] + 0.5) /
                          (points.first[arc + 1] - points.first[arc]);
@@ -329,7 +330,7 @@ BorderLayout border_layout(const Sheet& sheet, const Eigen::Array2Xd& electrodes
       changed = true;
       const double where =
           graded_parameter(arc, wanted[a].point - points.first[a], count).parameter;
-      const double edge = 0.05 * (arc.end - arc.begin);  // nearer to an end the grading serves
+      const double edge = 0.05 * (arc.end - arc.begin);  // nearer to an end the grading suffices
       if (cuts == BorderCuts::none || more <= most_before_cut ||
           (!arc.closed && (where < arc.begin + edge || where > arc.end - edge))) {
         next.arcs.push_back(arc);

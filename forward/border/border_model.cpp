@@ -16,13 +16,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Points from one resolution of the ladder to the next.
+/// Factor on the number of points from one resolution to the next.
 constexpr double refinement = 1.5;
-/// Of what the last refinement changed, what is still missing at third order: 1 / (1.5^3 - 1).
+/// Remaining error relative to the change of the last refinement, at third order: 1 / (1.5^3 - 1).
 constexpr double remaining = 0.42;
-/// First order's 1 / 1.5: of steps that shrink more slowly nothing can be told.
+/// Ratio of changes at first order, 1 / 1.5; slower convergence allows no estimate.
 constexpr double slowest_shrinking = 0.67;
-/// The error over the distance from reciprocity: 1 in the median, at most 2 in most scenes.
+/// Error over deviation from reciprocity: 1 in the median, at most 2 in most scenes.
 constexpr double reciprocity_margin = 2;
 
 }  // namespace
@@ -48,7 +48,7 @@ VectorXd BorderModel::voltages(const MatrixXd& impedance) const {
 VectorXd BorderModel::electrode_ratios(const Scene& scene) const {
   VectorXd ratios(nodes_.nodes());
   for (Index e = 0; e < nodes_.nodes(); ++e) {
-    // Just inside the sheet; where a border ends at the electrode, each side has its share.
+    // Just inside the sheet. If a border ends at the electrode, both sides have their share.
     const Eigen::Vector2d middle = sensor_.sheet->bounds().center();
     const std::complex<double> centre(middle.x(), middle.y());
     const std::complex<double> at =
@@ -121,7 +121,7 @@ BorderModel::Solution BorderModel::reciprocal_mean(const MatrixXd& impedance,
   for (const auto& [a, b] : pairs_) {
     const auto& [measurement, drive] = nodes_.channels[static_cast<std::size_t>(a)];
     const double share = 1 / (1 + std::pow(of_pair(drive) / of_pair(measurement), 2));
-    // Where it is no channel, what would be measured with drive and measurement exchanged.
+    // The value with drive and measurement exchanged, even if that is no channel.
     const double exchanged =
         a != b ? solution.change[b]
                : -sensor_.drive_current / sensor_.background * impedance(drive, measurement);
@@ -156,7 +156,7 @@ BorderModel::Solution BorderModel::solve(const Scene& scene, const Tolerance& to
     resolution *= refinement;
     Solution finer = solve_layout(layout, source, resolution);
     const double step = (finer.change - solution.change).norm();
-    // What is missing if the steps go on shrinking as they did.
+    // Remaining error if the changes keep shrinking at this rate.
     const double shrinking = std::min(step / last_step, slowest_shrinking);
     finer.error = std::max(finer.error, std::max(remaining, shrinking / (1 - shrinking)) * step);
     last_step = step;

@@ -10,9 +10,9 @@
 namespace ertbench {
 namespace {
 
-/// How strongly points may be drawn together: the far side is to keep enough of them.
+/// Limit of the gathering, so that the far side keeps enough points.
 constexpr std::array gathering_strengths = {0.8, 0.64, 0.5, 0.4, 0.32};
-/// Of the points that a border needs anyway, what will do on the far side.
+/// Share of the least number of points that suffices on the far side.
 constexpr double least_far_off = 0.5;
 
 }  // namespace
@@ -75,12 +75,12 @@ MatrixXd closed_differentiation(int count) {
 
 namespace {
 
-/// Arcs that hang together, all with the conductivity in question on one side.
+/// Connected arcs with the region's conductivity on one side.
 struct Outline {
   std::vector<int> arcs;
   int sheet_ends = 0;
   double area = 0;  ///< of the region if it lies within, negative if it lies around
-  /// Of the region's stretch of the sheet's border, counter-clockwise.
+  /// Ends of the region's part of the sheet's border, counter-clockwise.
   double begin = 0, end = 0;
 };
 
@@ -88,7 +88,7 @@ double angle_of(const Sheet& sheet, std::complex<double> point) {
   return std::arg(sheet.to_disc(point).w);
 }
 
-/// How far it is counter-clockwise from one angle to another.
+/// Counter-clockwise distance from one angle to another.
 double turn(double from, double to) {
   const double angle = std::fmod(to - from, 2 * std::numbers::pi);
   return angle < 0 ? angle + 2 * std::numbers::pi : angle;
@@ -96,7 +96,7 @@ double turn(double from, double to) {
 
 bool is_same(double a, double b) { return std::abs(a - b) < 1e-12 * std::abs(b); }
 
-/// The outlines of everything of conductivity `ratio`.
+/// Outlines of all regions of conductivity `ratio`.
 std::vector<Outline> outlines(const Sheet& sheet, const BorderLayout& layout,
                               const BorderPoints& points, double ratio) {
   std::vector<Outline> out;
@@ -115,7 +115,7 @@ std::vector<Outline> outlines(const Sheet& sheet, const BorderLayout& layout,
       const bool is_left = is_same(arc.left, ratio);
       const auto meets_sheet = [&](double parameter, bool is_begin) {
         ++outline.sheet_ends;
-        // Seen from the left of the way into the sheet its border runs towards the end.
+        // On the left of the way into the sheet, the sheet's border runs towards the end.
         const double angle = angle_of(sheet, arc.piece.at(parameter).z);
         (is_begin == is_left ? outline.end : outline.begin) = angle;
       };
@@ -207,8 +207,8 @@ MatrixXd system_matrix(const BorderPoints& p, const ArrayXd& half_inverse_mu) {
 
 using Complex = std::complex<double>;
 
-/// The angle by which a point that runs along an arc turns round y, as seen from there. `chain` has
-/// the arc's ends and points, in order.
+/// Angle by which a point that runs along an arc turns about y. `chain` has the arc's ends and
+/// points in order.
 double angle_turned(const std::vector<Complex>& chain, const Complex& y) {
   int turns = 0;  // counter-clockwise across the negative real axis, where the argument jumps
   Complex last = chain.front() - y;
@@ -224,25 +224,25 @@ double angle_turned(const std::vector<Complex>& chain, const Complex& y) {
   return std::arg(chain.back() - y) - std::arg(chain.front() - y) + 2 * pi * turns;
 }
 
-/// The same for a point of the arc itself, which is passed without a turn: at most half a turn, and
-/// that counter-clockwise, as ellipses are traced.
+/// As above for a point of the arc itself, whose passage does not count: at most half a turn,
+/// counter-clockwise like the parameter of an ellipse.
 double own_angle_turned(const Complex& begin, const Complex& end, const Complex& y) {
   const double angle = std::arg((end - y) / (begin - y));
   return angle > 1e-6 ? angle - pi : angle + pi;
 }
 
-/// Adds to a kernel at the points of an arc what its flux through the arc lacks, where the kernel
-/// is large.
+/// Corrects a kernel at the points of an arc, where it is large, so that its flux through the arc
+/// is exact.
 void correct_flux(const ArrayXd& weight, double flux, Eigen::Ref<ArrayXd> kernel) {
   const ArrayXd size = kernel.abs();
   const double sum = (size * weight).sum();
   if (sum > 0) kernel += (flux - (kernel * weight).sum()) / sum * size;
 }
 
-/// Gives the equation the fluxes that are known: of a charge as much flows through an arc as the
-/// angle turns under which the charge and its mirror image see a point that runs along it. A flux
-/// that is slightly wrong counts as a charge, and where conductivities differ much such a charge
-/// makes a potential that many times larger. `slopes` [L, points] of unit charges at `electrodes`.
+/// Makes the fluxes in the equation exact. The flux of a charge through an arc is known: the angle
+/// by which a point that runs along the arc turns about the charge and its mirror image. An error
+/// of a flux acts as a charge, whose potential grows with the ratio of the conductivities. `slopes`
+/// [L, points] of unit charges at `electrodes`.
 void conserve_flux(const Sheet& sheet, const BorderLayout& layout,
                    const Eigen::Array2Xd& electrodes, const ArrayXd& half_inverse_mu,
                    BorderSystem& system, MatrixXd& slopes) {
@@ -283,8 +283,8 @@ void conserve_flux(const Sheet& sheet, const BorderLayout& layout,
   }
 }
 
-/// The charges on a region's border that screen its electrodes, [points, electrodes]: the equation
-/// on that border alone with no conductivity inside, where no current comes out.
+/// Charges on a region's border that screen its electrodes [points, electrodes]: the solution on
+/// that border for zero conductivity inside, from which no current flows out.
 MatrixXd screening_charges(const ScreenedRegion& region, const BorderSystem& system,
                            const ArrayXd& half_inverse_mu, const MatrixXd& slopes) {
   std::vector<int> border;

@@ -26,7 +26,7 @@ Eigen::Vector2d EllipticContact::half_axes() const {
 }
 
 double EllipticContact::angle() const {
-  // Of no direction where there is no stretch, which atan2 gives as 0.
+  // Without a stretch the angle is undefined, and atan2 gives 0.
   return std::atan2(stretch.y(), stretch.x()) / 2;
 }
 
@@ -52,9 +52,9 @@ Eigen::Matrix<double, ContactMotion::count, EllipticContact::parameters> motion_
   out(ContactMotion::y, 1) = 1;
   out(ContactMotion::growth, 2) = 1;
   out(ContactMotion::log_ratio, 5) = 1;
-  // In the axes of the ellipse, with half axes a, b and m = log(a / b) / 2: a change of M along the
-  // axes strains the ellipse as it is; one across them, d, changes exp(M) by d (a - b) / (2 m) and
-  // the ellipse as the strain d (a^2 - b^2) / (2 m (a^2 + b^2)) = d tanh(2 m) / (2 m) does.
+  // In the axes of the ellipse, with half axes a, b and m = log(a / b) / 2: a diagonal change of M
+  // is a strain of the ellipse. An off-diagonal change d changes exp(M) by d (a - b) / (2 m), which
+  // acts as the strain d (a^2 - b^2) / (2 m (a^2 + b^2)) = d tanh(2 m) / (2 m).
   const double m = contact.stretch.norm();
   const double across = m > 1e-4 ? std::tanh(2 * m) / (2 * m) : 1 - 4 * m * m / 3;
   const Eigen::Vector2d axis = m > 0 ? Eigen::Vector2d(contact.stretch / m) : Eigen::Vector2d(1, 0);
@@ -116,8 +116,8 @@ MatrixXd logarithm(const VectorXd& angles) {
   return out;
 }
 
-/// Puts the blocks of nodes of one electrode into N, whose logarithm is singular there: what is
-/// left of it when that of the distance along the border is taken out is smooth.
+/// Sets the blocks of N between nodes of one electrode, where its logarithm is singular. Without
+/// the logarithm of the distance along the border the rest is smooth.
 void add_own_blocks(const VectorXd& angles, double half_width, const VectorXd& speeds,
                     DiscElectrodes& out) {
   const Index count = angles.size();
@@ -146,12 +146,12 @@ void share_evenly(const VectorXd& weights, Index electrodes, DiscElectrodes& out
 }
 
 void let_conduct(const Sensor& sensor, const VectorXd& weights, DiscElectrodes& out) {
-  // In domain units, of a sheet of conductivity 1.
+  // In domain units, for a sheet of conductivity 1.
   const double impedance =
       sensor.contact_impedance * sensor.background / (sensor.sheet->unit_mm() / 1000);
   const Index nodes = out.nodes();
   MatrixXd whose = MatrixXd::Zero(nodes, sensor.electrode_count);
-  // All potentials are up to a constant: one makes sure that the matrix is positive definite.
+  // Potentials are defined up to a constant; this one makes the matrix positive definite.
   out.with_contacts = out.neumann + MatrixXd::Ones(nodes, nodes);
   for (Index n = 0; n < nodes; ++n) {
     whose(n, out.electrodes[static_cast<std::size_t>(n)]) = 1;

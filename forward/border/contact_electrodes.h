@@ -10,8 +10,8 @@
 
 namespace ertbench {
 
-/// An ellipse of another conductivity by six numbers without bounds, in which nothing is singular:
-/// not the disc, whose angle means nothing, and not the contact without contrast. Its border is
+/// An ellipse of another conductivity, in six unbounded parameters that are regular everywhere:
+/// also at a disc, whose angle is undefined, and at a contact without contrast. Its border is
 /// centre + exp(M) (cos t, sin t) with the symmetric matrix
 ///
 ///     M = [ log_size + stretch.x    stretch.y            ]
@@ -21,7 +21,7 @@ struct EllipticContact {
 
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< domain units
   double log_size = 0;                               ///< log of the geometric mean of the half axes
-  Eigen::Vector2d stretch = Eigen::Vector2d::Zero();  ///< half the log of the aspect is its length
+  Eigen::Vector2d stretch = Eigen::Vector2d::Zero();  ///< its norm is half the log of the aspect
   double log_ratio = 0;                               ///< log of the conductivity ratio
 
   using Vector = Eigen::Matrix<double, parameters, 1>;
@@ -37,47 +37,46 @@ struct EllipticContact {
   Contact contact() const;
 };
 
-/// What the derivatives of a border model are by: for each contact its centre's x and y (per domain
-/// unit), the growth of all its lengths about its centre, its rotation (per rad), the stretch of
-/// its lengths along x against those along y, that along the diagonals x = y against x = -y (V per
-/// 1), and the logarithm of its conductivity ratio.
+/// Variables of the derivatives of a border model, for each contact: x and y of its centre (domain
+/// units), relative growth about its centre, rotation (rad), stretch along x against y, shear along
+/// the diagonals x = y against x = -y, and the logarithm of its conductivity ratio.
 struct ContactMotion {
   enum : int { x, y, growth, rotation, stretch, shear, log_ratio, count };
 };
 
-/// By ContactMotion to by EllipticContact's parameters: [ContactMotion::count, parameters], which
-/// the derivatives are multiplied with from the right.
+/// Jacobian [ContactMotion::count, parameters] of ContactMotion with respect to EllipticContact's
+/// parameters; multiply derivatives with it from the right.
 Eigen::Matrix<double, ContactMotion::count, EllipticContact::parameters> motion_of(
     const EllipticContact& contact);
 
 /// The scene of these contacts.
 Scene scene_of(std::span<const EllipticContact> contacts);
 
-/// The electrodes as the border model sees them, taken to the unit disc: every one as one point
-/// source, or with a width as a few at the Chebyshev nodes along it, where currents that are large
-/// at an electrode's edges do no harm. All for unit current and a sheet of conductivity 1.
+/// Electrodes of the border model on the unit disc: each one point source or, with a width, several
+/// at Chebyshev nodes along it, which suit the large currents at an electrode's edges. For unit
+/// currents and a sheet of conductivity 1.
 ///
-/// With N the Neumann function between the nodes and D the contact impedance over each node's share
+/// With the Neumann function N between the nodes and the contact impedance D over each node's share
 /// of the width, the nodes' currents I and the electrodes' potentials U obey
 ///
 ///     (N + D) I = E U,   E^T I = J,
 ///
-/// J the electrodes' currents, E [nodes, L] what node is whose (Cheng et al. 1989, Somersalo et al.
-/// 1992). In the gap model I is spread evenly and U is the mean of the potential.
+/// with the electrodes' currents J and the incidence E [nodes, L] of nodes and electrodes (Cheng et
+/// al. 1989, Somersalo et al. 1992). In the gap model I is uniform and U is the mean potential.
 struct DiscElectrodes {
   /// `displacement` [L]: along the border, clockwise, domain units.
   DiscElectrodes(const Sensor& sensor, const Eigen::VectorXd& displacement);
 
   Eigen::Matrix2Xd positions;   ///< [2, nodes] on the sheet
   Eigen::Array2Xd places;       ///< [2, nodes] on the unit circle
-  std::vector<int> electrodes;  ///< [nodes] whose node each is
-  /// N between the nodes [nodes, nodes]; 0 on the diagonal of points, where it is never measured.
+  std::vector<int> electrodes;  ///< [nodes] electrode of each node
+  /// N between the nodes [nodes, nodes]; for points 0 on the diagonal, which is never measured.
   Eigen::MatrixXd neumann;
-  /// I by J on the uniform sheet, [nodes, L]; empty for points, whose currents are the electrodes'.
+  /// I per J on the uniform sheet [nodes, L]; empty for points, where I = J.
   Eigen::MatrixXd currents;
-  Eigen::MatrixXd potentials;  ///< U by J on the uniform sheet, [L, L]
-  /// Of the complete model alone, else empty: N + D, and R [nodes, modes] for the Neumann function
-  /// of the sheet with its conductors, N(x, y) - (n(x)^T R) (R^T n(y)), n(x) that from x to the
+  Eigen::MatrixXd potentials;  ///< U per J on the uniform sheet [L, L]
+  /// For the complete model, else empty: N + D, and R [nodes, modes] of the Neumann function of the
+  /// sheet with its conductors, N(x, y) - (n(x)^T R) (R^T n(y)), where n(x) is N from x to the
   /// nodes.
   Eigen::MatrixXd with_contacts;
   Eigen::MatrixXd redistribution;
@@ -88,13 +87,13 @@ struct DiscElectrodes {
   Eigen::Index nodes() const { return places.cols(); }
   bool is_complete() const { return with_contacts.size() > 0; }
 
-  /// Rows by electrodes [L, n] to rows by pairs: the second's less the first's.
+  /// Rows by electrode [L, n] to rows by pair [pairs, n]: second less first.
   Eigen::MatrixXd differences(const Eigen::MatrixXd& rows) const;
-  /// Rows by nodes [nodes, n] to rows by pairs, the nodes' as `currents` shares them out.
+  /// Rows by node [nodes, n] to rows by pair [pairs, n], with nodes weighted by `currents`.
   Eigen::MatrixXd pair_rows(const Eigen::MatrixXd& rows) const;
-  /// Potentials [nodes, nodes] at nodes by unit currents of nodes, to [pairs, pairs].
+  /// Potentials at nodes for unit currents of nodes [nodes, nodes] to [pairs, pairs].
   Eigen::MatrixXd pair_matrix(const Eigen::MatrixXd& by_nodes) const;
-  /// Of the complete model: I by J, where a scene changes N by `change` [nodes, nodes].
+  /// For the complete model: I per J if a scene changes N by `change` [nodes, nodes].
   Eigen::MatrixXd currents_where(const Eigen::MatrixXd& change) const;
 };
 

@@ -125,7 +125,7 @@ struct Part {
   std::uint64_t number(Eigen::Index row) const { return first + static_cast<std::uint64_t>(row); }
 };
 
-/// Clean voltages and truths of scenes at rest; one that several rows show is solved once.
+/// Clean voltages and truths of scenes at rest. A scene that several rows share is solved once.
 void fill_scenes(const Part& part, DatasetBlock& block) {
   const DatasetSpec& spec = part.spec;
   std::vector<Scene> scenes;
@@ -155,8 +155,8 @@ void fill_scenes(const Part& part, DatasetBlock& block) {
   }
 }
 
-/// The same of frames of sequences. The skin has a memory: where the rows begin within a sequence,
-/// what went before is gone through without being solved.
+/// As above for frames of sequences. The skin has a memory, so that frames of the sequence before
+/// the first row are simulated without being solved.
 void fill_sequences(const Part& part, DatasetBlock& block) {
   constexpr std::size_t frames_at_a_time = 64;
   const DatasetSpec& spec = part.spec;
@@ -244,7 +244,7 @@ nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
                     file.path().string() + ": attribute \"" + name + "\" of /");
 }
 
-/// What the root's attribute "truth" lists; of generated sets, which have none, all is known.
+/// Reads the root attribute "truth"; generated sets have none, and everything is known.
 Truth written_truth(const Hdf5File& file) {
   if (!file.has_attribute("/", layout::truth)) return {};
   const std::string text = file.read_text("/", layout::truth);

@@ -15,10 +15,10 @@
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
 
-/// Names and row layouts inside a dataset file, shared by what writes and what reads it.
+/// Names and row layouts inside a dataset file, shared by its writer and its reader.
 namespace ertbench::dataset_layout {
 
-/// Version 1 had the recipe in an attribute of the root, which ends at 64 kB.
+/// Version 1 had the recipe in an attribute of the root, which is limited to 64 kB.
 inline constexpr int schema_version = 2;
 
 inline const std::string voltages = "/voltages";                      // [N, channels] V, noisy
@@ -30,33 +30,33 @@ inline const std::string conductivity = "/conductivity";              // [N, gri
 inline const std::string contacts = "/contacts";
 /// [N, contacts, vertices, 2], NaN where absent; only where the set may hold polygons.
 inline const std::string contact_vertices = "/contact_vertices";
-/// [N, contacts] N, NaN where absent; of touches alone.
+/// [N, contacts] N, NaN if absent; only for touches.
 inline const std::string forces = "/forces";
-/// [N] s since the beginning of the frame's sequence, and [N] the sequence's number; of sequences
-/// alone.
+/// [N] s since the beginning of the frame's sequence, and [N] the sequence's number; only for
+/// sequences.
 inline const std::string time = "/time";
 inline const std::string sequence = "/sequence";
-/// Attribute of the root of measured sets: which of "images" and "places" are known.
+/// Root attribute of measured sets: lists which of "images" and "places" are known.
 inline const std::string truth = "truth";
 /// One string: the canonical JSON of the DatasetSpec.
 inline const std::string recipe = "/recipe";
-/// [1]: rows that are whole, from the first.
+/// [1]: number of complete rows, from the first.
 inline const std::string scenes_written = "/scenes_written";
 
-/// [N, 2]: points of the border integral equation, estimated error in V; with "grid": "auto" alone.
+/// [N, 2]: points of the border integral equation, estimated error in V; only with "grid": "auto".
 inline const std::string model_effort = "/model_effort";
 
 inline constexpr Eigen::Index contact_columns = 7;
 inline constexpr Eigen::Index effort_columns = 2;
 
-/// Contacts that a row of /contacts has room for, at least one.
+/// Number of contacts in a row of /contacts, at least one.
 std::uint64_t contact_width(const DatasetSpec& spec);
-/// Of /model_effort, which only "grid": "auto" has; else 0.
+/// Columns of /model_effort; 0 without it.
 std::uint64_t effort_columns_of(const DatasetSpec& spec);
 
-/// The forces of a scene's contacts.
+/// Writes the forces of a scene's contacts to a row of /forces.
 void pack_forces(const Scene& scene, Eigen::Ref<Eigen::RowVectorXd> row);
-/// Gives contacts, as unpack has them, their forces.
+/// Reads the forces of unpacked contacts from a row of /forces.
 void unpack_forces(const Eigen::Ref<const Eigen::RowVectorXd>& row, Scene& scene);
 
 /// One scene as rows of /contacts and /contact_vertices, flattened.
@@ -71,28 +71,28 @@ namespace ertbench {
 
 class SceneModel;
 
-/// Scenes of a set as arrays, rows [first, first + count): what a block of the file holds.
+/// A block of scenes [first, first + count) as arrays.
 struct DatasetBlock {
   Frames voltages;        ///< [count, channels] V, with noise and faults
-  Frames clean_voltages;  ///< [count, channels] V, with faults of the sheet alone
+  Frames clean_voltages;  ///< [count, channels] V, without noise, with faults of the sheet only
   Images conductivity;    ///< [count, image pixels] S/m, the truth
   RowMajorMatrix effort;  ///< [count, 2] of SceneModel::solve; no columns for a grid
   RowMajorMatrix contacts;
   RowMajorMatrix vertices;
-  RowMajorMatrix forces;      ///< [count, contacts] N; no columns where nothing has a force
-  RowMajorMatrix moments;     ///< [count, 2] /time and /sequence; no columns where nothing moves
+  RowMajorMatrix forces;      ///< [count, contacts] N; no columns without forces
+  RowMajorMatrix moments;     ///< [count, 2] /time and /sequence; no columns without sequences
   std::vector<Scene> truths;  ///< [count]
 };
 
-/// `model` has the spec's sensor and SheetModel. The numbers depend on the spec alone, not on
-/// threads or on where blocks begin.
+/// Generates a block. `model` must have the spec's sensor and SheetModel. The numbers depend only
+/// on the spec, not on threads or blocks.
 DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                             std::uint64_t count, int threads = 1);
 
 class Hdf5File;
 
-/// A complete dataset file, opened to read. All arrays are checked for their shapes when it is
-/// opened; each read checks its values. Errors are InputErrors naming file and HDF5 object.
+/// A complete dataset file, opened for reading. Opening checks the shapes of all arrays; each read
+/// checks its values. Errors are InputErrors naming file and HDF5 object.
 class DatasetFile {
  public:
   explicit DatasetFile(const std::filesystem::path& file);
@@ -104,15 +104,15 @@ class DatasetFile {
   const std::filesystem::path& path() const { return path_; }
   /// The canonical JSON that determines the file (DatasetSpec, sensor, seeds, versions), as text.
   const std::string& recipe() const { return recipe_; }
-  /// Why the file is not what was written (Hdf5File::why_changed); empty where it is. Reads all of
-  /// it.
+  /// Why the contents differ from what was written (Hdf5File::why_changed); empty if they do not.
+  /// Reads the whole file.
   std::string why_changed() const;
-  /// The build that wrote the file; nothing where it does not say.
+  /// The build that wrote the file; no value if it is not recorded.
   const std::optional<BuildStamp>& build() const { return build_; }
-  /// What is known of the frames beside their voltages; of a set without contacts in its truth
-  /// `scenes` are empty, of one without images `conductivity` shows declared contacts.
+  /// The known truth. Without positions `scenes` are empty; without images `conductivity` shows
+  /// declared contacts.
   Truth truth() const { return truth_; }
-  /// The spec that the recipe describes. Throws InputError where the file has none.
+  /// The spec that the recipe describes. Throws InputError if the file has none.
   DatasetSpec spec() const;
 
   const Eigen::VectorXd& reference_voltages() const { return reference_; }  ///< [channels] V
@@ -122,8 +122,8 @@ class DatasetFile {
   /// Estimated 2-norms of the errors of the clean voltages, [count] V; empty for a set on a grid.
   Eigen::VectorXd model_errors(std::uint64_t first, std::uint64_t count) const;
   std::vector<Scene> scenes(std::uint64_t first, std::uint64_t count) const;
-  /// Of sequences: [count] s since the beginning of each frame's sequence, and [count] its number;
-  /// empty for scenes that do not move.
+  /// For sequences: [count] s since the beginning of each frame's sequence, and [count] the
+  /// sequence's number; else empty.
   Eigen::VectorXd times(std::uint64_t first, std::uint64_t count) const;
   Eigen::VectorXd sequences(std::uint64_t first, std::uint64_t count) const;
 
@@ -138,14 +138,13 @@ class DatasetFile {
   Eigen::VectorXd reference_;
 };
 
-/// The recipe that a file, whole or not, was written by; empty where it does not say.
+/// The recipe of a complete or unfinished file; empty if it has none.
 std::string written_recipe(const Hdf5File& file);
 
-/// The build that wrote a file, whole or not: its root attribute "build" (JSON).
+/// The build that wrote a complete or unfinished file: its root attribute "build" (JSON).
 std::optional<BuildStamp> written_build(const Hdf5File& file);
 
-/// The sensor that a file's root attribute "sensor" describes in JSON, or the default sensor where
-/// there is none.
+/// The sensor in a file's root attribute "sensor" (JSON), or the default sensor without one.
 Sensor sensor_of(const Hdf5File& file);
 
 }  // namespace ertbench

@@ -70,7 +70,7 @@ fs::path part_of(const fs::path& file) {
   return part += ".part";
 }
 
-/// Whether it begins as HDF5 does and cannot be opened as that.
+/// True if it begins like an HDF5 file and cannot be opened as one.
 bool is_unfinished_hdf5(const fs::path& file) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   std::array<char, signature.size()> start{};
@@ -92,7 +92,7 @@ std::uint64_t bytes_of(const DatasetSpec& spec) {
           layout::effort_columns_of(spec) + 2);
 }
 
-/// Where the frames of a set come from: the model of its sheet, or a file.
+/// Source of a set's frames: the model of its sheet, or a file.
 class FrameSource {
  public:
   explicit FrameSource(const DatasetSpec& spec) : spec_(spec) {
@@ -207,7 +207,7 @@ void create_part(const DatasetSpec& spec, const FrameSource& source, const fs::p
   file.close();
 }
 
-/// Scenes that an earlier call left whole in `part`, or nothing where it cannot be continued.
+/// Number of complete scenes of an earlier call in `part`; no value if it cannot be continued.
 std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& part) {
   if (!fs::exists(part)) return std::nullopt;
   try {
@@ -219,11 +219,11 @@ std::optional<std::uint64_t> resumable(const DatasetSpec& spec, const fs::path& 
     if (!(written >= 0 && written <= static_cast<double>(spec.count))) return std::nullopt;
     return static_cast<std::uint64_t>(written);
   } catch (const InputError&) {
-    return std::nullopt;  // cut off before its storage was laid out, or another thing altogether
+    return std::nullopt;  // cut off before its storage was reserved, or no dataset at all
   }
 }
 
-/// Whether `file` is a whole dataset of this spec, and what this program would write.
+/// True if `file` is a complete dataset of this spec that this program would write alike.
 bool is_finished(const DatasetSpec& spec, const fs::path& file) {
   if (!fs::exists(file)) return false;
   try {
@@ -236,14 +236,14 @@ bool is_finished(const DatasetSpec& spec, const fs::path& file) {
   }
 }
 
-/// An unfinished file without a whole scene is of no use to anybody.
+/// Removes an unfinished file without a complete scene.
 void remove_part(const fs::path& part) {
   std::error_code ignored;
   fs::remove(part, ignored);
 }
 
-/// Computes and writes the scenes from `whole` on; `whole` counts those that are in the file for
-/// good.
+/// Computes and writes the scenes from `whole` on; `whole` counts those that are safely in the
+/// file.
 void write_scenes(const DatasetSpec& spec, const FrameSource& source, const fs::path& part,
                   const GenerateOptions& options, std::uint64_t& whole) {
   const int threads = std::max(1, options.threads);
@@ -295,7 +295,7 @@ void require_dataset_output(const fs::path& file, const std::vector<fs::path>& i
   };
   require_output(file, inputs, {"dataset of ours", is_dataset});
   const auto is_part = [&](const fs::path& one) {
-    // One that was cut off before its storage was laid out is not yet a dataset.
+    // A file that was cut off before its storage was reserved is no dataset yet.
     return fs::is_empty(one) || is_dataset(one) || is_unfinished_hdf5(one);
   };
   require_output(part_of(file), inputs, {"unfinished dataset of ours", is_part});
@@ -306,7 +306,7 @@ void generate_dataset(const DatasetSpec& spec, const fs::path& file,
   const FrameSource source(spec);
   const fs::path part = part_of(file);
   const FileLock lock(part);
-  if (is_finished(spec, file)) {  // earlier, or by whoever held the lock
+  if (is_finished(spec, file)) {  // earlier, or by the last holder of the lock
     fs::remove(part);
     return;
   }

@@ -10,19 +10,18 @@
 
 namespace ertbench {
 
-/// A file of measured frames (MeasuredFrames), opened and checked for the shapes of what it holds.
-/// Throws InputError naming the file and the HDF5 object.
+/// A file of measured frames (MeasuredFrames), opened with its shapes checked. Throws InputError
+/// naming the file and the HDF5 object.
 class MeasuredFile {
  public:
   MeasuredFile(const std::filesystem::path& file, const Sensor& sensor);
 
   std::uint64_t size() const { return size_; }  ///< frames
   Truth truth() const { return truth_; }
-  std::uint64_t contacts() const { return contacts_; }  ///< that a frame has room for
+  std::uint64_t contacts() const { return contacts_; }  ///< contacts in a row
 
-  /// Frames, references and truths of some rows in their order. Frames that have a reference of
-  /// their own are moved to the mean of these, so that all changes are what they were against one
-  /// reference.
+  /// Frames, reference and truths of the given rows. Frames with references of their own are
+  /// shifted to the mean reference, which keeps their changes.
   struct Content {
     Frames voltages;            ///< [rows, channels] V
     Eigen::VectorXd reference;  ///< [channels] V
@@ -45,17 +44,17 @@ class MeasuredFile {
   bool own_references_ = false;
   Truth truth_;
   std::uint64_t contacts_ = 1;
-  std::uint64_t columns_ = 0;  ///< of a contact; 0 where places alone are known
+  std::uint64_t columns_ = 0;  ///< columns of a contact; 0 if only positions are known
 };
 
-/// What a set of measured frames is made of, read as a whole: measured sets are small.
+/// A set of measured frames, read as a whole, because measured sets are small.
 class MeasuredBlocks {
  public:
   explicit MeasuredBlocks(const DatasetSpec& spec);
 
   const Eigen::VectorXd& reference_voltages() const { return content_.reference; }
-  /// Frames [first, first + count), as generate_block makes those of other sets. What was measured
-  /// stays as it is: noise that the spec declares is for those who draw it anew in every epoch.
+  /// Frames [first, first + count), like generate_block. Measured voltages are not changed: noise
+  /// in the spec is for trainings that draw it in every epoch.
   DatasetBlock block(std::uint64_t first, std::uint64_t count) const;
 
  private:

@@ -20,10 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Of the sheet's inner radius: the size of a contact of which only the place is known.
+/// Default radius of a contact over the sheet's inner radius, if only the position is known.
 constexpr double default_radius = 0.15;
 
-/// What the file said of itself: `{"size", "images", "places", "contacts"}`, or `{"refused"}`.
+/// Result of the inspection: `{"size", "images", "places", "contacts"}`, or `{"refused"}`.
 json look_here(const MeasuredFrames& frames, const Sensor& sensor) {
   const MeasuredFile file(frames.file, sensor);
   json out = {{"size", file.size()},
@@ -40,7 +40,7 @@ json look_here(const MeasuredFrames& frames, const Sensor& sensor) {
   return out;
 }
 
-/// The same in a child, as the HDF5 library does not survive every damaged file.
+/// Inspects in a child process, because the HDF5 library crashes on some damaged files.
 json look(const MeasuredFrames& frames, const Sensor& sensor) {
   constexpr double time_limit_s = 600;
   const IsolatedOutcome outcome = run_isolated(
@@ -63,7 +63,7 @@ json look(const MeasuredFrames& frames, const Sensor& sensor) {
   return said;
 }
 
-/// Finds the file and what it holds.
+/// Locates the file and reads what it holds.
 void look_at(JsonObject& object, const Sensor& sensor, const fs::path& folder, bool rows_given,
              MeasuredFrames& frames) {
   frames.file = object.text("file");
@@ -161,7 +161,7 @@ std::vector<std::uint64_t> MeasuredFrames::rows() const {
   const auto begin = at(fold->number);
   const auto end = at(fold->number + 1);
   if (fold->held_out) return {begin, end};
-  // The rest begins behind the share, so that the first rows of two folds' rests are not the same.
+  // The other folds start after this one, so that their first rows differ between folds.
   std::vector<std::uint64_t> rest(end, all.end());
   rest.insert(rest.end(), all.begin(), begin);
   return {rest.begin() + static_cast<std::ptrdiff_t>(fold->from),

@@ -12,22 +12,22 @@
 
 namespace ertbench {
 
-/// Knowledge about the frames of a set beside their voltages; complete for generated sets.
+/// The known truth of the frames of a set. Generated sets know both.
 struct Truth {
-  bool images = true;  ///< the conductivity of every pixel, not only that of a declared contact
-  bool places = true;  ///< where contacts are
+  bool images = true;  ///< the conductivity of every pixel, not only of declared contacts
+  bool places = true;  ///< the positions of contacts
 
   bool operator==(const Truth&) const = default;
 };
 
-/// A part of shuffled rows, for cross-validation and for training on fewer rows.
+/// A subset of shuffled rows, for cross-validation and for training on fewer frames.
 struct FoldPart {
-  int count = 5;           ///< number of equal shares
-  int number = 0;          ///< index of the share that is held out
-  bool held_out = true;    ///< the part is that share, else a slice of the rest
-  std::uint64_t from = 0;  ///< positions [from, to) in the rest
+  int count = 5;           ///< number of equal folds
+  int number = 0;          ///< fold that is held out
+  bool held_out = true;    ///< selects that fold, else rows of the others
+  std::uint64_t from = 0;  ///< positions [from, to) in the others
   std::uint64_t to = 0;
-  std::uint64_t seed = 1;  ///< of the order
+  std::uint64_t seed = 1;  ///< of the shuffle
 
   bool operator==(const FoldPart&) const = default;
 };
@@ -37,42 +37,41 @@ struct FoldPart {
 ///     /voltages            [N, channels], in the order of channels_of(sensor)
 ///     /reference_voltages  [channels], or one for each frame [N, channels]
 ///     /conductivity        [N, grid, grid] S/m, row 0 at the least y; or
-///     /contacts            [N, contacts, 2 ... 4]: x and y from the sheet's centre, radius, mm,
-///     and
+///     /contacts            [N, contacts, 2 ... 4]: x and y from the sheet's centre and radius, mm,
 ///                          conductivity ratio, or 7 columns as in the files of generated sets; or
 ///     /positions_mm        [N, 2] from the sheet's centre
 ///
-/// Without any of the last three only the frames are known. A contact whose size and ratio are not
-/// in the file has those declared in `contact`.
+/// Without any of the last three there is no truth. Sizes and ratios that are not given are those
+/// declared in `contact`.
 struct MeasuredFrames {
-  std::filesystem::path file;  ///< empty for a recipe without its file
-  std::string name;            ///< the file's name without its folder
+  std::filesystem::path file;  ///< empty if only a recipe is known
+  std::string name;            ///< of the file, without its folder
   std::string checksum;        ///< of its bytes
   std::uint64_t first = 0;     ///< rows [first, last)
   std::uint64_t last = 0;
   std::optional<FoldPart> fold;
   double scale = 1;  ///< V for each unit of the file's voltages
 
-  // The contact that is drawn at a position of which nothing else is known.
+  /// Radius and ratio of a contact of which only the position is known.
   double radius_mm = 0;
   double conductivity_ratio = 0.5;
-  /// A dataset [N] of numbers > 0 that 1 - ratio is proportional to; empty if all contacts are
-  /// alike. At `full_strength` the ratio is `conductivity_ratio`.
+  /// A dataset [N] of numbers > 0 to which the strength 1 - ratio is proportional, and the number
+  /// at which the ratio is `conductivity_ratio`; empty if all contacts have that ratio.
   std::string strength_of;
   double full_strength = 1;
 
   Truth truth;
-  std::uint64_t contacts = 1;  ///< most contacts of a frame
+  std::uint64_t contacts = 1;  ///< contacts in a row
 
   /// The rows of the file in the order of the set's frames.
   std::vector<std::uint64_t> rows() const;
 };
 
-/// Reads `{"file", "rows", "fold", "contact", "scale", "checksum"}`. With a `folder`, which a
-/// relative "file" starts from, the file is checked in a process of its own. Throws InputError if
-/// it is missing, damaged or has links to other files, or if rows are outside, channels or images
-/// are not the sensor's, values are not finite, or positions are off the sheet. Without a folder
-/// the object is one written by add_to, and no file is opened.
+/// Reads `{"file", "rows", "fold", "contact", "scale", "checksum"}`. With a `folder`, relative to
+/// which "file" is resolved, the file is inspected in a child process. Throws InputError if it is
+/// missing, damaged or has links to other files, if rows are out of range, if channels or images
+/// are not the sensor's, if values are not finite, or if positions are off the sheet. Without a
+/// folder the object comes from add_to, and nothing is opened.
 MeasuredFrames measured_frames_from_json(JsonObject& object, const Sensor& sensor,
                                          const std::optional<std::filesystem::path>& folder);
 

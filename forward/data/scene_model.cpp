@@ -52,7 +52,7 @@ namespace {
 void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
                    std::span<const Scene> scenes, std::span<const std::uint64_t> numbers,
                    Eigen::Ref<Frames> voltages) {
-  // A few scenes at a time: their fine images are the largest arrays here.
+  // A few scenes at a time, because their fine images are large.
   const PixelGrid pixels = spec.sensor.sheet->pixels(model.grid());
   const Eigen::Index batch = model.grid() <= 48 ? 64 : 16;
   const auto count = static_cast<Eigen::Index>(scenes.size());
@@ -87,7 +87,7 @@ void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
     const bool stale = spec.faults.displacement_reference == DisplacementReference::stale;
     const Eigen::VectorXd& reference =
         stale ? model.reference_voltages() : nominal.reference_voltages();
-    // Of the frame as the set holds it; what divides its voltages divides their error.
+    // Scaled like the frame in the set: a divider of its voltages divides their error, too.
     const double divisor = 1 + spec.faults.background_change;
     const auto tolerance = [&](const Eigen::VectorXd& change) {
       return model_error * divisor *
@@ -136,8 +136,7 @@ void SceneModel::solve(const DatasetSpec& spec, std::span<const Scene> scenes,
 
 namespace {
 
-/// Steps in which a moving pressure is followed, as its path from one to the next is taken for
-/// straight.
+/// Steps in which a moving pressure is followed; it is linear within each.
 constexpr double longest_step_s = 0.004;
 
 const SequenceSet& set_of(const DatasetSpec& spec) { return std::get<SequenceSet>(spec.scenes); }
@@ -147,7 +146,7 @@ TouchSequence sequence_of(const DatasetSpec& spec, std::uint64_t sequence) {
   return set_of(spec).draw(sequence, random, spec.sensor);
 }
 
-/// But for rounding.
+/// True up to rounding.
 bool equal(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return (a - b).cwiseAbs().maxCoeff() <= 1e-12 * a.cwiseAbs().maxCoeff();
 }
@@ -200,7 +199,7 @@ SequenceFrames::Frame SequenceFrames::next() {
     pressures.push_back(foam_.pressure_kPa());
     still = still && equal(pressures.front(), pressures.back());
     if (drive == 0 || !still) {
-      // Those before were all alike.
+      // All frames before had a single scene.
       while (out.drives.size() < pressures.size() - 1) out.drives.push_back(out.drives.front());
       out.drives.push_back(look());
     }
@@ -223,7 +222,7 @@ void solve_drives(const DatasetSpec& spec, const SceneModel& model,
   const int drives = spec.sensor.drives();
   const int middle = drives / 2;
 
-  /// Solves the wanted drives of each frame; its rows follow each other.
+  /// Solves the wanted drives of each frame; rows of a frame are consecutive.
   const auto solve = [&](const std::vector<std::size_t>& which,
                          const std::vector<std::vector<int>>& wanted) {
     std::vector<Scene> scenes;

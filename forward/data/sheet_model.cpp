@@ -9,7 +9,7 @@
 namespace ertbench {
 namespace {
 
-/// Whether the grid model serves; what serves in its place is said once.
+/// True if the grid model applies; reports its replacement once.
 bool grid_serves(const Sensor& sensor) {
   if (fits_grid(sensor, sensor.image_grid)) return true;
   static std::atomic<bool> is_said = false;

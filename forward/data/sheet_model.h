@@ -9,15 +9,15 @@
 
 namespace ertbench {
 
-/// The voltages of a set come from finite elements on a grid of `side` x `side` pixels.
+/// Voltages from finite elements on a grid of `side` x `side` pixels.
 struct GridSheet {
   int side = 24;
 
   bool operator==(const GridSheet&) const = default;
 };
 
-/// They come from the continuous sheet, scene by scene with as many points on the contacts' borders
-/// as it needs.
+/// Voltages of the continuous sheet, with as many points on the contacts' borders as each scene
+/// needs.
 struct ContinuousSheet {
   double model_error = 0.25;  ///< largest error of a frame, as a fraction of its noise (2-norms)
 
@@ -26,26 +26,24 @@ struct ContinuousSheet {
 
 using SheetModel = std::variant<GridSheet, ContinuousSheet>;
 
-/// As "grid" has it: "24", "auto".
+/// The value of "grid": "24", "auto".
 inline std::string text_of(const SheetModel& model) {
   const auto* grid = std::get_if<GridSheet>(&model);
   return grid ? std::to_string(grid->side) : "auto";
 }
 
-/// The largest error that the set allows, as a fraction of a frame's noise. A set on a grid names
-/// none, and is held against the default.
+/// Largest allowed error of a set, as a fraction of a frame's noise; the default for a grid.
 inline double model_error_of(const SheetModel& model) {
   const auto* sheet = std::get_if<ContinuousSheet>(&model);
   return sheet ? sheet->model_error : ContinuousSheet{}.model_error;
 }
 
-/// What linear methods know of a sensor: voltages and Jacobian of its uniform sheet. By the grid
-/// model where that serves (fits_grid), as it does for EIDORS's `d2s`; else by the border model,
-/// which serves every sensor. The first time that it steps in, a line on stderr says so.
+// Uniform sheet: by the grid model if it applies (fits_grid), as for EIDORS's `d2s`, else by the
+// border model, which applies to every sensor; its first use is reported on stderr.
 
-/// [channels] V.
+/// Reference voltages of the uniform sheet, [channels] V.
 Eigen::VectorXd uniform_reference(const Sensor& sensor);
-/// dV/dsigma [channels, pixels] in V per S/m; zero for pixels off the sheet.
+/// Jacobian dV/dsigma [channels, pixels] of the uniform sheet in V per S/m; zero off the sheet.
 RowMajorMatrix uniform_jacobian(const Sensor& sensor);
 
 }  // namespace ertbench

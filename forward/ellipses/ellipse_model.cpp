@@ -123,8 +123,9 @@ void EllipseModel::place_sources(Workspace::Memory& m) const {
   by_pairs(m.charges, m.potential);
 }
 
-/// The electrodes that conduct share their currents out anew: N becomes that of the sheet with its
-/// conductors (DiscElectrodes::redistribution), and its slope enters with the other sign.
+/// Accounts for the redistribution of currents by conducting electrodes: N becomes that of the
+/// sheet with its conductors (DiscElectrodes::redistribution), whose slope enters with the opposite
+/// sign.
 void EllipseModel::add_conductors(Workspace::Memory& m) const {
   const RowMajorMatrix slopes = m.slopes * nodes_.redistribution;
   const RowMajorMatrix charges = m.charges * nodes_.redistribution;
@@ -237,7 +238,7 @@ void EllipseModel::derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd>
     for (int i = 0; i < border.count; ++i) {
       const auto p = first + static_cast<std::size_t>(i);
       u.row(i) *= 1 / (m.weight[p] * jump);
-      // The current through the stretch of border that the point stands for.
+      // Current through the border, times the point's weight.
       q.row(i) *= border.ratio / jump * m.weight[p];
     }
     auto columns = out.middleCols(static_cast<Index>(k) * EllipticContact::parameters,
@@ -255,7 +256,7 @@ void EllipseModel::derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd>
       const auto p = first + static_cast<std::size_t>(i);
       const double length = std::sqrt(std::norm(m.tangent[p]));
       along.row(i) *= step / length;  // du/dt on the sheet
-      // The current density there, by which the gain is 1 / ratio of that along the border.
+      // The current density; its gain is 1 / ratio of that along the border.
       q.row(i) *= 1 / (length * std::sqrt(border.ratio));
       const Complex normal(m.tangent[p].imag(), -m.tangent[p].real());
       for (int strain = 0; strain < strains; ++strain) {

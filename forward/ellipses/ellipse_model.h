@@ -14,15 +14,15 @@
 
 namespace ertbench {
 
-/// The equation of BorderModel for the scenes that a fit tries by the thousand: a few ellipses that
-/// lie whole inside the sheet and cross no other. Voltages and exact derivatives by all parameters
-/// in tens of microseconds: smooth borders need few points, one factorisation serves voltages and
-/// derivatives, and nothing is allocated once a workspace has grown.
+/// The equation of BorderModel specialised for fits, which try thousands of scenes: a few disjoint
+/// ellipses inside the sheet. Voltages and exact derivatives with respect to all parameters take
+/// tens of microseconds: smooth borders need few points, one factorisation serves both, and nothing
+/// is allocated once a workspace has grown.
 ///
-/// Points are at equal parameters; where a border comes close to the sheet's or to another they are
-/// drawn together there by the map exp(it) -> Moebius(exp(is)), which keeps the equal-parameter
-/// rule spectral. What a border demands beyond `most_points` it does not get: close to the sheet's
-/// border the voltages are then good to a few per cent of the contact's own, which a fit can bear.
+/// Points are at equal parameters. Where a border comes close to the sheet's or to another one they
+/// are concentrated by a Moebius map exp(it) -> Moebius(exp(is)), with which the rule stays
+/// spectral. At `most_points` the accuracy is limited: next to the sheet's border the voltages are
+/// then accurate to a few per cent of the contact's own, which a fit tolerates.
 ///
 /// All functions are const and thread-safe; a workspace serves one thread.
 class EllipseModel {
@@ -30,7 +30,7 @@ class EllipseModel {
   static constexpr int least_points = 8;  ///< on one border
 
   struct Options {
-    double resolution = 1.4;  ///< 1: points about as far apart as the border is from what is next
+    double resolution = 1.4;  ///< 1: spacing of points as large as the distance to the neighbour
     int most_points = 40;     ///< on one border
   };
 
@@ -43,17 +43,17 @@ class EllipseModel {
   const Sensor& sensor() const { return sensor_; }
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
 
-  /// Places the points of these contacts. Returns false where they are not what this model is for:
-  /// each inside the sheet, none crossing or holding another.
+  /// Places the points of these contacts. Returns false unless all are inside the sheet and
+  /// disjoint.
   bool place(std::span<const EllipticContact> contacts, Workspace& workspace) const;
-  /// `change` [pairs] V, of the contacts that this model placed last: of each of
-  /// reciprocal_pairs() the mean change of its two channels.
+  /// `change` [pairs] V of the contacts placed last: mean change of the two channels of each of
+  /// reciprocal_pairs().
   void evaluate(Workspace& workspace, Eigen::Ref<Eigen::VectorXd> change) const;
-  /// `out` [pairs, EllipticContact::parameters * contacts] V per unit: the derivatives at the
-  /// contacts that were evaluated last, which can be asked for once.
+  /// `out` [pairs, EllipticContact::parameters * contacts] V per unit: derivatives at the contacts
+  /// evaluated last. May be called once after each evaluation.
   void derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd> out) const;
 
-  /// Memory of one thread.
+  /// Working memory of one thread.
   class Workspace {
    public:
     Workspace();
@@ -84,10 +84,10 @@ class EllipseModel {
   std::vector<std::vector<std::complex<double>>> halves_;  ///< exp(i pi k / n), by n
 };
 
-/// What EllipseModel's steps hand on to each other, for the files of this model alone.
+/// Intermediate results of EllipseModel, private to the files of this model.
 struct EllipseModel::Workspace::Memory {
   struct Border {
-    Eigen::Matrix2d to_unit;  ///< of the ellipse onto the unit disc
+    Eigen::Matrix2d to_unit;  ///< maps the ellipse onto the unit disc
     double shorter = 0;       ///< half axis
     int first = 0;
     int count = 0;
@@ -95,16 +95,16 @@ struct EllipseModel::Workspace::Memory {
   };
   std::vector<Border> borders;
   int points = 0;
-  std::vector<EllipticContact> contacts;  ///< whose points stand here
-  // Of each point: place, normal and weight on the unit disc; the tangent on the sheet times the
-  // parameter's step, and where it is from the contact's centre.
+  std::vector<EllipticContact> contacts;  ///< the contacts that were placed
+  // For each point: position, normal and weight on the unit disc; the tangent on the sheet times
+  // the step of the parameter, and the position relative to the contact's centre.
   std::vector<double> x, y, normal_x, normal_y, curvature, weight, depth;
   std::vector<std::complex<double>> tangent, from_centre;
   RowLu matrix;
-  std::vector<double> density;    ///< [points, stride] by drives
-  std::vector<double> potential;  ///< [points, stride] of the points' charges, by measuring pairs
+  std::vector<double> density;    ///< [points, stride] for each drive
+  std::vector<double> potential;  ///< [points, stride] of the points' charges at measuring pairs
   RowMajorMatrix slopes;          ///< [points, nodes] of unit charges at the electrodes' nodes
-  RowMajorMatrix charges;         ///< [points, nodes] potentials there of the points' charges
+  RowMajorMatrix charges;  ///< [points, nodes] potentials of the points' charges at the nodes
   RowMajorMatrix by_electrode;
   std::vector<double> solution;  ///< [points, stride] of the transposed equation
   std::vector<double> along;     ///< [points, stride] slope of the potential along the border
@@ -128,8 +128,8 @@ struct EllipseModel::Workspace::Memory {
   }
 };
 
-/// The ellipse of a contact's area, centroid and second moments, up to the size that these give a
-/// shape that is no ellipse, and of its conductivity: an ellipse itself, a square's disc.
+/// The ellipse with a contact's centroid, area, aspect and axes of the second moments, and
+/// conductivity. An ellipse is mapped to itself, a square to a disc.
 EllipticContact nearest_ellipse(const Contact& contact);
 
 }  // namespace ertbench

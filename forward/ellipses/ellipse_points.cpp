@@ -18,7 +18,7 @@ constexpr double thinnest = 1e-3;  ///< of a polygon's moments, the less over th
 
 Eigen::Vector2d at_twice(double angle) { return {std::cos(2 * angle), std::sin(2 * angle)}; }
 
-/// Centre, size and stretch of a polygon's.
+/// Sets centre, size and stretch from the moments of a polygon.
 EllipticContact of_polygon(const Contact& contact) {
   EllipticContact out;
   out.centre = contact.centroid();
@@ -61,20 +61,20 @@ EllipticContact nearest_ellipse(const Contact& contact) {
 
 }  // namespace ertbench
 
-// The points of EllipseModel, and whether contacts are what it is for.
+// Places the points of EllipseModel, and checks that the contacts suit it.
 
 namespace ertbench {
 namespace {
 
 using Complex = std::complex<double>;
 
-/// Of the spacing of points over the distance to what is next to them at resolution 1 (see
+/// Spacing of points over the distance to their nearest neighbour at resolution 1 (see
 /// border_layout).
 constexpr double spacing_over_distance = 0.8;
 constexpr std::size_t most_contacts = 16;
-/// Nearer to the sheet's border or to another contact there is no use in going, domain units.
+/// Smaller distances to the sheet's border or to another contact are treated as this, domain units.
 constexpr double closest = 1e-4;
-/// Contacts with less contrast than this count with it: 1 / (2 mu) is to stay finite.
+/// Least contrast of a contact, so that 1 / (2 mu) stays finite.
 constexpr double least_contrast = 1e-9;
 
 const std::array<Complex, gathering_probes>& probes() {
@@ -88,7 +88,7 @@ const std::array<Complex, gathering_probes>& probes() {
   return table;
 }
 
-/// As std::abs, for numbers whose squares are numbers.
+/// As std::abs, for numbers whose squares do not overflow.
 double length_of(Complex z) { return std::sqrt(std::norm(z)); }
 
 }  // namespace
@@ -125,7 +125,7 @@ bool EllipseModel::place(std::span<const EllipticContact> contacts, Workspace& w
     Ellipse& ellipse = ellipses[k];
     const Eigen::Vector2d& axes = ellipse.axes;
     std::array<double, gathering_probes>
-        demand{};  // points that would do if all the border were as here
+        demand{};  // points that would suffice if the whole border were like this probe
     for (std::size_t i = 0; i < gathering_probes; ++i) {
       const double c = probes()[i].real();
       const double s = probes()[i].imag();
@@ -134,7 +134,7 @@ bool EllipseModel::place(std::span<const EllipticContact> contacts, Workspace& w
       const Eigen::Vector2d place(z.real(), z.imag());
       const double depth = sheet.depth(place);
       if (depth < closest) return false;
-      // The mirror image in the sheet's border is as far again; an electrode may be as close.
+      // The mirror image in the sheet's border is twice as far; an electrode may be at the border.
       const double electrode =
           (nodes_.positions.colwise() - place).colwise().squaredNorm().minCoeff();
       double nearest = std::min(2 * depth, std::sqrt(electrode));

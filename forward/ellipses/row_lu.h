@@ -6,17 +6,16 @@
 
 namespace ertbench {
 
-/// The factorisation of a small square matrix kept by rows, whose right-hand sides are kept by rows
-/// as well: all that it does is adding multiples of rows to rows, and its memory is kept from one
-/// matrix to the next.
+/// LU factorisation of a small row-major square matrix with row-major right-hand sides. It only
+/// adds multiples of rows to rows, and reuses its memory from one matrix to the next.
 ///
-/// Without pivoting, for matrices whose diagonal outweighs the rest: on that of EllipseModel stands
-/// 1 / (2 mu), at least 1/2 in size, and beside it what borders do to each other.
+/// Without pivoting, for diagonally dominant matrices. EllipseModel's has 1 / (2 mu), at least 1/2
+/// in size, on the diagonal, and the interaction of borders beside it.
 class RowLu {
  public:
   static constexpr int lanes = 8;  ///< doubles of a vector: rows begin at multiples of it
 
-  /// Room for a matrix [size, size], of which nothing is kept.
+  /// Makes room for a matrix [size, size]; its contents are undefined.
   void resize(int size) {
     size_ = size;
     stride_ = (size + lanes - 1) / lanes * lanes;
@@ -28,8 +27,8 @@ class RowLu {
   double* row(int i) { return &numbers_[offset(i)]; }
   const double* row(int i) const { return &numbers_[offset(i)]; }
 
-  /// In the place of the matrix come its factors. Each row takes the rows above it four at a time:
-  /// it is read and written a quarter as often.
+  /// Replaces the matrix by its factors. Each row adds the rows above it four at a time, so that it
+  /// is read and written a quarter as often.
   void factor() {
     for (int i = 0; i < size_; ++i) {
       double* target = row(i);
@@ -62,7 +61,7 @@ class RowLu {
     }
   }
 
-  /// `sides` [size, width] in place: the solution of the equation; `width` whole vectors.
+  /// Solves in place for `sides` [size, width]; `width` is a multiple of `lanes`.
   void solve(std::vector<double>& sides, int width) const {
     for (int c = 0; c < width; c += lanes) {
       for (int i = 1; i < size_; ++i)
@@ -73,7 +72,7 @@ class RowLu {
       }
     }
   }
-  /// The same of the transposed equation.
+  /// As above for the transposed matrix.
   void solve_transposed(std::vector<double>& sides, int width) const {
     for (int c = 0; c < width; c += lanes) {
       for (int i = 0; i < size_; ++i) {
@@ -94,8 +93,8 @@ class RowLu {
   static Eigen::Map<Lanes> side(std::vector<double>& sides, int width, int i, int column) {
     return Eigen::Map<Lanes>(&sides[at(i) * at(width) + at(column)]);
   }
-  /// Of the rows `from` ... `to` of the sides, a vector of columns, times the numbers `step` apart
-  /// from `factors` on. In four sums, which need not wait for each other.
+  /// Sum over rows `from` ... `to` of `lanes` columns of the sides, times factors `step` apart.
+  /// Four independent partial sums hide the latency of additions.
   static Lanes sum(const double* factors, int step, const std::vector<double>& sides, int width,
                    int from, int to, int column) {
     const double* rows = sides.data() + at(from) * at(width) + at(column);

@@ -7,11 +7,11 @@
 namespace ertbench {
 namespace {
 
-/// The same number of `lanes` sheets.
+/// One number for each of `lanes` sheets.
 using Packet = double __attribute__((vector_size(sizeof(double) * Condensation::lanes)));
 
-/// A dense symmetric matrix in front of the elimination: the nodes that go come first, then those
-/// that stay. Row-major, lower triangle.
+/// Dense symmetric frontal matrix: first the nodes to eliminate, then those to keep. Row-major,
+/// lower triangle.
 struct Front {
   int eliminated = 0;
   std::vector<int> nodes;
@@ -128,7 +128,7 @@ struct Condensation::Plan {
   bool stays(int node, const Block& block) const;
 };
 
-/// Whether a node of the block is still needed outside of it.
+/// True if a node of the block is needed outside of it.
 bool Condensation::Plan::stays(int node, const Block& block) const {
   if (is_electrode[static_cast<std::size_t>(node)]) return true;
   const int row = node / (columns + 1);

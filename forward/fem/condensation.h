@@ -11,13 +11,13 @@
 
 namespace ertbench {
 
-/// Static condensation of the sheet onto its electrodes by nested dissection, several sheets at a
-/// time, one in each SIMD lane.
+/// Static condensation of the sheet onto its electrodes by nested dissection, one sheet in each
+/// SIMD lane.
 ///
-/// The sheet is halved again and again down to 3 x 3 pixels. Going back up, each block eliminates
-/// the nodes that no other block and no electrode touches, and hands the Schur complement of the
-/// rest to its parent. What is left at the top is the resistor network between the electrodes. The
-/// cost is O(grid^3); no right-hand sides and no back substitution are needed.
+/// The sheet is bisected recursively down to 3 x 3 pixels. On the way back each block eliminates
+/// the nodes that touch no other block and no electrode, and passes the Schur complement of the
+/// others to its parent. The result is the resistor network between the electrodes. The cost is
+/// O(grid^3); no right-hand sides and no back substitution are needed.
 class Condensation {
  public:
   static constexpr int lanes = 8;
@@ -27,7 +27,7 @@ class Condensation {
   ~Condensation();
   Condensation(Condensation&&) noexcept;
 
-  /// Memory for one thread's calls.
+  /// Working memory of one thread.
   class Workspace {
    public:
     explicit Workspace(const Condensation& condensation);
@@ -53,13 +53,13 @@ class Condensation {
   std::unique_ptr<Plan> plan_;
 };
 
-/// Voltage changes from what a scene changes, and nothing else.
+/// Voltage changes from the changed pixels of a scene only.
 ///
-/// With K0 the stiffness of the uniform sheet and G its Green's function, u = u0 + G q solves
-/// K u = P for currents q that sit only on *active* nodes: those whose neighbouring pixels differ.
-/// Inside a region of one conductivity the rows of K are multiples of those of K0, so no current
-/// is needed there; q lives on the borders of the contacts, the discrete form of the border
-/// integral equation. The rows of K u = P at the active nodes B are
+/// With the stiffness K0 of the uniform sheet and its Green's function G, u = u0 + G q solves
+/// K u = P for currents q at *active* nodes only: those whose neighbouring pixels differ. Inside a
+/// region of one conductivity the rows of K are multiples of those of K0 and need no current; q
+/// lives on the borders of the contacts, a discrete form of the border integral equation. The rows
+/// of K u = P at the active nodes B are
 ///
 ///     (K_B G_B) q = P_B - K_B u0,
 ///
@@ -67,8 +67,8 @@ class Condensation {
 /// The cost is that of one dense LU of |B| unknowns, whatever the grid.
 class ContactUpdate {
  public:
-  /// `electrodes`: grid nodes `column + (columns + 1) * row` under the electrodes; `pairs` those by
-  /// which they are driven and measured.
+  /// `electrodes`: grid nodes `column + (columns + 1) * row` under the electrodes; `pairs`: drive
+  /// and measuring pairs.
   ContactUpdate(int columns, int rows, std::vector<int> electrodes,
                 std::vector<ElectrodePair> pairs);
 
@@ -84,7 +84,7 @@ class ContactUpdate {
   Eigen::MatrixXd impedance_change(const double* ratio, const std::vector<int>& active) const;
 
  private:
-  /// The conductances of the four edges at a node, 0 where there is none: left, right, down, up.
+  /// Conductances of the edges at a node (left, right, down, up), 0 without such an edge.
   Eigen::Array4d edges(const double* ratio, int node) const;
 
   int columns_;

@@ -10,8 +10,8 @@
 namespace ertbench {
 
 LatticeGreen::LatticeGreen(int columns, int rows) {
-  const int turns = 2 * rows;      // the period of the direction that is summed over
-  const int period = 2 * columns;  // that of the other
+  const int turns = 2 * rows;      // period in the direction of the sum
+  const int period = 2 * columns;  // period in the other direction
   // g(a, b) = 1/turns * sum_p cos(2 pi p a / turns) h_p(b), with h_p the periodic solution of
   // (lambda_p - second difference) h = delta; lambda_p = 2 - 2 cos(2 pi p / turns) = 2 cosh t - 2.
   Eigen::MatrixXd cosines(turns + 1, turns);
@@ -24,7 +24,7 @@ LatticeGreen::LatticeGreen(int columns, int rows) {
     }
     const double t = 2 * std::asinh(std::sin(half_angle));
     for (int b = 0; b <= period; ++b) {
-      if (p == 0) {  // zero mean takes the place of the missing decay
+      if (p == 0) {  // no decay: fixed by a zero mean
         profiles(p, b) = b * (b - double(period)) / (2.0 * period) +
                          (double(period) * period - 1) / (12.0 * period);
       } else {
@@ -39,9 +39,9 @@ LatticeGreen::LatticeGreen(int columns, int rows) {
 
 namespace {
 
-/// Beyond this many active nodes the condensation costs less.
+/// Number of active nodes beyond which condensation is cheaper.
 /// bench/benchmarks/forward_benchmark.cpp
-/// (`disc`) finds the two equal at 38, 95, 230 and 510 nodes on the grids 24, 48, 96 and 192.
+/// (`disc`) finds both equal at 38, 95, 230 and 510 nodes on the grids 24, 48, 96 and 192.
 std::size_t most_active_nodes(int grid) {
   return static_cast<std::size_t>(0.65 * std::pow(grid, 1.28));
 }
@@ -59,20 +59,18 @@ struct ForwardModel::Parts {
   Condensation condensation;
   Eigen::VectorXd reference;
 
-  /// The Green's function of the uniform sheet is that of a square lattice, and its electrodes are
-  /// nodes.
+  /// Throws InputError unless pixels are square and electrodes are nodes.
   static const Sensor& require_grid(const Sensor& s, int grid) {
     const Eigen::Vector2d pixel = s.sheet->pixels(grid).pixel();
     if (!s.sheet->fills_bounds() || std::abs(pixel.x() - pixel.y()) > 1e-12 * pixel.x()) {
       throw InputError(
-          "sensor: the grid model is of squares and of rectangles in square pixels, "
-          "not of a " +
+          "sensor: the grid model needs a square or a rectangle in square pixels, not a " +
           s.sheet->name() + (s.sheet->fills_bounds() ? " in other pixels" : "") +
           R"(; use "grid": "auto")");
     }
     if (s.electrode_model != ElectrodeModel::point) {
       throw InputError(
-          R"(sensor: the grid model is of point electrodes; use "grid": "auto" for wide ones)");
+          R"(sensor: the grid model needs point electrodes; use "grid": "auto" for wide ones)");
     }
     return s;
   }
@@ -109,7 +107,7 @@ struct ForwardModel::Parts {
     return pair_differences(at_electrodes);
   }
 
-  /// Rows by electrodes to rows by pairs: the second's less the first's.
+  /// Converts rows by electrode to rows by pair: second less first.
   Eigen::MatrixXd pair_differences(const Eigen::MatrixXd& at_electrodes) const {
     Eigen::MatrixXd out(static_cast<Eigen::Index>(pairs.pairs.size()), at_electrodes.cols());
     for (std::size_t k = 0; k < pairs.pairs.size(); ++k) {

@@ -9,19 +9,19 @@
 
 namespace ertbench {
 
-/// Green's function of the uniform sheet on its own grid: the potential at node x for a unit
-/// current into node y, G = K0^+ for conductivity 1.
+/// Green's function of the uniform sheet on its grid: the potential at node x for a unit current
+/// into node y, G = K0^+ for conductivity 1.
 ///
 /// The grid's Laplacian with insulated borders is the even reflection of the doubly periodic
-/// lattice Laplacian of periods 2m and 2n, so G is the sum of that lattice's Green's function over
-/// the four mirror images of y. One table of (2m + 1)(2n + 1) numbers holds it; sums of sines along
-/// one direction are known in closed form, so the table costs one matrix product.
+/// lattice Laplacian with periods 2m and 2n, so that G is the sum of the lattice's Green's function
+/// over the four mirror images of y. It is stored in a table of (2m + 1)(2n + 1) numbers. Sums of
+/// sines in one direction have a closed form, so that the table costs one matrix product.
 class LatticeGreen {
  public:
   LatticeGreen(int columns, int rows);  ///< pixels
 
-  /// Potential (up to a constant) at node (row, column) of the current 1 into node (row_source,
-  /// column_source) that leaves evenly over the sheet. Rows run 0 ... rows, columns 0 ... columns.
+  /// Potential (up to a constant) at node (row, column) for a unit current into node (row_source,
+  /// column_source) that leaves uniformly over the sheet. Rows 0 ... rows, columns 0 ... columns.
   double operator()(int row, int column, int row_source, int column_source) const {
     const int dr = std::abs(row - row_source);
     const int dc = std::abs(column - column_source);
@@ -31,25 +31,25 @@ class LatticeGreen {
   }
 
  private:
-  Eigen::MatrixXd
-      table_;  ///< periodic Green's function over distances 0 ... 2 rows, 0 ... 2 columns
+  /// Periodic Green's function over distances 0 ... 2 rows, 0 ... 2 columns.
+  Eigen::MatrixXd table_;
 };
 
-/// How a scene's voltages are computed; `automatic` takes whichever costs less for that scene.
-/// Both are exact up to rounding.
+/// Method to compute a scene's voltages; `automatic` takes the cheaper one for the scene. Both are
+/// exact up to rounding.
 enum class ForwardMethod { automatic, condensation, contact_update };
 
-/// The finite-element model of the sheet: -div(sigma grad u) = 0 with point currents, linear
-/// right triangles, one conductivity a pixel. On such a mesh the stiffness matrix is that of a
-/// resistor grid. Equal to EIDORS's `d2s` to rounding.
+/// Finite-element model of the sheet: -div(sigma grad u) = 0 with point currents, linear right
+/// triangles and one conductivity per pixel. The stiffness matrix is that of a resistor grid. Equal
+/// to EIDORS's `d2s` to rounding.
 ///
-/// Everything that the scene does not change is computed once, in the constructor; all functions
-/// are const and thread-safe.
+/// The constructor computes everything that does not depend on the scene; all functions are const
+/// and thread-safe.
 class ForwardModel {
  public:
   /// `grid`: pixels along the longer side, sensor.image_grid times a power of two.
-  /// Throws InputError where the model does not serve (see fits_grid): where an electrode falls
-  /// between nodes or has a width, or the sheet is not a square or rectangle in square pixels.
+  /// Throws InputError if the model does not apply (see fits_grid): an electrode falls between
+  /// nodes or has a width, or the sheet is no square or rectangle in square pixels.
   ForwardModel(const Sensor& sensor, int grid);
   ~ForwardModel();
   ForwardModel(ForwardModel&&) noexcept;
@@ -60,8 +60,8 @@ class ForwardModel {
   /// Voltages of the uniform sheet, [channels] V.
   const Eigen::VectorXd& reference_voltages() const;
 
-  /// `conductivity` [scenes, pixels] S/m, all > 0, to voltages [scenes, channels] V.
-  /// Each scene's result is the same whatever else is in the batch.
+  /// Voltages [scenes, channels] V for `conductivity` [scenes, pixels] S/m, all > 0. The result of
+  /// a scene does not depend on the rest of the batch.
   Frames solve(const Eigen::Ref<const Images>& conductivity,
                ForwardMethod method = ForwardMethod::automatic) const;
 

@@ -5,8 +5,8 @@
 
 namespace ertbench {
 
-/// The third component of the product of two vectors in the plane: the area of their parallelogram,
-/// positive where `b` lies to the left of `a`.
+/// Cross product of two vectors in the plane: the area of their parallelogram, positive if `b` lies
+/// to the left of `a`.
 inline double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }

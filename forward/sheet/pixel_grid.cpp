@@ -7,16 +7,16 @@
 namespace ertbench {
 namespace {
 
-/// One patch's share of one row or column of pixels.
+/// Share of one row or column of pixels that a patch covers.
 struct Overlap {
   int patch;
   double share;
 };
 
-/// For each of `pixels` equal parts of the side the patches that it meets.
+/// The patches that overlap each of `pixels` equal parts of the side.
 std::vector<std::vector<Overlap>> overlaps(int patches, double width, int pixels) {
   std::vector<std::vector<Overlap>> out(static_cast<std::size_t>(pixels));
-  const double pixel = static_cast<double>(patches) / pixels;  // in distances between patches
+  const double pixel = static_cast<double>(patches) / pixels;  // in units of the patch spacing
   for (int i = 0; i < pixels; ++i) {
     const double low = i * pixel;
     const double high = (i + 1) * pixel;

@@ -6,9 +6,8 @@
 
 namespace ertbench {
 
-/// The pixels of an image: equal boxes in rows and columns over the smallest box around a sheet.
-/// Pixel 0 is at the corner of least x and y, the next one beside it in x: row-major, rows upwards.
-/// Lengths in domain units.
+/// Pixels of an image: equal boxes in rows and columns over the bounding box of a sheet. Row-major
+/// from the corner of least x and y, rows upwards. Lengths in domain units.
 class PixelGrid {
  public:
   PixelGrid(const Eigen::AlignedBox2d& box, int columns, int rows)
@@ -20,11 +19,11 @@ class PixelGrid {
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   int count() const { return columns_ * rows_; }
-  const Eigen::Vector2d& pixel() const { return pixel_; }  ///< its two sides
+  const Eigen::Vector2d& pixel() const { return pixel_; }  ///< sides of a pixel
   double pixel_area() const { return pixel_.prod(); }
 
-  /// The corner of least x and y. Nodes between pixels are corners too, with a column and a row
-  /// more than there are pixels.
+  /// Corner of least x and y of a pixel; also the nodes of the grid, which have one more column and
+  /// row than the pixels.
   Eigen::Vector2d corner(int column, int row) const {
     return low_ + pixel_.cwiseProduct(Eigen::Vector2d(column, row));
   }
@@ -34,16 +33,16 @@ class PixelGrid {
   /// x of the columns' centres [columns] and y of the rows' [rows].
   Eigen::RowVectorXd centres_x() const { return centres(0, columns_); }
   Eigen::RowVectorXd centres_y() const { return centres(1, rows_); }
-  /// Columns and rows from the corner of the image to the point, with fractions.
+  /// Fractional column and row of a point, from the corner of the image.
   Eigen::Vector2d place(const Eigen::Vector2d& point) const {
     return (point - low_).cwiseQuotient(pixel_);
   }
 
-  /// Whether a pixel is on the sheet, if in part. Elsewhere an image has no change.
+  /// True if a pixel is on the sheet, at least in part. Off the sheet an image has no change.
   bool on_sheet(int index) const {
     return off_.empty() || off_[static_cast<std::size_t>(index)] == 0;
   }
-  /// The part of a pixel's area that is on the sheet: 0 of a pixel that is off it, 1 of most.
+  /// Share of a pixel's area that is on the sheet, 0 ... 1.
   double part_on_sheet(int index) const {
     if (!on_sheet(index)) return 0;
     return parts_.empty() ? 1 : parts_[static_cast<std::size_t>(index)];
@@ -55,7 +54,7 @@ class PixelGrid {
     off_count_ += off_[static_cast<std::size_t>(index)] == 0;
     off_[static_cast<std::size_t>(index)] = 1;
   }
-  /// Of a pixel that is on the sheet.
+  /// Sets the share of a pixel that is on the sheet.
   void set_part_on_sheet(int index, double part) {
     if (parts_.empty()) parts_.assign(static_cast<std::size_t>(count()), 1);
     parts_[static_cast<std::size_t>(index)] = part;
@@ -72,21 +71,21 @@ class PixelGrid {
   int rows_;
   Eigen::Vector2d low_;
   Eigen::Vector2d pixel_;
-  std::vector<char> off_;  ///< [count], 1 off the sheet; empty where all are on it
+  std::vector<char> off_;  ///< [count], 1 off the sheet; empty if all pixels are on it
   int off_count_ = 0;
-  std::vector<double> parts_;  ///< [count] of the area; empty where all are whole
+  std::vector<double> parts_;  ///< [count] shares of the area; empty if all are 1
 };
 
-/// The conductivity ratios of the patches of a skin: squares at equal distances, the ratio 1
+/// Conductivity ratios of the patches of a skin, squares at equal distances with the ratio 1
 /// between them.
 struct PatchField {
   int patches = 0;        ///< along one side
   double width = 1;       ///< of a patch, as a fraction of the distance between their centres
-  Eigen::VectorXd ratio;  ///< [patches^2] sigma / background, column + patches * row, as an image's
+  Eigen::VectorXd ratio;  ///< [patches^2] sigma / background, column + patches * row
 };
 
-/// Conductivity ratios [pixels] of a skin's patches over the bounds of `pixels`, by the fraction of
-/// each pixel's area that each patch covers.
+/// Writes the conductivity ratios [pixels] of a skin's patches, by the fraction of each pixel's
+/// area that each patch covers.
 void rasterise(const PatchField& field, const PixelGrid& pixels, Eigen::Ref<Eigen::VectorXd> ratio);
 
 }  // namespace ertbench

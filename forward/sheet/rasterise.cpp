@@ -12,8 +12,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-/// A contact with what every pixel asks of it worked out. A disc, ellipse or rectangle is the
-/// image of the unit disc or of [-1, 1]^2 under an affine map; `to_unit` is the inverse map.
+/// A contact with precomputed geometry. A disc, ellipse or rectangle is the image of the unit disc
+/// or of [-1, 1]^2 under an affine map; `to_unit` is the inverse map.
 struct Outline {
   explicit Outline(const Contact& c) : contact(&c) {
     if (c.shape == Shape::polygon) return;
@@ -56,8 +56,8 @@ double triangle_in_disc(const Vector2d& a, const Vector2d& b) {
   return area + 0.5 * cross(from, to);
 }
 
-/// Sutherland-Hodgman: what is left of a polygon on the side `normal . x <= offset`. Edges that
-/// run to and fro along the line, as a non-convex polygon leaves them, add no area.
+/// Clips a polygon to the half plane `normal . x <= offset` (Sutherland-Hodgman). A non-convex
+/// polygon leaves edges that run to and fro along the line; they add no area.
 void clip(std::vector<Vector2d>& polygon, const Vector2d& normal, double offset) {
   thread_local std::vector<Vector2d> kept;
   kept.clear();
@@ -87,7 +87,7 @@ double clipped_area(std::vector<Vector2d>& polygon, const Vector2d& low, const V
   return std::abs(twice) / 2;
 }
 
-/// Whether no edge of the polygon comes within `distance` of the point.
+/// True if no edge of the polygon comes within `distance` of the point.
 bool far_from_border(const std::vector<Vector2d>& vertices, const Vector2d& point,
                      double distance) {
   for (std::size_t i = 0, j = vertices.size() - 1; i < vertices.size(); j = i++) {
@@ -138,7 +138,7 @@ double coverage(const Outline& outline, const Vector2d& corner, const Vector2d& 
   return std::clamp(area * outline.unit_area / pixel_area, 0.0, 1.0);
 }
 
-/// Appends where the line at height y enters and leaves the contact, as pairs of x.
+/// Appends the intervals of x in which the line at height y lies in the contact, as pairs.
 void crossings(const Outline& outline, double y, std::vector<double>& out) {
   const Contact& contact = *outline.contact;
   const std::size_t first = out.size();
@@ -228,7 +228,7 @@ double ratio_of(const std::vector<Share>& shares, int head, const std::vector<Ou
   const auto ratio = [&](const Share& share) {
     return outlines[static_cast<std::size_t>(share.contact)].contact->conductivity_ratio;
   };
-  // The lowest of those that cover the whole pixel hides whatever is higher.
+  // The lowest ratio among contacts that cover the whole pixel hides all higher ones.
   double base = 1;
   bool covered = false;
   for (int s = head; s >= 0; s = shares[static_cast<std::size_t>(s)].next) {

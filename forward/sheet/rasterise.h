@@ -7,25 +7,25 @@
 
 namespace ertbench {
 
-/// How a pixel that a contact covers in part gets its conductivity.
+/// Rule for the conductivity of a pixel that a contact covers in part.
 enum class Rasterisation {
-  area,    ///< by the covered fraction of its area
-  centre,  ///< by what covers its centre
+  area,    ///< mean over the pixel's area
+  centre,  ///< conductivity at the pixel's centre
 };
 
-/// Conductivity ratios sigma / background [pixels] of a scene, 1 where nothing presses and off the
-/// sheet.
+/// Writes the conductivity ratios sigma / background [pixels] of a scene, 1 outside contacts and
+/// off the sheet.
 ///
-/// With `area` a pixel's ratio is the mean over its area. The covered fraction is exact for every
-/// shape; only in pixels where the borders of two or more contacts meet is it integrated over
-/// `overlap_lines` lines across the pixel, exactly along each line.
+/// With `area` a pixel's ratio is the mean over its area. It is exact for every shape, except in
+/// pixels where borders of several contacts meet: there it is integrated over `overlap_lines` lines
+/// across the pixel, exactly along each line.
 ///
-/// Of a scene with patches the patches alone count, by the fraction of each pixel's area that they
-/// cover, whatever the rule.
+/// In a scene with patches only these count, by the covered fraction of each pixel's area under
+/// either rule.
 void rasterise(const Scene& scene, const PixelGrid& pixels, Rasterisation rule,
                Eigen::Ref<Eigen::VectorXd> ratio);
 
-/// The fraction of a box's area that a contact covers, exact for every shape.
+/// Fraction of a box's area that a contact covers, exact for every shape.
 double covered_fraction(const Contact& contact, const Eigen::AlignedBox2d& box);
 
 inline constexpr int overlap_lines = 64;

@@ -13,11 +13,11 @@
 
 namespace ertbench {
 
-/// Of a contact's conductivity over the background's. Less is an insulator as good as any, and
-/// would leave nothing of the stiffness of its elements.
+/// Range of a contact's conductivity over the background's. A lower ratio insulates no better, and
+/// would make the stiffness of its elements vanish.
 inline constexpr std::array<double, 2> conductivity_ratios = {1e-6, 1000};
-/// Of a contact's radius, half axis or half side, domain units: no contact needs more or less, and
-/// areas, boxes and their inverses are finite.
+/// Range of a contact's radius, half axis or half side, domain units. It keeps areas, boxes and
+/// their inverses finite.
 inline constexpr std::array<double, 2> contact_lengths = {1e-6, 100};
 
 class JsonObject;
@@ -34,22 +34,22 @@ struct Contact {
   double angle = 0;                       ///< of the first axis against x, counter-clockwise, rad
   std::vector<Eigen::Vector2d> vertices;  ///< of a polygon: absolute, in order, not self-crossing
   double conductivity_ratio = 1;          ///< sigma / background inside the contact, > 0
-  /// Of a touch of the skin, N: the shape is its footprint and the conductivity that of the scene's
-  /// patches, of which the ratio is the one that changed most. 0 where nothing is known of a force.
+  /// Force of a touch of the skin, N; 0 if unknown. The shape is then its footprint, the patches of
+  /// the scene have the conductivities, and the ratio is that of the patch that changed most.
   double force_N = 0;
 
-  /// Corners of the smallest axis-parallel box around the contact.
+  /// Smallest axis-parallel box around the contact.
   Eigen::AlignedBox2d bounds() const;
   bool contains(const Eigen::Vector2d& point) const;
   /// Centre of area; a polygon's is computed from its vertices.
   Eigen::Vector2d centroid() const;
 };
 
-/// What presses on the sheet. Where contacts overlap, the lowest conductivity ratio counts, so that
-/// the order of the contacts means nothing; what lies outside the sheet is cut off.
+/// Contacts on the sheet. Where they overlap, the lowest conductivity ratio counts, so that their
+/// order does not matter; parts outside the sheet are cut off.
 ///
-/// On a skin (Skin) the patches have the conductivities, and the contacts say what was pressed
-/// where.
+/// On a skin (Skin) the patches have the conductivities, and the contacts are the footprints of the
+/// touches.
 struct Scene {
   std::vector<Contact> contacts;
   std::optional<PatchField> patches = {};
@@ -65,16 +65,14 @@ nlohmann::json to_json(const Scene& scene);
 const char* name_of(Shape shape);
 Shape shape_named(const std::string& name);  ///< one of the four names
 
-class JsonObject;
-
-/// The foam between what presses and the patches: a bed of independent springs (Winkler), each a
-/// standard linear solid. Pressure follows indentation at once by `prompt_share`, and with the time
-/// constant `relaxation_s` for the rest.
+/// The foam between indenter and patches: a bed of independent springs (Winkler), each a standard
+/// linear solid. A share `prompt_share` of the pressure follows the indentation at once, the rest
+/// with the time constant `relaxation_s`.
 struct Foam {
   double thickness_mm = 3;    ///< assumed; the paper gives none
   double modulus_MPa = 0.5;   ///< assumed: soft neoprene
   double prompt_share = 0.8;  ///< assumed
-  double relaxation_s = 0.3;  ///< assumed; 0 for a foam that forgets at once
+  double relaxation_s = 0.3;  ///< assumed; 0 for a foam without relaxation
 
   /// Pressure for an indentation, kPa/mm.
   double stiffness() const { return 1000 * modulus_MPa / thickness_mm; }
@@ -94,7 +92,7 @@ struct FallingLaw {
 /// Conductivity rises with pressure: a patch shunts the film below it through a contact whose
 /// conductance is proportional to the load (Greenwood & Williamson 1966). With the transfer length
 /// L_T = sqrt(contact resistivity / sheet resistance) and a patch of width w the strip below it has
-/// f = x / tanh x, x = w / 2 L_T, and x^2 is proportional to p. Assumed is where the law passes:
+/// f = x / tanh x with x = w / 2 L_T, and x^2 is proportional to p. The reference point is assumed:
 /// by default ratio 10 at 10 N on a disc of radius 10 mm.
 struct RisingLaw {
   double reference_pressure_kPa = 31.830988618379067;
@@ -107,9 +105,9 @@ using ContactLaw = std::variant<FallingLaw, RisingLaw>;
 
 const char* name_of(const ContactLaw& law);  ///< "falling", "rising"
 
-/// What lies on the sheet: foam with `patches` x `patches` square conductive patches, at equal
-/// distances over the sheet and apart from each other. Pressure acts through the patches, so a
-/// touch changes one conductivity for each patch, and between them nothing.
+/// The layers on the sheet: foam with `patches` x `patches` separate square conductive patches at
+/// equal distances. Pressure acts through the patches, so that a touch changes one conductivity for
+/// each patch and nothing between them.
 struct Skin {
   int patches = 24;       ///< along one side
   double patch_mm = 7.5;  ///< side of a patch, mm
@@ -120,7 +118,7 @@ struct Skin {
 };
 
 /// Reads an object with the members' names as keys, every key but the "type" of "law" optional.
-/// `side_mm`: of the sheet, on which the patches must have room.
+/// `side_mm` of the sheet; the patches must fit on it.
 Skin skin_from_json(JsonObject object, double side_mm);
 nlohmann::json to_json(const Skin& skin);
 nlohmann::ordered_json skin_schema();

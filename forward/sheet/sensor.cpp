@@ -284,7 +284,7 @@ bool fits_grid(const Sensor& sensor, int grid) {
 
 namespace {
 
-/// Where each electrode goes, or nothing where one would fall between two.
+/// Index that each electrode is mapped to; no value if one falls between two others.
 std::optional<std::vector<int>> electrode_map(const Sensor& sensor, const Eigen::Matrix2d& turn) {
   const Eigen::Matrix2Xd places = electrode_positions(sensor);
   const Eigen::Vector2d middle = sensor.sheet->bounds().center();
@@ -300,8 +300,8 @@ std::optional<std::vector<int>> electrode_map(const Sensor& sensor, const Eigen:
   return to;
 }
 
-/// Where each of the pairs goes: to that of the two electrodes the same way round, and where they
-/// stand the other way round; -1 where there is none.
+/// Index that each pair is mapped to in the same and in the opposite direction; -1 without such a
+/// pair.
 struct PairMap {
   std::vector<int> same, turned;
 
@@ -323,8 +323,8 @@ struct PairMap {
   }
 };
 
-/// Nothing where a channel would go to one that is not measured, or change its sign. A reflection
-/// turns neighbours round, which changes the sign of drive and measurement alike.
+/// No value if a channel is mapped to one that is not measured, or changes its sign. A reflection
+/// swaps neighbours, which changes the signs of both drive and measurement.
 std::optional<std::vector<int>> channel_map(const Sensor& sensor, const std::vector<int>& to) {
   const std::vector<Channel> channels = channels_of(sensor);
   const PairMap drives(drive_pairs(sensor), to);

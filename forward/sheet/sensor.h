@@ -16,23 +16,23 @@ namespace ertbench {
 
 class JsonObject;
 
-/// Two electrodes, 0 ... L-1. As a drive -I goes into `first` and +I into `second`; as a
-/// measurement it reads V_first - V_second.
+/// Two electrodes, 0 ... L-1. A drive injects -I into `first` and +I into `second`; a measurement
+/// reads V_first - V_second.
 struct ElectrodePair {
   int first;
   int second;
   bool operator==(const ElectrodePair&) const = default;
 };
 
-/// The pairs by which a sensor is driven, or measured: every electrode k with k + 1 ("adjacent"),
-/// with k + 1 + skip ("skip"), with k + L/2 ("opposite", so that every pair comes both ways round),
-/// all mod L, or those listed.
+/// Pairs by which a sensor is driven or measured: every electrode k with k + 1 ("adjacent"), with
+/// k + 1 + skip ("skip") or with k + L/2 ("opposite"; every pair occurs in both directions), all
+/// mod L, or a list.
 struct PairPattern {
   enum class Kind { adjacent, skip, opposite, listed };
 
   Kind kind = Kind::adjacent;
-  int skip = 0;                       ///< electrodes between the two, of Kind::skip
-  std::vector<ElectrodePair> listed;  ///< of Kind::listed
+  int skip = 0;                       ///< for Kind::skip: electrodes between the two
+  std::vector<ElectrodePair> listed;  ///< for Kind::listed
 
   bool operator==(const PairPattern&) const = default;
   bool is_adjacent() const { return kind == Kind::adjacent; }
@@ -41,24 +41,21 @@ struct PairPattern {
 /// The pairs in their order, for `electrodes` electrodes.
 std::vector<ElectrodePair> pairs_of(const PairPattern& pattern, int electrodes);
 
-/// Reads "adjacent", "opposite", {"skip": k} or [[first, second], ...] at `key`; absent, it is
-/// `fallback`. Throws InputError where the electrodes are not there, or an odd number of them has
-/// no opposites.
+/// Reads "adjacent", "opposite", {"skip": k} or [[first, second], ...] at `key`, else `fallback`.
+/// Throws InputError for electrodes that do not exist, and for "opposite" with an odd number.
 PairPattern pair_pattern_from_json(JsonObject& object, const std::string& key,
                                    const PairPattern& fallback, int electrodes);
 
 nlohmann::json to_json(const PairPattern& pattern);
 
-class JsonObject;
-
-/// What an electrode is to the model. `point`: all its current at one place of the border. `gap`:
-/// the current is spread evenly over the electrode's width, and the potential read is the mean over
-/// it. `complete`: a conductor of one potential behind a contact impedance, which spreads the
-/// current as it likes (Cheng et al. 1989), also of electrodes that are not driven.
+/// Electrode model. `point`: the whole current enters at one point of the border. `gap`: the
+/// current is uniform over the electrode's width, and the measured potential is the mean over it.
+/// `complete`: a conductor of one potential behind a contact impedance (Cheng et al. 1989), also
+/// for electrodes that are not driven.
 enum class ElectrodeModel { point, gap, complete };
 
-/// A resistive sheet with electrodes on its border, driven and measured by pairs of them. The
-/// defaults are EIDORS's stock model `d2s` with 16 electrodes.
+/// A resistive sheet with electrodes on its border, driven and measured in pairs. The defaults are
+/// EIDORS's stock model `d2s` with 16 electrodes.
 ///
 /// Electrodes run clockwise along the border: at equal distances from `electrode_offset` past the
 /// sheet's start of the border (Sheet::border_start: the top left corner of a square or rectangle,
@@ -77,34 +74,34 @@ struct Sensor {
   /// Along the border from its start, clockwise, domain units, [L]; empty: at equal distances.
   std::vector<double> electrode_places = {};
   ElectrodeModel electrode_model = ElectrodeModel::point;
-  double electrode_width = 0;    ///< along the border, domain units; 0 of points
+  double electrode_width = 0;    ///< along the border, domain units; 0 for points
   double contact_impedance = 0;  ///< of the complete model, ohm m^2 (ohm m of a sheet 1 m thick)
   PairPattern drive = {};
   PairPattern measurement = {};
-  /// Whether measurements that share an electrode with the drive are channels too; needs
-  /// electrodes with a width.
+  /// True if measurements that share an electrode with the drive are channels too; needs electrodes
+  /// with a width.
   bool measures_driven = false;
 
-  /// The image has `image_grid` pixels along the longer side of the sheet's bounds, and so many
-  /// along the other that pixels are as good as square.
+  /// The image has `image_grid` pixels along the longer side of the sheet's bounds; the number
+  /// along the other side makes pixels nearly square.
   int image_columns() const { return sheet->image_columns(image_grid); }
   int image_rows() const { return sheet->image_rows(image_grid); }
   int pixels() const { return image_columns() * image_rows(); }
   int channels() const;
   int drives() const;        ///< drive pairs
-  int measurements() const;  ///< measuring pairs, those skipped included
-  /// Whether drives and measurements are both the adjacent pairs, as they are by default.
+  int measurements() const;  ///< measuring pairs, including skipped ones
+  /// True if drives and measurements are both the adjacent pairs, the default.
   bool is_adjacent() const { return drive.is_adjacent() && measurement.is_adjacent(); }
 
   /// Never null. Sensors are compared by its name and size.
   std::shared_ptr<const Sheet> sheet = square_sheet();
-  /// What lies on the sheet, where touches are more than regions of another conductivity.
+  /// Foam and patches on the sheet; without them contacts are regions of another conductivity.
   std::optional<Skin> skin = {};
 
-  /// The pixels of the sensor's images; those off the sheet (the corners around a disc) have no
-  /// change in any image.
+  /// Pixels of the sensor's images. Those off the sheet (the corners around a disc) have no change
+  /// in any image.
   PixelGrid image() const { return sheet->pixels(image_grid); }
-  /// The least distance between neighbours along the border, domain units.
+  /// Least distance between neighbouring electrodes along the border, domain units.
   double electrode_spacing() const;
 
   bool operator==(const Sensor& other) const;
@@ -120,7 +117,7 @@ struct Channel {
 std::vector<ElectrodePair> drive_pairs(const Sensor& sensor);
 std::vector<ElectrodePair> measurement_pairs(const Sensor& sensor);
 
-/// Drives and measurements in one list: the same pairs once, others one behind the other.
+/// Drive and measuring pairs in one list; pairs that are both occur once.
 struct SensorPairs {
   explicit SensorPairs(const Sensor& sensor);
 
@@ -132,44 +129,44 @@ struct SensorPairs {
 /// The channels in the order of the voltages: drive by drive, measurements ascending.
 std::vector<Channel> channels_of(const Sensor& sensor);
 
-/// Reciprocity makes V(drive d, measure m) = V(drive m, measure d) where both are measured. Where
-/// every channel has such a partner (drives and measurements are the same pairs): for each of the
-/// channels()/2 pairs the two channel indices. Otherwise every channel c alone, as {c, c}.
+/// By reciprocity V(drive d, measure m) = V(drive m, measure d). If every channel has such a
+/// partner (drives and measurements are the same pairs), returns the two channel indices of each of
+/// the channels()/2 pairs; otherwise {c, c} for every channel c.
 std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor);
-/// Whether reciprocal_pairs() are pairs of two channels.
+/// True if reciprocal_pairs() are pairs of two channels.
 bool is_reciprocal(const Sensor& sensor);
 
-/// For instruments that measure every pair for every drive, driven electrodes included, [drives *
-/// measurements] drive by drive (256 values for 16 x 16): where in such a frame each of the
-/// sensor's channels stands, [channels].
+/// For instruments that measure every pair for every drive, including driven electrodes: index
+/// [channels] of each of the sensor's channels in such a frame [drives * measurements], drive by
+/// drive (256 values for 16 x 16).
 std::vector<int> channels_in_full_frame(const Sensor& sensor);
-/// Frames of [channels] as they are, frames of [drives * measurements] reduced to the sensor's
-/// channels. Throws InputError, its place `source`, where the columns are neither.
+/// Reduces frames of [drives * measurements] to the sensor's channels and passes frames of
+/// [channels] through. Throws InputError naming `source` for any other number of columns.
 Frames reduced_frames(const Sensor& sensor, const Frames& frames, const std::string& source);
 
-/// Where the electrodes' middles are along the border, [L] in domain units from its start.
+/// Positions of the electrodes' centres along the border, [L] in domain units from its start.
 Eigen::VectorXd electrode_distances(const Sensor& sensor);
-/// Electrode positions [2, L] in domain units; with `displacement` [L] each moved so far along the
-/// border, clockwise.
+/// Electrode positions [2, L] in domain units, optionally displaced clockwise along the border by
+/// `displacement` [L].
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor);
 Eigen::Matrix2Xd electrode_positions(const Sensor& sensor, const Eigen::VectorXd& displacement);
 
 /// The grid node `column + (columns + 1) * row` under each electrode; `grid` counts pixels along
-/// the longer side. Throws InputError where an electrode falls between nodes.
+/// the longer side. Throws InputError if an electrode falls between nodes.
 std::vector<int> electrode_nodes(const Sensor& sensor, int grid);
-/// Whether the grid model serves: a square or a rectangle in square pixels, with point electrodes
-/// on nodes. Otherwise the border model does.
+/// True if the grid model applies: a square or a rectangle in square pixels, with point electrodes
+/// on nodes. Otherwise the border model is used.
 bool fits_grid(const Sensor& sensor, int grid);
 
-/// Reads a sensor; every key is optional, and what is absent is EIDORS's `d2s`.
+/// Reads a sensor; every key is optional, the defaults are EIDORS's `d2s`.
 ///
 /// - "shape": "square" with "side_mm", "rectangle" with "sides_mm" [width, height], "disc" with
 ///   "diameter_mm". A domain unit is half of the square's side, half of the rectangle's longer
 ///   side, or the disc's radius.
 /// - "electrode_count" and "electrode_offset" (or "electrode_offset_mm") for equal distances;
 ///   "electrode_places" (or "..._mm"), distances along the border; or "electrode_points_mm", points
-///   from the sheet's middle, next to the border. "counterclockwise": true numbers electrodes the
-///   other way round, from the same first place or in the order listed.
+///   from the sheet's centre, next to the border. "counterclockwise": true numbers electrodes
+///   counter-clockwise, from the same first position or in the order listed.
 /// - "electrode_model": "point", "gap", "complete"; "electrode_width" (or "..._mm"),
 ///   "contact_impedance".
 /// - "drive", "measurement": see pair_pattern_from_json; "measurement" is "adjacent" unless "drive"
@@ -178,18 +175,17 @@ bool fits_grid(const Sensor& sensor, int grid);
 Sensor sensor_from_json(JsonObject object);
 nlohmann::json to_json(const Sensor& sensor);
 
-/// A rotation or reflection of the sheet that maps electrodes onto electrodes. Turning the scene
-/// turns image and voltages alike: turned[i] = original[from[i]].
+/// A rotation or reflection of the sheet that maps electrodes onto electrodes. Transforming the
+/// scene permutes image and voltages: transformed[i] = original[from[i]].
 struct Symmetry {
   std::vector<int> pixels;    ///< [pixels], `from` of an image
   std::vector<int> channels;  ///< [channels], `from` of a frame; no channel changes its sign
 };
 
-/// Those symmetries of the sheet that are the sensor's too, the identity first: electrodes go to
-/// electrodes and every channel to a channel. Of the square, and of a disc in its square image, all
-/// eight where the electrodes lie symmetric to its middle lines, the four rotations otherwise,
-/// fewer where their number is not a multiple of four; of a rectangle at most four. A list of pairs
-/// that has no symmetry leaves the identity.
+/// Symmetries of the sheet that map electrodes to electrodes and channels to channels, the identity
+/// first. A square, and a disc in its square image, have eight if the electrodes are symmetric
+/// about the centre lines, else the four rotations, or fewer if their number is no multiple of
+/// four. A rectangle has at most four. With an asymmetric list of pairs only the identity is left.
 std::vector<Symmetry> symmetries(const Sensor& sensor);
 
 }  // namespace ertbench

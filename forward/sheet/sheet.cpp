@@ -17,8 +17,8 @@ constexpr double tolerance = BorderPiece::tolerance;
 Complex complex(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 double dot(Complex a, Complex b) { return a.real() * b.real() + a.imag() * b.imag(); }
 
-/// Zeros of a smooth periodic function of few waves: sign changes between samples, and pairs of
-/// zeros on either side of an extremum between them.
+/// Zeros of a smooth periodic function of few waves, from sign changes between samples and pairs of
+/// zeros about an extremum between them.
 template <typename F>
 std::vector<double> zeros(const F& f) {
   constexpr int samples = 32;
@@ -142,14 +142,14 @@ void BorderPiece::cross_side(const BorderPiece& other, std::vector<double>& out)
     const double t = cross(other.origin_ - origin_, other.first_) / area;
     if (on_other(at(t).z)) out.push_back(t);
   } else if (std::abs(cross(first_, other.origin_ - origin_)) < tolerance * std::abs(first_)) {
-    out.push_back(parameter_of(other.origin_));  // along one line
+    out.push_back(parameter_of(other.origin_));  // both on one line
     out.push_back(parameter_of(other.origin_ + other.first_));
   }
 }
 
 void BorderPiece::cross_ellipse(const BorderPiece& other, std::vector<double>& out) const {
   if (is_ellipse_) {
-    bool same = true;  // four waves at most, so that eight points tell
+    bool same = true;  // at most four waves, so that eight points decide
     for (int i = 0; i < 8 && same; ++i) same = other.passes_through(at(i * pi / 4).z, tolerance);
     if (same) return;
     const std::vector<double> found = zeros([&](double t) { return other.level(at(t).z); });
@@ -195,7 +195,7 @@ std::vector<BorderPiece> polygon_border(const std::vector<Eigen::Vector2d>& vert
 
 namespace {
 
-/// Of a pixel's area: with less of it on the sheet a pixel is off it.
+/// A pixel with a smaller share of its area on the sheet counts as off it.
 constexpr double least_part = 0.01;
 
 }  // namespace

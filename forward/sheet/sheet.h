@@ -11,7 +11,7 @@
 
 namespace ertbench {
 
-/// A point on a border and its derivatives by the border's parameter; z = x + i y.
+/// A point z = x + i y on a border, with its derivatives with respect to the border's parameter.
 struct BorderPoint {
   std::complex<double> z, first, second;
 };
@@ -31,14 +31,14 @@ class BorderPiece {
   /// The parameter runs over [0, length()]: the angle of an ellipse, 0 to 1 along a side.
   double length() const;
   BorderPoint at(double parameter) const;
-  /// Parameters at which this piece meets the other, ends of common stretches included.
+  /// Parameters at which this piece meets the other, including ends of common stretches.
   std::vector<double> crossings(const BorderPiece& other) const;
   bool passes_through(std::complex<double> point, double tolerance) const;
 
  private:
-  /// Parameter of the point of the straight line or of the ellipse next to `point`.
+  /// Parameter of the nearest point to `point` on the straight line or the ellipse.
   double parameter_of(std::complex<double> point) const;
-  /// |p|^2 - 1 with p in the ellipse's unit coordinates; its zeros are the ellipse.
+  /// |p|^2 - 1 with p in the ellipse's unit coordinates, zero on the ellipse.
   double level(std::complex<double> point) const;
   void cross_side(const BorderPiece& side, std::vector<double>& out) const;
   void cross_ellipse(const BorderPiece& ellipse, std::vector<double>& out) const;
@@ -47,48 +47,48 @@ class BorderPiece {
   std::complex<double> origin_, first_, second_;  ///< from, to - from, 0; centre and axes
 };
 
-/// The sides of a polygon, those of no length left out.
+/// The sides of a polygon, without those of no length.
 std::vector<BorderPiece> polygon_border(const std::vector<Eigen::Vector2d>& vertices);
 
-/// A point of the sheet taken to the unit disc: w = S(z), and the derivatives S' and S''.
+/// Image of a point of the sheet on the unit disc: w = S(z), with the derivatives S' and S''.
 struct DiscPoint {
   std::complex<double> w, first, second;
 };
 
-/// The shape of a resistive sheet, and all that follows from it. Everything else asks the sheet
-/// and takes no shape for granted: another sheet is another class of this kind.
+/// The shape of a resistive sheet and its geometry. No other code assumes a shape: another shape is
+/// another class derived from this.
 ///
-/// Lengths are in domain units: half the square's side, half the rectangle's longer side, the
-/// disc's radius, so that a sheet is 2 across; `unit_mm` says how long one is. A sheet is convex
-/// and the middle of its bounds lies in it.
+/// Lengths are in domain units of `unit_mm` millimetres: half the square's side, half the
+/// rectangle's longer side, the disc's radius, so that a sheet is 2 across. A sheet is convex and
+/// contains the centre of its bounds.
 class Sheet {
  public:
   virtual ~Sheet() = default;
 
-  /// Sheets of the same name and size are the same: "square", "rectangle", "disc".
+  /// "square", "rectangle", "disc"; sheets of the same name and size are equal.
   virtual std::string name() const = 0;
-  /// As it stands in descriptions: "[-1, 1] x [-1, 1]".
+  /// For descriptions: "[-1, 1] x [-1, 1]".
   virtual std::string extent() const = 0;
 
   const Eigen::AlignedBox2d& bounds() const { return bounds_; }
   double unit_mm() const { return unit_mm_; }  ///< length of a domain unit, mm
   Eigen::Vector2d size_mm() const { return unit_mm_ * bounds_.sizes(); }
   virtual double area() const = 0;
-  /// From the middle of the bounds to the farthest point of the border; twice that is the longest
-  /// error a place on the sheet can have.
+  /// Distance from the centre of the bounds to the farthest point of the border. Twice that is the
+  /// largest possible localisation error.
   virtual double radius() const = 0;
-  virtual double inner_radius() const = 0;  ///< of the largest disc around the middle
+  virtual double inner_radius() const = 0;  ///< of the largest disc about the centre
 
   /// Distance of a point to the border, positive on the sheet, negative beyond it.
   virtual double depth(const Eigen::Vector2d& point) const = 0;
-  /// Whether a box lies in the sheet, at least `margin` from its border.
+  /// True if a box lies on the sheet, at least `margin` from its border.
   bool encloses(const Eigen::AlignedBox2d& box, double margin = 0) const;
 
   /// The border, piece by piece.
   virtual const std::vector<BorderPiece>& border() const = 0;
   virtual double border_length() const = 0;
-  /// The point of the border at a distance along it, clockwise from where electrodes are counted
-  /// from; any number, the border is gone round as often as it takes.
+  /// Point at a distance along the border, clockwise from `border_start`; any number, modulo the
+  /// border's length.
   virtual Eigen::Vector2d border_point(double along) const = 0;
   virtual std::string border_start() const = 0;  ///< "the top left corner"
 
@@ -97,16 +97,15 @@ class Sheet {
   /// it.
   virtual DiscPoint to_disc(std::complex<double> point) const = 0;
 
-  /// The rotations and reflections about the middle that leave the sheet as it is, the identity
-  /// first.
+  /// Rotations and reflections about the centre that map the sheet onto itself, the identity first.
   virtual std::vector<Eigen::Matrix2d> symmetries() const = 0;
 
-  /// The part of the area of a box that is on the sheet.
+  /// Share of a box's area that is on the sheet.
   virtual double area_within(const Eigen::AlignedBox2d& box) const;
 
-  /// An image of `side` pixels along the longer side of the bounds, and along the other of so many
-  /// that pixels are as good as square: `side` x `side` on a square and a disc. Costs a look at
-  /// every pixel unless the sheet fills its bounds: make it once for many images.
+  /// Image with `side` pixels along the longer side of the bounds and nearly square pixels: `side`
+  /// x `side` for a square or a disc. Visits every pixel unless the sheet fills its bounds; reuse
+  /// the result for many images.
   PixelGrid pixels(int side) const;
   int image_columns(int side) const;
   int image_rows(int side) const;
@@ -122,8 +121,7 @@ class Sheet {
   double unit_mm_;
 };
 
-/// The square [-1, 1] x [-1, 1] of 200 mm on each side (Zheng et al.'s skin), the sheet of every
-/// sensor that names no other.
+/// The square [-1, 1] x [-1, 1] of 200 mm on each side (Zheng et al.'s skin), the default sheet.
 const std::shared_ptr<const Sheet>& square_sheet();
 
 }  // namespace ertbench

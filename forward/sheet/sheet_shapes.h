@@ -24,19 +24,18 @@ class SquareMap {
   std::vector<double> series_;  ///< of sl(t) / t in powers of t^4
 };
 
-/// The conformal map of the rectangle [-a, a] x [-b, b] onto the unit disc, the middle to 0 (see
-/// SquareMap for what it is good for).
+/// The conformal map of the rectangle [-a, a] x [-b, b] onto the unit disc, with the centre to 0
+/// (see SquareMap for its purpose).
 ///
-/// sn takes a rectangle to the half plane and a Moebius map that to the disc. With the theta
+/// sn maps a rectangle to the half plane, and a Moebius map takes that to the disc. With the theta
 /// functions of nome q = exp(-2 pi L), L = longer / shorter side, and v = pi z / (2 s) + i pi L /
-/// 2, s half the shorter side, which lies along the real axis (the plane is turned where it does
-/// not),
+/// 2, where s is half the shorter side, turned onto the real axis,
 ///
 ///     w = (theta_1(v) - i theta_4(v)) / (theta_1(v) + i theta_4(v)),
 ///     w' = 2 i theta_4(0)^2 theta_2(v) theta_3(v) / (theta_1(v) + i theta_4(v))^2,
 ///
-/// by the ratio's derivative (theta_1 / theta_4)' = theta_4(0)^2 theta_2 theta_3 / theta_4^2.
-/// Turned like this q is at most exp(-2 pi), and four terms are exact. Analytic beyond the border.
+/// by (theta_1 / theta_4)' = theta_4(0)^2 theta_2 theta_3 / theta_4^2. With this orientation q is
+/// at most exp(-2 pi), and four terms are exact. Analytic beyond the border.
 class RectangleMap {
  public:
   RectangleMap(double half_width, double half_height);
@@ -78,8 +77,8 @@ class SquareSheet : public Sheet {
 /// left corner.
 class RectangleSheet : public Sheet {
  public:
-  /// Longer over shorter side. The map to the disc crowds the corners of the shorter sides: at 5 to
-  /// 1 they are 3e-3 of the disc apart, and what is left of double precision is still 1e-9.
+  /// Limit of longer over shorter side. The map to the disc crowds the corners of the shorter
+  /// sides: at 5 to 1 they are 3e-3 of the disc apart, which leaves an accuracy of 1e-9.
   static constexpr double most_elongation = 5;
 
   explicit RectangleSheet(const Eigen::Vector2d& sides_mm);
@@ -122,8 +121,7 @@ class DiscSheet : public Sheet {
   std::string border_start() const override { return "the top"; }
   DiscPoint to_disc(std::complex<double> point) const override { return {point, 1, 0}; }
   double area_within(const Eigen::AlignedBox2d& box) const override;
-  /// Those of a square image of it. A disc has more, but they would turn pixels onto parts of
-  /// pixels.
+  /// The symmetries of its square image; other rotations would not map pixels onto pixels.
   std::vector<Eigen::Matrix2d> symmetries() const override;
 
  private:

@@ -22,13 +22,12 @@ struct Arithmetic {
   std::int64_t dense_bytes = 0;  ///< of the matrices that dense layers multiply with
 };
 
-/// What `call` does on this thread, with the backward pass where it has one.
+/// Operations of `call` on this thread, including a backward pass.
 Arithmetic arithmetic_of(const std::function<void()>& call);
 
 /// Least time in which one thread can do that, s, at the rates of torch_limits.h.
 double least_time(const Arithmetic& work);
-/// The same of a single frame: its dense layers cannot take less than the reading of their
-/// matrices.
+/// As above for a single frame, whose dense layers take at least the time to read their matrices.
 double least_time_of_one_frame(const Arithmetic& work);
 
 /// The names of the limits that these two stand for: "gemm_float + convolution", ...

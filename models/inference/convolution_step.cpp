@@ -7,8 +7,8 @@
 namespace ertbench {
 namespace {
 
-/// `width`: lanes of a block that are computed, all 16 or 8. `step`: from one pixel's input to the
-/// next one's, floats; 0: known when it runs.
+/// `width`: computed lanes of a block, 16 or 8. `step`: distance between the inputs of neighbouring
+/// pixels, floats; 0 if it is only known at run time.
 template <int width, int blocks, int rows, int columns, int step>
 void convolve(const ConvolutionView& view, const ConvolutionTile& tile) {
   using Vector = Floats<std::min(width, native_lanes)>;
@@ -91,7 +91,7 @@ TileShape shape(int stride, bool planar) {
   return {rows, columns, convolve<width, blocks, rows, columns, 0>};
 }
 
-/// The first shape of the list that fits into what is left of the map and into the registers.
+/// The first shape of the list that fits into the rest of the map and into the registers.
 template <int width, int blocks>
 struct Shapes {
   int rows;
@@ -112,8 +112,8 @@ struct Shapes {
   }
 };
 
-/// The largest shapes first: the more sums a tile has, the less often weights and pixels are read.
-/// What is right of a strip of columns is left for narrower ones.
+/// Largest shapes first: the more sums a tile has, the less often weights and pixels are read.
+/// Columns beyond a strip are left for narrower ones.
 template <int width, int blocks>
 TileShape largest(int rows, int columns, int stride, bool planar) {
   const Shapes<width, blocks> shapes{rows, columns, stride, planar};
@@ -147,7 +147,7 @@ ConvolutionStep::ConvolutionStep(std::vector<int> inputs, int output, Convolutio
       added_(added),
       pixels_(pixels) {}
 
-/// Puts the weights of the group's outputs into the order in which its kernel reads them.
+/// Reorders the weights of the group's outputs for its kernel.
 void ConvolutionStep::arrange(Group& group, int blocks, bool half) const {
   const int width = half ? lanes / 2 : lanes;
   const int taps = weights_.kernel * weights_.kernel;

@@ -9,7 +9,7 @@
 
 namespace ertbench {
 
-/// A convolution as its kernels see it: for some blocks of output channels, all strides in floats.
+/// A convolution for some blocks of output channels, the input of kernels; all strides in floats.
 struct ConvolutionView {
   const float* weights;          ///< [inputs][kernel][kernel][blocks][vector]
   const std::ptrdiff_t* inputs;  ///< where each input channel begins in the workspace, with
@@ -29,7 +29,7 @@ struct ConvolutionView {
   Activation::Kind activation;
 };
 
-/// Where one tile of the output lies.
+/// Position of one tile of the output.
 struct ConvolutionTile {
   float* workspace;
   std::ptrdiff_t input;  ///< of the tile's first pixel from the map's
@@ -39,8 +39,8 @@ struct ConvolutionTile {
   const float* slopes;
 };
 
-/// Computes a tile of some `rows` x `columns` pixels and `blocks` blocks of channels, whose sums
-/// are in registers.
+/// Computes a tile of `rows` x `columns` pixels and `blocks` blocks of channels with its sums in
+/// registers.
 using TileKernel = void (*)(const ConvolutionView&, const ConvolutionTile&);
 
 struct TileShape {
@@ -49,15 +49,15 @@ struct TileShape {
   TileKernel kernel;
 };
 
-/// The best kernel of at most so many rows and columns. `half`: the vectors have 8 lanes, for a
-/// last block of no more channels.
+/// The best kernel of at most so many rows and columns. `half`: vectors of 8 lanes, for a last
+/// block of at most 8 channels.
 TileShape tile_kernel(int blocks, bool half, int rows, int columns, int stride, bool planar);
 
-/// How many blocks of channels a kernel takes at a time: one where that fills the registers.
+/// Number of blocks of channels that a kernel computes together: one if that fills the registers.
 constexpr int most_kernel_blocks = sum_registers >= 24 ? 2 : 1;
 
-/// Which pixels of the output a convolution writes: (first_row + step y, first_column + step x).
-/// All of them by default; a transposed convolution is several convolutions that write some.
+/// Output pixels that a convolution writes: (first_row + step y, first_column + step x), by default
+/// all. A transposed convolution is several convolutions that write a part each.
 struct OutputPixels {
   int step = 1;
   int first_row = 0;
@@ -82,7 +82,7 @@ class ConvolutionStep final : public PlanStep {
     std::ptrdiff_t added;
     TileKernel kernel;
   };
-  /// Some blocks of output channels that are computed together.
+  /// Blocks of output channels that are computed together.
   struct Group {
     ConvolutionView view;
     int first_block;
@@ -103,8 +103,8 @@ class ConvolutionStep final : public PlanStep {
   std::vector<Group> groups_;
 };
 
-/// A convolution of stride 1 from blocked maps to at most four planar ones: where there are so few
-/// outputs, the lanes of a vector are 16 input channels, whose products are added in the end.
+/// A convolution of stride 1 from blocked maps to at most four planar ones. With so few outputs the
+/// lanes of a vector are 16 input channels, whose products are added at the end.
 class NarrowConvolutionStep final : public PlanStep {
  public:
   static constexpr int most_outputs = 4;

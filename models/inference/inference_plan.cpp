@@ -11,7 +11,7 @@
 
 namespace ertbench {
 
-/// Zeros at first; borders and unused lanes stay so.
+/// Zero at first; borders and unused lanes stay zero.
 class InferencePlan::Workspace {
  public:
   explicit Workspace(std::ptrdiff_t size)

@@ -10,13 +10,11 @@
 
 namespace ertbench {
 
-/// Where the numbers of a stack of maps stand in the workspace, in floats. Around each map lies a
-/// border of zeros as wide as the padding of the convolutions that read it, so that these have no
-/// edges to look after.
+/// Layout of a stack of maps in the workspace, in floats. Each map has a border of zeros as wide as
+/// the padding of the convolutions that read it, so that these need no special edges.
 ///
-/// Blocked: of a pixel, 16 channels stand side by side, [channels / 16][row][column][16]; lanes
-/// past the last channel are zero. Planar: [channels][row][column], for images and for vectors,
-/// which are maps of one row.
+/// Blocked: [channels / 16][row][column][16]; lanes beyond the last channel are zero. Planar:
+/// [channels][row][column], for images and for vectors, which are maps of one row.
 struct MapLayout {
   int channels = 1;
   int height = 1;
@@ -28,9 +26,9 @@ struct MapLayout {
   int blocks() const { return (channels + lanes - 1) / lanes; }
   std::ptrdiff_t pixel() const { return planar ? 1 : lanes; }
   std::ptrdiff_t row() const { return (width + 2 * border) * pixel(); }
-  /// From one plane, or one block of channels, to the next.
+  /// Distance between planes, or between blocks of channels.
   std::ptrdiff_t plane() const { return (height + 2 * border) * row(); }
-  /// Of one channel's first pixel inside the border.
+  /// Offset of a channel's first pixel inside the border.
   std::ptrdiff_t channel(int index) const {
     const std::ptrdiff_t inside = offset + border * (row() + pixel());
     return planar ? inside + index * plane() : inside + index / lanes * plane() + index % lanes;
@@ -41,25 +39,25 @@ struct MapLayout {
 
 using Layouts = std::span<const MapLayout>;
 
-/// One layer of a plan, with its weights as its kernel wants them.
+/// One layer of a plan, with its weights in the order of its kernel.
 class PlanStep {
  public:
   virtual ~PlanStep() = default;
-  /// Called once, when it is known where the maps stand.
+  /// Called once, when the layout of the maps is known.
   virtual void prepare(Layouts layouts) = 0;
   virtual void run(float* workspace) const = 0;
 };
 
-/// A network laid out for the inference of single frames: a list of steps on buffers that are
-/// allocated beforehand. Made by a PlanBuilder.
+/// A network for the inference of single frames: a list of steps on preallocated buffers. Made by a
+/// PlanBuilder.
 class InferencePlan {
  public:
   InferencePlan(std::vector<std::unique_ptr<PlanStep>> steps, const MapLayout& input,
                 const MapLayout& output, std::ptrdiff_t workspace);
   ~InferencePlan();
 
-  /// `input` [inputs], `output` [outputs], a planar map row by row. Thread-safe; each thread that
-  /// is in here at a time has a workspace of its own, which is allocated when there is none left.
+  /// `input` [inputs], `output` [outputs], a planar map row by row. Thread-safe: concurrent calls
+  /// take workspaces from a pool, which grows on demand.
   void run(const float* input, float* output) const;
 
  private:
@@ -75,7 +73,7 @@ class InferencePlan {
   mutable std::vector<std::unique_ptr<Workspace>> free_;
 };
 
-/// What follows a layer's sum. `slopes`: of a PReLU, one for each output.
+/// Activation of a layer. `slopes`: of a PReLU, one for each output.
 struct Activation {
   enum class Kind { none, relu, prelu };
   Kind kind = Kind::none;
@@ -90,8 +88,8 @@ struct DenseWeights {
   std::vector<float> bias;
 };
 
-/// `weights` [outputs][inputs][kernel][kernel], `bias` [outputs]. Transposed convolutions, too: as
-/// libtorch has them the other way round, whoever builds a plan turns them.
+/// `weights` [outputs][inputs][kernel][kernel], `bias` [outputs]. Also for transposed convolutions,
+/// whose first two dimensions libtorch has in the opposite order.
 struct ConvolutionWeights {
   int inputs = 0;
   int outputs = 0;
@@ -102,38 +100,38 @@ struct ConvolutionWeights {
   std::vector<float> bias;
 };
 
-/// A transposed convolution of stride 1 as a convolution: the kernel turned by half a circle.
+/// A transposed convolution of stride 1 as a convolution, with the kernel rotated by 180 degrees.
 ConvolutionWeights turned(ConvolutionWeights weights);
 
-/// Makes an InferencePlan layer by layer. Functions take and return numbers of values, vectors or
-/// stacks of maps; sizes that do not fit together throw std::logic_error, as they are a network's
-/// mistake, not a user's.
+/// Builds an InferencePlan layer by layer. Functions take and return the indices of values, which
+/// are vectors or stacks of maps. Sizes that do not match throw std::logic_error, a defect of the
+/// network.
 class PlanBuilder {
  public:
-  /// With `bfloat16` the weights of dense layers are kept in that; sums stay float32.
+  /// With `bfloat16` the weights of dense layers have that precision; sums stay float32.
   explicit PlanBuilder(bool bfloat16 = false) : bfloat16_(bfloat16) {}
 
   int input(int size);
   int dense(int vector, DenseWeights weights, const Activation& activation);
-  /// Numbers of a vector in another order; `sources` with -1 give 0.
+  /// Permutes the numbers of a vector; -1 in `sources` gives 0.
   int gather(int vector, std::vector<int> sources);
-  /// The means of pairs of a vector's numbers.
+  /// Means of pairs of a vector's numbers.
   int means_of_pairs(int vector, std::vector<int> pairs);
   /// A vector as planar maps.
   int maps(int vector, int channels, int height, int width);
-  /// A convolution of all channels of `inputs`, one after the other, plus `added` where it is one.
+  /// Convolution of the concatenated channels of `inputs`, plus `added` if that is a value.
   int convolution(std::vector<int> inputs, ConvolutionWeights weights, const Activation& activation,
                   int added = none);
-  /// A convolution of stride 1 to at most four planar maps.
+  /// Convolution of stride 1 to at most four planar maps.
   int image_convolution(int maps, ConvolutionWeights weights);
   int transposed_convolution(int maps, ConvolutionWeights weights, const Activation& activation,
                              int added = none);
-  /// The largest of each 2 x 2 pixels.
+  /// Maximum over each 2 x 2 pixels.
   int pool(int maps);
-  /// SpatialAttention: `weights` [2][kernel][kernel], of the map of means and of that of maxima.
+  /// SpatialAttention: `weights` [2][kernel][kernel] of the maps of means and of maxima.
   int attention(int maps, int kernel, std::vector<float> weights);
-  /// 4 planar maps to 1 of twice the side, plus the same of the first 4 of `added`, where it is
-  /// one.
+  /// Interleaves 4 planar maps to 1 of twice the side, and adds the same of the first 4 maps of
+  /// `added` if that is a value.
   int shuffle(int maps, int added = none);
   /// In place.
   int sigmoid(int maps);

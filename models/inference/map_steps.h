@@ -8,7 +8,7 @@
 /// Steps that are small beside dense layers and convolutions.
 namespace ertbench {
 
-/// Numbers of a vector in another order; -1 is 0.
+/// Permutes the numbers of a vector; -1 gives 0.
 class GatherStep final : public PlanStep {
  public:
   GatherStep(int input, int output, std::vector<int> sources)
@@ -24,7 +24,7 @@ class GatherStep final : public PlanStep {
   std::ptrdiff_t to_ = 0;
 };
 
-/// Means of two numbers of a vector each.
+/// Means of pairs of a vector's numbers.
 class MeansStep final : public PlanStep {
  public:
   /// `pairs` [outputs][2].
@@ -55,7 +55,7 @@ class MapsStep final : public PlanStep {
   MapLayout to_;
 };
 
-/// The largest of each 2 x 2 pixels of blocked maps.
+/// Maximum over each 2 x 2 pixels of blocked maps.
 class PoolStep final : public PlanStep {
  public:
   PoolStep(int input, int output) : input_(input), output_(output) {}
@@ -69,8 +69,8 @@ class PoolStep final : public PlanStep {
   MapLayout to_;
 };
 
-/// Four planar maps become one of twice the side, map 2 (row % 2) + column % 2 at row, column, plus
-/// the same of four others.
+/// Interleaves four planar maps to one of twice the side, with map 2 (row % 2) + column % 2 at row,
+/// column, and adds the same of four others.
 class ShuffleStep final : public PlanStep {
  public:
   ShuffleStep(int input, int output, int added) : input_(input), output_(output), added_(added) {}
@@ -98,7 +98,7 @@ class SigmoidStep final : public PlanStep {
   MapLayout layout_;
 };
 
-/// Writes the bias and what is added over blocked maps, for passes that add to it.
+/// Initialises blocked maps with the bias and the added value, for passes that add to them.
 class FillStep final : public PlanStep {
  public:
   FillStep(int output, std::vector<float> bias, int added)
@@ -114,8 +114,8 @@ class FillStep final : public PlanStep {
   MapLayout plus_;
 };
 
-/// y = activation(W x + b). Its weights are read once, in the order in which they lie: for each
-/// group of outputs, which has its sums in registers, input after input.
+/// y = activation(W x + b). Reads its weights once, sequentially: for each group of outputs, whose
+/// sums are in registers, input by input.
 class DenseStep final : public PlanStep {
  public:
   DenseStep(int input, int output, const DenseWeights& weights, const Activation& activation,

@@ -3,14 +3,14 @@
 #include <cstdint>
 #include <cstring>
 
-// Arrays of floats that the compiler puts into the processor's vectors. Functions take them by
-// reference, as how they are passed by value differs between instruction sets.
+// Arrays of floats in the processor's vector registers. Functions take them by reference, because
+// passing them by value differs between instruction sets.
 namespace ertbench {
 
-/// Channels of a map that lie side by side, and outputs of a dense layer.
+/// Channels of a map in one block, and outputs of a dense layer in one block.
 constexpr int lanes = 16;
 
-/// A class, as GCC forgets the attribute of an alias whose size is a template's parameter.
+/// A class, because GCC drops the attribute of an alias whose size is a template parameter.
 template <int count>
 struct FloatVector {
   typedef float Type __attribute__((vector_size(count * sizeof(float))));  // NOLINT(modernize-*)
@@ -18,9 +18,8 @@ struct FloatVector {
 template <int count>
 using Floats = typename FloatVector<count>::Type;
 
-/// How many floats a register holds, and how many registers a kernel fills with sums: the others
-/// are for what it reads. Longer vectors than the processor has would be taken apart through
-/// memory.
+/// Floats in a register, and registers that a kernel uses for sums; the others hold its inputs.
+/// Longer vectors than the processor has would be split through memory.
 #ifdef __AVX512F__
 constexpr int native_lanes = 16;
 constexpr int sum_registers = 24;

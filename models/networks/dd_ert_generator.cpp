@@ -29,8 +29,8 @@ int SpatialAttentionImpl::add_to(PlanBuilder& plan, int maps) const {
 
 namespace {
 
-/// Before the first training step. The value that the iteration is after is found long before its
-/// vector is, and the steps of the training go on with both.
+/// Iterations before the first training step. The singular value converges long before its vector;
+/// the steps of the training continue both.
 constexpr int first_iterations = 15;
 constexpr double least_norm = 1e-12;  ///< of a kernel of zeros, which stays what it is
 
@@ -38,8 +38,8 @@ torch::Tensor normalised(const torch::Tensor& vector) {
   return vector / vector.norm().clamp_min(least_norm);
 }
 
-// Products by element and sum: as matrix products they would be rounded to bfloat16 in a training
-// of that precision.
+// Element-wise products and sums, because matrix products would be rounded to bfloat16 in a
+// training of that precision.
 
 torch::Tensor right_of(const torch::Tensor& matrix, const torch::Tensor& left) {
   return normalised((matrix * left).sum(0, true));
@@ -88,8 +88,8 @@ torch::Tensor SpectralConvolutionImpl::forward(const torch::Tensor& maps) {
 namespace nn = torch::nn;
 namespace {
 
-/// Where the sigmoid starts: an almost untouched sheet. From the middle of its range, most pixels
-/// being background, it would be driven into saturation and stay there.
+/// Initial bias before the sigmoid, for an almost empty image. From the middle of its range the
+/// background pixels would drive it into saturation for good.
 constexpr double first_logit = -4;
 
 /// `first` is the block's first convolution; the others keep the size.

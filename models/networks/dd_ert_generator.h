@@ -13,15 +13,15 @@
 
 namespace ertbench {
 
-/// Spatial attention (B2 of the DD-ERT supplement): every place of a feature map is weighted by
+/// Spatial attention (B2 of the DD-ERT supplement): every position of a feature map is weighted by
 ///
 ///     sigmoid(convolution 7x7 of [mean over the channels; maximum over the channels]).
 class SpatialAttentionImpl final : public torch::nn::Module {
  public:
   SpatialAttentionImpl();
-  /// `features` [frames, channels, height, width] -> the same, weighted.
+  /// `features` [frames, channels, height, width] -> weighted features of the same shape.
   torch::Tensor forward(const torch::Tensor& features);
-  /// The same in a plan: maps -> maps.
+  /// Adds it to a plan: maps -> maps.
   int add_to(PlanBuilder& plan, int maps) const;
 
  private:
@@ -30,13 +30,12 @@ class SpatialAttentionImpl final : public torch::nn::Module {
 TORCH_MODULE(SpatialAttention);
 
 /// A convolution whose kernel, as a matrix [outputs, inputs * size * size], is divided by its
-/// largest singular value (spectral normalisation, Miyato et al. 2018): whatever the weights learn,
-/// that value of the kernel in use is 1, which bounds how fast the output can change.
+/// largest singular value (spectral normalisation, Miyato et al. 2018), which bounds the Lipschitz
+/// constant of the output.
 ///
-/// The value is found by power iteration, one step at every call in training mode, so that it
-/// follows weights that learn with a lag of some steps, in which the value in use may be a few
-/// tenths above 1. The singular vector that it has come to is a buffer, saved and loaded with the
-/// weights.
+/// The singular value comes from power iteration, one step for every call in training mode. It lags
+/// behind the weights by some steps, so that the normalised value may be a few tenths above 1. The
+/// singular vector is a buffer, saved and loaded with the weights.
 class SpectralConvolutionImpl final : public torch::nn::Module {
  public:
   SpectralConvolutionImpl(int inputs, int outputs, int size, int stride, int padding);
@@ -44,7 +43,7 @@ class SpectralConvolutionImpl final : public torch::nn::Module {
   /// `maps` [frames, inputs, height, width].
   torch::Tensor forward(const torch::Tensor& maps);
 
-  /// The kernel in use [outputs, inputs, size, size]. In training mode it iterates once.
+  /// The normalised kernel [outputs, inputs, size, size]. Iterates once in training mode.
   torch::Tensor kernel();
 
  private:
@@ -57,13 +56,13 @@ TORCH_MODULE(SpectralConvolution);
 
 /// Settings of DD-ERT's generator; w is `width`.
 struct GeneratorShape {
-  int width = 24;        ///< feature maps at the full resolution; twice as many a level down
+  int width = 24;        ///< feature maps at the full resolution, doubled at each level
   int convolutions = 2;  ///< 3x3 convolutions in a block, each with batch normalisation and ReLU
   bool attention = true;
 };
 
-/// DD-ERT's generator (Zheng et al., supplement, Fig. B1): a dense layer that makes a first image
-/// of the voltages (B1), then a U-Net with spatial attention (B2) on its two coarsest maps.
+/// DD-ERT's generator (Zheng et al., supplement, Fig. B1): a dense layer from voltages to a first
+/// image (B1), then a U-Net with spatial attention (B2) on its two coarsest maps.
 ///
 ///     dense 208 -> 576 = 1 x 24 x 24
 ///     block w                            24 x 24 ------------------------------ concatenated
@@ -80,15 +79,15 @@ class DdErtGenerator final : public Network {
   torch::Tensor forward(const torch::Tensor& frames) override;
   std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
 
-  /// The dense layer's.
+  /// Parameters of the dense layer.
   std::vector<torch::Tensor> slow_parameters() const override {
     return initial_imaging_->parameters();
   }
 
-  /// The dense layer: to be initialised with a regularised inverse, or frozen.
+  /// The dense layer, for initialisation with a regularised inverse, or freezing.
   torch::nn::Linear& initial_imaging() { return initial_imaging_; }
 
-  /// Throws InputError unless the image can be halved twice and leave more than 2 pixels a side.
+  /// Throws InputError unless the image can be halved twice with more than 2 pixels left on a side.
   static void check(const Sensor& sensor);
 
  private:
@@ -112,19 +111,18 @@ class DdErtGenerator final : public Network {
   SpatialAttention attention_bottom_{nullptr};
 };
 
-/// PatchGAN discriminator (Isola et al. 2017, as DD-ERT uses it): judges patches of 16 x 16 pixels
-/// of an image,
+/// PatchGAN discriminator (Isola et al. 2017, as used by DD-ERT) on patches of 16 x 16 pixels,
 ///
 ///     4x4 convolution w0, stride 2, LeakyReLU 0.2       12 x 12
 ///     4x4 convolution w1, batch norm., LeakyReLU 0.2    11 x 11
 ///     4x4 convolution 1                                 10 x 10
 ///
-/// each padded by one pixel. With spectral normalisation each convolution is a SpectralConvolution,
-/// and there is no batch normalisation, whose own scales would undo the bound on the kernels.
+/// each padded by one pixel. With spectral normalisation each convolution is a SpectralConvolution
+/// without batch normalisation, whose scales would undo the bound on the kernels.
 class PatchDiscriminatorImpl final : public torch::nn::Module {
  public:
   explicit PatchDiscriminatorImpl(const std::array<int, 2>& widths, bool spectral_norm = false);
-  /// `images` [frames, 1, grid, grid] -> log-odds of each patch being of a true image
+  /// `images` [frames, 1, grid, grid] -> log-odds that each patch belongs to a true image
   /// [frames, 1, grid/2 - 2, grid/2 - 2].
   torch::Tensor forward(const torch::Tensor& images);
 

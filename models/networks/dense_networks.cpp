@@ -24,7 +24,7 @@ namespace {
 namespace jit = torch::jit;
 namespace aten = c10::aten;
 
-/// A tensor known when the graph is made; without a value for what is computed, or none at all.
+/// Constant tensor of a graph; no value for computed tensors or other values.
 std::optional<torch::Tensor> constant_tensor(jit::Value* value) {
   const auto constant = jit::toIValue(value);
   if (!constant || !constant->isTensor()) return std::nullopt;
@@ -244,8 +244,7 @@ EitNn::EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
     inputs = width;
   }
   nn::ConvTranspose2d image(nn::ConvTranspose2dOptions(inputs, 1, 3).padding(1).bias(false));
-  // The target is nearly empty: a first image of noise takes longer to unlearn than all the rest to
-  // learn.
+  // Targets are nearly empty; unlearning a random first image would take most of the training.
   nn::init::uniform_(image->weight, -first_weight, first_weight);
   convolutions_->push_back(image);
   register_module("dense", dense_);

@@ -15,20 +15,19 @@ struct Graph;
 
 namespace ertbench {
 
-/// Puts each batch normalisation that follows a dense layer into the layer's weights, all of them
-/// constants of a traced graph. libtorch does so for convolutions only.
+/// Folds batch normalisations after dense layers into their weights in a traced graph with constant
+/// weights. libtorch does this for convolutions only.
 void fold_normalisation_into_dense_layers(torch::jit::Graph& graph);
 
-/// Makes matrix-vector products of the dense layers of a graph that takes one frame. OpenBLAS's
-/// matrix-matrix product would copy all the weights into another order, frame after frame.
+/// Replaces the dense layers of a graph for single frames by matrix-vector products. OpenBLAS's
+/// matrix-matrix product would reorder all weights for every frame.
 void make_dense_layers_matrix_vector(torch::jit::Graph& graph);
 
 /// FCNN: dense layers, each but the last with batch normalisation and ReLU,
 ///
 ///     208 -> 2304 -> 576 -> 576 -> 576 (linear).
 ///
-/// The trunk of EIT-NN without its convolutions, so that the step between the two shows what the
-/// convolutions are worth.
+/// EIT-NN without its convolutions; comparing the two shows the benefit of convolutions.
 class Fcnn final : public Network {
  public:
   /// `widths`: of the hidden layers.
@@ -46,8 +45,8 @@ class Fcnn final : public Network {
 /// Appends dense layers with batch normalisation and ReLU; returns the width of the last.
 int append_dense_layers(torch::nn::Sequential& layers, int inputs, const std::vector<int>& widths);
 
-/// DCNN: the frame laid out as a map, drive down, measurement across, zero where nothing is
-/// measured, through a convolutional encoder and decoder:
+/// DCNN: the frame as a map [drive, measurement], zero for skipped measurements, through a
+/// convolutional encoder and decoder:
 ///
 ///     1 x 16 x 16 -> 3x3 convolution w0 -> pool -> 3x3 w1 -> pool -> 3x3 w2 (4 x 4)
 ///     -> transposed convolution 3x3, stride 3, w1 -> transposed 2x2, stride 2, w0
@@ -62,13 +61,13 @@ class Dcnn final : public Network {
   torch::Tensor forward(const torch::Tensor& frames) override;
   std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
 
-  /// Throws InputError unless the map can be brought to the image's size: the number of electrodes
-  /// a multiple of four, the image's grid 3/2 of it.
+  /// Throws InputError unless the number of electrodes is a multiple of four and the image's grid
+  /// 3/2 of it, so that the map can be scaled to the image.
   static void check(const Sensor& sensor);
 
  private:
   torch::nn::Sequential layers_;
-  torch::Tensor source_;  ///< [map], which channel stands there; one past the last: none
+  torch::Tensor source_;  ///< [map] channel of each element; one past the last channel: none
   int channels_;
   int drives_;
   int measurements_;

@@ -14,7 +14,7 @@ namespace nn = torch::nn;
 namespace {
 
 constexpr int sub_pixels = 4;  ///< of the image in a pixel at half the resolution
-/// Of the dense layer's maps beside the image: with standardised inputs they are of order 1.
+/// Initial scale of the dense layer's further maps: order 1 for standardised inputs.
 constexpr double first_map_weight = 0.1;
 constexpr double first_correction = 1e-3;
 constexpr double untouched_logit = -4;  ///< an almost untouched sheet, as in DdErtGenerator
@@ -76,7 +76,7 @@ LeanNet::LeanNet(const Sensor& sensor, const LeanShape& shape)
   if (bounded_) {
     nn::init::constant_(image_->bias, untouched_logit);
   } else {
-    // The correction begins as nearly none: the first image is the dense layer's.
+    // The correction starts near zero, so that the first image is the dense layer's.
     nn::init::uniform_(image_->weight, -first_correction, first_correction);
     nn::init::zeros_(image_->bias);
   }
@@ -131,7 +131,7 @@ std::unique_ptr<InferencePlan> LeanNet::plan(bool bfloat16) const {
   const auto blocks = [&](const nn::Sequential& layers, int maps) {
     for (std::size_t i = 0; i < layers->size(); i += 2) {
       ConvolutionWeights weights = layer(layers, i);
-      // What the block adds is one more weight at the kernel's centre.
+      // The identity of a block is one more weight at the kernel's centre.
       for (int o = 0; o < weights.outputs; ++o) {
         weights.weights[static_cast<std::size_t>((o * weights.inputs + o) * 9 + 4)] += 1;
       }

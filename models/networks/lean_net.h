@@ -14,14 +14,14 @@ struct LeanShape {
   int width = 32;         ///< feature maps at half the resolution; twice as many at a quarter
   int blocks = 1;         ///< convolutions at half the resolution, on each side of the bottom
   int bottom_blocks = 4;  ///< convolutions at a quarter of it
-  int extra_maps = 4;     ///< maps that the dense layer makes beside the image
-  bool bounded = true;    ///< a sigmoid at the end, else the sum with the dense layer's image
+  int extra_maps = 4;     ///< further maps of the dense layer beside the image
+  bool bounded = true;    ///< sigmoid output, else a correction added to the dense layer's image
 };
 
-/// The lean network: a dense layer that begins as the linear estimate of least mean squared error
-/// (LMMSE) and a residual network that corrects its image. All convolutions work at half the
+/// `lean-net`: a dense layer, initialised with the linear estimate of least mean squared error
+/// (LMMSE), and a residual network that corrects its image. All convolutions work at half the
 /// image's resolution or less, where a map is four times cheaper and a kernel reaches twice as far;
-/// the image's four pixels to each of theirs are channels.
+/// each 2 x 2 pixels of the image are four channels there.
 ///
 ///     mean of each reciprocal pair of channels, 208 -> 104
 ///     dense 104 -> (4 + extra) x 12 x 12, four of them the image
@@ -38,13 +38,12 @@ class LeanNet final : public Network {
   torch::Tensor forward(const torch::Tensor& frames) override;
   std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
 
-  /// The dense layer's.
+  /// Parameters of the dense layer.
   std::vector<torch::Tensor> slow_parameters() const override { return start_->parameters(); }
 
-  /// Frames [frames, channels] -> [frames, pairs], the mean of each reciprocal pair: what the dense
-  /// layer takes.
+  /// Input of the dense layer: means of reciprocal pairs, [frames, channels] -> [frames, pairs].
   torch::Tensor means_of_pairs(const torch::Tensor& frames) const;
-  /// Makes of the dense layer's image weights [pixels, pairs] times these plus bias [pixels].
+  /// Sets the image of the dense layer to weights [pixels, pairs] times these plus bias [pixels].
   void set_first_image(const torch::Tensor& weights, const torch::Tensor& bias);
 
   /// Throws InputError unless the image can be halved twice.

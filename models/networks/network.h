@@ -17,17 +17,17 @@ class Network : public torch::nn::Module {
   /// `frames` [frames, channels] -> images [frames, 1, grid, grid].
   virtual torch::Tensor forward(const torch::Tensor& frames) = 0;
 
-  /// Parameters that begin where they should about stay and learn more slowly than the others.
+  /// Parameters with a good initialisation, which learn more slowly than the others.
   virtual std::vector<torch::Tensor> slow_parameters() const { return {}; }
 
-  /// The network as it is now, laid out for the inference of one frame after the other: its forward
-  /// in evaluation mode, but for rounding. With `bfloat16` the weights of its dense layers are
-  /// rounded to that. Null where a network has none; all of ertbench's have.
+  /// The present network as a plan for the inference of single frames, equal to `forward` in
+  /// evaluation mode up to rounding. With `bfloat16` the weights of dense layers are rounded to
+  /// that. Null if a network has no plan; all of ertbench's have one.
   virtual std::unique_ptr<InferencePlan> plan(bool /*bfloat16*/) const { return nullptr; }
 };
 
-/// PReLU, a x where x < 0 with a learned a for each channel. Written with ReLU, for which libtorch
-/// has fast kernels: its own PReLU is ten times slower in training.
+/// PReLU with a learned slope a for x < 0 in each channel. Built from ReLU, for which libtorch has
+/// fast kernels; its own PReLU is ten times slower in training.
 class PReluImpl final : public torch::nn::Module {
  public:
   explicit PReluImpl(int channels)

@@ -9,8 +9,8 @@
 
 #include "models/inference/inference_plan.h"
 
-/// libtorch's layers as layers of an InferencePlan, each with the batch normalisation behind it, as
-/// it is in evaluation mode, folded into its weights.
+/// Converts libtorch's layers to layers of an InferencePlan, with the batch normalisation after
+/// each, in evaluation mode, folded into its weights.
 namespace ertbench {
 
 /// `normalisation` may be null.
@@ -21,10 +21,10 @@ ConvolutionWeights weights_of(const torch::nn::Conv2dImpl& layer,
 ConvolutionWeights weights_of(const torch::nn::ConvTranspose2dImpl& layer,
                               const torch::nn::BatchNorm2dImpl* normalisation);
 
-/// Adds dense layers, convolutions and transposed convolutions with what may follow each of them:
-/// batch normalisation, then ReLU or PRelu, then pooling by 2. The first takes `inputs`, the others
-/// what comes before them. With `to_image` the last one is a convolution of stride 1 without more
-/// and makes planar maps. Returns the last one's output; throws std::logic_error at other modules.
+/// Adds a chain of dense layers, convolutions and transposed convolutions, each optionally followed
+/// by batch normalisation, ReLU or PRelu, and pooling by 2. The first layer takes `inputs`. With
+/// `to_image` the last one is a plain convolution of stride 1 that makes planar maps. Returns the
+/// last output; throws std::logic_error for other modules.
 int add_layers(PlanBuilder& plan, const torch::nn::Sequential& layers, std::vector<int> inputs,
                bool to_image = false);
 

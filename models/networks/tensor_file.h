@@ -15,7 +15,7 @@ class Module;
 
 namespace ertbench {
 
-/// A tensor and the name under which a file keeps it.
+/// A tensor and its name in a file.
 struct NamedTensor {
   std::string name;
   torch::Tensor values;
@@ -25,33 +25,30 @@ using NamedTensors = std::vector<NamedTensor>;
 /// Parameters ("layers.0.weight") and buffers of a module, in its order; they are the module's own.
 NamedTensors weights_of(const torch::nn::Module& module);
 
-/// Without gradients, sharing nothing with the originals.
+/// Deep copies without gradients.
 NamedTensors copies(const NamedTensors& tensors);
 
-/// Copies the values of each tensor into the one in the same place.
+/// Copies the values of each tensor into the one at the same position.
 void copy_values(const NamedTensors& from, const NamedTensors& to);
 
-/// Appends `tensors`, their names behind `prefix`.
+/// Appends `tensors` with `prefix` before their names.
 void append(NamedTensors& all, const std::string& prefix, const NamedTensors& tensors);
 
-}  // namespace ertbench
-
-/// Tensors as datasets of an HDF5 file: numbers and nothing else, so that a file from elsewhere can
-/// be read. (What libtorch itself saves holds programs that run when it is read.)
-namespace ertbench {
+// Tensors as datasets of an HDF5 file: numbers and nothing else, so that a file from elsewhere can
+// be read. (What libtorch itself saves holds programs that run when it is read.)
 
 /// Writes one tensor of 32-bit real numbers or 64-bit integers as a dataset of the same type and
 /// shape; a tensor without dimensions has the shape [1].
 void write_tensor(Hdf5File& file, const std::string& dataset, const torch::Tensor& values);
-/// A new tensor of the type and shape of `like`. Throws InputError naming the dataset where it is
+/// Reads a tensor of the type and shape of `like`. Throws InputError naming the dataset if it is
 /// missing, of another type or shape, or has a number that is not finite.
 torch::Tensor read_tensor(const Hdf5File& file, const std::string& dataset,
                           const torch::Tensor& like);
 
-/// Each as the dataset GROUP/NAME; `group` is "/network" or the like.
+/// Writes each tensor as the dataset GROUP/NAME, with `group` such as "/network".
 void write_tensors(Hdf5File& file, const std::string& group, const NamedTensors& tensors);
-/// New tensors of the names, types and shapes of `like`, in its order. Throws InputError naming the
-/// dataset as read_tensor does, and where the group holds anything else.
+/// Reads tensors with the names, types and shapes of `like`, in its order. Throws InputError like
+/// read_tensor, and if the group holds anything else.
 NamedTensors read_tensors(const Hdf5File& file, const std::string& group, const NamedTensors& like);
 
 }  // namespace ertbench
@@ -67,8 +64,8 @@ namespace ertbench {
 /// convolutions want.
 class FrozenGraph {
  public:
-  /// `network` is put into evaluation mode and must not be trained any further. With `bfloat16` its
-  /// weights are rounded to that, for good, and all it computes in between.
+  /// Puts `network` into evaluation mode; it must not be trained any further. With `bfloat16` its
+  /// weights are rounded permanently, and it computes in bfloat16.
   FrozenGraph(Network& network, int channels, bool bfloat16 = false);
   ~FrozenGraph();
   FrozenGraph(FrozenGraph&&) noexcept;

@@ -4,14 +4,14 @@
 
 namespace ertbench {
 
-/// Prepares libtorch in this process: its thread count (which its BLAS follows), denormal numbers
-/// taken as zero (a saturated network trains five times slower with them), freed memory kept. Warns
-/// where the reference BLAS is in use, with which dense layers are tens of times slower. Returns
-/// what is in use, to be recorded:
+/// Prepares libtorch in this process: sets the thread count (also of its BLAS), flushes denormal
+/// numbers to zero (a saturated network trains five times slower with them), and keeps freed
+/// memory. Warns about the reference BLAS, with which dense layers are tens of times slower.
+/// Returns the configuration for the record:
 /// `{"libtorch", "threads", "blas", "onednn", "flush_denormal"}`.
 nlohmann::json start_torch(int threads);
 
-/// For its life the calling thread's work stays on this one thread.
+/// Keeps the work of the calling thread on this thread while it lives.
 class OneThread {
  public:
   OneThread();
@@ -23,9 +23,8 @@ class OneThread {
   int before_;
 };
 
-/// For its life, where `enabled`, convolutions and dense layers of the calling thread compute in
-/// bfloat16 (weights and sums stay float32), two to three times faster where the processor has
-/// AVX512-BF16.
+/// While it lives, if `enabled`, convolutions and dense layers of the calling thread compute in
+/// bfloat16 (weights and sums stay float32), two to three times faster with AVX512-BF16.
 class ReducedPrecision {
  public:
   explicit ReducedPrecision(bool enabled);

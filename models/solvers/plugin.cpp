@@ -1,4 +1,4 @@
-// The learned solvers as a plugin: libtorch comes into the program with them, and not before.
+// The learned solvers as a plugin, with which libtorch is loaded.
 
 #include "models/solvers/solvers.h"
 #include "models/solvers/torch_script_solver.h"

@@ -146,7 +146,7 @@ torch::Tensor TorchScriptSolver::run(const torch::Tensor& frames) const {
                      " the module fails: " + first_line(error.what_without_backtrace()));
   } catch (const std::runtime_error& error) {
     if (dynamic_cast<const InputError*>(&error)) throw;
-    // Behind the trace of its own source is what went wrong.
+    // The cause follows the trace of the module's source.
     const std::vector<std::string> lines = split(error.what(), "\n");
     std::string last;
     for (const std::string& line : lines) last = line.empty() ? last : line;

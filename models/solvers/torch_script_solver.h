@@ -12,26 +12,26 @@
 namespace ertbench {
 
 /// A module that was traced or scripted in PyTorch (torch.jit.save), channels -> pixels. Such a
-/// file is code that runs when it is loaded: that happens in `fit` and `load` alone, in a process
-/// that is there for nothing else, never when the solver is made.
+/// file is code that runs when it is loaded. That happens only in `fit` and `load`, in the process
+/// of a trial, never when the solver is made.
 ///
-/// The module gets [frames, channels], float32 or float64, and gives [frames, pixels], [frames,
-/// rows, columns] or [frames, 1, rows, columns], row 0 at y = -1. "input" says what it is fed, dv
-/// being the change of the voltages in V: dv itself, or (dv - mean) / std; "output" what it gives:
-/// the change of the conductivity in S/m, or the drop y = 1 - sigma / background.
+/// The module maps [frames, channels], float32 or float64, to [frames, pixels], [frames, rows,
+/// columns] or [frames, 1, rows, columns], row 0 at y = -1. "input" selects its input: the change
+/// dv of the voltages in V, or (dv - mean) / std. "output" describes its output: the change of the
+/// conductivity in S/m, or the drop y = 1 - sigma / background.
 ///
-/// The fitted file holds mean and std (`/mean`, `/std` [channels], V); the module stays where it
-/// is, and what it holds is part of the fit's name in the cache.
+/// The fitted file holds mean and std (`/mean`, `/std` [channels], V). The module is not copied;
+/// its contents are part of the fit's key in the cache.
 class TorchScriptSolver final : public Solver {
  public:
   static constexpr const char* type = "torchscript";
-  /// Throws InputError where the file is not there, without opening it.
+  /// Throws InputError if the file does not exist, without opening it.
   explicit TorchScriptSolver(JsonObject object);
 
   nlohmann::json parameters() const override;
   void check(const Sensor& sensor) const override;
   bool needs_training() const override { return input_ == Input::training; }
-  /// Throws InputError where the file is no such module, or gives images of another shape.
+  /// Throws InputError if the file is no such module, or its images have another shape.
   void fit(const FitInput& input) override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;

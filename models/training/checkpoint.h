@@ -13,21 +13,21 @@
 
 namespace ertbench {
 
-/// All parameters but Network::slow_parameters, and these.
+/// Groups of parameters: all others first, then Network::slow_parameters.
 std::vector<torch::optim::OptimizerParamGroup> parameter_groups(const Network& network);
 
-/// From now on batch normalisation uses the statistics gathered so far, not the batch's.
+/// Makes batch normalisation use the running statistics from now on, not those of the batch.
 void freeze_statistics(Network& network);
 
-/// What Adam remembers of its parameters, numbered through its groups: "0.steps" taken, and
-/// "0.mean", "0.mean_square" of the gradient. A parameter that has not been stepped has zeros, with
-/// which its first step is the same. Shares nothing with the optimiser.
+/// State of Adam by parameter, numbered through its groups: "0.steps", and "0.mean" and
+/// "0.mean_square" of the gradient. A parameter without a step has zeros, which leave its first
+/// step unchanged. Deep copies.
 NamedTensors state_of(const torch::optim::Adam& optimiser);
 
-/// `state`: in the order of state_of for an optimiser of the same parameters.
+/// Restores `state`, in the order of state_of for an optimiser of the same parameters.
 void set_state(torch::optim::Adam& optimiser, const NamedTensors& state);
 
-/// All that the rest of a training depends on between two epochs, at least one of which is done.
+/// Complete state of a training after an epoch.
 struct Checkpoint {
   TrainingResult result;
   RowMajorMatrix log;      ///< [epochs, columns] of training.csv
@@ -37,12 +37,12 @@ struct Checkpoint {
   NamedTensors objective;  ///< Objective::state
 };
 
-/// Writes an HDF5 file: the attribute `result` (JSON text), `/log`, and a group of each of the
-/// tensors, `/network` and so on. Throws InputError where it cannot be written.
+/// Writes an HDF5 file with the attribute `result` (JSON text), `/log`, and a group for each list
+/// of tensors (`/network`, ...). Throws InputError if it cannot be written.
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
 
-/// Reads one whose log has as many columns, and whose tensors have the names, types and shapes, as
-/// those of `like`. Throws InputError where it is another.
+/// Reads a checkpoint whose log has as many columns, and whose tensors have the same names, types
+/// and shapes, as those of `like`. Throws InputError for any other.
 Checkpoint read_checkpoint(const std::filesystem::path& file, const Checkpoint& like);
 
 }  // namespace ertbench

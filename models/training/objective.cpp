@@ -37,7 +37,7 @@ torch::Tensor discriminator_loss(AdversarialForm form, const torch::Tensor& odds
 }
 
 double share_judged_right(AdversarialForm form, const torch::Tensor& odds, bool of_truths) {
-  // What least squares calls odds is the answer itself, between 0 for images and 1 for truths.
+  // For least squares the "odds" are the output itself, between 0 for images and 1 for truths.
   const double border = form == AdversarialForm::least_squares ? 0.5 : 0;
   const torch::Tensor right = of_truths ? odds > border : odds < border;
   return right.to(torch::kFloat64).mean().item<double>();
@@ -100,10 +100,10 @@ torch::Tensor InstanceNoise::add_to(const torch::Tensor& images) {
 
 namespace {
 
-/// Log-odds that differ by less over all patches of all images of an epoch say nothing.
+/// A discriminator with a smaller range of log-odds over an epoch has collapsed.
 constexpr double least_judgement_spread = 1e-4;
 
-/// Places among the terms; the last two only with a discriminator.
+/// Indices of the terms; the last two only with a discriminator.
 enum Term : std::size_t {
   content_term,
   adversarial_term,
@@ -158,7 +158,7 @@ void AdversarialObjective::train_discriminator(const torch::Tensor& images,
     return (all.max() - all.min()).item<double>();
   };
   largest_spread_ = std::max({largest_spread_, spread(of_truths), spread(of_images)});
-  set_trainable(discriminator_, false);  // what follows is the generator's step
+  set_trainable(discriminator_, false);  // for the generator's step
   terms[discriminator_term] = loss.item<double>();
   terms[right_truths_term] = share_judged_right(settings_.form, of_truths.detach(), true);
   terms[right_images_term] = share_judged_right(settings_.form, of_images.detach(), false);

@@ -16,11 +16,11 @@
 
 namespace ertbench {
 
-/// 1 for pixels that are on the sheet and 0 for those that are not, [1, 1, rows, columns];
-/// undefined where the sheet fills its image.
+/// Mask [1, 1, rows, columns]: 1 for pixels on the sheet, else 0. Undefined if the sheet fills its
+/// image.
 torch::Tensor sheet_mask(const Sensor& sensor);
 
-/// Images as they count: without what lies off the sheet. As they are where `mask` is undefined.
+/// Sets pixels off the sheet to zero; unchanged if `mask` is undefined.
 inline torch::Tensor masked(const torch::Tensor& images, const torch::Tensor& mask) {
   return mask.defined() ? images * mask : images;
 }
@@ -32,59 +32,58 @@ enum class AdversarialForm {
   least_squares,   ///< squared distances to 1 and 0 (Mao et al. 2017)
 };
 
-/// What the discriminator minimises; `odds_of_truths`, `odds_of_images`: its log-odds, any shape.
-/// With one-sided label smoothing s (Salimans et al. 2016) it is to answer truths with 1 - s, not
-/// 1, so that it does not grow sure of itself; images with 0 all the same.
+/// Loss of the discriminator; `odds_of_truths`, `odds_of_images`: its log-odds, any shape. With
+/// one-sided label smoothing s (Salimans et al. 2016) the target for truths is 1 - s, which keeps
+/// it from becoming overconfident; the target for images stays 0.
 torch::Tensor discriminator_loss(AdversarialForm form, const torch::Tensor& odds_of_truths,
                                  const torch::Tensor& odds_of_images, double label_smoothing = 0);
-/// Of the log-odds that a discriminator gave to truths (or to images), the share on the right side.
+/// Share of log-odds of truths (or of images) that classify correctly.
 double share_judged_right(AdversarialForm form, const torch::Tensor& odds, bool of_truths);
-/// What the generator minimises, L_adv of (B7) as far as it depends on the generator.
+/// Adversarial loss of the generator, the part of L_adv in (B7) that depends on it.
 torch::Tensor generator_loss(AdversarialForm form, const torch::Tensor& odds_of_images);
 
 /// Mask loss (B5): the cross entropy of images and truths, both y in [0, 1] and of one shape,
 /// inside the true contacts (truth >= `threshold`), summed and divided by the number of all pixels.
 torch::Tensor mask_loss(const torch::Tensor& images, const torch::Tensor& truths, double threshold);
 
-/// What the training of a network minimises, together with whatever is trained against it.
+/// Objective of the training of a network, with its opponent if it has one.
 class Objective {
  public:
   virtual ~Objective() = default;
 
-  /// The parts of the loss, as the log's columns call them.
+  /// Names of the parts of the loss, the columns of the log.
   virtual std::vector<std::string> terms() const { return {}; }
 
-  /// The loss of one batch: `images` as the network made them, `truths`, both [frames, 1, grid,
-  /// grid]. Trains the network's opponent first, where there is one. `terms` [terms().size()]
-  /// receives the parts.
+  /// Loss of one batch of `images` of the network and `truths`, both [frames, 1, grid, grid].
+  /// Trains the opponent first, if there is one. Writes the parts to `terms` [terms().size()].
   virtual torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
                              std::vector<double>& terms) = 0;
 
-  /// Before each step's loss: its place in the whole training, from 0.
+  /// Called before the loss of each step with its index in the whole training, from 0.
   virtual void begin_step(std::uint64_t /*step*/, std::uint64_t /*steps*/) {}
   virtual void set_learning_rate(double) {}
-  /// After an epoch: what has gone wrong in it, for the status; nothing where all is well.
+  /// Called after an epoch: a problem for the status, or no value.
   virtual std::optional<std::string> collapse() { return std::nullopt; }
 
-  /// All that the next step depends on.
+  /// State on which the next step depends.
   virtual NamedTensors state() const { return {}; }
-  /// Goes on from what `state` gave: the same names, in the same order.
+  /// Restores the result of `state`, with the same names in the same order.
   virtual void set_state(const NamedTensors&) {}
 };
 
-/// The relative error of the change of the conductivity, which the tables report,
+/// Smoothed relative error of the change of the conductivity, the metric of the tables,
 ///
 ///     mean over the frames of sqrt(|y - y_true|^2 + a^2) / sqrt(|y_true|^2 + b^2),
 ///
-/// a = .01, so that there is a gradient at 0, and b = .55, the norm of a weak small contact (two
-/// pixels at y = .4), so that frames that show nothing, or next to it, do not outweigh the others.
+/// with a = .01 for a gradient at 0, and b = .55, the norm of a small weak contact (two pixels at
+/// y = .4), so that frames with little or no contact do not outweigh the others.
 class RelativeError final : public Objective {
  public:
   torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
                      std::vector<double>& terms) override;
 };
 
-/// Mean squared error, |y - S y_true|^2 where a blur S is given.
+/// Mean squared error; |y - S y_true|^2 with a blur S.
 class SquaredError final : public Objective {
  public:
   SquaredError() = default;
@@ -97,21 +96,20 @@ class SquaredError final : public Objective {
   torch::Tensor blur_;
 };
 
-/// Gaussian noise on all that a discriminator sees, truths and images alike, so that it cannot tell
-/// them by traits too fine for a generator to follow (Sønderby et al. 2017). It falls in a straight
-/// line to 0 over the training. What a step draws depends on (seed, step) alone.
+/// Gaussian noise on the discriminator's inputs, truths and images alike, so that it cannot
+/// separate them by details that a generator cannot reproduce (Sønderby et al. 2017). It decreases
+/// linearly to 0 over the training. The noise of a step depends only on (seed, step).
 class InstanceNoise {
  public:
-  /// `deviation`: its standard deviation at the first step, in units of y; 0: none, and then
-  /// nothing is drawn.
+  /// `deviation`: standard deviation at the first step, in units of y; 0 draws nothing.
   InstanceNoise(double deviation, std::uint64_t seed) : largest_(deviation), seed_(seed) {}
 
-  /// Steps count from 0; the last is `steps` - 1 and has no noise. Of a training of one step, that
-  /// one has all of it.
+  /// Steps count from 0; the last, `steps` - 1, has no noise. A training of one step has full
+  /// noise.
   void begin_step(std::uint64_t step, std::uint64_t steps);
-  /// The standard deviation in this step.
+  /// Standard deviation in this step.
   double deviation() const { return deviation_; }
-  /// Each call of a step draws other noise.
+  /// Each call within a step draws new noise.
   torch::Tensor add_to(const torch::Tensor& images);
 
  private:
@@ -137,14 +135,14 @@ struct AdversarialSettings {
   bool bfloat16 = false;            ///< the discriminator's precision (ReducedPrecision)
 };
 
-/// DD-ERT's loss, with its discriminator: for each batch the discriminator takes one step of its
-/// own, then judges the generator's images.
+/// DD-ERT's loss with its discriminator, which takes one step of its own for each batch and then
+/// judges the generator's images.
 ///
-/// Its terms are the three of the loss, unweighted ("content", "adversarial", "mask"), the
-/// discriminator's own loss ("discriminator") and, with a discriminator, how alive the game is: the
-/// share of the patches of truths and of images that it judges right, before the step that it takes
-/// on them ("discriminator_right_truths", "discriminator_right_images"). Both at 1 is a game that
-/// is over, a mean of 0.5 one in which it can but guess.
+/// Terms: the three unweighted parts of the loss ("content", "adversarial", "mask"), the
+/// discriminator's loss ("discriminator") and, with a discriminator, the shares of patches of
+/// truths and of images that it classifies correctly before its step ("discriminator_right_truths",
+/// "discriminator_right_images"). If both are 1 the discriminator separates perfectly; at a mean of
+/// 0.5 it only guesses.
 class AdversarialObjective final : public Objective {
  public:
   explicit AdversarialObjective(const AdversarialSettings& settings);
@@ -168,7 +166,7 @@ class AdversarialObjective final : public Objective {
   InstanceNoise noise_;
   PatchDiscriminator discriminator_{nullptr};  ///< null where alpha is 0
   std::unique_ptr<torch::optim::Adam> optimiser_;
-  double largest_spread_ = 0;  ///< of the log-odds over a batch, in this epoch
+  double largest_spread_ = 0;  ///< largest range of log-odds in a batch of this epoch
 };
 
 }  // namespace ertbench

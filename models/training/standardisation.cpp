@@ -42,7 +42,7 @@ Standardisation Standardisation::of(const DatasetFile& training) {
   const Eigen::RowVectorXd mean = sum / static_cast<double>(count);
   const Eigen::ArrayXXd variance =
       (squares / static_cast<double>(count) - mean.cwiseAbs2()).array().max(0);
-  // A channel that never changes (blank scenes without noise) is left as it is.
+  // A constant channel (empty scenes without noise) is not scaled.
   const Eigen::ArrayXXd scale =
       (variance > 1e-24 * reference.array().square()).select(variance.rsqrt(), 1.0);
   return {mean.cast<float>(), scale.matrix().cast<float>(), image_unit(training, count)};

@@ -84,7 +84,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A network whose images differ by less between any two frames has stopped looking at them.
+/// A network whose images differ by less between any two frames has collapsed.
 constexpr double least_spread = 1e-4;
 constexpr double warm_up_share = 0.1;
 constexpr double last_rate = 1e-3;  ///< of the largest
@@ -99,7 +99,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// The learning rate of one step: up in a straight line, then down along a cosine.
+/// Learning rate of one step: a linear rise, then a cosine decay.
 double one_cycle_rate(double largest, std::uint64_t step, std::uint64_t steps) {
   const double place = (static_cast<double>(step) + 1) / static_cast<double>(steps);
   if (place < warm_up_share) return largest * place / warm_up_share;
@@ -116,7 +116,7 @@ std::vector<std::string> log_columns(const Objective& objective) {
   return columns;
 }
 
-/// A training between two epochs.
+/// State of a training between two epochs.
 class Training {
  public:
   Training(Network& network, Objective& objective, TrainingSet& scenes,
@@ -157,7 +157,7 @@ class Training {
            result_.epochs - result_.best_epoch >= settings_.patience;
   }
 
-  /// Of the whole training, should it not end early.
+  /// Steps of the whole training, unless it ends early.
   std::uint64_t steps() const {
     return steps_per_epoch_ * static_cast<std::uint64_t>(settings_.epochs);
   }
@@ -189,7 +189,7 @@ class Training {
     return network_.forward(frames).to(torch::kFloat32);
   }
 
-  /// Trains for an epoch and looks at the outcome; false where the loss was not finite.
+  /// Trains and validates for an epoch; false if the loss was not finite.
   bool epoch() {
     const Stopwatch watch;
     const auto number = static_cast<std::uint64_t>(result_.epochs);
@@ -296,7 +296,7 @@ class Training {
     objective_.set_state(found.objective);
   }
 
-  /// Versions up to 0.2 left an archive of libtorch's, which is code when it is read.
+  /// Versions up to 0.2 left an archive of libtorch, which runs code when it is read.
   void forget_older_checkpoint() const {
     const fs::path file = outlet_.folder / "checkpoint.pt";
     if (!fs::remove(file)) return;

@@ -15,25 +15,25 @@
 
 namespace ertbench {
 
-/// How a training went.
+/// Result of a training.
 struct TrainingResult {
   FitReport report;
   int epochs = 0;      ///< finished
-  int best_epoch = 0;  ///< whose weights were kept, from 1
-  /// False where the best epoch is the last one that was allowed: the validation error was still
-  /// falling when the budget ended, and a longer training may give a better network. A learning
-  /// rate that falls to 0 by then makes that the usual end, and does not say how much is to gain.
+  int best_epoch = 0;  ///< the epoch whose weights were kept, from 1
+  /// False if the best epoch is the last of the budget: the validation error was still decreasing,
+  /// and a longer training may give a better network. That is usual with a learning rate that
+  /// decreases to 0, and does not quantify the possible gain.
   bool converged = true;
   double validation_error = 0;  ///< of those weights
-  double seconds = 0;           ///< all its parts together, where it was interrupted
+  double seconds = 0;           ///< total over interruptions
 };
 
 /// `{"status", "message", "earlier_s", "epochs", "best_epoch", "validation_error", "seconds"}`, and
-/// `"converged": false` where it had not.
+/// `"converged": false` if it had not converged.
 nlohmann::json to_json(const TrainingResult& result);
 TrainingResult training_result_from_json(const nlohmann::json& json);
 
-/// One line for each epoch of a training, written as training.csv into the work folder:
+/// Log of a training, written as training.csv into the work folder, one line for each epoch:
 /// `epoch,loss,<terms>,validation_error,learning_rate,seconds`; losses are means over the epoch's
 /// steps, seconds the epoch's own.
 class TrainingLog {
@@ -51,7 +51,7 @@ class TrainingLog {
   std::vector<std::vector<double>> rows_;
 };
 
-/// Where a training is watched and kept.
+/// Files and progress of a training.
 struct TrainingOutlet {
   std::filesystem::path folder;       ///< training.csv, and the checkpoint while it is not done
   double checkpoint_interval_s = 10;  ///< at least between two checkpoints
@@ -60,14 +60,14 @@ struct TrainingOutlet {
       {};
 };
 
-/// Trains a network by Adam; in the end it has the weights of the epoch with the least validation
-/// error. After an epoch, though not more often than `checkpoint_interval_s`, all that the rest
-/// depends on is put into a checkpoint; a training that finds one in its folder goes on there and
-/// ends with the same weights, bit for bit, as without the interruption.
+/// Trains a network by Adam and leaves it with the weights of the epoch with the least validation
+/// error. Writes a checkpoint after an epoch, at most once in `checkpoint_interval_s`. A training
+/// that finds a checkpoint in its folder continues it and ends with the same weights, bit for bit,
+/// as without the interruption.
 ///
-/// The report says "diverged" where the loss was not finite (the best weights of the epochs before
-/// stand), "generator collapsed" where the network gives one image whatever the frame, or what the
-/// objective found last. Throws std::runtime_error where it diverges before any epoch is done.
+/// The report's status is "diverged" if the loss was not finite (the best weights so far are kept),
+/// "generator collapsed" if the network gives the same image for all frames, or the objective's
+/// last problem. Throws std::runtime_error if the first epoch diverges.
 TrainingResult train(Network& network, Objective& objective, TrainingSet& scenes,
                      const ValidationSet& validation, const TrainingSettings& settings,
                      const TrainingOutlet& outlet);

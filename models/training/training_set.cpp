@@ -75,7 +75,7 @@ void EpochScenes::keep(const Block& block, const std::filesystem::path& file) co
         Hdf5File::Number::real32);
     out.write_rows(name, 0, rows.cast<double>());
   };
-  // What a killed training left is written over: the block's lock keeps all others away.
+  // Overwrites the remains of a killed training; the block's lock excludes all others.
   replace_file(
       file,
       [&](const std::filesystem::path& aside) {
@@ -93,7 +93,7 @@ void EpochScenes::read(std::uint64_t epoch,
                        const std::function<void(std::uint64_t first, const Block& block)>& take) {
   std::vector<std::uint64_t> left((size_ + scenes_of_a_block - 1) / scenes_of_a_block);
   std::iota(left.begin(), left.end(), 0);
-  // Trainings at the same time begin with different blocks, so that they seldom want the same one.
+  // Concurrent trainings start at different blocks, so that they seldom need the same one.
   std::shuffle(left.begin(), left.end(), std::minstd_rand(static_cast<unsigned>(::getpid())));
   for (const std::uint64_t b : left) {
     const std::uint64_t first = b * scenes_of_a_block;
@@ -218,7 +218,7 @@ ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& sta
                    standardisation.image;
   std::vector<Eigen::Index> touched;
   for (Eigen::Index f = 0; f < y.rows(); ++f) {
-    // Rounding in the file's conductivities is no contact.
+    // Rounding of the conductivities in the file does not count as a contact.
     if (y.row(f).cwiseAbs().maxCoeff() > 1e-12) touched.push_back(f);
   }
   if (touched.empty()) {

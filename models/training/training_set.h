@@ -20,10 +20,10 @@ namespace ertbench {
 
 class DatasetFile;
 
-/// The scenes that follow a training set's own in its random sequence, one lot of the set's size
-/// for each epoch. Trainings on one set see the same ones, so that each block of them is made once,
-/// by whichever training is the first to want it, and kept in the folder SET.epochs beside the
-/// set's file: 3.1 kB a scene. Trainings at the same time share the making of an epoch.
+/// Scenes that continue a training set's random sequence, as many as the set has for each epoch.
+/// Trainings on one set share them: each block is generated once, by the first training that needs
+/// it, and cached in the folder SET.epochs beside the set's file (3.1 kB per scene). Concurrent
+/// trainings share the work of an epoch.
 class EpochScenes {
  public:
   using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -33,32 +33,30 @@ class EpochScenes {
     FloatRows change;  ///< [scenes, pixels] 1 - sigma / background
   };
 
-  /// Throws InputError where the set's scenes are listed, measured or move, and cannot be drawn
-  /// anew.
+  /// Throws InputError if the set's scenes are listed, measured or sequences, which cannot be
+  /// continued.
   explicit EpochScenes(const DatasetFile& file);
 
-  /// Calls take(first, block) for all blocks of an epoch; epochs count from 0, whose scenes are the
-  /// file's own. What cannot be kept (a full disk) is used all the same, and said once.
+  /// Calls take(first, block) for all blocks of an epoch. Epochs count from 0, which has the file's
+  /// scenes. Blocks that cannot be cached (a full disk) are used all the same, with one warning.
   void read(std::uint64_t epoch,
             const std::function<void(std::uint64_t first, const Block& block)>& take);
 
  private:
   std::filesystem::path file_of(std::uint64_t epoch, std::uint64_t block) const;
   Block made(std::uint64_t epoch, std::uint64_t block) const;
-  /// Throws InputError where the file is not a block of this set, whole.
+  /// Throws InputError unless the file is a complete block of this set.
   Block kept(const std::filesystem::path& file, std::uint64_t scenes) const;
-  /// Only with the block's lock.
+  /// Requires the block's lock.
   void keep(const Block& block, const std::filesystem::path& file) const;
 
   DatasetSpec spec_;
   std::uint64_t size_;
   std::filesystem::path folder_;
-  std::string checksum_;  ///< the set's own: blocks of another one are made again
+  std::string checksum_;  ///< of the set; blocks of another set are generated again
   SceneModel model_;
   bool keeps_ = true;
 };
-
-class DatasetFile;
 
 /// Standardised frames and the true images, y = (1 - sigma / background) / Standardisation::image.
 struct TrainingBatch {
@@ -66,14 +64,12 @@ struct TrainingBatch {
   torch::Tensor truths;  ///< [batch, 1, rows, columns]
 };
 
-/// The training scenes, in another order, turned by other symmetries, and with other noise and
-/// faults in every epoch. What a batch holds depends on (seed, epoch, position) alone, so that an
-/// interrupted training goes on as it would have gone.
+/// Training scenes with a new order, new symmetries, noise and faults in every epoch. A batch
+/// depends only on (seed, epoch, position), so that an interrupted training continues unchanged.
 class TrainingSet {
  public:
-  /// Reads the whole file: 3.1 kB a scene. With `new_scenes` later epochs draw scenes that continue
-  /// the file's own random sequence (EpochScenes). Throws InputError where they cannot be drawn
-  /// anew.
+  /// Reads the whole file, 3.1 kB per scene. With `new_scenes` later epochs use scenes that
+  /// continue the file's random sequence (EpochScenes). Throws InputError if that is impossible.
   TrainingSet(const DatasetFile& file, const Standardisation& standardisation,
               const TrainingSettings& settings);
 
@@ -82,7 +78,7 @@ class TrainingSet {
   /// See sheet_mask.
   const torch::Tensor& mask() const { return mask_; }
 
-  /// Makes an epoch's scenes and their order; epochs count from 0.
+  /// Prepares the scenes of an epoch and their order; epochs count from 0.
   void begin_epoch(std::uint64_t epoch);
   /// The scenes at [first, first + count) of the epoch's order.
   TrainingBatch batch(std::uint64_t first, std::uint64_t count) const;
@@ -94,23 +90,21 @@ class TrainingSet {
   Standardisation standardisation_;
   std::uint64_t seed_;
   TrainingFaults faults_;
-  std::vector<Symmetry> symmetries_;         ///< the identity alone where they are off
-  std::unique_ptr<EpochScenes> new_scenes_;  ///< null where every epoch has the file's
+  std::vector<Symmetry> symmetries_;         ///< only the identity if they are off
+  std::unique_ptr<EpochScenes> new_scenes_;  ///< null if every epoch has the file's scenes
   Eigen::VectorXd reference_;
   FloatRows clean_;   ///< [scenes, channels] V
   FloatRows truths_;  ///< [scenes, pixels] y
   torch::Tensor mask_;
   std::uint64_t epoch_ = 0;
-  std::uint64_t scenes_of_epoch_ = 0;  ///< whose scenes the arrays hold
+  std::uint64_t scenes_of_epoch_ = 0;  ///< epoch whose scenes the arrays hold
   std::vector<std::uint32_t> order_;
 };
 
-class DatasetFile;
-
-/// The validation frames that hold a contact, with the noise that the file gives them.
+/// Validation frames with a contact, with the noise of the file.
 class ValidationSet {
  public:
-  /// Throws InputError where no frame holds a contact.
+  /// Throws InputError if no frame has a contact.
   ValidationSet(const DatasetFile& file, const Standardisation& standardisation);
 
   struct Score {

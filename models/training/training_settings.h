@@ -7,8 +7,8 @@
 
 namespace ertbench {
 
-/// Faults of the electronics that a network meets while it is trained, drawn afresh for every frame
-/// of every epoch: a share of the frames has them, each with sizes uniform in these intervals.
+/// Faults of the electronics in the frames of a training, drawn anew for every frame of every
+/// epoch. A share of the frames has them, with sizes uniform in these intervals.
 struct TrainingFaults {
   std::pair<int, int> dead_electrodes{0, 0};
   DeadReading dead_reading = DeadReading::zero;
@@ -21,13 +21,13 @@ struct TrainingFaults {
     return share > 0 && (dead_electrodes.second > 0 || gain_error.second > 0 || offset.second > 0);
   }
 
-  /// The faults of one frame; none for those that are spared.
+  /// Draws the faults of one frame; frames outside the share have none.
   Faults draw(RandomStream& random) const;
 };
 
 class Fields;
 
-/// How a network is trained; the architectures' own defaults differ.
+/// Settings of a training; each architecture has its own defaults.
 struct TrainingSettings {
   std::uint64_t seed = 1;       ///< of the first weights, the order of the scenes and the noise
   int epochs = 20;              ///< at most

@@ -39,7 +39,7 @@ TEST(Writers, Markdown) {
             "| :----------- | --------------------------: | --------: |\n"
             "| a            | 1.2 [1.0, 1.5]<br>paper 2.0 | λ \\| 50 % |\n"
             "| b<br>crashed |                           — |           |\n"
-            "\nBelow.\n\n- value: its meaning.\n\nTo make it again:\n\n```sh\nmake it\n```\n");
+            "\nBelow.\n\n- value: its meaning.\n\nTo reproduce it:\n\n```sh\nmake it\n```\n");
 }
 
 TEST(Writers, Terminal) {
@@ -50,7 +50,7 @@ TEST(Writers, Terminal) {
             "              paper 2.0\n"
             "b                     —\n"
             "crashed\n"
-            "    Below.\n\n- value: its meaning.\n\nTo make it again: make it\n");
+            "    Below.\n\n- value: its meaning.\n\nTo reproduce it: make it\n");
 }
 
 TEST(Writers, TerminalLeavesOutTitlesThatAreEmpty) {
