@@ -12,7 +12,7 @@
 namespace ertbench {
 namespace {
 
-constexpr double shortest_s = 1e-3;  ///< of what is timed at once: the clock itself takes 0.3 us
+constexpr double shortest_s = 1e-3;  ///< of one timed block: the clock itself takes 0.3 us
 
 double processor_time() {
   timespec time{};
@@ -43,7 +43,7 @@ double gemm_rate() {
   return best;
 }
 
-/// Enough independent sums that reading, not adding, takes the time.
+/// Enough independent sums to make reading, not adding, the bottleneck.
 float sum(const Eigen::ArrayXf& numbers) {
   constexpr Eigen::Index lanes = 128;
   Eigen::Array<float, lanes, 1> sums = Eigen::Array<float, lanes, 1>::Zero();

@@ -63,7 +63,7 @@ void solve(benchmark::State& state, const SceneDistribution& distribution, Forwa
   for (auto _ : state) benchmark::DoNotOptimize(model.solve(images, method));
   state.SetItemsProcessed(state.iterations() * count);
 }
-/// The border integral equation, to a quarter of the noise of 50 dB.
+/// Solves the border integral equation to a quarter of the noise of 50 dB.
 void borders(benchmark::State& state, const SceneDistribution& distribution) {
   const BorderModel model{Sensor{}};
   const double tolerance = 0.25 * std::pow(10, -2.5) * model.reference_voltages().norm();
@@ -129,7 +129,7 @@ ERTBENCH_SOLVE(table_c1_automatic, table_c1, automatic);
 ERTBENCH_SOLVE(table_c1_condensation, table_c1, condensation);
 ERTBENCH_SOLVE(table_c1_contact_update, table_c1, contact_update);
 
-/// Which pays when: one disc of growing radius (in thousandths), with its active nodes counted.
+/// Break-even of the methods: one disc of growing radius (in thousandths), with its active nodes.
 void disc(benchmark::State& state, ForwardMethod method) {
   const int grid = static_cast<int>(state.range(0));
   SceneDistribution d = table_c1();
@@ -182,7 +182,7 @@ BENCHMARK(rasterise_training)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Unit(benchma
 
 constexpr int continuous = 0;  ///< in place of a grid
 
-/// Scene, image, voltages and noise: all that goes into one row of a dataset file, on one core.
+/// Computes one row of a dataset file on one core: scene, image, voltages and noise.
 void generate_rows(benchmark::State& state) {
   DatasetSpec spec;
   spec.name = "train";

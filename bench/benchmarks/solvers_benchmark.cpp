@@ -5,8 +5,8 @@
 //
 // The frames are random discs (radius 0.2, 0.6 of the background) with 50 dB noise on the absolute
 // voltages. `reconstruct/<solver>/<batch>`: items are frames; batch 1 is the latency, and walks
-// through the frames one by one. machine_limits.h says what the counters limit_us and of_limit are;
-// they stand where the arithmetic or the reading of matrices can be counted.
+// through the frames one by one. benchmark_program.h explains the counters limit_us and of_limit,
+// which are given where the arithmetic or the reading of matrices can be counted.
 // "Debug" in the header is how Debian's Google Benchmark was built; ertbench itself is a release.
 
 #include <benchmark/benchmark.h>
@@ -69,7 +69,7 @@ const std::map<std::string, json>& specs() {
   return all;
 }
 
-/// That the check of frames is fitted on.
+/// The set on which the frame check is fitted.
 const DatasetFile& validation() {
   static const TemporaryFolder folder("solvers_benchmark");
   static const DatasetFile file = [] {
@@ -90,8 +90,8 @@ std::unique_ptr<Solver> make(const std::string& name) {
   return SolverRegistry().make(JsonObject(specs().at(name), "benchmark", ""));
 }
 
-/// Numbers of the matrix that a linear solver multiplies with, a column for each reciprocal pair of
-/// channels; of rank `rank` its two factors where they are fewer.
+/// Size of a linear solver's matrix, with a column for each reciprocal pair of channels, or of its
+/// two factors of rank `rank` if these are smaller.
 std::int64_t matrix_numbers(std::int64_t rank) {
   const Sensor sensor;
   const std::int64_t pairs = sensor.channels() / 2;
@@ -125,14 +125,14 @@ double newton_factor_flops(double channels) {
          channels * channels * channels / 3;
 }
 
-/// And of one solve: both halves of the band, the products with G and G^T, the dense factor.
+/// Operations of one solve: both halves of the band, the products with G and G^T, the dense factor.
 double newton_solve_flops(double channels) {
   const double band = 24;
   const double unknowns = 24 * 24 - 1;
   return 4 * unknowns * band + 4 * unknowns * channels + 2 * channels * channels;
 }
 
-/// Of these frames; what the others add is under a hundredth of the weight of any edge.
+/// Channels that count for these frames; the others add less than 1 % to the weight of any edge.
 constexpr double useful_channels = 64;
 
 void reconstruct(benchmark::State& state, const std::string& name) {
@@ -174,7 +174,7 @@ void fit(benchmark::State& state, const std::string& name) {
   }
 }
 
-/// Where a Newton step of PDIPM spends its time: the factorisation with this many channels.
+/// The factorisation with this many channels, which dominates a Newton step of PDIPM.
 void newton_factor(benchmark::State& state) {
   const TotalVariation problem{Sensor{}};
   NewtonSystem system(problem);
@@ -226,7 +226,7 @@ void band_half_solve(benchmark::State& state) {
 }
 BENCHMARK(band_half_solve)->Name("newton/band_half_solve")->Arg(64)->Arg(112);
 
-/// Means of reciprocal pairs of a sequence, [frames, pairs] V: a disc on its way round, 50 dB.
+/// Means of reciprocal pairs of a sequence, [frames, pairs] V: a disc moving in a circle, 50 dB.
 const Eigen::MatrixXd& sequence() {
   static const Eigen::MatrixXd means = [] {
     constexpr int count = 256;
@@ -253,7 +253,7 @@ const Eigen::MatrixXd& sequence() {
   return means;
 }
 
-/// Frames of the sequence, each from nothing or from the contacts of the frame before.
+/// Images the sequence, each frame from scratch or from the contacts of the last.
 void contact_fit(benchmark::State& state, bool followed, bool ellipses) {
   const Sensor sensor;
   const double noise = BorderModel(sensor).reference_voltages().norm() * std::pow(10, -2.5) /

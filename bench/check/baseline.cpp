@@ -24,7 +24,7 @@ json datasets_of(const Experiment& experiment) {
   return out;
 }
 
-/// What the row of this label is made from; the seed is not part of it, as any will do.
+/// The entry that the row of this label is made from, without the seed.
 json entry_of(const Experiment& experiment, const std::string& label) {
   for (const SolverEntry& entry : experiment.solvers) {
     if (entry.label != label) continue;
@@ -124,7 +124,7 @@ Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> 
   Baseline baseline;
   baseline.experiment = experiment.name;
   json machine = machine_provenance();
-  machine.erase("host");  // of no use in a file for all
+  machine.erase("host");  // meaningless elsewhere
   baseline.cpu = machine.at("cpu");
   baseline.provenance = std::move(machine);
   baseline.datasets = datasets_of(experiment);

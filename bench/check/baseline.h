@@ -17,19 +17,19 @@ namespace ertbench {
 
 class SolverRegistry;
 
-/// Times that outlast the machine they were measured on, roughly: as multiples of calibration_us()
-/// in the same process.
+/// Times that are roughly independent of the machine: multiples of calibration_us() in the same
+/// process.
 struct RelativeTimes {
-  double latency = 0;      ///< of one frame, the median of the rounds' relative_latency()
-  double batch_frame = 0;  ///< of one frame of a batch
+  double latency = 0;      ///< one frame, the median of the rounds' relative_latency()
+  double batch_frame = 0;  ///< one frame of a batch
 
   bool operator==(const RelativeTimes&) const = default;
 };
 
-/// Nothing where the row was not timed.
+/// Nothing if the row was not timed.
 std::optional<RelativeTimes> relative_times(const ResultRow& row);
 
-/// A row as it is to come out again.
+/// A stored row, which a check must reproduce.
 struct BaselineRow {
   std::string label;
   std::string dataset;
@@ -40,50 +40,50 @@ struct BaselineRow {
   int frames = 0;
   int undefined_frames = 0;
   int frames_not_converged = 0;
-  std::vector<int> seeds;  ///< that a trained solver was trained with; else empty
-  /// Means over the frames: one value, or one for each seed; none where one is undefined.
+  std::vector<int> seeds;  ///< training seeds; empty for solvers that are not trained
+  /// Means over the frames: one value, or one for each seed; empty if one is undefined.
   PerMetric<std::vector<double>> metrics;
   std::optional<RelativeTimes> times;
 
   bool is(const ResultRow& row) const { return label == row.label && dataset == row.dataset; }
 };
 
-/// One metric of the row, which must have values of it, as tolerances are told it.
+/// One metric of the row, which must have values of it, in the form that tolerances take.
 BaselineMean mean_of(const BaselineRow& row, Metric metric, const Sensor& sensor);
 
-/// What `ertbench check` compares with: results/baselines/`experiment`.json.
+/// The contents of results/baselines/`experiment`.json.
 struct Baseline {
   std::string experiment;
-  JsonValue provenance = JsonValue::object();  ///< of the machine, its "cpu" among it
-  std::string cpu;                             ///< the same
+  JsonValue provenance = JsonValue::object();  ///< of the machine, including its "cpu"
+  std::string cpu;                             ///< the provenance's
   JsonValue datasets = JsonValue::object();    ///< by name, the canonical JSON of each
   std::vector<BaselineRow> rows;
-  /// What was scored when it was stored; metrics that came later are not compared.
+  /// Metrics that existed when it was stored; later ones are not compared.
   std::vector<Metric> metrics{kMetrics.begin(), kMetrics.end()};
-  /// The stored networks and the short trainings beside it, by name, whose images belong to it.
+  /// Names of the stored networks and of the short trainings whose images belong to it.
   std::vector<std::string> networks;
   std::vector<std::string> trainings;
 
   const BaselineRow* find(const ResultRow& row) const;
 };
 
-/// How the images of the rows of each label are compared, as the solver's registration says.
+/// The comparison of images of each label, from the solver's registration.
 using Comparisons = std::map<std::string, ImageComparison>;
 Comparisons comparisons_of(const Experiment& experiment, SolverRegistry& registry);
 
-/// Labels of the rows that are compared by seeds: their solvers are trained.
+/// Labels of trained solvers, whose rows are compared by seeds.
 std::set<std::string> trained_labels(const Comparisons& comparisons);
 
-/// Fewer say nothing about the spread of a trained solver.
+/// Fewer seeds do not show the spread of a trained solver.
 inline constexpr int least_seeds = 3;
 
-/// A baseline of these results. Throws std::invalid_argument where the row of a trained solver has
+/// Makes a baseline of results. Throws std::invalid_argument if the row of a trained solver has
 /// fewer than `least_seeds` seeds.
 Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,
                        const Comparisons& comparisons);
 
-/// Where what determines the results is not what it was, "/datasets/test/count was 200 and is 100":
-/// the datasets, or the entry of a solver that stands in both. Empty where nothing changed.
+/// The first change of what determines the results, "/datasets/test/count was 200 and is 100": of
+/// the datasets, or of the entry of a solver that is in both. Empty if nothing changed.
 std::string changed_experiment(const Baseline& baseline, const Experiment& experiment);
 
 /// `{"schema": 1, "experiment", "provenance": {"commit", "cpu", ...}, "datasets": {"test": {...},
@@ -93,9 +93,8 @@ std::string changed_experiment(const Baseline& baseline, const Experiment& exper
 /// "networks": [...], "trainings": [...], "checksum"}`, indented.
 std::string to_json_text(const Baseline& baseline);
 
-/// The inverse. Throws InputError naming the place of what is missing, misspelt or of another type,
-/// of rows or metrics that are not there, and of a checksum that is not that of the content: what a
-/// baseline has lost would pass for what is as it was.
+/// The inverse. Throws InputError naming the place of missing, misspelt or mistyped keys, rows and
+/// metrics, or if the checksum does not match: a damaged baseline would let regressions pass.
 Baseline read_baseline(const std::filesystem::path& file);
 
 }  // namespace ertbench

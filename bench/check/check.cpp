@@ -97,7 +97,7 @@ std::string with_digits(double value, int digits = 5) {
 /// " (40 %)".
 std::string with_percent(double share) { return " (" + with_digits(100 * share, 2) + " %)"; }
 
-/// Both with as many digits as it takes to tell them apart.
+/// Both numbers with enough digits to differ.
 std::pair<std::string, std::string> distinct_texts(double before, double now) {
   for (int digits = 5;; ++digits) {
     auto texts = std::pair(with_digits(before, digits), with_digits(now, digits));
@@ -112,7 +112,7 @@ std::string status_text(const ResultRow& row) {
 /// Compares one row with its row of the baseline.
 class RowComparison {
  public:
-  /// `of_truth`: what the true images of the same test set score.
+  /// `of_truth`: metrics of the true images of the same test set.
   RowComparison(const BaselineRow& before, const ResultRow& now, std::string name,
                 const CheckContext& context, const PerMetric<MetricSummary>& of_truth)
       : before_(before),
@@ -146,7 +146,7 @@ class RowComparison {
     add("status", before_.status, same ? now_.status : status_text(now_), "", verdict);
   }
 
-  /// Fewer are better, unless any other count is wrong.
+  /// Compares a count: fewer are better, or any difference is worse.
   void compare_count(const std::string& quantity, int before, int now, bool wrong = false) {
     Verdict verdict = wrong ? Verdict::worse : Verdict::ok;
     if (!wrong && now != before) verdict = now < before ? Verdict::better : Verdict::worse;
@@ -224,7 +224,7 @@ class RowComparison {
   std::vector<CheckLine> lines_;
 };
 
-/// What the true images of a test set score; no values where they were not scored.
+/// Metrics of the true images of a test set; no values if they were not scored.
 PerMetric<MetricSummary> truth_of(std::span<const ResultRow> rows, const std::string& dataset) {
   for (const ResultRow& row : rows) {
     if (row.type == "truth" && row.dataset == dataset) return row.metrics;
@@ -235,21 +235,9 @@ PerMetric<MetricSummary> truth_of(std::span<const ResultRow> rows, const std::st
 }  // namespace
 
 const char* name_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::ok:
-      return "ok";
-    case Verdict::better:
-      return "better";
-    case Verdict::slower_warning:
-      return "slower (warning)";
-    case Verdict::slower:
-      return "slower";
-    case Verdict::missing:
-      return "missing";
-    case Verdict::worse:
-      return "worse";
-  }
-  return "";
+  constexpr const char* names[] = {"ok",     "better",  "slower (warning)",
+                                   "slower", "missing", "worse"};
+  return names[static_cast<std::size_t>(verdict)];
 }
 
 bool is_regression(Verdict verdict) {

@@ -31,7 +31,7 @@ constexpr const char* made_by = "ertbench check";
 
 json mark_of(const std::string& program) { return {{"made_by", made_by}, {"program", program}}; }
 
-/// The program that made the folder a check's; nothing where none did, whatever else is there.
+/// The program in the mark of a check's folder; nothing without a mark.
 std::optional<std::string> marked_program(const fs::path& mark) {
   std::error_code error;
   if (!fs::is_regular_file(fs::symlink_status(mark, error))) return std::nullopt;
@@ -174,7 +174,7 @@ class Check {
                             : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
   }
 
-  /// Makes the rows, those of trained solvers over so many seeds at least.
+  /// Makes the rows; those of trained solvers over at least so many seeds.
   void run(int trainings) {
     open_cache();
     const ExperimentResults results = run_experiment(experiment_, *cache_, run_);
@@ -196,7 +196,7 @@ class Check {
     return trainings_of_entries() >= enough_seeds ? enough_seeds : usual_seeds;
   }
 
-  /// The fewest that an entry of a trained solver lists.
+  /// The smallest number of seeds that an entry of a trained solver lists.
   int trainings_of_entries() const {
     const std::set<std::string> labels = trained();
     int fewest = usual_seeds;
@@ -208,7 +208,7 @@ class Check {
     return fewest;
   }
 
-  /// Of each network in a check.
+  /// Number of trainings of each network in a check.
   int check_trainings() const { return std::max(experiment_.check.seeds, trainings_of_entries()); }
 
   std::vector<Noticeable> noticeable(const Baseline& baseline) const {

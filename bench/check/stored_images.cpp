@@ -130,7 +130,7 @@ std::vector<std::string> stored_networks(const fs::path& folder,
 
 namespace {
 
-const std::string trained = "trained ";  ///< begins the name of each row
+const std::string trained = "trained ";  ///< prefix of the rows
 
 }  // namespace
 
@@ -194,7 +194,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The entry with `count` seeds or more: its own, then the smallest that are left.
+/// The entry with at least `count` seeds: its own, then the smallest other numbers.
 json with_seeds(json entry, int count) {
   json seeds = entry.contains("seeds") ? entry.at("seeds") : json::array();
   if (entry.contains("seed")) seeds.push_back(entry.at("seed"));
@@ -206,7 +206,7 @@ json with_seeds(json entry, int count) {
   return entry;
 }
 
-/// Whether the entry, which may be a sweep, makes a row of one of the labels.
+/// True if the entry, which may be a sweep, makes a row of one of the labels.
 bool makes_row(const Experiment& experiment, std::size_t entry,
                const std::set<std::string>& labels) {
   const std::string path = "/solvers/" + std::to_string(entry);
@@ -215,7 +215,7 @@ bool makes_row(const Experiment& experiment, std::size_t entry,
       [&](const SolverEntry& one) { return one.path == path && labels.count(one.label) > 0; });
 }
 
-/// The times stay those of the experiment's own run.
+/// Replaces all but the times, which stay those of the experiment's own run.
 void take_over_seeds(const ResultRow& trained, ResultRow& row) {
   row.metrics = trained.metrics;
   row.seeds = trained.seeds;
@@ -238,7 +238,7 @@ std::vector<std::string> overrides_for_seeds(const Experiment& experiment,
   out.push_back("solvers=" + solvers.dump());
   out.emplace_back("timing.enabled=false");
   out.emplace_back("figure.scenes=[]");
-  // What is made of all rows, and takes long.
+  // Stages that take long and that no score depends on.
   for (const char* key : {"studies", "charts", "ladders", "folds", "right_sizing"}) {
     if (read.content->contains(key)) out.push_back(std::string(key) + "=null");
   }
@@ -256,7 +256,7 @@ int train_over_seeds(const Experiment& experiment, const std::set<std::string>& 
   RunOptions seeds = options;
   seeds.out = options.out / "seeds";
   fs::create_directories(seeds.out);
-  SolverRegistry registry;  // into which no plugin has been loaded yet
+  SolverRegistry registry;  // without loaded plugins
   const Experiment again =
       read_experiment(experiment.file, registry, chart_types(), SolverCheck::all,
                       overrides_for_seeds(experiment, few, count));

@@ -28,14 +28,14 @@ double of_duality_gap(const ResultRow& row) {
   return 0.1 * std::sqrt(gap);
 }
 
-/// The most that a contact more or less in one frame does to that frame's value: one, as a number
-/// or a share; a quarter of the sheet's side as a distance, which is OSPA's cut-off.
+/// Largest effect of one contact more or less on a frame's value: one for counts and shares, a
+/// quarter of the sheet's side, OSPA's cut-off, for distances.
 double one_contact(const BaselineMean& before) {
   const bool length = entry_of(before.metric).quantity == Quantity::millimetres;
   return length ? before.sensor.sheet->size_mm().maxCoeff() / 4 : 1;
 }
 
-/// What one pixel that changes sides of a threshold is worth in the mean over the frames.
+/// Effect of one pixel that crosses a threshold on the mean over the frames.
 double one_pixel(const BaselineMean& before) {
   const double frames = std::max(1, before.frames);
   const double pixels = before.sensor.image().count_on_sheet();
@@ -58,7 +58,7 @@ double one_pixel(const BaselineMean& before) {
 
 bool is_of_contacts(Metric metric) { return entry_of(metric).threshold == Threshold::contact; }
 
-/// Twice the rank of each value, so that equal ones share a whole number.
+/// Twice the rank of each value, so that ties get whole numbers.
 std::vector<std::size_t> doubled_ranks(std::span<const double> values) {
   std::vector<std::size_t> out;
   for (const double value : values) {
@@ -73,7 +73,7 @@ std::vector<std::size_t> doubled_ranks(std::span<const double> values) {
   return out;
 }
 
-/// The smallest chance that a rank sum of `now` of `all` values can have: one choice of all.
+/// The smallest probability of a rank sum of `now` of `all` values: that of a single choice.
 double smallest_chance(std::size_t now, std::size_t all) {
   double choices = 1;
   for (std::size_t i = 1; i <= now; ++i) {
@@ -85,17 +85,8 @@ double smallest_chance(std::size_t now, std::size_t all) {
 }  // namespace
 
 const char* name_of(ToleranceClass type) {
-  switch (type) {
-    case ToleranceClass::exact:
-      return "exact";
-    case ToleranceClass::linear:
-      return "linear";
-    case ToleranceClass::interior_point:
-      return "interior point";
-    case ToleranceClass::seeds:
-      return "seeds";
-  }
-  return "";
+  constexpr const char* names[] = {"exact", "linear", "interior point", "seeds"};
+  return names[static_cast<std::size_t>(type)];
 }
 
 std::vector<std::string> tolerance_class_names() {

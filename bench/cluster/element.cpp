@@ -38,7 +38,7 @@ void note_failures(const JobRecords& records, const std::vector<Job>& jobs) {
   }
 }
 
-/// What the element that had the job says, or that it says nothing.
+/// The failure that the job's element noted, or that it noted none.
 Failure why_missing(const fs::path& note) {
   if (!fs::exists(note)) {
     return {"lost", "its element of the array ended without a record; give the same command again"};

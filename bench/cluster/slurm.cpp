@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a command of Slurm's writes to standard output. Throws InputError where it fails.
+/// The standard output of a Slurm command. Throws InputError if it fails.
 std::string output_of(const std::vector<std::string>& command) {
   constexpr double most_s = 120;  // a busy controller answers late
   const TemporaryFolder folder;
@@ -94,9 +94,9 @@ std::vector<SlurmTask> tasks_from(const std::string& text) {
 
 std::vector<SlurmTask> live_tasks(std::span<const long> jobs) {
   if (jobs.empty()) return {};
-  // It cuts long lists of elements short, else; those left out would be submitted once more.
+  // Otherwise squeue truncates long lists of elements, and the rest would be submitted again.
   ::setenv("SLURM_BITSTR_LEN", "0", 1);
-  // Not --jobs: squeue refuses the whole list for one number that the controller has forgotten.
+  // Not --jobs: squeue refuses the whole list if the controller has forgotten one number.
   std::vector<SlurmTask> tasks =
       tasks_from(output_of({"squeue", "-h", "--me", "-o", "%F|%K|%T|%N"}));
   std::erase_if(tasks, [&](const SlurmTask& task) {
@@ -144,7 +144,7 @@ bool is_wanted(const SolverEntry& entry, const std::vector<std::string>& only) {
          });
 }
 
-/// So many units in each element that there are not too many elements.
+/// Groups units into elements so that there are not too many elements.
 std::vector<Units> elements_of(const Units& units, std::size_t most) {
   const std::size_t each = std::max<std::size_t>(1, (units.size() + most - 1) / most);
   std::vector<Units> elements;
@@ -174,8 +174,8 @@ class Planner {
                        alone});
     }
     if (!parts.empty()) {
-      // An element for each, as the set for training may take a thousand times the others' time. It
-      // makes sure, too, of those that are there.
+      // One element each, since the training set may take a thousand times as long as the others.
+      // Elements also check existing datasets.
       SlurmPart datasets{"datasets", {}, false};
       for (const DatasetSpec* spec : experiment_.datasets()) {
         if (!live_.has("datasets", spec->name)) datasets.elements.push_back({spec->name});
@@ -192,8 +192,8 @@ class Planner {
                        [&](const Job& job) { return static_cast<bool>(records.find(job).record); });
   }
 
-  /// Entries of the stage of accuracy. Of the others, which take the first entry of a label that
-  /// was scored, labels that no entry has all records for.
+  /// Units of a stage: entries for accuracy; for other stages, which use the first scored entry of
+  /// a label, the labels for which no entry has all records.
   Units missing_units(const Stage& stage) const {
     if (stage.name() == "timing" && !experiment_.timing.enabled) return {};
     if (stage.name() == "ladders" && !experiment_.ladders) return {};
@@ -221,7 +221,7 @@ class Planner {
     return units;
   }
 
-  /// Blocks of labels that are timed together, as far as one of them has something missing.
+  /// Blocks of labels timed together, if one of them lacks a record.
   std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
     Units labels;
     for (const auto& row : experiment_.rows()) {

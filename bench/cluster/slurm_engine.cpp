@@ -91,7 +91,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Parts whose jobs take what those before them left, and are planned anew where there is more.
+/// Parts whose jobs use results of earlier parts, and are planned again if there are more of these.
 const std::vector<std::string> later_parts = {"timing", "ladders", "report"};
 
 class Engine {
@@ -119,8 +119,8 @@ class Engine {
   }
 
  private:
-  /// What is missing and neither waits nor runs. Jobs that wait for what is now to be submitted
-  /// again are withdrawn, and planned with the rest.
+  /// Plans what is missing and neither waits nor runs. Jobs that wait for units submitted again are
+  /// cancelled and planned with the rest.
   std::vector<SlurmPart> plan() {
     live_ = options_.dry_run && submissions_.all().empty() ? std::vector<SlurmTask>()
                                                            : live_tasks(submissions_.jobs());
@@ -151,7 +151,7 @@ class Engine {
     return parts;
   }
 
-  /// "afterok:12:14", of the jobs whose results the part takes; empty where there are none.
+  /// "afterok:12:14", naming the jobs whose results the part needs; empty if there are none.
   std::string dependency_of(const std::string& part) const {
     std::vector<std::string> before = {"datasets"};
     if (part == "timing" || part == "ladders") before = {"accuracy"};
@@ -165,7 +165,7 @@ class Engine {
     } else {
       for (const long job : submissions_.jobs_of(before)) out += ":" + std::to_string(job);
     }
-    // Without its datasets no fit can be made; all else takes what is there.
+    // Fits need all datasets; other parts use whatever exists.
     if (out.empty()) return "";
     return (part == "accuracy" ? "afterok" : "afterany") + out;
   }
@@ -180,7 +180,7 @@ class Engine {
     return command;
   }
 
-  /// OUT/slurm/3.accuracy.json, the first number that is free.
+  /// OUT/slurm/3.accuracy.json, with the first free number.
   fs::path free_list(const std::string& part) const {
     for (int number = 1;; ++number) {
       fs::path list = folder_ / (std::to_string(number) + "." + part + ".json");
@@ -255,7 +255,7 @@ class Engine {
     return out;
   }
 
-  /// Asks the controller less and less often: a thousand who watch must not be a load.
+  /// Asks the controller at growing intervals, so that many watchers do not load it.
   void watch() {
     using namespace std::chrono_literals;
     spdlog::info(
@@ -309,14 +309,14 @@ SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
 
 namespace {
 
-/// As one word of a shell.
+/// Quotes a text as one word of a shell.
 std::string quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
 }
 
-/// For sbatch, which replaces "%j" and the like in names of files.
+/// Escapes "%" for sbatch, which replaces "%j" and the like in file names.
 std::string without_patterns(const std::string& path) {
   std::string out;
   for (const char c : path) out += c == '%' ? std::string("%%") : std::string(1, c);
@@ -336,8 +336,7 @@ std::string slurm_script(const Experiment& experiment, const Cache& cache,
   option("output=" + without_patterns(list.parent_path().string() + "/" + list.stem().string()) +
          ".%a.log");
   option("open-mode=append");
-  // A node that goes down, or a job of higher rank, sends an element back into the queue; what it
-  // had finished has its records.
+  // A failed node or preemption requeues an element; its finished units have records.
   option("requeue");
   option("nodes=1");
   option("ntasks=1");

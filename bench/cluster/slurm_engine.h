@@ -17,20 +17,19 @@ struct Submission {
   std::vector<Units> elements;
 };
 
-/// What was submitted for a result folder, in OUT/slurm/submitted.json: written after each sbatch,
-/// so that the next command knows what waits and runs.
+/// Submissions of a result folder, in OUT/slurm/submitted.json: written after each sbatch, so that
+/// the next command knows what waits and runs.
 class Submissions {
  public:
-  /// Empty where there are none. Throws InputError where the file is damaged.
+  /// Empty if there is no file. Throws InputError if it is damaged.
   explicit Submissions(const std::filesystem::path& folder);
 
   void add(Submission one);
   std::vector<long> jobs() const;
   const std::vector<Submission>& all() const { return all_; }
-  /// Of the jobs of these parts.
   std::vector<long> jobs_of(const std::vector<std::string>& parts) const;
   const Submission* find(long job) const;
-  /// What the tasks make.
+  /// The units of the tasks.
   LiveUnits units_of(const std::vector<SlurmTask>& tasks) const;
   /// Forgets the jobs that have ended.
   void keep(const std::vector<SlurmTask>& live);
@@ -44,31 +43,29 @@ class Submissions {
 
 struct SlurmOptions {
   std::filesystem::path out;      ///< result folder, on a file system that all nodes share
-  std::vector<std::string> only;  ///< as of RunOptions
-  std::string command;            ///< that makes the results again
-  std::string partition;          ///< as of sbatch; empty: Slurm's own default
+  std::vector<std::string> only;  ///< as in RunOptions
+  std::string command;            ///< reproduces the results
+  std::string partition;          ///< as for sbatch; empty: Slurm's default
   std::string time;
   std::string account;
-  int array_limit =
-      0;            ///< elements of an array that run at a time; 0: as many as there is room for
-  int threads = 1;  ///< of an element, and cores that it asks for
+  int array_limit = 0;   ///< elements of an array that run at the same time; 0: no limit
+  int threads = 1;       ///< of an element, and number of cores it requests
   bool dry_run = false;  ///< print what would be submitted, and submit nothing
 };
 
-/// What came of it.
 struct SlurmOutcome {
-  bool reported = false;  ///< whether the job of the report wrote its files
+  bool reported = false;  ///< the job of the report wrote its files
   int failures = 0;       ///< jobs that failed or were lost, and figures that could not be drawn
 };
 
-/// Submits what is missing as arrays of jobs, one after another by their dependencies, each line of
-/// which stands in OUT/slurm, then watches until all have ended, and prints the table. Ending this
-/// program ends none of the jobs; the same command again finds them and watches on, and submits
-/// anew what was lost, by the records that are there. Throws InputError where Slurm refuses.
+/// Submits what is missing as arrays of jobs with dependencies, whose files are in OUT/slurm, then
+/// watches until all have ended and prints the table. Ending this program ends none of the jobs;
+/// the same command finds them again, continues watching, and resubmits lost ones by their missing
+/// records. Throws InputError if Slurm refuses.
 SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
                           const SlurmOptions& options);
 
-/// The script of one part, as sbatch is given it. `list`: the file of its units.
+/// The sbatch script of one part. `list`: the file of its units.
 std::string slurm_script(const Experiment& experiment, const Cache& cache,
                          const SlurmOptions& options, const std::string& part, std::size_t elements,
                          bool exclusive, const std::filesystem::path& list);

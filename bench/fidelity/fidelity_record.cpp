@@ -14,13 +14,13 @@ namespace {
 
 using nlohmann::json;
 
-/// Raised whenever the same scenes would be measured otherwise, or the layout changes.
+/// Raised whenever scenes are measured differently, or the layout changes.
 constexpr int fidelity_schema = 1;
 
 const char* const models[] = {"auto", "24", "48", "96", "192"};  ///< in the order of the table
 
 double ratio_from(const json& value) {
-  // JSON has no infinity: what a frame without noise has as its error.
+  // Frames without noise have an infinite error, which JSON cannot express.
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
@@ -48,7 +48,7 @@ std::vector<ModelledScene> scenes_from(const json& object) {
   return scenes;
 }
 
-/// What "auto" promised, and the sizes of its systems.
+/// Fills in the estimates of "auto" and the sizes of its systems.
 void add_promises(const std::vector<ModelledScene>& scenes, FidelityRow& row) {
   std::vector<double> ratios;
   row.sizes.resize(std::size(fidelity_sizes) + 1);

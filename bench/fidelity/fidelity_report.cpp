@@ -26,12 +26,11 @@ constexpr int top = 62;
 constexpr int to_bars = panel_height + 62;  ///< from a panel's top
 constexpr int bar_height = 22;
 constexpr int row_height = to_bars + 3 * bar_height + 40;
-constexpr int most_across = 2;  ///< so that a page shows their letters at their size
+constexpr int most_across = 2;  ///< so that a page need not scale the text down
 constexpr int notes_height = 100;
 
 constexpr LineStyle whisker_line{rgb(0x909090), 1};
 
-/// What one panel shows: a dataset's rows of all its scenes.
 std::vector<std::string> datasets_of(const std::vector<FidelityRow>& rows) {
   std::vector<std::string> names;
   for (const FidelityRow& row : rows) {
@@ -44,9 +43,9 @@ std::vector<std::string> datasets_of(const std::vector<FidelityRow>& rows) {
 
 bool automatic(const FidelityRow& row) { return row.model == "auto"; }
 
-class Drawing {
+class FidelityDrawing {
  public:
-  explicit Drawing(const std::vector<FidelityRow>& rows)
+  explicit FidelityDrawing(const std::vector<FidelityRow>& rows)
       : rows_(rows),
         names_(datasets_of(rows)),
         canvas_(left_margin + across() * (panel_width + gap) + 6,
@@ -145,7 +144,7 @@ class Drawing {
     panel.labels(labels, taken, lines);
   }
 
-  /// Stacked bars: which share of the scenes needs how many points.
+  /// Draws stacked bars of the shares of scenes by number of points.
   void sizes(const std::string& dataset, double left, double y) {
     for (const char* scenes : {"smooth", "other", "all"}) {
       for (const FidelityRow* row : rows_of(dataset, scenes)) {
@@ -209,7 +208,7 @@ class Drawing {
 
 void draw_fidelity_chart(const std::vector<FidelityRow>& rows, const std::string& title,
                          const std::filesystem::path& stem) {
-  Drawing(rows).draw(title, stem);
+  FidelityDrawing(rows).draw(title, stem);
 }
 
 namespace {
@@ -220,7 +219,7 @@ std::string digits(double value, const char* format = "%.4g") {
   return text;
 }
 
-/// For programs.
+/// The table of fidelity.csv.
 TableSection data_of(const std::vector<FidelityRow>& rows) {
   TableSection section;
   section.columns = {"dataset",
@@ -267,7 +266,7 @@ TableSection data_of(const std::vector<FidelityRow>& rows) {
   return section;
 }
 
-/// For people.
+/// The table of fidelity.md.
 TableSection models_section(const std::vector<FidelityRow>& rows) {
   TableSection section;
   section.caption = "The models";

@@ -10,12 +10,12 @@
 
 namespace ertbench {
 
-/// Error against time a scene, a panel for each dataset, above the sizes of the systems.
+/// Draws error against time per scene, one panel for each dataset, with the sizes of the systems.
 void draw_fidelity_chart(const std::vector<FidelityRow>& rows, const std::string& title,
                          const std::filesystem::path& stem);
 
-/// fidelity.csv, fidelity.md, fidelity.svg and .png, with provenance, in the folder; the table on
-/// standard output. Datasets that failed are named below the table.
+/// Writes fidelity.csv, fidelity.md, fidelity.svg and .png with provenance into the folder and
+/// prints the table. Datasets that failed are named below it.
 void report_fidelity(const Experiment& experiment, const std::vector<FidelityOutcome>& outcomes,
                      const Builds& builds, const std::filesystem::path& folder);
 

@@ -25,7 +25,7 @@ bool is_smooth(const std::vector<ContactArc>& arcs) {
   return std::all_of(arcs.begin(), arcs.end(), [](const ContactArc& arc) { return arc.closed; });
 }
 
-/// The voltage changes of a block of scenes by one model, [scenes, channels] V.
+/// Voltage changes of a block of scenes by one model, [scenes, channels] V.
 struct ModelledBlock {
   Frames changes;
   std::vector<BorderModel::Solution> solutions;  ///< of "auto"
@@ -157,7 +157,7 @@ std::string FidelityStage::name() const { return "fidelity"; }
 std::string FidelityStage::noun() const { return "dataset"; }
 
 double FidelityStage::time_limit_s(const Experiment& experiment) const {
-  // The limit is meant for a trial; who asks for more scenes than usual means them to be done.
+  // The limit is that of a trial; it grows with the number of scenes asked for.
   return experiment.time_limit_s * std::max(1.0, scenes_ / scenes_of_one_limit);
 }
 

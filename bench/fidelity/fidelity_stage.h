@@ -8,17 +8,16 @@
 
 namespace ertbench {
 
-/// Draws the dataset's first scenes, at most so many, and computes them with "grid": "auto" and
-/// with the grids of 24, 48, 96 and 192, in turn, block by block, on one thread. Errors are against
-/// the border integral equation at a thousandth of the bound. Blank scenes are left out: every
-/// model is exact there. `progress` is told the scenes done and to do.
+/// Computes the first `scenes` scenes of the dataset with "grid": "auto" and with the grids of 24,
+/// 48, 96 and 192, in turn, block by block, on one thread. Errors are against the border integral
+/// equation at a thousandth of the bound. Scenes without contact are left out, as every model is
+/// exact there. `progress` gets the numbers of scenes done and to do.
 FidelityRecord measure_fidelity(
     const DatasetSpec& dataset, int scenes,
     const std::function<void(std::uint64_t done, std::uint64_t total)>& progress);
 
-/// Holds the models of the sheet against each other on an experiment's scenes, see
-/// measure_fidelity. It needs no solver: every dataset is a job. Its results are tables and a chart
-/// of their own.
+/// Compares the models of the sheet on an experiment's scenes (measure_fidelity). It needs no
+/// solver: every dataset is a job. It writes its own tables and chart.
 class FidelityStage : public Stage {
  public:
   explicit FidelityStage(int scenes) : scenes_(scenes) {}  ///< of each dataset

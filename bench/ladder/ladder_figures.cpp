@@ -42,8 +42,8 @@ double severity(const GalleryFrame& one) {
   }
 }
 
-/// What the colours of truth and image end at: the image's largest change, but at least the truth's
-/// and at most three times that, unless the sheet is blank; S/m.
+/// End of the colour scale of truth and image, S/m: the image's largest change, limited to one to
+/// three times the truth's unless that has no contact.
 double largest(const Sensor& sensor, const WorstFrame& worst) {
   const auto finite = worst.change.array().isFinite();
   const double image = finite.select(worst.change.array(), 0.0).abs().maxCoeff();
@@ -52,7 +52,7 @@ double largest(const Sensor& sensor, const WorstFrame& worst) {
   return truth > rounding ? std::clamp(image, truth, 3 * truth) : std::max(image, rounding);
 }
 
-/// As many digits as a cell has room for: three, of what is less than a tenth two.
+/// Three significant digits, or two below a tenth, to fit into a cell.
 std::string brief_digits(double level) {
   char text[32];
   std::snprintf(text, sizeof text, "%.*g", std::abs(level) < 0.1 ? 2 : 3, std::abs(level));
@@ -215,7 +215,6 @@ bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outc
 
 namespace {
 
-/// A row for each axis (and side), a column for each solver.
 TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;
   section.caption = "Where each solver breaks down";
@@ -250,7 +249,6 @@ TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
   return section;
 }
 
-/// What a reader of the table must know.
 std::vector<std::string> notes_of(const Ladders& ladders) {
   const FailureRule& rule = ladders.failure;
   return {"A frame fails when its image is not finite, when its relative error of δσ is " +

@@ -9,13 +9,12 @@
 
 namespace ertbench {
 
-/// Solvers across, axes of the scenes that have an order up: where on its ladder each solver breaks
-/// down, 0 at the mildest level to 1 at the severest, with the level in the cell. Nothing where no
+/// Map of the levels at which solvers (columns) fail on the ordered axes of the scenes (rows): the
+/// colour is 0 at the mildest level and 1 at the severest, the text is the level. Nothing if no
 /// axis has an order.
 std::optional<HeatMap> ladder_map_of(const std::string& title,
                                      const std::vector<AxisBreakdown>& breakdowns);
 
-/// A frame of the gallery.
 struct GalleryFrame {
   const WorstFrame* frame = nullptr;
   const LadderAxis* axis = nullptr;
@@ -25,9 +24,9 @@ struct GalleryFrame {
 /// the worst of the rest.
 std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record);
 
-/// Draws the galleries of all solvers, a row for each: pairs of truth and image on a
-/// scale of their own, with what failed and where. Nothing is drawn, and false returned, where no
-/// solver has any. Throws InputError where gnuplot is missing or a file cannot be written.
+/// Draws the galleries of all solvers, one row each: pairs of truth and image, each pair on its own
+/// scale, with the failure and its level. Returns false, without drawing, if no solver has any.
+/// Throws InputError if gnuplot is missing or a file cannot be written.
 bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
                   const Sensor& sensor, const std::filesystem::path& stem);
 

@@ -28,8 +28,8 @@ std::vector<double> shares(std::span<const LadderStep> ladder, const std::vector
   return out;
 }
 
-/// Where the share first exceeds the limit, in levels from the first: -infinity where it does
-/// there, infinity where it does nowhere.
+/// Position, in levels from the first, where the share first exceeds the limit: -infinity if
+/// already at the first level, infinity if nowhere.
 double crossing(const std::vector<double>& shares, double limit, Between between) {
   if (shares.front() > limit) return -infinity;
   for (std::size_t i = 1; i < shares.size(); ++i) {
@@ -140,7 +140,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Raised whenever the same frames would be reported or judged otherwise, or the layout changes.
+/// Raised whenever frames are judged or reported differently, or the layout changes.
 constexpr int ladder_schema = 2;
 
 json number_json(const std::optional<double>& value) {

@@ -15,7 +15,7 @@
 
 namespace ertbench {
 
-/// What failed at one level of a ladder.
+/// The failed frames at one level of a ladder.
 struct LadderStep {
   double level = 0;
   std::vector<std::uint8_t> failed;  ///< [frames] 0 or 1; the same frames at every level
@@ -25,37 +25,37 @@ struct LadderStep {
 
 enum class BreakState {
   breaks,      ///< within the ladder
-  at_mildest,  ///< has broken down at the first level already
-  never,       ///< has not at the last
+  at_mildest,  ///< already at the first level
+  never,       ///< not even at the last level
 };
 
-/// What is taken to happen between two levels: the share runs straight in the level or in its
-/// logarithm, or, as nothing lies between, the second level is the first that fails.
+/// Interpolation between two levels: the share is linear in the level or in its logarithm, or, if
+/// no levels lie between, the second level is the first that fails.
 enum class Between { linear, logarithmic, nothing };
 
-/// Where on a ladder a solver breaks down: where the share of failing frames first crosses a limit.
+/// The level at which a solver fails: where the share of failing frames first crosses a limit.
 struct Breakdown {
   BreakState state = BreakState::never;
-  double level = 0;  ///< of the crossing; the first level or the last where it is not between them
-  double place = 0;  ///< of the crossing along the ladder, 0 at its first level ... 1 at its last
-  /// Ends of the 95 % interval, the milder and the severer; none where it leaves the ladder there.
+  double level = 0;  ///< of the crossing; the first or the last level if it is not between them
+  double place = 0;  ///< position of the crossing, 0 at the first level ... 1 at the last
+  /// The milder and the severer end of the 95 % interval; nothing if it leaves the ladder there.
   std::optional<double> mild;
   std::optional<double> severe;
 };
 
 inline constexpr int kBreakdownResamples = 1000;
 
-/// `ladder`: from the mildest level to the severest, strictly rising or falling, two at least, with
-/// the same number of frames, one at least. The interval is the percentile bootstrap's over the
-/// frames, a resample being the same at all levels (frames are paired); its random numbers are
-/// keyed by `name`. Throws std::invalid_argument where the ladder is none.
+/// `ladder` has two or more levels from the mildest to the severest, strictly rising or falling,
+/// each with the same frames. The interval is the percentile bootstrap's over the frames, resampled
+/// alike at all levels since frames are paired; its random numbers are keyed by `name`. Throws
+/// std::invalid_argument if the ladder is invalid.
 Breakdown break_down(std::span<const LadderStep> ladder, double share, Between between,
                      std::string_view name);
 
-/// For a parameter, which may be too small as well as too large: from the best level to either end.
+/// The range of a parameter, which may be too small as well as too large.
 struct WorkingRange {
   std::size_t best = 0;  ///< the level with the fewest failures, the middle one of several
-  /// Towards the first level and towards the last; none where the best level is that end.
+  /// Towards the first and towards the last level; nothing if the best level is that end.
   std::optional<Breakdown> to_first;
   std::optional<Breakdown> to_last;
 };
@@ -63,21 +63,19 @@ struct WorkingRange {
 WorkingRange working_range(std::span<const LadderStep> ladder, double share, Between between,
                            std::string_view name);
 
-/// What a solver did at one level.
+/// A solver's frames at one level.
 struct LadderLevel {
   Level level;
-  std::vector<JudgedFrame> frames;  ///< none where the solver could not be made at this level
+  std::vector<JudgedFrame> frames;  ///< empty if the solver could not be made at this level
   std::string message;              ///< why not
 
-  double share() const;  ///< of failing frames; 1 where there are none
+  double share() const;  ///< of failing frames; 1 without frames
   int count(FailureKind kind) const;
-  /// What failed here, in the form that breakdown.h takes: `frames` frames, all of which failed
-  /// where there was no solver.
+  /// Input of break_down: `frames` frames, all of which failed if there was no solver.
   LadderStep step(std::size_t frames) const;
 };
 
-/// A frame to look at, taken from the level where the solver breaks down: of the kind of failure
-/// that is most frequent there, the frame in which it is worst.
+/// The worst frame, by the most frequent kind of failure, at the level where the solver fails.
 struct WorstFrame {
   Level level;
   int frame = 0;
@@ -87,10 +85,10 @@ struct WorstFrame {
   Eigen::RowVectorXd change;        ///< [pixels] S/m, the image; NaN where it was not finite
 };
 
-/// What a solver did on one axis.
+/// A solver's results on one axis.
 struct LadderClimb {
   std::string axis;
-  std::vector<LadderLevel> levels;  ///< from the mildest, those of the bisection among them
+  std::vector<LadderLevel> levels;  ///< from the mildest, including those of the bisection
   std::optional<WorstFrame> worst;
 };
 
@@ -105,21 +103,20 @@ struct LadderRecord {
   const LadderClimb* find(const std::string& axis) const;
 };
 
-/// What became of one solver's ladders.
 struct LadderOutcome {
   const SolverEntry* entry = nullptr;
   std::optional<LadderRecord> record;
-  std::string failure;  ///< where there is none: "crashed: Aborted; see ..."
+  std::string failure;  ///< why there is no record: "crashed: Aborted; see ..."
 };
 using LadderOutcomes = std::vector<LadderOutcome>;
 
-/// What determines the record: the solver, the test set that all levels are variants of, the rule
-/// of failure and the axes that concern the solver.
+/// Hash of everything that determines the record: the solver, the base test set, the failure rule
+/// and the axes that concern the solver.
 std::string ladder_key(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base);
 
-/// Without the key.
+/// The JSON lacks the key.
 nlohmann::json to_json(const LadderRecord& record);
-/// Throws an exception of any kind where the JSON is not such a record.
+/// Throws some std::exception if the JSON is not such a record.
 LadderRecord ladder_record_from_json(const nlohmann::json& object);
 
 }  // namespace ertbench

@@ -24,7 +24,7 @@ constexpr double between = 24;      ///< columns
 constexpr double share_top = 44, share_bottom = 244;
 constexpr double error_top = 270, error_bottom = 490;
 constexpr double legend_top = 556;
-/// More curves than these cannot be told apart: they are shared out over several columns.
+/// More curves per column cannot be distinguished; further solvers get further columns.
 constexpr std::size_t most_curves = 8;
 
 constexpr LineStyle limit_line{ink::dark, 1.2, 3};
@@ -62,12 +62,12 @@ class LevelAxis {
     high_ = axis.categories ? last_ + 0.5 : unscaled(scaled(last_) + margin * range);
   }
 
-  /// Where a level of the climb lies: categories side by side, others where they are.
+  /// Position of a level: its value, or its index for categories.
   double place(const LadderClimb& climb, std::size_t level, std::size_t series) const {
     if (!axis_.categories) return climb.levels[level].level.number();
     return static_cast<double>(level) + 0.6 * beside(series);
   }
-  /// The same of whiskers, which would hide each other: a little beside their marks.
+  /// Position of a series' whiskers, shifted a little so that they do not hide each other.
   double place_of_whisker(const LadderClimb& climb, std::size_t level, std::size_t series) const {
     const double x = place(climb, level, series);
     if (axis_.categories) return x;
@@ -75,7 +75,7 @@ class LevelAxis {
     return unscaled(scaled(x) + all * (scaled(last_) - scaled(first_)) * beside(series));
   }
 
-  /// With the levels' names, or without where another panel below has them.
+  /// The axis with or without the levels' names, which only the lowest panel has.
   Axis axis(bool names) const {
     Axis out{low_, high_, axis_.logarithmic};
     out.slanted = axis_.levels.size() > 12;
@@ -92,7 +92,7 @@ class LevelAxis {
     return out;
   }
 
-  /// Whether the file names the level, which is no step of the search between two others.
+  /// True if the experiment names the level; the others are steps of the bisection.
   bool named(const LadderLevel& level) const {
     return std::find(axis_.levels.begin(), axis_.levels.end(), level.level) != axis_.levels.end();
   }
@@ -118,7 +118,7 @@ class LevelAxis {
   double high_ = 1;
 };
 
-/// Some of the series, in an upper and a lower panel of their own, and what their marks mean.
+/// A column of two panels for some of the series, with its legend.
 struct PanelColumn {
   std::size_t first;  ///< series
   std::size_t count;
@@ -128,10 +128,10 @@ struct PanelColumn {
   Legend legend;
 };
 
-class Drawing {
+class LadderDrawing {
  public:
-  Drawing(const Ladders& ladders, const LadderAxis& axis,
-          const std::vector<LadderOutcome>& outcomes)
+  LadderDrawing(const Ladders& ladders, const LadderAxis& axis,
+                const std::vector<LadderOutcome>& outcomes)
       : ladders_(ladders),
         axis_(axis),
         series_(series_of(axis, outcomes)),
@@ -188,7 +188,7 @@ class Drawing {
     return height;
   }
 
-  /// The axis that stands up, whose names are written in the first column alone.
+  /// The vertical axis, which only the first column labels.
   static Axis upright(Axis axis, const PanelColumn& column) {
     if (column.first == 0) return axis;
     axis.title.clear();
@@ -260,8 +260,7 @@ class Drawing {
     panel.whiskers(whiskers, {series.line.colour.towards_white(0.45), 1});
   }
 
-  /// Around all medians and whiskers; what is ten times worse than the limit need not be told from
-  /// what is a hundred times.
+  /// Covers all medians and whiskers up to ten times the limit.
   Axis error_axis() const {
     Span span{limit(), limit()};
     for (const Series& series : series_) {
@@ -280,7 +279,7 @@ class Drawing {
     return axis;
   }
 
-  /// Whether no frame has an error, as none has a contact: then the changes are shown.
+  /// True if no frame has an error because none has a contact; the changes are shown then.
   bool blank() const { return value_ == &JudgedFrame::peak; }
   double limit() const {
     return blank() ? ladders_.failure.contact_threshold : ladders_.failure.relative_error;
@@ -310,7 +309,7 @@ class Drawing {
 void draw_ladder_chart(const Ladders& ladders, const LadderAxis& axis,
                        const std::vector<LadderOutcome>& outcomes,
                        const std::filesystem::path& stem) {
-  Drawing(ladders, axis, outcomes).draw(stem);
+  LadderDrawing(ladders, axis, outcomes).draw(stem);
 }
 
 std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
@@ -353,7 +352,7 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   ReportSection detection;
   detection.title = "Does it say so?";
   detection.text =
-      "Of the frames that fail, how many the solver itself reports as suspect, not converged or "
+      "Share of the failing frames that the solver itself reports as suspect, not converged or "
       "undefined; and of those that do not fail, how many it reports so all the same. The same "
       "numbers are in detection.csv.";
   detection.tables = detected.sections;

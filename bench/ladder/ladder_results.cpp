@@ -229,7 +229,7 @@ std::optional<double> rate(int count, int total) {
   return count / static_cast<double>(total);
 }
 
-/// For programs: all, of these the counted, their share and the ends of its interval.
+/// Appends total, count, rate and the ends of its interval.
 void add_rate(int count, int total, std::vector<Cell>& cells) {
   cells.emplace_back(std::to_string(total));
   cells.emplace_back(std::to_string(count));
@@ -240,7 +240,7 @@ void add_rate(int count, int total, std::vector<Cell>& cells) {
   cells.emplace_back(csv_number(interval ? std::optional(interval->high) : std::nullopt));
 }
 
-/// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash where there are no such frames.
+/// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash if `total` is 0.
 Cell rate_cell(int count, int total) {
   if (total == 0) return "—";
   Cell cell = number_cell(100.0 * count / total, 1);
@@ -250,7 +250,7 @@ Cell rate_cell(int count, int total) {
   return cell;
 }
 
-/// One of the two sections: `count` of `total`.
+/// The section of one rate, `count` of `total`.
 TableSection detection_section(const std::string& caption, const Ladders& ladders,
                                const std::vector<AxisDetection>& detections,
                                int DetectionCounts::*count, int DetectionCounts::*total) {
@@ -342,29 +342,25 @@ TableSection detection_data(const std::vector<AxisDetection>& detections) {
 
 namespace {
 
-/// What a reader of the table must know.
 std::vector<std::string> notes() {
   return {
-      "A solver doubts a frame when it reports it as suspect, not converged or undefined. All "
-      "levels "
-      "of an axis are counted together, those of the bisection too; levels.csv has each by itself. "
-      "In brackets Wilson's 95 % interval, which takes frames as independent: the same scenes come "
-      "back at every level, so that the true interval of an axis is wider.",
-      "What the check cannot see: it knows the voltages and not the truth. A failure on a frame "
-      "that "
-      "is like those of the training (the validation set) passes unseen, as when voltages that are "
-      "in order give a wrong image because the contact is small, weak or near another, or because "
-      "the method or its parameter is at fault. A frame that is not doubted is an ordinary frame; "
-      "its image may be wrong all the same.",
+      "A solver doubts a frame if it flags it (suspect), does not converge or has no image. All "
+      "levels of an axis are counted together, including those of the bisection; levels.csv lists "
+      "each. Brackets hold Wilson's 95 % interval, which takes frames as independent. The same "
+      "scenes recur at every level, so the true interval of an axis is wider.",
+      "The check knows the voltages and not the truth. It misses failures on frames that are like "
+      "those of the training (the validation set): the voltages are in order, but the contact is "
+      "small, weak or near another, or the method or its parameter is at fault. The image of a "
+      "frame that is not doubted may still be wrong.",
       "The check looks for frames unlike those that the solver was fitted for, not for images that "
-      "fail: doubt begins a little beyond the training's noise, or with the first fault, long "
+      "fail. Doubt begins a little beyond the training's noise or with the first fault, long "
       "before "
-      "most solvers fail. So the false alarms on axes of noise and faults are many; the rate on "
-      "ordinary frames is the one of the test set itself.",
-      "On the axes of a parameter all frames are those of the test set; what is detected there is "
-      "mostly an iteration that did not converge or an image that is undefined.",
+      "most solvers fail, so there are many false alarms on axes of noise and faults. The rate on "
+      "ordinary frames is that of the test set itself.",
+      "On the axes of a parameter all frames are those of the test set; most detections there are "
+      "iterations that did not converge or undefined images.",
       "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged without "
-      "them and is not doubted for them: where that image fails all the same, it passes unseen."};
+      "them and not doubted for them, so a failure of that image is missed."};
 }
 
 }  // namespace

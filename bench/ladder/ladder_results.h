@@ -9,15 +9,15 @@
 
 namespace ertbench {
 
-/// Where one solver breaks down on one axis: a line of breakdown.csv. A parameter with an order has
-/// two, below and above the values that work.
+/// The level at which one solver fails on one axis: a line of breakdown.csv. A parameter with an
+/// order has two lines, below and above the values that work.
 struct AxisBreakdown {
   std::string solver;
   const LadderAxis* axis = nullptr;
   std::string side;   ///< "below", "above", or empty
   std::string state;  ///< "breaks", "fails at its mildest level", "never within the ladder",
                       ///< "fails at every level", "categories", or what went wrong
-  std::optional<Breakdown> breakdown;  ///< of the first three
+  std::optional<Breakdown> breakdown;  ///< for the first three states
   std::string categories;              ///< "disc 0.0 %, ring 12.5 %": shares of failing frames
   int frames = 0;                      ///< at each level
   std::optional<double> share_at_default;
@@ -30,20 +30,20 @@ struct AxisBreakdown {
 std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
                                          const std::vector<LadderOutcome>& outcomes);
 
-/// For programs: solver, axis, side, level, ci_low, ci_high, unit, state, frames, share_at_default,
-/// categories; ends of an interval that leave the ladder are empty.
+/// breakdown.csv: solver, axis, side, level, ci_low, ci_high, unit, state, frames,
+/// share_at_default, categories; ends of an interval outside the ladder are empty.
 TableSection breakdown_data(const std::vector<AxisBreakdown>& breakdowns);
-/// solver, axis, level, frames, failed, undefined, worse_than_nothing, misplaced, ghost, suspect,
-/// detected, false_alarms, error_q05, error_q50, error_q95, message: the six from "failed" as
-/// shares of the frames, the two behind them as DetectionCounts has them; axis "default" is the
+/// levels.csv: solver, axis, level, frames, failed, undefined, worse_than_nothing, misplaced,
+/// ghost, suspect, detected, false_alarms, error_q05, error_q50, error_q95, message. The six from
+/// "failed" are shares of the frames, the next two rates of DetectionCounts; axis "default" is the
 /// test set.
 TableSection levels_data(const std::vector<LadderOutcome>& outcomes);
 
-/// For people: a row for each axis (and side), a column for each solver.
+/// breakdown.md: a row for each axis (and side), a column for each solver.
 Table breakdown_table(const std::string& title, const Ladders& ladders,
                       const std::vector<AxisBreakdown>& breakdowns);
 
-/// "27.3", "8", "0.0450", "2.6e-08": three digits that count, none behind a whole number.
+/// "27.3", "8", "0.0450", "2.6e-08": three significant digits; whole numbers without decimals.
 std::string level_digits(double level);
 
 /// 5, 50 and 95 % quantiles over the frames that have a value.
@@ -55,41 +55,40 @@ struct FrameQuantiles {
 std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
                                         std::optional<double> JudgedFrame::*value);
 
-/// Frames of one solver, by whether they failed and whether the solver doubted them: whether its
-/// status was suspect, not converged or undefined.
+/// Frames of one solver, by whether they failed and whether the solver doubted them: its status was
+/// suspect, not converged or undefined.
 struct DetectionCounts {
   int failing = 0;       ///< frames that failed by the rule
-  int detected = 0;      ///< of these the doubted ones
+  int detected = 0;      ///< doubted frames among the failing ones
   int good = 0;          ///< frames that did not fail
-  int false_alarms = 0;  ///< of these the doubted ones
-  int suspect = 0;       ///< of all frames, those whose status was suspect
+  int false_alarms = 0;  ///< doubted frames among the good ones
+  int suspect = 0;       ///< flagged frames (status suspect) among all
 
   DetectionCounts& operator+=(const DetectionCounts& other);
-  /// Shares; none where there are no such frames.
-  std::optional<double> suspect_rate() const;      ///< of all frames
-  std::optional<double> detection_rate() const;    ///< detected, of the failing frames
-  std::optional<double> false_alarm_rate() const;  ///< false alarms, of the good frames
+  std::optional<double> suspect_rate() const;      ///< share of all frames
+  std::optional<double> detection_rate() const;    ///< share of the failing frames; nothing: none
+  std::optional<double> false_alarm_rate() const;  ///< share of the good frames; nothing: none
 };
 
 DetectionCounts detection_at(const LadderLevel& level);
 
-/// All levels together that one solver climbed on one axis: a line of detection.csv.
+/// Counts over all levels of one solver on one axis: a line of detection.csv.
 struct AxisDetection {
   std::string solver;
   std::string axis;  ///< "default" for the test set itself
   DetectionCounts counts;
 };
 
-/// Solver by solver, the test set first; nothing of solvers without a record.
+/// Solver by solver, the test set first; solvers without a record are left out.
 std::vector<AxisDetection> detections_of(const std::vector<LadderOutcome>& outcomes);
 
-/// For programs: solver, axis, failing, detected, detection_rate, detection_low, detection_high,
-/// good, false_alarms, false_alarm_rate, false_alarm_low, false_alarm_high: ends of Wilson's 95 %
+/// detection.csv: solver, axis, failing, detected, detection_rate, detection_low, detection_high,
+/// good, false_alarms, false_alarm_rate, false_alarm_low, false_alarm_high, with Wilson's 95 %
 /// intervals; rates of no frames are empty.
 TableSection detection_data(const std::vector<AxisDetection>& detections);
 
-/// For people: detection rates, then false alarms; a row for the test set and each axis, a column
-/// for each solver, in per cent with interval and counts.
+/// detection.md: detection rates, then false alarms, in per cent with interval and counts; a row
+/// for the test set and each axis, a column for each solver.
 Table detection_table(const std::string& title, const Ladders& ladders,
                       const std::vector<AxisDetection>& detections);
 

@@ -26,7 +26,7 @@ struct TestBlock {
   std::vector<Scene> scenes;
 };
 
-/// Makes test sets; the forward models are kept.
+/// Makes test sets and keeps the forward models.
 class TestBlocks {
  public:
   TestBlock make(const DatasetSpec& spec, std::uint64_t first, std::uint64_t count) {
@@ -42,7 +42,7 @@ class TestBlocks {
   std::map<std::string, SceneModel> models_;  ///< by text_of their model
 };
 
-/// Images of the block; those that are not usable are NaN.
+/// Images of the block; unusable ones are NaN.
 Images images_of(const Solver& solver, const Sensor& sensor, const TestBlock& block,
                  std::vector<FrameReport>& reports) {
   Images images(block.changes.rows(), sensor.pixels());
@@ -65,7 +65,7 @@ double severity(const JudgedFrame& frame, FailureKind kind) {
   return 0;
 }
 
-/// The level to show: where the limit is first exceeded, else the one with the most failures.
+/// The level to show: the first beyond the limit, otherwise the one with the most failures.
 const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<LadderLevel>& levels,
                                  double limit) {
   const LadderLevel* worst = nullptr;
@@ -148,7 +148,7 @@ class Climber {
     return out;
   }
 
-  /// The solver with the level's parameter, or trained on the level's training set.
+  /// The solver with the level's parameter or training set.
   std::unique_ptr<Solver> refitted(const LadderAxis& axis, const Level& level) {
     FitRecipe recipe = recipe_;
     recipe.entry = entry_at(recipe_.entry, axis, level);
@@ -160,7 +160,7 @@ class Climber {
   WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
     WorstFrame worst;
     worst.level = level.level;
-    // Most frames that fail are worse than nothing too: what else they are tells more.
+    // Most failing frames are also worse than nothing, so another kind says more.
     worst.kind = FailureKind::worse_than_nothing;
     for (const FailureKind kind : kFailureKinds) {
       if (2 * level.count(kind) > level.count(worst.kind)) worst.kind = kind;
@@ -217,7 +217,7 @@ std::vector<LadderLevel> climb_ladder(
     const double b = severe->level.number();
     if (axis.integer && std::abs(b - a) <= 1) break;
     const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
-    // On a logarithmic axis the whole number below the middle may be an end.
+    // On a logarithmic axis the rounded middle may equal an end.
     const long whole = std::clamp(std::lround(std::floor(middle)), std::lround(std::min(a, b)) + 1,
                                   std::lround(std::max(a, b)) - 1);
     const Level value = axis.integer ? Level(nlohmann::json(whole)) : Level(middle);

@@ -13,22 +13,21 @@ namespace ertbench {
 
 class SolverRegistry;
 
-/// Takes the recipe's solver (from the cache, or fitted) up all ladders that concern it and judges
-/// every frame. `base` is the test set that all levels are variants of. Levels are made in memory;
-/// solvers of parameter axes and their training sets go to the cache.
+/// Evaluates the recipe's solver (cached, or fitted now) on all ladders that concern it and judges
+/// every frame. Levels are variants of the test set `base`, generated in memory; solvers of
+/// parameter axes and their training sets are cached.
 LadderRecord climb_ladders(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
                            const Cache& cache, SolverRegistry& registry, int threads,
                            const std::filesystem::path& progress_file);
 
-/// Evaluates the axis's own levels, then halves the step in which the share of failing frames first
-/// exceeds `limit`: six times, or on an integer axis down to neighbouring numbers. Without an order
-/// or of a parameter, the axis's own levels alone. Returns them from the mildest.
+/// Evaluates the axis's levels, then bisects the step in which the share of failing frames first
+/// exceeds `limit`: six times, or on an integer axis down to neighbouring numbers. Axes without an
+/// order and those of parameters are not bisected. Returns the levels from the mildest.
 std::vector<LadderLevel> climb_ladder(
     const LadderAxis& axis, double limit,
     const std::function<LadderLevel(const Level& level)>& evaluate);
 
-/// Takes every fitted solver up the experiment's ladders, to where it breaks down. A job of its own
-/// for each label, see climb_ladders.
+/// Finds where every solver fails on the experiment's ladders, one job per label (climb_ladders).
 class LadderStage : public Stage {
  public:
   std::string name() const override;
