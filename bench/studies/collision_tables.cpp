@@ -144,7 +144,7 @@ StudyColumns<ArmOutcome> arm_columns(const ArmSettings& settings) {
       share_column("done", &ArmOutcome::done).table("tasks done (%)", 2),
       ArmColumn::estimate("mean_lost_s", &ArmOutcome::mean_lost_s, 2).table("time lost (s)", 2),
       share_column("needless_stops", &ArmOutcome::needless).table("needless stops (%)", 2),
-      ArmColumn::words("highest_speed_m_s", [](const ArmOutcome&) { return ""; })
+      ArmColumn::count("highest_speed_m_s", [](const ArmOutcome&) { return std::nullopt; })
           .shown([](const ArmOutcome& arm) { return highest_speed_cell(arm.highest_speed_m_s); })
           .json([](const ArmOutcome& arm) { return least_json(arm.highest_speed_m_s); })
           .table("highest speed (m/s)", 2)};
