@@ -18,15 +18,15 @@ namespace ertbench {
 struct HeldOutPress {
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();
   double strength = 0;                      ///< 1 - conductivity ratio of the true contact
-  std::optional<Eigen::Vector2d> found_mm;  ///< nothing where no contact was found
-  /// Integral of |δσ| over the found contact, over that of a contact of the true one's size and
+  std::optional<Eigen::Vector2d> found_mm;  ///< nothing where no contact was detected
+  /// Integral of |δσ| over the detected contact, over that of a contact of the true one's size and
   /// ratio 0; 0 where none was found.
   double found_strength = 0;
 
   bool operator==(const HeldOutPress&) const = default;
 };
 
-/// What a solver that learned from `presses` did on the share held out.
+/// Results of a solver that learned from `presses`, on the share held out.
 struct FoldRun {
   std::uint64_t presses = 0;
   std::string message;  ///< why it could not be fitted; else empty
@@ -38,7 +38,7 @@ struct FoldRun {
 /// x, found y, found strength], ...]}]}` of one fold, nulls where nothing was found.
 using FoldRecord = std::vector<FoldRun>;
 
-/// What determines the record.
+/// Hash of everything that the record depends on.
 std::string fold_key(const FitRecipe& recipe, const Folds& folds, int fold,
                      const nlohmann::json& contacts);
 
@@ -47,7 +47,7 @@ nlohmann::json to_json(const FoldRecord& record);
 /// Throws an exception of any kind where the JSON is not such a record.
 FoldRecord fold_record_from_json(const nlohmann::json& object);
 
-/// What became of one label's folds: [folds] of its first seed.
+/// Outcome of one label's folds: [folds] of its first seed.
 struct FoldsOutcome {
   std::string label;
   std::vector<FoldRecord> folds;  ///< those that were run

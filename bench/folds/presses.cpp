@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using nlohmann::json;
 
-constexpr std::size_t most_strengths = 6;  ///< that are told apart
+constexpr std::size_t most_strengths = 6;  ///< that get rows of their own
 constexpr int rings = 4;
 constexpr int border_points = 180;
 
@@ -49,11 +49,11 @@ Held select(const Held& presses, const std::function<bool(const HeldOutPress&)>&
   return out;
 }
 
-/// What the parts of a level have in common.
+/// Properties that the parts of a level share.
 struct Division {
   Vector2d middle;
   double radius_mm;
-  std::string strength_name;  ///< empty: not told apart
+  std::string strength_name;  ///< empty: all presses are alike
   double unit_strength;
 };
 
@@ -93,7 +93,7 @@ std::vector<PressErrors> by_place(const Held& presses, const Division& division,
   return out;
 }
 
-/// |error| of the strength in the file's units; a press that was not found counts as strength 0.
+/// |error| of the strength in the file's units; a missed press counts as strength 0.
 std::optional<Estimate> strength_error(const Held& presses, const Division& division,
                                        const std::string& key) {
   if (division.strength_name.empty()) return std::nullopt;
@@ -171,8 +171,8 @@ json json_of(const PressSolver& solver) {
   return out;
 }
 
-/// What is told of guessing the middle of the sheet and the mean strength, on the truths that the
-/// solver with the most presses was tried on.
+/// Errors of guessing the middle of the sheet and the mean strength, on the presses of the solver
+/// that was tried on the most.
 void guess_the_middle(const Division& division, PressResults& results) {
   for (const PressSolver& solver : results.solvers) {
     if (solver.held_out.empty() || results.middle.presses >= solver.held_out.size()) continue;
@@ -212,7 +212,7 @@ TableSection errors_table(const PressResults& results, const std::string& streng
   return table;
 }
 
-/// The same by strength and distance; no rows where neither was told apart.
+/// Errors after the most presses by strength and distance; no rows where there are no parts.
 TableSection parts_table(const PressResults& results) {
   TableSection table;
   table.caption = "the same by strength and by distance from the middle";
@@ -288,11 +288,12 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
   StudySection& section = study.sections.emplace_back();
   section.report.title = "Presses (D.1 on measured frames)";
   section.report.text =
-      "Distance of the contact found from the place that was pressed, on presses that the solver "
+      "Distance of the detected contact from the position that was pressed, on presses that the "
+      "solver "
       "has not seen: the frames of " +
       frames.name + " in " + std::to_string(folds.count) +
-      " folds. A solver that images is read by the strongest contact of its image. A press that no "
-      "contact was found for counts as guessed in the middle of the sheet. Intervals: 95 %, by the "
+      " folds. A solver that images is read by the strongest contact of its image. A missed press "
+      "counts as guessed in the middle of the sheet. Intervals: 95 %, by the "
       "bootstrap over presses.";
   if (!division.strength_name.empty()) {
     study.numbers["strength"] = division.strength_name;

@@ -13,17 +13,17 @@
 
 namespace ertbench {
 
-/// Location errors of some presses, mm. A press that no contact was found for counts as one that
-/// was guessed to be in the middle of the sheet.
+/// Location errors of some presses, mm. A missed press counts as one that was guessed to
+/// be in the middle of the sheet.
 struct PressErrors {
   std::string title;  ///< of a part of the presses: "depth_mm 10", "0 to 21 mm"; of all empty
   std::size_t presses = 0;
-  std::size_t missed = 0;  ///< of which no contact was found
+  std::size_t missed = 0;  ///< presses without a detected contact
   std::optional<Estimate> mean, median, p95;
   std::optional<double> worst;
 };
 
-/// What one solver did after learning from so many presses.
+/// Results of one solver after learning from so many presses.
 struct PressLevel {
   std::uint64_t presses = 0;
   std::string failure;  ///< why a fold has no result; else empty
@@ -31,7 +31,8 @@ struct PressLevel {
   std::vector<double> fold_means;  ///< mm, of the folds that were run
   std::vector<PressErrors> by_strength;
   std::vector<PressErrors> by_place;  ///< rings around the middle
-  /// Mean |error| of the strength in the units of the file (depth in mm), where it was told apart.
+  /// Mean |error| of the strength in the units of the file (depth in mm), where presses differ in
+  /// it.
   std::optional<Estimate> strength;
   double fit_s = 0;  ///< mean
 };
@@ -53,15 +54,15 @@ struct PressResults {
   double radius_mm = 0;  ///< of the sheet
 };
 
-/// Where was it pressed? Measured presses at known places, by cross-validation (Folds): errors of
-/// the places that solvers find on presses which they have not seen, by number of presses learned
+/// Where was it pressed? Measured presses at known positions, by cross-validation (Folds):
+/// localisation errors on presses that the solvers have not seen, by number of presses learned
 /// from, strength and place. D.1 on hardware.
 Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes);
 
 /// Location error over the number of presses learned from, a line a solver with the least and the
 /// largest mean of a fold as its band, and guessing the middle as a level.
 StudyFigure press_curve(const std::shared_ptr<const PressResults>& results);
-/// A panel a solver: a line from each true place to the one found, over the sheet.
+/// A panel a solver: a line from each true position to the estimated one, over the sheet.
 StudyFigure press_map(const std::shared_ptr<const PressResults>& results);
 
 }  // namespace ertbench

@@ -12,7 +12,7 @@ using Eigen::Vector2d;
 
 bool has_errors(const PressLevel& level) { return level.all.mean.has_value(); }
 
-/// From the least to the largest value of the curve, with some room.
+/// The span of the curve's values, with some room.
 Span curve_span(const PressResults& results) {
   Span span;
   if (results.middle.mean) span.extend(results.middle.mean->value);
@@ -48,7 +48,7 @@ void draw_curve(const PressResults& results, const std::string& heading,
   }
   Axis x = Axis::logarithms({across.low / 1.15, across.high * 1.15}, "presses learned from");
   x.ticks = ticks;
-  Panel axes(canvas, box, x, Axis::logarithms(curve_span(results), "location error, mm"));
+  Panel axes(canvas, box, x, Axis::logarithms(curve_span(results), "localisation error, mm"));
   if (results.middle.mean) axes.level(results.middle.mean->value, guess);
   for (std::size_t s = 0; s < solvers.size(); ++s) {
     // Side by side, so that no band hides another.
@@ -129,8 +129,8 @@ void draw_map(const PressResults& results, const std::string& heading,
   }
   Legend legend(grid.left, grid.right() - 20);
   legend.add({"pressed", {}, truth});
-  legend.add({"from there to the place found", shaft});
-  legend.add({"pressed, nothing found", {}, none});
+  legend.add({"from there to the estimated position", shaft});
+  legend.add({"missed", {}, none});
   legend.add({"electrode", {}, electrode});
   legend.draw(canvas, canvas.height() - 24);
   canvas.draw(stem);
@@ -141,12 +141,12 @@ void draw_map(const PressResults& results, const std::string& heading,
 StudyFigure press_curve(const std::shared_ptr<const PressResults>& results) {
   return {
       "_curve", "Error by the number of presses",
-      "mean location error on presses that were not learned from", "",
+      "mean localisation error on presses that were not learned from", "",
       [results](const auto& heading, const auto& stem) { draw_curve(*results, heading, stem); }};
 }
 
 StudyFigure press_map(const std::shared_ptr<const PressResults>& results) {
-  return {"_map", "Pressed and found",
+  return {"_map", "True and estimated positions",
           "every press where it was held out; axes in mm from the sheet's centre", "",
           [results](const auto& heading, const auto& stem) { draw_map(*results, heading, stem); }};
 }

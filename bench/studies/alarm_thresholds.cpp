@@ -29,8 +29,8 @@ std::vector<double> region_magnitudes(const AlarmSignal& quiet, int region) {
   return out;
 }
 
-/// Where the tail begins: a hundred frames are above it, or a tenth where there are fewer than a
-/// thousand; more where false alarms are asked for so often that they lie among the frames seen.
+/// The start of the tail: a hundred frames are above it, or a tenth where there are fewer than a
+/// thousand; more where false alarms are allowed so often that they lie among the frames seen.
 double tail_start(std::vector<double> magnitudes, double expected_alarms) {
   const std::size_t count = magnitudes.size();
   std::size_t above = std::clamp<std::size_t>(count / 10, 10, 100);
@@ -78,7 +78,7 @@ struct FrameBlocks {
   }
 };
 
-/// What a tail is made of; sums over blocks.
+/// Sums over blocks from which a tail is estimated.
 struct TailSums {
   double peaks = 0;
   double excess = 0;

@@ -7,11 +7,11 @@
 
 #include "core/statistics.h"
 
-/// When a skin cries out: thresholds from frames in which nothing touches, and alarms by them.
+/// Alarm thresholds from frames without a touch, and the alarms that they raise.
 namespace ertbench {
 
-/// What a detector looks at, frame by frame: any number that grows with a touch, in a unit of the
-/// detector's own.
+/// A detector's signal, frame by frame: any number that grows with a touch, in the detector's own
+/// unit.
 struct AlarmSignal {
   std::vector<double> magnitude;  ///< [frames]; not a number where there is none: never an alarm
   /// [frames] whose threshold holds; -1 where the frame names no region: the largest one holds.
@@ -37,8 +37,8 @@ struct QuietTail {
   double mean_excess = 0;     ///< the exponential's maximum-likelihood scale
   int peaks = 0;              ///< that it was fitted to
 
-  /// What peaks exceed so often an hour: start + mean_excess ln(peaks_per_hour / per_hour); never
-  /// under 0, which a magnitude cannot be.
+  /// The level that peaks exceed `per_hour` times an hour: start + mean_excess ln(peaks_per_hour /
+  /// per_hour); never under 0, which a magnitude cannot be.
   double exceeded(double per_hour) const;
 };
 

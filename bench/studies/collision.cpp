@@ -102,7 +102,7 @@ DetectorSignals without_regions(DetectorSignals signals) {
   return signals;
 }
 
-/// The first set's law and noise, and the other sets' noise where it is another.
+/// The law and the noise of the sets, by role where they differ.
 std::string collision_condition(const StudyInput& input) {
   std::vector<std::string> noises;
   std::string listed;
@@ -139,7 +139,7 @@ CollisionTruth collision_truth(const StudyInput& input, const std::vector<int>& 
   return truth;
 }
 
-/// How the study was made.
+/// The study's method, for the report.
 std::string collision_text(const CollisionResults& results) {
   return "An image raises an alarm when its largest |δσ| reaches a threshold: one for the whole "
          "sheet, or that of the region (of the symmetry orbits of 5 × 5 areas, I the corners to VI "
@@ -155,7 +155,7 @@ std::string collision_text(const CollisionResults& results) {
          "a solver that is slower than the frames takes the newest and drops the others.";
 }
 
-/// How its tables are to be read.
+/// Notes on reading the tables.
 std::vector<std::string> collision_notes(const CollisionResults& results) {
   return {
       "Intervals are 95 %: of thresholds by the bootstrap over blocks of frames, of counts exact "

@@ -39,7 +39,7 @@ std::optional<RaisedAlarm> first_alarm_time(std::span<const char> alarms, const 
   const std::size_t frames = alarms.size();
   double free_s = 0;  // from when on the solver can take the next frame
   for (std::size_t n = 0; n < frames; ++n) {
-    // What came while the solver was busy is dropped, but for the newest.
+    // Frames that came while the solver was busy are dropped, except the newest.
     while (n + 1 < frames && timing.end_s(static_cast<double>(n + 1)) <= free_s) ++n;
     const double end_s = timing.end_s(static_cast<double>(n));
     free_s = std::max(free_s, end_s) + latency_s;
@@ -150,7 +150,7 @@ namespace {
 constexpr int most_force_bins = 10;
 constexpr double found_share = 0.95;
 
-/// What each of the detector's thresholds may raise, an hour.
+/// False alarms an hour that each of the detector's thresholds may raise.
 std::vector<double> alarms_asked(AlarmRule rule, const CollisionTruth& truth, double per_hour) {
   if (rule != AlarmRule::by_region) return {per_hour};
   std::vector<double> out;

@@ -24,13 +24,13 @@ struct ArmSettings {
   /// Force on the obstacle when the arm stands still: it goes on at `speed_m_s` until the alarm and
   /// then decelerates, while the force grows with every millimetre.
   double peak_force_N(double speed_m_s, double delay_s) const;
-  /// What stopping and going around takes longer than going straight on, for an obstacle into which
+  /// Time that stopping and going around costs over going straight on, for an obstacle into which
   /// the arm went `way_m`: it decelerates, retreats to the clearance, moves aside, passes and moves
   /// back, each way from rest to rest with the deceleration as its acceleration too.
   double detour_s(double speed_m_s, double way_m) const;
   /// From rest to rest, at most at `speed_m_s`.
   double travel_s(double speed_m_s, double way_m) const;
-  /// How far the arm goes on after the onset.
+  /// Distance that the arm still moves after the onset.
   double way_m(double speed_m_s, double delay_s) const;
   /// Up to which speed a skin without any delay would stay under the aim.
   double highest_speed_m_s() const;
@@ -47,7 +47,7 @@ struct RaisedAlarm {
 std::optional<RaisedAlarm> first_alarm_time(std::span<const char> alarms, const FrameTiming& timing,
                                             double latency_s);
 
-/// What happened in a sequence before anything was measured.
+/// The true course of a sequence.
 struct ArmTruth {
   double onset_s = 0;
   double duration_s = 0;
@@ -71,7 +71,7 @@ ArmRun undelayed_run(const ArmTruth& truth, const ArmSettings& settings);
 ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double latency_s,
                const ArmTruth& truth, const ArmSettings& settings);
 
-/// What all runs of a detector came to. Statistics of delay and force are over the runs without a
+/// Outcome of all runs of a detector. Statistics of delay and force are over the runs without a
 /// needless stop. A run without an alarm has an endless delay and the limit for its force, or more.
 struct ArmOutcome {
   static constexpr double never_s = 1e6;  ///< stands for an endless delay
@@ -94,10 +94,10 @@ ArmOutcome arm_outcome(std::vector<ArmRun> runs, const ArmSettings& settings,
 
 }  // namespace ertbench
 
-/// What tells that a skin was run into, and how well it does.
+/// Collision detectors and their scores.
 namespace ertbench {
 
-/// By what an alarm is raised.
+/// The signal and the thresholds that raise an alarm.
 enum class AlarmRule {
   by_region,      ///< largest |δσ| of the image, a threshold for the region it lies in
   one_threshold,  ///< the same, one threshold for the whole sheet
@@ -112,7 +112,7 @@ struct PressTruth {
   std::size_t scene = 0;  ///< frames of the same scene are no independent trials
 };
 
-/// What truly happened in the four sets that the study reads.
+/// True courses of the four sets that the study reads.
 struct CollisionTruth {
   std::vector<double> region_shares;  ///< [regions] of the sheet's area
   FrameRuns calibration;
@@ -123,7 +123,7 @@ struct CollisionTruth {
   std::vector<ArmTruth> arm_runs;  ///< [sequences]
 };
 
-/// What a detector looks at in the frames of each set.
+/// A detector's signals in the frames of each set.
 struct DetectorSignals {
   AlarmSignal calibration;
   AlarmSignal quiet;
@@ -144,7 +144,7 @@ struct FalseAlarms {
 struct OperatingPoint {
   double factor = 1;
   FalseAlarms quiet;
-  CountedShare found;  ///< of the presses with about the reference force
+  CountedShare found;  ///< detected presses, of those with about the reference force
 };
 
 /// One detector, and all that came out of it.
@@ -158,7 +158,7 @@ struct Detector {
   std::optional<Estimate> quiet_alarmed;  ///< share of the quiet frames that are in alarm
   std::size_t undefined_presses = 0;      ///< frames with a touch and without a usable image
   std::vector<ShareBin> by_force;         ///< N; the same bins for all detectors
-  std::optional<LeastFound> least_N;      ///< found in 95 % of the presses
+  std::optional<LeastFound> least_N;      ///< force detected in 95 % of the presses
   std::vector<std::optional<LeastFound>> least_by_region_N;  ///< [regions]
   std::vector<OperatingPoint> curve;                         ///< the highest factor first
   ArmOutcome arm;
@@ -186,12 +186,12 @@ Detector assess_detector(const std::string& label, AlarmRule rule, const Detecto
                          const CollisionTruth& truth, double per_hour,
                          std::optional<double> latency_s, const ArmSettings& arm);
 
-/// The bin of `by_force` that tells detectors apart best: the share found there, over all of them,
-/// is nearest to a half. Nothing where no detector has any.
+/// The bin of `by_force` that separates detectors best: the share detected there, over all of
+/// them, is nearest to a half. Nothing where no detector has any.
 std::optional<std::size_t> reference_bin(const std::vector<Detector>& detectors);
 
-/// False alarms and presses found in the bin, by threshold factor. Factors so low that alarms run
-/// into each other, and become fewer by a tenth and more, are left out.
+/// False alarms and presses detected in the bin, by threshold factor. Factors so low that alarms
+/// run into each other, and become fewer by a tenth and more, are left out.
 std::vector<OperatingPoint> operating_curve(const Detector& detector,
                                             const DetectorSignals& signals,
                                             const CollisionTruth& truth, const ShareBin& bin);

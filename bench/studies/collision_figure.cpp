@@ -18,7 +18,7 @@ struct PanelAxes {
   Axis y;
 };
 
-/// How a detector looks in all figures: the same for both rules of a solver.
+/// A detector's look in all figures; both rules of a solver share it.
 struct DetectorStyle {
   LineStyle line;
   MarkStyle mark;
@@ -140,7 +140,7 @@ Axis percent_axis(std::string title) {
 }
 
 std::string percent_text(const CountedShare& share) {
-  return std::to_string(share.count) + " of " + std::to_string(share.total) + " found";
+  return std::to_string(share.count) + " of " + std::to_string(share.total) + " detected";
 }
 
 void draw_force_figure(const CollisionResults& results, const std::string& title,
@@ -152,10 +152,10 @@ void draw_force_figure(const CollisionResults& results, const std::string& title
   if (forces.empty()) throw std::invalid_argument("no press was read");
   forces = {forces.low / 1.15, forces.high * 1.15};
   CollisionPair pair(results,
-                     {Axis::logarithms(forces, "force (N)"), percent_axis("presses found (%)")});
+                     {Axis::logarithms(forces, "force (N)"), percent_axis("presses detected (%)")});
   pair.explain("95 %; whiskers: 95 % intervals", aimed_line);
   pair.draw(
-      title + ": presses found, " + results.condition,
+      title + ": presses detected, " + results.condition,
       [](Panel& panel) { panel.level(95, aimed_line); },
       [](Panel& panel, const Detector& detector, const DetectorStyle& style, double place) {
         Series series;
@@ -175,7 +175,7 @@ void draw_force_figure(const CollisionResults& results, const std::string& title
       stem);
 }
 
-/// Where a count of false alarms stands on a logarithmic axis, on which none is left of one.
+/// The place of a number of false alarms on a logarithmic axis, which has none left of one.
 double alarms_place(const FalseAlarms& quiet) {
   return std::max(quiet.per_hour(), 0.4 / quiet.hours);
 }
@@ -196,7 +196,7 @@ void draw_curve_figure(const CollisionResults& results, const std::string& title
       Axis::logarithms({std::min(rates.low, none) / 1.5, rates.high * 1.5}, "false alarms an hour");
   std::erase_if(x.ticks, [&](const Tick& tick) { return tick.value < 2 * none; });
   x.ticks.insert(x.ticks.begin(), {none, "none"});
-  CollisionPair pair(results, {x, percent_axis("presses found (%)")});
+  CollisionPair pair(results, {x, percent_axis("presses detected (%)")});
   pair.explain(number_text(results.per_hour) + " an hour; ringed: as fitted", aimed_line);
   const ShareBin* bin = nullptr;
   for (const Detector& detector : results.detectors) {
@@ -267,7 +267,7 @@ std::vector<SpeedBin> speed_bins(const ArmOutcome& arm, const ArmSettings& setti
   return bins;
 }
 
-/// Where a force lies over that of a stop without delay, as far as both axes reach.
+/// A force over that of a stop without delay, as far as both axes reach.
 Points ratio_curve(double force_N, const ArmSettings& arm, const Span& speeds, const Span& ratios) {
   constexpr int steps = 200;
   Points out;
@@ -328,9 +328,9 @@ std::vector<StudyFigure> collision_figures(const std::shared_ptr<const Collision
       draw(*results, heading, stem);
     };
   };
-  return {{"_force", "Presses found against force", results->condition, "",
+  return {{"_force", "Presses detected against force", results->condition, "",
            drawn_by(draw_force_figure)},
-          {"_curve", "Presses found against false alarms",
+          {"_curve", "Presses detected against false alarms",
            "all thresholds multiplied by a factor; a detector without a ring is in alarm so long "
            "that its alarms run into each other; " +
                results->condition,

@@ -81,8 +81,8 @@ json share_json(const CountedShare& share) {
   return out;
 }
 
-/// A value beyond its reach is null: nowhere found, at no speed. At the other end of the reach it
-/// stands for that value and all before it.
+/// A value beyond its reach is null: detected nowhere, at no speed. At the other end of the reach
+/// it stands for that value and all before it.
 json least_json(const std::optional<LeastFound>& found) {
   if (!found) return nullptr;
   const auto number = [&](double value) {
@@ -126,7 +126,7 @@ ArmColumn share_column(const std::string& key, CountedShare ArmOutcome::*share) 
       .json([=](const ArmOutcome& arm) { return share_json(arm.*share); });
 }
 
-/// What all runs of the arm came to, in the table and in summary.json.
+/// Outcomes of all runs of the arm, for the table and summary.json.
 StudyColumns<ArmOutcome> arm_columns(const ArmSettings& settings) {
   return {
       delay_column("median_delay_s", &ArmOutcome::median_delay_s).table("median delay (ms)"),
@@ -144,7 +144,7 @@ StudyColumns<ArmOutcome> arm_columns(const ArmSettings& settings) {
       share_column("done", &ArmOutcome::done).table("tasks done (%)", 2),
       ArmColumn::estimate("mean_lost_s", &ArmOutcome::mean_lost_s, 2).table("time lost (s)", 2),
       share_column("needless_stops", &ArmOutcome::needless).table("needless stops (%)", 2),
-      ArmColumn::words("highest_speed_m_s", [](const ArmOutcome&) { return ""; })
+      ArmColumn::count("highest_speed_m_s", [](const ArmOutcome&) { return std::nullopt; })
           .shown([](const ArmOutcome& arm) { return highest_speed_cell(arm.highest_speed_m_s); })
           .json([](const ArmOutcome& arm) { return least_json(arm.highest_speed_m_s); })
           .table("highest speed (m/s)", 2)};
@@ -276,7 +276,7 @@ TableSection threshold_table(const CollisionResults& results) {
 
 TableSection least_force_table(const CollisionResults& results) {
   TableSection section;
-  section.caption = "Least force that is found in 95 % of the presses, N: " + results.condition;
+  section.caption = "Least force that is detected in 95 % of the presses, N: " + results.condition;
   section.columns = detector_columns(region_titles(results));
   section.columns.emplace_back("undefined frames");
   for (const Detector& detector : results.detectors) {

@@ -134,7 +134,7 @@ class StudyColumns {
 
   void add(const StudyColumn<Row>& column) { columns_.push_back(column); }
 
-  /// Of a table, behind `first`.
+  /// The columns of a table, behind `first`.
   std::vector<Column> titles(std::vector<Column> first) const {
     for (const auto& column : columns_) {
       if (column.title_) first.push_back(*column.title_);
@@ -154,7 +154,7 @@ class StudyColumns {
     row.resize(titles({{}, {}}).size());
     return row;
   }
-  /// Of a CSV file, behind `first`.
+  /// The columns of a CSV file, behind `first`.
   std::vector<Column> names(std::vector<Column> first) const {
     for (const auto& column : columns_) {
       if (column.name_.empty()) continue;

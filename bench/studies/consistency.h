@@ -22,9 +22,9 @@ MeasuredPath path_of(std::span<const FrameReading> readings);
 /// fewer than two have one. All paths have as many frames.
 MeasuredPath middle_path(std::span<const MeasuredPath> paths);
 
-/// What can be said of a method without any truth, on frames in which one thing of constant size
-/// moves. Intervals: 95 %, by the bootstrap over blocks of consecutive frames. Absent where no
-/// frame has the value.
+/// Scores of a method without any truth, on frames in which one thing of constant size moves.
+/// Intervals: 95 %, by the bootstrap over blocks of consecutive frames. Absent where no frame has
+/// the value.
 struct ConsistencyScores {
   std::size_t frames = 0;
   std::size_t seen = 0;               ///< frames with a contact
@@ -41,7 +41,7 @@ struct ConsistencyScores {
   std::optional<Estimate> explained;      ///< mean share of the change that the image explains
   std::optional<Estimate> apart_mm;       ///< median distance to the methods' middle
   std::size_t empty_frames = 0;           ///< frames with nothing on the sheet
-  std::size_t false_contacts = 0;         ///< of these, frames in which a contact is found
+  std::size_t false_contacts = 0;         ///< empty frames in which a contact is detected
 };
 
 struct ConsistencyInput {
@@ -69,9 +69,9 @@ struct ConsistentSet {
   std::vector<ConsistencyOfSolver> solvers;
 };
 
-/// Measured frames without a truth: how constant what should be constant is, how smooth the path,
-/// what the image explains of the voltages, how far methods agree, and what they see where nothing
-/// is.
+/// Measured frames without a truth: the spread of what should be constant, the smoothness of the
+/// path, the share of the voltages that the image explains, the agreement of methods, and contacts
+/// detected in empty frames.
 Study consistency_study(const StudyInput& input);
 
 /// The path that each method saw, on the sheet with its electrodes; early frames dark, late ones

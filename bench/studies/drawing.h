@@ -63,8 +63,7 @@ struct Series {
             const LineStyle& whisker) const;
 };
 
-/// From least to largest with a margin, as a factor, on a logarithmic axis; 1 to 100 where there is
-/// no value.
+/// The span of a logarithmic axis with a margin, a factor; 1 to 100 where there is no value.
 Span log_span(const Span& span, double margin);
 
 }  // namespace ertbench

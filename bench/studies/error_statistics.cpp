@@ -286,7 +286,7 @@ int area_slot(double share, int areas) {
   return static_cast<int>(std::clamp(std::floor(share * areas), 0.0, areas - 1.0));
 }
 
-/// Of an area, domain units from the middle of the bounds.
+/// The middle of an area, domain units from the middle of the bounds.
 Eigen::Vector2d middle_of_area(const Sheet& sheet, int area, int areas) {
   const Eigen::Vector2d share((area % areas + 0.5) / areas - 0.5,
                               (area / areas + 0.5) / areas - 0.5);
@@ -317,7 +317,7 @@ std::vector<int> area_orbits(const Sheet& sheet, int areas) {
       kept = std::min(kept, other);
     }
   }
-  // How far out an area is: its ring, then its distance from the middle, both in steps of areas.
+  // An area's ring, then its distance from the middle, both in steps of areas.
   const auto outward = [areas](int area) {
     const double x = std::abs(area % areas - (areas - 1) / 2.0);
     const double y = std::abs(area / areas - (areas - 1) / 2.0);

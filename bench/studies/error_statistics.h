@@ -59,7 +59,7 @@ class GroupedErrors {
     std::size_t group;
   };
 
-  /// The same without groups that have no error.
+  /// A copy without the groups that have no error.
   GroupedErrors compact() const;
 
   std::size_t groups_;
@@ -69,7 +69,7 @@ class GroupedErrors {
 
 }  // namespace ertbench
 
-/// Whether something succeeded, against a quantity that it grows with: detection against force.
+/// Shares of successes against a quantity that they grow with: detection against force.
 namespace ertbench {
 
 /// An observation of a curve.
@@ -118,11 +118,11 @@ struct ShareBin {
   CountedShare successes;
 };
 
-/// So many bins of equally many trials, those of the least values first; fewer, so that each has
+/// At most `bins` bins of equally many trials, the least values first; each has at least
 /// `least_trials`.
 std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_trials = 20);
 
-/// From which value on the share of successes reaches what was asked for.
+/// The value from which on the share of successes reaches a given one.
 struct LeastFound {
   double value = 0;
   Interval ci95;  ///< by the bootstrap over groups

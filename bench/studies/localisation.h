@@ -12,11 +12,11 @@
 
 namespace ertbench {
 
-/// How a touch's place is read out of an image.
+/// A way to read the position of a touch out of an image.
 enum class PlaceRule {
   raw,          ///< centroid of the whole image (C4)
   thresholded,  ///< after what is under 25 % of the largest value is set to zero (D.1)
-  contact,      ///< the strongest contact that was found
+  contact,      ///< the strongest contact that was detected
 };
 inline constexpr std::array kPlaceRules = {PlaceRule::raw, PlaceRule::thresholded,
                                            PlaceRule::contact};
@@ -32,13 +32,13 @@ struct PlaceErrors {
     std::optional<std::size_t> undefined = 0;   ///< frames without a place
   };
   std::array<Rule, kPlaceRules.size()> rules;
-  /// Of the thresholded rule: [places] the mean found place, mm, where there is one, and the root
-  /// mean square distance of the frames' places from it.
+  /// [places] The thresholded rule's mean position, mm, where there is one, and the root mean
+  /// square distance of the frames' positions from it.
   std::vector<std::optional<Eigen::Vector2d>> found;
   std::vector<double> scatter_mm;
 };
 
-/// All of one set.
+/// Results of all solvers on one set.
 struct LocalisedSet {
   std::string name;
   std::string condition;  ///< "disc of radius 10 mm, 5 N, 50 dB absolute"
@@ -59,7 +59,7 @@ PlaceErrors place_errors(const std::vector<Eigen::Vector2d>& places,
                          const std::vector<std::size_t>& place_of,
                          const std::vector<FrameReading>& readings, const std::string& key);
 
-/// The targets of one set, the mean places found for them by each solver, and the bound: the
+/// The targets of one set, each solver's mean estimated positions, and the bound: the
 /// paper's figure D1. `side_mm`: of the sheet.
 StudyFigure localisation_map(std::shared_ptr<const LocalisedSet> set, double side_mm,
                              const std::string& law);

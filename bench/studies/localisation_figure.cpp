@@ -41,7 +41,8 @@ class LocalisationMap {
     if (!set_.bound_mm.empty()) draw_bound(grid_.box(panel));
     Legend legend(grid_.left, grid_.right() - 10);
     legend.add({"target", {}, target});
-    legend.add({"mean place found, a line from its target", LineStyle{found.colour, 1.2}, found});
+    legend.add(
+        {"mean estimated position, a line from its target", LineStyle{found.colour, 1.2}, found});
     legend.add(
         {"rms distance of single frames around it", {}, MarkStyle{6, scatter.colour, 1.2, 1}});
     if (!set_.bound_mm.empty()) {
@@ -112,7 +113,7 @@ class LocalisationOverview {
     canvas_.title(heading);
     const Box box = Box::sized(left, top, width_, height);
     Panel axes(canvas_, box, {0, static_cast<double>(sets_.size())},
-               Axis::logarithms(span(), "error of the place, mm"));
+               Axis::logarithms(span(), "localisation error, mm"));
     Legend legend(left, left + width_);
     const std::size_t solvers = sets_.front().solvers.size();
     const MethodStyles styles = styles_of(sets_.front().solvers);
@@ -189,9 +190,9 @@ class LocalisationOverview {
 
 StudyFigure localisation_map(std::shared_ptr<const LocalisedSet> set, double side_mm,
                              const std::string& law) {
-  return {"_map_" + set->name, "Targets and places found, " + set->name,
+  return {"_map_" + set->name, "Targets and estimated positions, " + set->name,
           "axes in mm from the sheet's centre; " + set->condition + ", " + law +
-              " law; places by the thresholded centroid",
+              " law; positions by the thresholded centroid",
           ": " + set->condition + ", " + law + " law; axes in mm",
           [set, side_mm](const auto& heading, const auto& stem) {
             LocalisationMap(*set, side_mm).draw(heading, stem);
@@ -200,7 +201,7 @@ StudyFigure localisation_map(std::shared_ptr<const LocalisedSet> set, double sid
 
 StudyFigure localisation_overview(std::shared_ptr<const std::vector<LocalisedSet>> sets,
                                   const std::string& law) {
-  return {"", "Errors of the place", "median and 95 % by solver and condition", ", " + law + " law",
+  return {"", "Localisation errors", "median and 95 % by solver and condition", ", " + law + " law",
           [sets](const auto& heading, const auto& stem) {
             const double slot = std::max(110.0, 760.0 / static_cast<double>(sets->size()));
             LocalisationOverview(*sets, slot).draw(heading, stem);

@@ -148,7 +148,7 @@ ForceCalibration::ForceCalibration(const std::vector<PressStep>& steps, Strength
       means.push_back(mean(values));
     }
     means = made_monotone(means);
-    // Forces whose strengths are the same are told apart by nothing: their mean stands for them.
+    // Forces of equal strength cannot be distinguished: their mean stands for them.
     std::vector<Knot>& knots = regions_[static_cast<std::size_t>(region)];
     for (std::size_t i = 0; i < means.size();) {
       std::size_t end = i;

@@ -11,7 +11,7 @@
 
 namespace ertbench {
 
-/// What is taken of an image as the strength of a touch.
+/// The measure of an image that is taken as the strength of a touch.
 enum class Strength { peak, sum };
 inline constexpr std::array kStrengths = {Strength::peak, Strength::sum};
 const char* name_of(Strength strength);
@@ -45,7 +45,7 @@ struct PressResponse {
   };
   struct Reading {
     std::vector<Curve> regions;  ///< [regions]
-    /// Of the force that the strength is calibrated to, N.
+    /// Mean |error| of the calibrated force, N.
     std::optional<Estimate> force_error;
     std::vector<std::optional<Estimate>> force_error_at;  ///< [forces]
     std::size_t unlocated = 0;                            ///< steps without a place or a strength

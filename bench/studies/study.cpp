@@ -176,7 +176,7 @@ void add_trainings(const std::vector<HeadlineSpread>& spread, Study& study) {
       "The study's own tables and figures are of the first training of each solver. Here are its "
       "headline numbers of all trainings, which differ by their seed alone: their mean, their "
       "sample standard deviation, and each. Two solvers whose numbers differ by less than a few "
-      "deviations are told apart by the trainings' luck.";
+      "deviations do not differ significantly.";
   section.report.collapsed = true;
   TableSection& table = section.report.tables.emplace_back();
   table.columns = columns.titles({{"solver", Align::left}});

@@ -38,7 +38,7 @@ struct StudyFigure {
   std::function<void(const std::string& heading, const std::filesystem::path& stem)> draw;
 };
 
-/// What a study says in one section of the report and in the files beside it.
+/// A section of the report and the files beside it.
 struct StudySection {
   std::string part;      ///< its files' name behind that of the study; may be empty
   std::string subject;   ///< behind the experiment's title in the Markdown file; may be empty
@@ -62,25 +62,25 @@ struct Study final : StudyResult {
                                     const std::filesystem::path& folder) const override;
 };
 
-/// What a study is made from.
+/// A study's input.
 struct StudyInput {
   const StudySpec& spec;
   const Experiment& experiment;
   const ExperimentResults& results;  ///< with rows, readings and latencies
   const Cache& cache;
-  /// Which of the trainings of each solver is judged, of those that were scored; the first one
-  /// stands for solvers that are not trained.
+  /// The training of each solver that is judged, of those that were scored; 0 for solvers that are
+  /// not trained.
   std::size_t training = 0;
 
-  /// Of all solvers that have that training, in the order of the experiment; of the first one also
-  /// those that failed.
+  /// Labels of the solvers that have that training, in the order of the experiment; those of the
+  /// first training include solvers that failed.
   std::vector<std::string> labels() const;
-  /// Of the solver that was trained most often.
+  /// Number of trainings of the solver that was trained most often.
   std::size_t trainings() const;
   const DatasetSpec& set_spec(const std::string& set) const;
   DatasetFile open(const std::string& set) const;
-  /// What the label's solver found in each frame of the set, with the training that is judged; null
-  /// where it did not get that far.
+  /// Readings of the label's images [frames] in the training that is judged; null where the solver
+  /// failed before.
   const std::vector<FrameReading>* readings(const std::string& label, const std::string& set) const;
   /// Why there are none: "crashed: ...".
   std::string failure(const std::string& label) const;

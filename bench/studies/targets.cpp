@@ -172,7 +172,7 @@ std::map<double, GapBin> all_gap_bins(const TargetResults& results) {
 TableSection targets_count_table(const TargetCircumstances& circumstances,
                                  const TargetResults& results) {
   TableSection section;
-  section.caption = "Contacts found, by their number: " + circumstances.conditions;
+  section.caption = "Contacts detected, by their number: " + circumstances.conditions;
   section.columns = {{"solver", Align::left}, {"contacts"}, {"scenes"}};
   for (const TargetMetric& metric : target_metrics()) section.columns.emplace_back(metric.heading);
   for (const int contacts : results.numbers) {
@@ -196,7 +196,7 @@ TableSection targets_count_table(const TargetCircumstances& circumstances,
 TableSection targets_gap_table(const TargetCircumstances& circumstances,
                                const TargetResults& results) {
   TableSection section;
-  section.caption = "Two contacts told apart, by the gap between them: " + circumstances.conditions;
+  section.caption = "Two contacts resolved, by the gap between them: " + circumstances.conditions;
   section.columns = {{"solver", Align::left}, {"scenes"}, {"resolvable gap (mm)"}};
   const std::map<double, GapBin> bins = all_gap_bins(results);
   for (const auto& [low, bin] : bins) {
@@ -271,17 +271,20 @@ TableSection targets_gap_data(const TargetResults& results) {
 
 namespace {
 
-/// How to read the tables.
+/// Notes on reading the tables.
 std::vector<std::string> targets_notes(const ContactDistances& distances) {
   return {
-      "A found contact belongs to a true one where the optimal assignment puts them together "
+      "A detected contact belongs to a true one where the optimal assignment puts them together "
       "within " +
           number_text(distances.match) +
-          " mm; the others are ghosts. Precision is the share of the found contacts that belong to "
-          "a true one, recall the share of the true ones that were found, F1 the harmonic mean of "
+          " mm; the others are false positives. Precision is the share of the detected contacts "
+          "that "
+          "belong to a true one, recall the share of the true ones that were detected, F1 the "
+          "harmonic mean of "
           "both: all over the contacts of all frames together. Right number: the share of frames "
-          "with exactly as many contacts found as there are. Location error: mean distance of the "
-          "found contacts from theirs. OSPA: mean distance of the two sets, in which a contact too "
+          "with exactly as many contacts detected as there are. Localisation error: mean distance "
+          "of the detected contacts from theirs. OSPA: mean distance of the two sets, in which a "
+          "contact too "
           "many or too few is " +
           number_text(distances.ospa) + " mm away.",
       "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
@@ -289,11 +292,11 @@ std::vector<std::string> targets_notes(const ContactDistances& distances) {
       "or frames that each count once have Wilson's. Where a solver was trained with several "
       "seeds, "
       "these numbers are of the first.",
-      "Gap: distance between the circles around the two footprints. Told apart: each of the two "
-      "contacts was found, by a found one of its own. The resolvable gap is the least from which "
+      "Gap: distance between the circles around the two footprints. Resolved: each of the two "
+      "contacts was detected, by a contact of its own. The resolvable gap is the least from which "
       "on " +
           number_text(100 * kResolvedShare) +
-          " % are told apart: where the isotonic fit (pool adjacent violators) of the share "
+          " % are resolved: where the isotonic fit (pool adjacent violators) of the share "
           "against "
           "the gap reaches that, by its value and not by a limit of its uncertainty, and at "
           "least " +
@@ -335,8 +338,9 @@ Study study_of_targets(const TargetCircumstances& circumstances, const TargetRes
   StudySection& section = study.sections.emplace_back();
   section.report.title = "Several contacts (D.3)";
   section.report.text =
-      "How many of one to several contacts at rest are found, how many ghosts come with them, and "
-      "how close two may be before they are found as one.";
+      "How many of one to several contacts at rest are detected, how many false positives come "
+      "with "
+      "them, and how close two may be before they are detected as one.";
   section.report.tables = {targets_count_table(circumstances, results),
                            targets_gap_table(circumstances, results)};
   section.report.notes = targets_notes(circumstances.distances);

@@ -11,7 +11,7 @@
 
 namespace ertbench {
 
-/// What a solver found in the study's frames.
+/// Contacts that a solver detected in the study's frames.
 struct TargetReadings {
   std::string label;
   std::string failure;                     ///< why some are missing; else empty
@@ -37,12 +37,12 @@ struct TargetResults {
   std::vector<TargetFrame> gallery;  ///< the first frame of each number of contacts, ascending
 };
 
-/// The numbers of the study, of frames and of what each solver found in them.
+/// Scores of each solver's contacts in the frames.
 TargetResults target_results(std::span<const TargetFrame> frames,
                              std::span<const TargetReadings> readings,
                              const ContactDistances& distances);
 
-/// What the tables and figures say of their circumstances.
+/// Circumstances that tables and figures name.
 struct TargetCircumstances {
   std::string name;        ///< of the study and its files
   std::string conditions;  ///< "falling law, 50 dB absolute"
@@ -50,15 +50,15 @@ struct TargetCircumstances {
   std::shared_ptr<const Sheet> sheet;
 };
 
-/// D.3: how many touch? Still touches, one or several at a time: which of them are found, how many
-/// ghosts there are, and how close two may come before they are one.
+/// D.3: how many touch? Still touches, one or several at a time: which of them are detected, how
+/// many false positives there are, and how close two may come before they are one.
 Study targets_study(const StudyInput& input);
 Study study_of_targets(const TargetCircumstances& circumstances, const TargetResults& results);
 
 /// A row for each number of contacts and solver.
 TableSection targets_count_table(const TargetCircumstances& circumstances,
                                  const TargetResults& results);
-/// A row for each solver: the resolvable gap, and the share told apart by gap.
+/// A row for each solver: the resolvable gap, and the share resolved by gap.
 TableSection targets_gap_table(const TargetCircumstances& circumstances,
                                const TargetResults& results);
 /// CSV files with all digits and intervals: a row for each solver, number of contacts and metric,
@@ -66,7 +66,7 @@ TableSection targets_gap_table(const TargetCircumstances& circumstances,
 TableSection targets_count_data(const TargetResults& results);
 TableSection targets_gap_data(const TargetResults& results);
 
-/// Recall and ghosts against the number of contacts, share told apart against the gap.
+/// Recall and false positives against the number of contacts, share resolved against the gap.
 StudyFigure targets_chart(const TargetCircumstances& circumstances,
                           std::shared_ptr<const TargetResults> results);
 /// The paper's figure D4: a row for each number of contacts, a column for each solver; the true

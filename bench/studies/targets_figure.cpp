@@ -56,7 +56,7 @@ class TargetsChart {
   double top() const { return legend_top + legend_.height() + 22; }
   double height() const { return top() + 2 * panel + between + 64; }
 
-  /// So that marks of several solvers at one place stand beside each other, in steps of the axis.
+  /// Offset of a solver's marks, so that those of several solvers stand beside each other.
   double beside(std::size_t solver, double step) const {
     const auto solvers = static_cast<double>(results_.solvers.size());
     return step * (static_cast<double>(solver) - (solvers - 1) / 2);
@@ -76,7 +76,7 @@ class TargetsChart {
     return axis;
   }
 
-  /// From zero to the highest whisker.
+  /// An axis from zero to the highest whisker.
   Axis value_axis(const std::string& key, const std::string& title) const {
     Span span{0, key == "recall" ? 1.0 : 0.0};
     for (const TargetSolver& solver : results_.solvers) {
@@ -89,11 +89,11 @@ class TargetsChart {
   }
 
   void draw_counts(const std::string& key, const Box& box) {
-    const std::string title = key == "recall" ? "recall" : "ghosts a frame";
+    const std::string title = key == "recall" ? "recall" : "false positives a frame";
     const Axis values = value_axis(key, title);
     Panel axes(canvas_, box, number_axis(), values);
-    axes.title(key == "recall" ? "Share of the contacts that were found"
-                               : "Found contacts that are none");
+    axes.title(key == "recall" ? "Share of the contacts that were detected"
+                               : "Detected contacts that are none");
     const double step = std::min(0.1, 0.6 / static_cast<double>(results_.solvers.size()));
     for (std::size_t n = 1; n < results_.numbers.size(); ++n) {
       // Between two numbers, whose marks stand side by side and mean no fractions.
@@ -124,7 +124,7 @@ class TargetsChart {
     axis.ticks.push_back({(low + axis.high) / 2, "≥ " + number_text(low)});
   }
 
-  /// Of all bins; a last one that is wider than the others ends where they would.
+  /// The axis of all bins; a last one that is wider than the others ends where they would.
   Axis gap_axis() const {
     Span span;
     std::optional<double> wider;  // where a wider bin begins
@@ -147,8 +147,8 @@ class TargetsChart {
     const Axis gaps = gap_axis();
     const bool any = std::any_of(results_.solvers.begin(), results_.solvers.end(),
                                  [](const TargetSolver& solver) { return solver.gaps.scenes > 0; });
-    Panel axes(canvas_, box, gaps, Axis::even({0, 1}, "told apart"));
-    axes.title("Share of pairs told apart; grey: " + number_text(100 * kResolvedShare) +
+    Panel axes(canvas_, box, gaps, Axis::even({0, 1}, "resolved"));
+    axes.title("Share of pairs resolved; grey: " + number_text(100 * kResolvedShare) +
                " %, from which on a gap is resolved");
     if (!any) canvas_.text("no scene with two contacts was read", box.middle(), box.centre());
     axes.level(kResolvedShare, {ink::light, 1.2, 3});
@@ -176,7 +176,7 @@ class TargetsChart {
       axes.tooltip(x, bin.told_apart.value,
                    solver.label + ", gap " + number_text(bin.low_mm) + " to " +
                        number_text(bin.high_mm) + " mm, " + std::to_string(bin.scenes) +
-                       " scenes\ntold apart " + estimate_text(bin.told_apart, 2) +
+                       " scenes\nresolved " + estimate_text(bin.told_apart, 2) +
                        "\nresolvable gap, mm: " + solver.gaps.resolvable.text() + " " +
                        solver.gaps.resolvable.interval());
     }
@@ -217,8 +217,8 @@ class TargetsGallery {
     }
     Legend legend(left, canvas_.width() - 8);
     legend.add({"true footprint", {}, MarkStyle{7, footprint, 1.1, 1}});
-    legend.add({"found", {}, right});
-    legend.add({"ghost", {}, ghost});
+    legend.add({"detected", {}, right});
+    legend.add({"false positive", {}, ghost});
     legend.add({"larger: stronger within its frame"});
     legend.draw(canvas_, canvas_.height() - 34);
     canvas_.draw(stem);
@@ -230,7 +230,7 @@ class TargetsGallery {
   static constexpr double line = 13;     ///< of a title
   static constexpr double caption = 26;  ///< below a panel, with the gap to the next
   static constexpr Colour footprint = rgb(0xc4c4c4);
-  /// Upright and lying crosses, told apart in grey.
+  /// Upright and lying crosses, which differ in grey too.
   inline static const MarkStyle right{1, hue(0), 1, 1.8};
   inline static const MarkStyle ghost{cross, hue(1), 1, 1.8};
 
@@ -292,7 +292,7 @@ class TargetsGallery {
       const int ghosts = found->match.score.found - found->match.score.matched;
       result =
           std::to_string(found->match.score.matched) + " of " + std::to_string(truth.contacts());
-      if (ghosts > 0) result += ", " + std::to_string(ghosts) + (ghosts > 1 ? " ghosts" : " ghost");
+      if (ghosts > 0) result += ", " + std::to_string(ghosts) + " false";
       canvas_.text(result, place.middle(), place.bottom + 9, {.size = 9});
     } else {
       result = solver.failure.empty() ? "no reading" : solver.failure;
@@ -345,22 +345,22 @@ class TargetsGallery {
 
 StudyFigure targets_chart(const TargetCircumstances& circumstances,
                           std::shared_ptr<const TargetResults> results) {
-  return {
-      "", "Contacts found",
-      "recall and ghosts by the number of contacts, pairs told apart by the gap between them; " +
-          circumstances.conditions,
-      ": contacts found, ghosts, pairs told apart; " + circumstances.conditions,
-      [results](const auto& heading, const auto& stem) {
-        TargetsChart(*results).draw(heading, stem);
-      }};
+  return {"", "Contacts detected",
+          "recall and false positives by the number of contacts, pairs resolved by the gap between "
+          "them; " +
+              circumstances.conditions,
+          ": contacts detected, false positives, pairs resolved; " + circumstances.conditions,
+          [results](const auto& heading, const auto& stem) {
+            TargetsChart(*results).draw(heading, stem);
+          }};
 }
 
 StudyFigure targets_gallery(const TargetCircumstances& circumstances,
                             std::shared_ptr<const TargetResults> results) {
-  return {"_gallery", "True and found contacts",
+  return {"_gallery", "True and detected contacts",
           "the first frame of each number of contacts, chosen by nothing else; " +
               circumstances.conditions,
-          ": contacts found, " + circumstances.conditions,
+          ": contacts detected, " + circumstances.conditions,
           [results, sheet = circumstances.sheet](const auto& heading, const auto& stem) {
             TargetsGallery(*results, *sheet).draw(heading, stem);
           }};

@@ -13,7 +13,7 @@
 namespace ertbench {
 namespace {
 
-/// Of the circle around a contact's centroid that holds it, in the contact's unit.
+/// Radius of the circle around a contact's centroid that holds it, in the contact's unit.
 double target_radius(const Contact& contact) {
   switch (contact.shape) {
     case Shape::disc:
@@ -154,11 +154,11 @@ const std::vector<TargetMetric>& target_metrics() {
       {"recall", "recall", 3, [](const Tally& t) { return target_ratio(t.matched, t.there); }},
       {"f1", "F1", 3,
        [](const Tally& t) { return target_ratio(2.0 * t.matched, t.there + t.found); }},
-      {"ghosts", "ghosts a frame", 2,
+      {"ghosts", "false positives a frame", 2,
        [](const Tally& t) { return target_ratio(t.found - t.matched, t.frames); }},
       {"right_number", "right number", 3,
        [](const Tally& t) { return target_ratio(t.right_frames, t.frames); }},
-      {"location_error_mm", "location error (mm)", 2,
+      {"location_error_mm", "localisation error (mm)", 2,
        [](const Tally& t) { return target_ratio(t.distance_mm, t.matched); }},
       {"ospa_mm", "OSPA (mm)", 2,
        [](const Tally& t) { return target_ratio(t.ospa_mm, t.frames); }}};
@@ -183,7 +183,7 @@ std::map<int, TargetCount> count_targets(std::span<const TargetFrame> frames,
 
 namespace {
 
-/// Where a fit reaches kResolvedShare; nothing where it does not.
+/// The gap at which a fit reaches kResolvedShare; nothing where it does not.
 std::optional<double> gap_reached(const std::vector<IsotonicBlock>& fit) {
   // The slack lets a share of 4 in 5 count, whatever the rounding of its mean.
   const auto resolves = [](const IsotonicBlock& b) { return b.value >= kResolvedShare - 1e-9; };

@@ -17,7 +17,7 @@
 
 namespace ertbench {
 
-/// What truly presses in a frame: the contacts whose centroids lie on the sheet.
+/// The truth of a frame: the contacts whose centroids lie on the sheet.
 struct TargetFrame {
   std::size_t scene = 0;  ///< frames of the same number show the same scene
   /// Whether the frame is one of those by which numbers of contacts are compared.
@@ -38,9 +38,9 @@ TargetFrame target_frame(const Sensor& sensor, const Scene& scene, std::size_t n
 /// narrower or wider than those between three or four contacts. `sets` [frames] numbers their sets.
 void leave_out_pair_sets(std::span<TargetFrame> frames, std::span<const std::size_t> sets);
 
-/// Found contacts held against the true ones.
+/// Detected contacts matched with the true ones.
 struct TargetMatch {
-  std::vector<bool> right;  ///< [found] whether it belongs to a true contact; else it is a ghost
+  std::vector<bool> right;  ///< [found] true contact of its own; else a false positive
   ContactScore score;
 };
 TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReading> found,
@@ -49,7 +49,7 @@ TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReadi
 /// Sums over frames.
 struct TargetTally {
   int frames = 0;
-  int right_frames = 0;  ///< with exactly as many contacts found as there are
+  int right_frames = 0;  ///< with exactly as many contacts detected as there are
   int there = 0;
   int found = 0;
   int matched = 0;
@@ -61,7 +61,7 @@ struct TargetTally {
 };
 
 /// A number by which solvers are compared; its sums are over all frames ("micro" averages), so that
-/// a frame in which nothing was found has its part in it.
+/// a frame in which nothing was detected has its part in it.
 struct TargetMetric {
   std::string key;      ///< in summary.json: "precision"
   std::string heading;  ///< of its column, with the unit
@@ -79,7 +79,7 @@ struct TargetCount {
   std::map<std::string, std::optional<Estimate>> metrics;  ///< all of target_metrics(), by key
 };
 
-/// By number of true contacts, over the frames with `counts` and a score. `scores` [frames]:
+/// Scores by number of true contacts, over the frames with `counts` and a score. `scores` [frames]:
 /// nothing where the solver did not get that far.
 ///
 /// Intervals are the bootstrap's over scenes, the same scenes for every solver; resamples in which
@@ -88,7 +88,7 @@ struct TargetCount {
 std::map<int, TargetCount> count_targets(std::span<const TargetFrame> frames,
                                          std::span<const std::optional<ContactScore>> scores);
 
-/// Share of scenes that are told apart from which on a gap counts as resolved.
+/// Share of resolved scenes from which on a gap counts as resolved.
 inline constexpr double kResolvedShare = 0.8;
 /// Scenes that must lie at a gap and above before it counts as resolved: the last few scenes alone
 /// say little.
@@ -98,7 +98,7 @@ inline constexpr int kLeastResolvedScenes = 10;
 struct GapTrial {
   double gap_mm = 0;
   int frames = 0;
-  int told_apart = 0;  ///< frames in which both contacts were found, each by one of its own
+  int told_apart = 0;  ///< frames in which both contacts were detected, each by one of its own
 
   double share() const { return double(told_apart) / frames; }
 };
@@ -108,7 +108,7 @@ struct GapTrial {
 std::vector<GapTrial> gap_trials(std::span<const TargetFrame> frames,
                                  std::span<const std::optional<ContactScore>> scores);
 
-/// Share of scenes that were told apart, in an interval of gaps.
+/// Share of resolved scenes in an interval of gaps.
 struct GapBin {
   double low_mm = 0;   ///< included
   double high_mm = 0;  ///< not included
@@ -117,7 +117,7 @@ struct GapBin {
   Estimate told_apart;  ///< Wilson's interval; of scenes with several frames the bootstrap's
 };
 
-/// The least gap from which on two contacts are told apart.
+/// The least gap from which on two contacts are resolved.
 struct ResolvableGap {
   enum class State {
     resolved,      ///< at `gap_mm`
@@ -143,7 +143,7 @@ struct TargetGaps {
   double least_mm = 0;  ///< of all gaps
   double largest_mm = 0;
   std::vector<GapBin> bins;        ///< those with scenes
-  std::vector<IsotonicBlock> fit;  ///< of the share told apart against the gap
+  std::vector<IsotonicBlock> fit;  ///< of the share resolved against the gap
   ResolvableGap resolvable;
 };
 

@@ -83,7 +83,8 @@ const char* const tracking_text =
     "stand for the middles of their frames, so that delay does not count. Of these, means over the "
     "characters that have such a value; a cell says of how many where not all have.\n\n"
     "Drop-outs: of the frames worked on while the finger was down, those for which no place was "
-    "reported. Dropped frames: of all, those that found the solver busy. Ghosts: confirmed tracks "
+    "reported. Dropped frames: of all, those that found the solver busy. False positives: "
+    "confirmed tracks "
     "that a frame shows while nothing touches during it, or farther than 40 mm from the finger. "
     "Read back: characters whose tracked strokes, as they are when it is known when the finger is "
     "down, are nearest to the right one of 36 templates by dynamic time warping.";
@@ -130,7 +131,7 @@ Cell latency_cell(const TrackingOfSolver& solver) {
   return cell;
 }
 
-/// Of a test set, whose name the headlines bear.
+/// The columns of a test set, which the headlines name.
 StudyColumns<TrackingOfSolver> tracking_columns(const std::string& set) {
   const auto headline = [set](const char* what) {
     return [text = set + ": " + what](const TrackingOfSolver&) { return text; };
@@ -160,7 +161,7 @@ StudyColumns<TrackingOfSolver> tracking_columns(const std::string& set) {
       score_column("dropped_frames", &TrackingScores::dropped_frames, "share", 100)
           .table("dropped frames (%)", 1),
       score_column("ghosts", &TrackingScores::ghosts, "per_frame", 100)
-          .table("ghosts (in 100 frames)", 1),
+          .table("false positives (in 100 frames)", 1),
       score_column("read_back", &TrackingScores::read_back, "share", 100)
           .table("read back (%)", 1)
           .headline(headline("read back (share)"), 3)};
@@ -323,7 +324,7 @@ Study tracking_study(const StudyInput& input) {
     section.report.tables.insert(section.report.tables.end(), rates.begin(), rates.end());
     section.report.notes.emplace_back(
         "Which frame rate is enough is said of the values as they were measured; the intervals of "
-        "the tables by condition say how far they can be told apart.");
+        "the tables by condition say whether they differ.");
   }
   section.figures = {tracking_sweep(conditions, law), tracking_gallery(conditions, law)};
   section.data = {{"", tracking_data(*conditions, law)}};

@@ -17,8 +17,8 @@ Study tracking_study(const StudyInput& input);
 /// A row a solver.
 TableSection tracking_table(const TrackingCondition& condition, const std::string& law);
 
-/// Which frame rate is enough: a row a solver, a column a speed; none where no speed was measured
-/// at two frame rates or more.
+/// The least sufficient frame rate: a row a solver, a column a speed; none where no speed was
+/// measured at two frame rates or more.
 std::vector<TableSection> frame_rate_tables(std::span<const TrackingCondition> conditions,
                                             const std::string& law);
 

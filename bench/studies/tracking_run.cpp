@@ -26,7 +26,7 @@ constexpr double most_further_lag_s = 0.1;
 /// Times that are equal but for rounding.
 constexpr double same_time_s = 1e-9;
 
-/// Where the finger is, mm; nothing while it is up.
+/// The finger's position, mm; nothing while it is up.
 std::optional<Vector2d> finger_at(const TouchSequence& truth, double time_s) {
   for (const TouchPath& path : truth.paths) {
     const Touch touch = path.at(time_s);
@@ -43,9 +43,10 @@ std::optional<std::size_t> stroke_at(const TouchSequence& truth, double time_s) 
   return std::nullopt;
 }
 
-/// Whether a track that a frame shows is none of the finger's. What the drives at both ends of the
-/// frame saw counts too: a finger that is lifted during a frame is no ghost in it.
-bool is_ghost(const TouchSequence& truth, const StreamFrame& frame, const Vector2d& place_mm) {
+/// True if a track that a frame shows is a false positive. The drives at both ends of the frame
+/// count too: a finger that is lifted during a frame is none.
+bool is_false_positive(const TouchSequence& truth, const StreamFrame& frame,
+                       const Vector2d& place_mm) {
   const double begin_s = 2 * frame.middle_s - frame.end_s;
   for (const double time_s : {begin_s, frame.middle_s, frame.end_s}) {
     const auto finger = finger_at(truth, time_s);
@@ -54,7 +55,7 @@ bool is_ghost(const TouchSequence& truth, const StreamFrame& frame, const Vector
   return true;
 }
 
-/// What is known at equally distant moments, each of them in the middle of its share of the time.
+/// Positions known at equally distant moments, each of them in the middle of its share of the time.
 std::vector<PathPoint> known_places(std::span<const StreamReport> reports, double duration_s) {
   std::vector<PathPoint> known;
   std::size_t out = 0;  // reports that are out
@@ -154,9 +155,9 @@ TrackedCharacter track_character(const TouchSequence& truth, std::span<const Str
   out.worked_on = static_cast<int>(reports.size());
   for (const StreamReport& report : reports) {
     const StreamFrame& frame = frames[report.frame];
-    out.ghosts += static_cast<int>(
-        std::count_if(report.seen_mm.begin(), report.seen_mm.end(),
-                      [&](const Vector2d& place) { return is_ghost(truth, frame, place); }));
+    out.ghosts += static_cast<int>(std::count_if(
+        report.seen_mm.begin(), report.seen_mm.end(),
+        [&](const Vector2d& place) { return is_false_positive(truth, frame, place); }));
     const auto stroke = stroke_at(truth, frame.middle_s);
     if (!stroke) continue;
     ++out.touched;
@@ -179,7 +180,7 @@ TrackedCharacter track_character(const TouchSequence& truth, std::span<const Str
 
 namespace {
 
-/// What one character adds to the two sums of a ratio.
+/// One character's terms of the two sums of a ratio.
 struct RatioPart {
   double of = 0;
   double in = 0;

@@ -12,14 +12,14 @@
 
 namespace ertbench {
 
-/// A frame as a solver gets it, and what that found in it.
+/// A frame as a solver gets it, and the contacts that it detected.
 struct StreamFrame {
   double middle_s = 0;  ///< of its drives: the contacts' places are those of this time
   double end_s = 0;     ///< when all of its voltages are there
   std::vector<Eigen::Vector2d> contacts_mm;  ///< from the sheet's centre, the strongest first
 };
 
-/// What is known from a moment on, until the next report.
+/// The knowledge from a moment on, until the next report.
 struct StreamReport {
   std::size_t frame = 0;  ///< that it is made from
   double out_s = 0;
@@ -55,8 +55,8 @@ struct TrackedCharacter {
   /// [strokes] the places reported of those frames in the middle of which the finger was down.
   std::vector<Polyline> tracked;
 
-  // Of the places known at equally distant moments of the character, which are those of the latest
-  // report, from where the finger is at the same moment, and from where it was `lag_s` before.
+  // Root mean square distance of the positions known at equally distant moments, those of the
+  // latest report, from the finger's at the same moment, and from the finger's `lag_s` before.
   std::optional<double> rms_mm;
   std::optional<double> rms_without_lag_mm;
   std::optional<double> lag_s;
@@ -81,8 +81,8 @@ inline constexpr double kGhostDistance = 40;  ///< mm
 TrackedCharacter track_character(const TouchSequence& truth, std::span<const StreamFrame> frames,
                                  double latency_s, const CharacterReader& reader);
 
-/// Of one solver's characters; absent where none has such a value. Intervals: of means and ratios
-/// by the bootstrap over characters (all repeats of one together), of the share read back
+/// Scores over one solver's characters; absent where none has such a value. Intervals: of means and
+/// ratios by the bootstrap over characters (all repeats of one together), of the share read back
 /// Wilson's.
 struct TrackingScores {
   // Means over the characters that have the value (TrackedCharacter).
@@ -96,7 +96,7 @@ struct TrackingScores {
   // Ratios of sums over all characters.
   std::optional<Estimate> drop_outs;       ///< of the frames worked on while the finger was down
   std::optional<Estimate> dropped_frames;  ///< of all frames
-  std::optional<Estimate> ghosts;          ///< in a frame worked on; may be above 1
+  std::optional<Estimate> ghosts;          ///< false positives in a frame worked on; may be above 1
   std::optional<Estimate> read_back;       ///< of all characters
 };
 
@@ -134,7 +134,7 @@ struct RateValue {
 /// or the best is a share of 0. `most_is_best`: as of shares, unlike errors.
 std::optional<double> enough_frame_rate(std::span<const RateValue> rates, bool most_is_best);
 
-/// Which frame rate is enough for one solver at one speed and noise, of two or more.
+/// The least sufficient frame rates for one solver at one speed and noise, of two or more.
 struct EnoughFrameRate {
   std::string label;
   double speed_mm_s = 0;
@@ -144,7 +144,7 @@ struct EnoughFrameRate {
   std::optional<double> for_the_place;  ///< by the RMS distance
 };
 
-/// By solver, then by noise and speed.
+/// Ordered by solver, then by noise and speed.
 std::vector<EnoughFrameRate> enough_frame_rates(std::span<const TrackingCondition> conditions);
 
 }  // namespace ertbench
