@@ -31,7 +31,7 @@ std::span<const Command> commands() {
       {"cache", add_cache},
       {"live", nullptr, "live", "Images, contacts and forces from a stream of frames"},
       {"trial", add_trial},
-      {"probes", add_probes},
+      {"probes", nullptr, "limit"},
       {"element", nullptr, "tools"}};
   return all;
 }

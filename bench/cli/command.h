@@ -31,7 +31,6 @@ Action add_list(CLI::App& command);
 Action add_reconstruct(CLI::App& command);
 Action add_calibrate(CLI::App& command);
 Action add_score(CLI::App& command);
-Action add_probes(CLI::App& command);
 // Those of the part "tools", which is made of several files.
 Action add_check(CLI::App& command);
 Action add_publish(CLI::App& command);

@@ -59,8 +59,7 @@ ExitCode element(const ElementArguments& arguments) {
 
 static Action add_element(CLI::App& command) {
   const auto arguments = std::make_shared<ElementArguments>();
-  command.description("One element of an array of run --engine slurm");
-  command.group("");  // hidden
+  // Hidden: one element of an array of run --engine slurm.
   add_experiment(command, arguments->experiment);
   command.add_option("--set", arguments->set)->allow_extra_args(false);
   command.add_option("--list", arguments->list)->required();

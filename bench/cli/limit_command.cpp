@@ -203,9 +203,8 @@ static Action add_limit(CLI::App& command) {
   return [arguments] { return limit(*arguments); };
 }
 
-Action add_probes(CLI::App& command) {
-  command.description("The probes of this program as JSON, by name; used by tests");
-  command.group("");  // hidden
+static Action add_probes(CLI::App& command) {
+  // Hidden: the probes of this program as JSON, by name; used by tests.
   const auto against = std::make_shared<std::string>();
   command.add_option(
       "--against", *against,
@@ -230,6 +229,7 @@ Action add_probes(CLI::App& command) {
 }  // namespace ertbench
 
 extern "C" void ertbench_part_limit(ertbench::Part& part) {
-  static constexpr ertbench::Command commands[] = {{"limit", ertbench::add_limit}};
+  static constexpr ertbench::Command commands[] = {{"limit", ertbench::add_limit},
+                                                   {"probes", ertbench::add_probes}};
   part.commands = commands;
 }
