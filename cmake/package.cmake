@@ -44,4 +44,52 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/ertbench-config-ver
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config.cmake
   ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config-version.cmake DESTINATION ${package})
-install(FILES LICENSE CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# Files that the installed program looks for (project_folder).
+install(DIRECTORY sensors experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench)
+install(DIRECTORY results/networks DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench/results OPTIONAL)
+
+# The Debian package, by `cpack -G DEB` in a build folder. That of the preset `package` runs on any x86-64
+# processor with AVX2, that of `release` on processors like the one that it was built on.
+set(debian ${CMAKE_CURRENT_BINARY_DIR}/debian)
+file(WRITE ${debian}/changelog "ertbench (${PROJECT_VERSION}) unstable; urgency=medium
+
+  * Release ${PROJECT_VERSION}; CHANGELOG.md of the sources tells what is new.
+
+ -- The ertbench authors <ertbench@localhost>  Sat, 21 Nov 2026 12:00:00 +0000
+")
+execute_process(COMMAND gzip -9nf ${debian}/changelog)
+file(READ LICENSE license)
+string(REGEX REPLACE "\n" "\n " license "${license}")
+string(REPLACE "\n \n" "\n .\n" license "${license}")
+file(WRITE ${debian}/copyright
+  "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
+Upstream-Name: ertbench
+
+Files: *
+Copyright: 2026, the ertbench authors
+License: BSD-3-Clause
+ ${license}")
+install(FILES ${debian}/copyright ${debian}/changelog.gz DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME ertbench)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_CONTACT "The ertbench authors <ertbench@localhost>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "reconstruction methods of tomographic tactile skins, compared
+ Datasets, reconstruction methods, accuracy and latency of electrical resistance
+ tomography for robotic skins, driven by JSON experiments. The package has the
+ program, its libraries and headers, sensors, experiments and fitted networks.")
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/core ${CMAKE_BINARY_DIR}/forward
+  ${CMAKE_BINARY_DIR}/solvers ${CMAKE_BINARY_DIR}/bench)
+# Programs and libraries that are looked for at run time. Without OpenBLAS libtorch is ten times slower.
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "gnuplot-nox, fonts-dejavu-core, libopenblas0-openmp")
+include(CPack)

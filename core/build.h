@@ -20,11 +20,12 @@ const Build& this_build();
 std::string commit_text(const std::string& commit, bool dirty);
 
 /// The folder of the sources that the program was built from: where the program lies in a build
-/// folder of it, wherever that was moved to, the folder above; else where it was when it was built.
+/// folder of it, wherever that was moved to, the folder above; of an installed program
+/// share/ertbench of its prefix; else where it was when it was built.
 std::filesystem::path project_folder();
 
 /// Where datasets, fitted solvers and probes are kept: $ERTBENCH_CACHE, else `cache` in the
-/// project's folder.
+/// project's folder; of an installed program ertbench in $XDG_CACHE_HOME or ~/.cache.
 std::filesystem::path cache_folder();
 
 }  // namespace ertbench

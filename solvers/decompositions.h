@@ -11,8 +11,8 @@ struct DenseSvd {
   Eigen::MatrixXd right;
 };
 
-/// Thin singular value decomposition by Eigen's divide and conquer. Compiled in one place, because
-/// the templates take half a minute.
+/// Thin singular value decomposition by LAPACK's divide and conquer, on one thread. Throws
+/// std::runtime_error where it does not converge, as with numbers that are not finite.
 DenseSvd dense_svd(const Eigen::MatrixXd& matrix);
 
 /// A = vectors diag(values) vectors^T, values ascending.
@@ -21,7 +21,7 @@ struct SymmetricEigen {
   Eigen::MatrixXd vectors;
 };
 
-/// Eigendecomposition of a symmetric matrix; reads its lower triangle. Compiled in one place.
+/// Eigendecomposition of a symmetric matrix; reads its lower triangle. Otherwise as dense_svd.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 
 }  // namespace ertbench

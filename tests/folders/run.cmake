@@ -1,7 +1,8 @@
 # Configures the sources SOURCE in two folders of WORK, one of which has rooms' names in its path. The
 # commands that compile them must be the same but for the path: a checkout may lie anywhere.
 function(compile_commands variable folder)
-  file(COPY ${SOURCE}/core ${SOURCE}/forward ${SOURCE}/solvers ${SOURCE}/bench ${SOURCE}/cmake
+  file(COPY ${SOURCE}/core ${SOURCE}/forward ${SOURCE}/solvers ${SOURCE}/frames ${SOURCE}/limit
+    ${SOURCE}/live ${SOURCE}/bench ${SOURCE}/cmake
     ${SOURCE}/CMakeLists.txt ${SOURCE}/CMakePresets.json DESTINATION ${folder})
   # Benchmarks, learned solvers and tests are found slowly, and lie in folders of their own.
   execute_process(
