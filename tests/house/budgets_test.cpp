@@ -21,7 +21,7 @@ struct Budgets {
   std::size_t files = 520;          ///< of C++ outside tests/
   std::size_t median_lines = 110;   ///< of these files, at least
   std::size_t longest_lines = 450;  ///< of any of these files
-  std::size_t readme_lines = 120;
+  std::size_t readme_lines = 240;
   std::uintmax_t tree_mb = 40;      ///< all tracked files
   std::uintmax_t results_mb = 15;   ///< results/ without networks
   std::uintmax_t networks_mb = 16;  ///< results/networks
