@@ -136,6 +136,15 @@ TEST_F(StagesTest, WhatWasReadOutOfTheImagesIsKeptWhereItIsAskedFor) {
   }
 }
 
+TEST_F(StagesTest, APartThatIsNotBuiltIsSaidByName) {
+  try {
+    part_named("nobody");
+    FAIL() << "found a part called nobody";
+  } catch (const PartMissing& missing) {
+    EXPECT_EQ(missing.part(), "nobody");
+  }
+}
+
 TEST_F(StagesTest, NamesThatDoNotExistAreRefused) {
   try {
     stage_named("speed", 20);
