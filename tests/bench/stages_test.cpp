@@ -5,6 +5,7 @@
 
 #include "bench/features/features.h"
 #include "bench/record/record_file.h"
+#include "bench/record/stamps.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
 #include "bench/run/trial.h"
@@ -168,7 +169,7 @@ TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
     EXPECT_FALSE(records.read(job)) << job.name;
     const std::string key = stage->key(experiment_, job);
     std::filesystem::create_directories(folder_ / "records");
-    write_record(records.file(job), {{"rows", 3}}, key, stamp_of_records({}));
+    write_record(records.file(job), {{"rows", 3}}, key, stamp_of_record(experiment_, job.entry));
     EXPECT_FALSE(records.read(job)) << job.name << ": the right key alone is not enough";
     testing::write_text(records.file(job), "{\"key\": \"" + key);
     EXPECT_FALSE(records.read(job)) << job.name << ": cut off";
@@ -177,9 +178,11 @@ TEST_F(StagesTest, RecordsThatAreNotTheStagesOwnAreNone) {
   const Job job = stage->jobs(experiment_).front();
   const JobRecords records(*stage, experiment_, folder_.path());
   const json sound = {{"models", json::object()}};
-  write_record(records.file(job), sound, stage->key(experiment_, job), stamp_of_records({}));
+  write_record(records.file(job), sound, stage->key(experiment_, job),
+               stamp_of_record(experiment_, job.entry));
   EXPECT_TRUE(records.read(job));
-  write_record(records.file(job), sound, "of another experiment", stamp_of_records({}));
+  write_record(records.file(job), sound, "of another experiment",
+               stamp_of_record(experiment_, job.entry));
   EXPECT_FALSE(records.read(job));
 }
 

@@ -9,6 +9,7 @@
 #include "bench/ladder/ladder_figures.h"
 #include "bench/ladder/ladder_results.h"
 #include "bench/record/record_file.h"
+#include "bench/record/stamps.h"
 #include "bench/report/differences.h"
 #include "bench/report/result_table.h"
 #include "bench/run/datasets.h"
@@ -76,7 +77,7 @@ class Run {
  private:
   void put(const Stage& stage, const Job& job, const json& record) const {
     write_record(record_file(folder() / "results", job.name), record, stage.key(experiment_, job),
-                 stamp_of_records({}));
+                 stamp_of_record(experiment_, job.entry));
   }
 
   void finish(const Stage& stage) const {
