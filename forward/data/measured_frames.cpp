@@ -132,7 +132,7 @@ void visit(Fields& fields, MeasuredFrames& frames, double unit, double radius) {
   fields.object("contact", [&](Fields& contact) { visit_contact(contact, frames, unit, radius); });
 }
 
-/// What was found in the file, for a recipe that is read without it.
+/// The findings of an earlier inspection, for a recipe that is read without the file.
 void visit_found(Fields& fields, MeasuredFrames& frames) {
   fields.required().text("file", frames.name);
   fields.required().text("checksum", frames.checksum);
