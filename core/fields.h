@@ -106,7 +106,7 @@ class Fields {
   void name(const char* key, std::string& value, const std::vector<std::string>& names);
   /// An object with fields of its own, whose defaults stand where it is left out.
   void object(const char* key, const Visit& visit);
-  /// The same of a struct that there may not be.
+  /// As above for an optional struct.
   template <typename Struct, typename VisitStruct>
   void object(const char* key, std::optional<Struct>& value, const VisitStruct& visit) {
     if (reading() && !is_given(key)) return;

@@ -251,7 +251,7 @@ std::string Canvas::data(const std::string& text) {
 }
 
 void Canvas::draw(const std::filesystem::path& stem) const {
-  // The marks belong to a last plot, of nothing, over the whole picture.
+  // The marks belong to a last, empty plot over the whole picture.
   const std::string commands =
       "set multiplot\nset style textbox opaque noborder fillcolor 'white' margins 0.3,0.3\n" +
       plots_.str() + margins({0, 0, double(width_), double(height_)}, width_, height_) +

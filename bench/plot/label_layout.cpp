@@ -36,7 +36,7 @@ double side_of(const Segment& line, double x, double y) {
   return (line.x2 - line.x1) * (y - line.y1) - (line.y2 - line.y1) * (x - line.x1);
 }
 
-// What is wrong with a place, in px by which it may be farther away for that not to be so.
+// Costs of a position's flaws, as the px of additional distance that each is worth.
 constexpr double along = 4;         ///< of a leader, each px that runs through what is taken
 constexpr double striking = 40;     ///< each line that runs through the name
 constexpr double crossing = 1000;   ///< a leader crosses another or a name
@@ -185,7 +185,7 @@ class Layout {
     return in_conflict(*a, *b) ? crossing : 0;
   }
 
-  /// Of a label at that place, as the others stand.
+  /// Cost of a label at that position, with the others where they are.
   double cost_of(std::size_t label, const Choice& choice) const {
     double cost = own_cost(label, choice);
     const Candidate* own = chosen(label, choice);

@@ -18,7 +18,7 @@ constexpr std::array kViridis = {rgb(0x440154), rgb(0x482878), rgb(0x3e4a89), rg
                                  rgb(0x26828e), rgb(0x1f9e89), rgb(0x35b779), rgb(0x6ece58),
                                  rgb(0xb5de2b), rgb(0xfde725)};
 
-// RdBu of ColorBrewer (Brewer et al. 2003), reversed: told apart with any kind of colour vision.
+// RdBu of ColorBrewer (Brewer et al. 2003), reversed: distinguishable with any colour vision.
 constexpr std::array kBlueToRed = {rgb(0x053061), rgb(0x2166ac), rgb(0x4393c3), rgb(0x92c5de),
                                    rgb(0xd1e5f0), rgb(0xf7f7f7), rgb(0xfddbc7), rgb(0xf4a582),
                                    rgb(0xd6604d), rgb(0xb2182b), rgb(0x67001f)};
@@ -92,10 +92,10 @@ Colour hue(std::size_t index) {
 
 namespace {
 
-/// Of a character as a rule, as a part of the font's size.
+/// Typical width of a character, relative to the font size.
 constexpr double character_width = 0.58;
 
-/// The same of one character, as DejaVu Sans has it, which is wider than most.
+/// Width of one character in DejaVu Sans, which is wider than most fonts.
 double width_of(char c) {
   constexpr std::string_view narrow = "ijl I.,:;'|!()[]";
   constexpr std::string_view slender = "frt-/\"";

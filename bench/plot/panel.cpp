@@ -30,7 +30,7 @@ std::vector<double> even_ticks(const Span& span, int ticks) {
   const double step = round_step(span.high - span.low, ticks);
   const double first = std::ceil(span.low / step - 1e-9);
   const double last = std::floor(span.high / step + 1e-9);
-  // Spans so narrow that their ends are hardly told apart have no ticks between them.
+  // Spans whose ends are nearly equal have no ticks between them.
   constexpr double most = 1e15;
   constexpr int most_ticks = 1000;
   if (!(std::abs(first) < most && last - first < most_ticks)) return out;
@@ -144,7 +144,7 @@ namespace {
 constexpr int size = 10;
 constexpr double entry_gap = 16;  ///< between two entries, px
 
-/// Of what stands before the text, px.
+/// Width of the symbol before the text, px.
 double sample_width(const LegendEntry& entry) {
   if (entry.line) return entry.mark && entry.line->dash > 1 ? 46 : 34;
   if (entry.mark || entry.fill) return 13;

@@ -109,7 +109,7 @@ class Legend {
   Legend(double left, double right, std::optional<int> columns = {});
 
   void add(LegendEntry entry);
-  /// What is added next begins a line.
+  /// Starts a new line of entries.
   void new_line() { broken_ = true; }
 
   double height() const { return entries_.empty() ? 0 : line_height * (line_ + 1); }

@@ -211,7 +211,7 @@ class FieldProducts {
       }
     } else if (!is_whole) {
       const Vector2d middle = box.center();
-      // Of a box whose middle is off the sheet, the part on it is beside the border.
+      // If the centre is off the sheet, the part on the sheet lies next to the border.
       const double beyond = std::max(0.0, -sheet_.depth(middle));
       const Vector2d inwards = (sheet_.bounds().center() - middle).normalized();
       add_point(middle + (beyond > 0 ? beyond + 1e-9 : 0) * inwards, part * box.volume());

@@ -125,14 +125,14 @@ void visit_contact(Fields& fields, MeasuredFrames& frames, double unit, double r
   });
 }
 
-/// Fields that are declared, not found in the file. `unit` and `radius` are of the sheet.
+/// Declared fields; the others come from the file. `unit` and `radius` are of the sheet.
 void visit(Fields& fields, MeasuredFrames& frames, double unit, double radius) {
   fields.derived().rows("rows", frames.first, frames.last, 1000000000);
   fields.number("scale", frames.scale, {1e-12, 1e12, false, "V"});
   fields.object("contact", [&](Fields& contact) { visit_contact(contact, frames, unit, radius); });
 }
 
-/// What was found in the file, for a recipe that is read without it.
+/// The findings of an earlier inspection, for a recipe that is read without the file.
 void visit_found(Fields& fields, MeasuredFrames& frames) {
   fields.required().text("file", frames.name);
   fields.required().text("checksum", frames.checksum);

@@ -1,5 +1,5 @@
-// What an image of a learned solver costs, on one thread, with weights of hardly any training: time
-// does not depend on them.
+// Time of an image of a learned solver on one thread, with weights of almost no training, on which
+// the time does not depend.
 //
 //   build/release/benchmarks/inference_benchmark
 //   build/release/benchmarks/inference_benchmark --benchmark_filter='dd-ert|limit'

@@ -34,7 +34,7 @@ double least_time_of_one_frame(const Arithmetic& work);
 const char* limit_of(const Arithmetic& work);
 const char* limit_of_one_frame(const Arithmetic& work);
 
-/// What libtorch's own libraries reach at most on one thread, FLOP/s; as in machine_limits.h
+/// Peak rates of libtorch's own libraries on one thread, FLOP/s; as in machine_limits.h
 /// measured when first asked for. start_torch must have been called.
 
 /// The better of libtorch's (OpenBLAS's) and Eigen's product of two large square matrices.

@@ -1,4 +1,4 @@
-// What a training step costs: a batch through the whole step of each network (images, losses,
+// Time of a training step: a batch through the whole step of each network (images, losses,
 // gradients, Adam; for dd-ert generator and discriminator), data at hand.
 //
 //   build/release/benchmarks/training_benchmark --benchmark_filter=dd-ert

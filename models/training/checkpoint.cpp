@@ -82,7 +82,7 @@ void set_state(torch::optim::Adam& optimiser, const NamedTensors& state) {
 
 namespace {
 
-/// Of a training that has finished an epoch.
+/// Result of a training with at least one finished epoch.
 TrainingResult read_result(const Hdf5File& file) {
   TrainingResult result;
   try {

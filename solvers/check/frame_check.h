@@ -11,11 +11,11 @@
 
 namespace ertbench {
 
-/// The value that a share `share` of frames like these exceeds. It is the quantile of a generalised
+/// The value that a fraction `share` of such frames exceeds. It is the quantile of a generalised
 /// Pareto tail, heavy or bounded, fitted to the largest tenth of `values` (all >= 0) by the moments
 /// of their logarithms (Dekkers, Einmahl and de Haan, Ann. Statist. 17, 1989), and at least the
 /// quantile of the values themselves. Needs some hundred values.
-/// Of one value, or of equal ones, it is the largest. Throws std::invalid_argument for none.
+/// If all values are equal it is that value. Throws std::invalid_argument without a value.
 double tail_limit(Eigen::VectorXd values, double share);
 
 /// Usual mean square q for a signal of square s: q = a + b s. Covers noise of a fixed level, noise
