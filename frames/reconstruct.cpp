@@ -364,7 +364,7 @@ CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path&
   outcome.verdict = check_reference(frames.sensor(), mean, {});
   ReferenceVerdict& verdict = outcome.verdict;
   using State = ReferenceVerdict::State;
-  // What a level would be mended by is what is wanted here.
+  // A wrong level alone is accepted: the calibration measures it.
   const bool level_alone = verdict.state == State::mendable && verdict.is_level_alone;
   if (verdict.state != State::sound && !level_alone && !force) {
     if (!fix || verdict.state == State::beyond_help) {

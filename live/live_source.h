@@ -76,7 +76,7 @@ std::optional<FrameFormat> frame_format_named(std::string_view name);
 
 class Stop;
 
-/// Where frames come from.
+/// An input of frames.
 class LiveSource {
  public:
   virtual ~LiveSource() = default;
