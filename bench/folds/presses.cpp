@@ -289,8 +289,7 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
   section.report.title = "Presses (D.1 on measured frames)";
   section.report.text =
       "Distance of the detected contact from the position that was pressed, on presses that the "
-      "solver "
-      "has not seen: the frames of " +
+      "solver has not seen: the frames of " +
       frames.name + " in " + std::to_string(folds.count) +
       " folds. A solver that images is read by the strongest contact of its image. A missed press "
       "counts as guessed in the middle of the sheet. Intervals: 95 %, by the "

@@ -180,8 +180,7 @@ std::vector<std::string> collision_notes(const CollisionResults& results) {
       "Highest speed: up to which 95 % of the runs stay under " + number_text(results.arm.aim_N) +
           " N. Without any delay the way v²/2a alone allows " +
           fixed(results.arm.highest_speed_m_s(), 3) +
-          " m/s. \"< x\": not even the slowest runs do; a "
-          "dash: fewer than forty runs."};
+          " m/s. \"< x\": not even the slowest runs do; a dash: fewer than forty runs."};
 }
 
 void add_headlines(const Detector& detector, std::vector<Headline>& out) {

@@ -274,9 +274,8 @@ Study sensitivity_study(const StudyInput& input) {
       "Each area of the sheet is pressed with growing and then with falling force; strengths are "
       "those at the end of each hold. Areas that the sheet's symmetries take into each other are a "
       "region. Peak: the largest |δσ| of the image; sum: its integral over the sheet. Force is "
-      "read "
-      "from the strength by a calibration of the region in which the touch was located, made on "
-      "presses of its own. Steps up that read higher: of all steps up in force. Spread inside a "
+      "read from the strength by a calibration of the region in which the touch was located, made "
+      "on presses of its own. Steps up that read higher: of all steps up in force. Spread inside a "
       "region: standard deviation of its areas over their mean, at the largest force. Hysteresis: "
       "falling less rising strength at the same force, over the rising span. The last three are "
       "means over the regions; each region's own, with intervals, are in summary.json.";

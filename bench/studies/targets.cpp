@@ -278,32 +278,26 @@ std::vector<std::string> targets_notes(const ContactDistances& distances) {
       "within " +
           number_text(distances.match) +
           " mm; the others are false positives. Precision is the share of the detected contacts "
-          "that "
-          "belong to a true one, recall the share of the true ones that were detected, F1 the "
-          "harmonic mean of "
-          "both: all over the contacts of all frames together. Right number: the share of frames "
-          "with exactly as many contacts detected as there are. Localisation error: mean distance "
-          "of the detected contacts from theirs. OSPA: mean distance of the two sets, in which a "
-          "contact too "
-          "many or too few is " +
+          "that belong to a true one, recall the share of the true ones that were detected, F1 the "
+          "harmonic mean of both: all over the contacts of all frames together. Right number: the "
+          "share of frames with exactly as many contacts detected as there are. Localisation "
+          "error: mean distance of the detected contacts from theirs. OSPA: mean distance of the "
+          "two sets, in which a contact too many or too few is " +
           number_text(distances.ospa) + " mm away.",
       "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
       "stay together; where all scenes give the same number they have no width. Shares of scenes "
       "or frames that each count once have Wilson's. Where a solver was trained with several "
-      "seeds, "
-      "these numbers are of the first.",
+      "seeds, these numbers are of the first.",
       "Gap: distance between the circles around the two footprints. Resolved: each of the two "
       "contacts was detected, by a contact of its own. The resolvable gap is the least from which "
       "on " +
           number_text(100 * kResolvedShare) +
-          " % are resolved: where the isotonic fit (pool adjacent violators) of the share "
-          "against "
+          " % are resolved: where the isotonic fit (pool adjacent violators) of the share against "
           "the gap reaches that, by its value and not by a limit of its uncertainty, and at "
           "least " +
           std::to_string(kLeastResolvedScenes) +
           " scenes lie there and above. In its interval \"< set\" is below the least gap there "
-          "was, "
-          "\"> set\" above the largest; the bootstrap of an isotonic fit is a rough one.",
+          "was, \"> set\" above the largest; the bootstrap of an isotonic fit is a rough one.",
       "A set that holds pairs alone, beside another with pairs among its scenes, serves the gaps "
       "and not the comparison of numbers of contacts."};
 }
@@ -339,8 +333,7 @@ Study study_of_targets(const TargetCircumstances& circumstances, const TargetRes
   section.report.title = "Several contacts (D.3)";
   section.report.text =
       "How many of one to several contacts at rest are detected, how many false positives come "
-      "with "
-      "them, and how close two may be before they are detected as one.";
+      "with them, and how close two may be before they are detected as one.";
   section.report.tables = {targets_count_table(circumstances, results),
                            targets_gap_table(circumstances, results)};
   section.report.notes = targets_notes(circumstances.distances);

@@ -74,20 +74,19 @@ const char* const tracking_text =
     "A finger writes characters at constant speed. Frame n reaches the solver when its last drive "
     "is measured, and the result is out after the solver's own median latency; a frame that comes "
     "while it is busy waits, and is dropped when a newer one comes. The contacts go through one "
-    "tracker, the same for all solvers, which confirms a track after two frames.\n\n"
-    "RMS: the place known at a moment (that of the latest report) against the finger at the same "
-    "moment, over 500 moments of each character while the finger is down. Lag: the delay that "
-    "makes this RMS least, over the moments whose past of up to the longest lag looked at lies in "
-    "strokes; RMS without lag: what then remains. Fréchet: the discrete Fréchet distance of the "
-    "tracked path from the written one, stroke by stroke, of a character the largest; the places "
-    "stand for the middles of their frames, so that delay does not count. Of these, means over the "
-    "characters that have such a value; a cell says of how many where not all have.\n\n"
-    "Drop-outs: of the frames worked on while the finger was down, those for which no place was "
-    "reported. Dropped frames: of all, those that found the solver busy. False positives: "
-    "confirmed tracks "
-    "that a frame shows while nothing touches during it, or farther than 40 mm from the finger. "
-    "Read back: characters whose tracked strokes, as they are when it is known when the finger is "
-    "down, are nearest to the right one of 36 templates by dynamic time warping.";
+    "tracker, the same for all solvers, which confirms a track after two frames.\n\nRMS: the place "
+    "known at a moment (that of the latest report) against the finger at the same moment, over 500 "
+    "moments of each character while the finger is down. Lag: the delay that makes this RMS least, "
+    "over the moments whose past of up to the longest lag looked at lies in strokes; RMS without "
+    "lag: what then remains. Fréchet: the discrete Fréchet distance of the tracked path from the "
+    "written one, stroke by stroke, of a character the largest; the places stand for the middles "
+    "of their frames, so that delay does not count. Of these, means over the characters that have "
+    "such a value; a cell says of how many where not all have.\n\nDrop-outs: of the frames worked "
+    "on while the finger was down, those for which no place was reported. Dropped frames: of all, "
+    "those that found the solver busy. False positives: confirmed tracks that a frame shows while "
+    "nothing touches during it, or farther than 40 mm from the finger. Read back: characters whose "
+    "tracked strokes, as they are when it is known when the finger is down, are nearest to the "
+    "right one of 36 templates by dynamic time warping.";
 
 }  // namespace
 
