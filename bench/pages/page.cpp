@@ -1,13 +1,13 @@
 #include "bench/pages/page.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <utility>
 
 #include "bench/pages/page_expression.h"
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -29,15 +29,72 @@ std::pair<std::string, std::string> head_of(const std::string& text) {
   return {text.substr(0, blank), trimmed(text.substr(blank))};
 }
 
+/// "BEFORE: LINE" in its two parts.
+std::pair<std::string, std::string> line_of(const std::string& text) {
+  std::size_t colon = text.find(':');
+  while (colon < text.size() && std::string(" \n").find(text[colon + 1]) == std::string::npos) {
+    colon = text.find(':', colon + 1);
+  }
+  if (colon >= text.size()) throw InputError("\":\" and a line are missing");
+  return {text.substr(0, colon), trimmed(text.substr(colon + 1))};
+}
+
 bool is_format(const std::string& word) {
   return word == "d" || word == "us" || (word.size() > 2 && word[0] == '.');
 }
 
+/// The end of what begins with a brace at `open`; npos where its braces are not closed.
+std::size_t end_of(const std::string& text, std::size_t open) {
+  int depth = 0;
+  for (std::size_t at = open; at < text.size(); ++at) {
+    depth += text[at] == '{' ? 1 : text[at] == '}' ? -1 : 0;
+    if (depth == 0) return at + 1;
+  }
+  return std::string::npos;
+}
+
+void replace_all(std::string& text, const std::string& word, const std::string& by) {
+  for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += by.size()) {
+    text.replace(at, word.size(), by);
+  }
+}
+
 class Page {
  public:
-  explicit Page(const fs::path& results) : results_(results) {}
+  Page(std::string name, const fs::path& results) : name_(std::move(name)), results_(results) {}
 
+  std::string render(const std::string& text) {
+    std::string out;
+    std::size_t at = 0;
+    while (true) {
+      const std::size_t open = text.find("{{", at);
+      out += text.substr(at, open - at);
+      if (open == std::string::npos) return out;
+      if (!nested_)
+        line_ = 1 + std::count(text.begin(), text.begin() + static_cast<long>(open), '\n');
+      const std::size_t end = end_of(text, open);
+      const std::string place = name_ + ": line " + std::to_string(line_) + ": ";
+      if (end == std::string::npos) throw InputError(place + "\"}}\" is missing");
+      const std::string inside = trimmed(text.substr(open + 2, end - open - 4));
+      std::string made;
+      try {
+        made = directive(inside);
+      } catch (const InputError& error) {
+        if (nested_) throw;
+        throw InputError(place + "{{" + inside + "}}: " + error.what());
+      }
+      out += made;
+      at = end;
+      // A line of which nothing is left goes altogether.
+      const bool alone = made.empty() && (out.empty() || out.back() == '\n');
+      if (alone && at < text.size() && text[at] == '\n') ++at;
+    }
+  }
+
+ private:
   std::string directive(const std::string& inside) {
+    const auto [first, all] = head_of(inside);
+    if (first == "rows" || first == "cells") return repeated(all, first == "rows" ? "\n" : " ");
     const auto [head, rest] = head_of(with_names(inside));
     if (head == "let") {
       const auto [name, text] = head_of(rest);
@@ -53,25 +110,38 @@ class Page {
     return formatted(evaluate(head + " " + rest, results_), "d");
   }
 
- private:
   std::string with_names(std::string text) const {
-    for (const auto& [name, meaning] : names_) {
-      for (std::size_t at = 0; (at = text.find("$" + name, at)) != std::string::npos;) {
-        text.replace(at, name.size() + 1, meaning);
-        at += meaning.size();
-      }
+    // From the back, so that of two names that begin alike the longer one is found.
+    for (auto name = names_.rbegin(); name != names_.rend(); ++name) {
+      replace_all(text, "$" + name->first, name->second);
     }
     return text;
   }
 
+  /// `text`: "NAME ITEM|ITEM...: TEXT".
+  std::string repeated(const std::string& text, const std::string& separator) {
+    const auto [before, pattern] = line_of(text);
+    const auto [name, items] = head_of(with_names(before));
+    std::string out;
+    const bool outermost = !std::exchange(nested_, true);
+    for (const std::string& item : split(items, "|")) {
+      const std::vector<std::string> parts = split(item, "=");
+      std::string one = pattern;
+      replace_all(one, "$" + name + ".name", parts.back());
+      replace_all(one, "$" + name, parts.front());
+      out += (out.empty() ? "" : separator) + render(one);
+    }
+    if (outermost) nested_ = false;
+    return out;
+  }
+
   std::string lines(const std::string& text) {
-    const std::size_t colon = text.find(": ");
-    if (colon == std::string::npos) throw InputError("each FILE ROWS: LINE");
-    const std::vector<std::string> words = words_of(text.substr(0, colon));
+    const auto [before, pattern] = line_of(text);
+    const std::vector<std::string> words = words_of(before);
     if (words.size() != 2) throw InputError("each FILE ROWS: LINE");
     std::string out;
     for (const json* row : results_.select(words[0], words[1])) {
-      out += (out.empty() ? "" : "\n") + line(trimmed(text.substr(colon + 1)), *row);
+      out += (out.empty() ? "" : "\n") + line(pattern, *row);
     }
     if (out.empty()) throw InputError("no rows \"" + words[1] + "\" in " + words[0]);
     return out;
@@ -84,10 +154,8 @@ class Page {
       const std::size_t open = pattern.find('{', at);
       out += pattern.substr(at, open - at);
       if (open == std::string::npos) return out;
-      const std::size_t close = pattern.find('}', open);
-      if (close == std::string::npos) throw InputError("a \"}\" is missing");
-      out += cell(pattern.substr(open + 1, close - open - 1), row);
-      at = close + 1;
+      at = end_of(pattern, open);
+      out += cell(pattern.substr(open + 1, at - open - 2), row);
     }
   }
 
@@ -106,103 +174,30 @@ class Page {
     return prefix + formatted(value.get<double>(), format.empty() ? "d" : format);
   }
 
+  std::string name_;
   ResultRows results_;
   std::map<std::string, std::string> names_;
+  long line_ = 0;
+  bool nested_ = false;  ///< within a directive, whose line it has
 };
-
-std::size_t line_at(const std::string& text, std::size_t at) {
-  return 1 + static_cast<std::size_t>(
-                 std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
-}
-
-/// Blanks out what matches, line ends kept.
-void blank_out(std::string& text, const std::regex& what) {
-  std::string out;
-  auto from = text.cbegin();
-  for (std::sregex_iterator match(text.begin(), text.end(), what), end; match != end; ++match) {
-    out.append(from, (*match)[0].first);
-    for (auto c = (*match)[0].first; c != (*match)[0].second; ++c) out += *c == '\n' ? '\n' : ' ';
-    from = (*match)[0].second;
-  }
-  text = out.append(from, text.cend());
-}
-
-/// Phrases of the comments "constants: a; b", the longest first.
-std::vector<std::string> constants_of(const std::string& text) {
-  static const std::regex comment("<!-- constants:([^>]*)-->");
-  std::vector<std::string> out;
-  for (std::sregex_iterator match(text.begin(), text.end(), comment), end; match != end; ++match) {
-    for (const std::string& phrase : split((*match)[1].str(), ";")) {
-      if (!trimmed(phrase).empty()) out.push_back(trimmed(phrase));
-    }
-  }
-  std::sort(out.begin(), out.end(),
-            [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  return out;
-}
-
-bool is_part_of_number(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '.'; }
-
-/// Blanks out a phrase wherever it stands as a whole.
-void blank_out(std::string& text, const std::string& phrase) {
-  for (std::size_t at = 0; (at = text.find(phrase, at)) != std::string::npos;) {
-    const std::size_t after = at + phrase.size();
-    const bool begins = at == 0 || !is_part_of_number(text[at - 1]);
-    const bool ends =
-        after >= text.size() || !std::isalnum(static_cast<unsigned char>(text[after]));
-    const bool decimals = after + 1 < text.size() && text[after] == '.' &&
-                          std::isdigit(static_cast<unsigned char>(text[after + 1]));
-    if (begins && ends && !decimals) text.replace(at, phrase.size(), phrase.size(), ' ');
-    at = after;
-  }
-}
 
 }  // namespace
 
 std::string render_page(const std::string& text, const std::string& name, const fs::path& results) {
-  Page page(results);
-  std::string out;
-  std::size_t at = 0;
-  while (true) {
-    const std::size_t open = text.find("{{", at);
-    out += text.substr(at, open - at);
-    if (open == std::string::npos) return out;
-    const std::string place = name + ": line " + std::to_string(line_at(text, open)) + ": ";
-    std::size_t close = text.find("}}", open);
-    if (close == std::string::npos) throw InputError(place + "\"}}\" is missing");
-    while (close + 2 < text.size() && text[close + 2] == '}') ++close;
-    const std::string inside = trimmed(text.substr(open + 2, close - open - 2));
-    std::string quoted = "{{";
-    quoted.append(inside).append("}}: ");
-    std::string made;
-    try {
-      made = page.directive(inside);
-    } catch (const InputError& error) {
-      throw InputError(place + quoted + error.what());
-    }
-    out += made;
-    at = close + 2;
-    // A line of which nothing is left goes altogether.
-    const bool alone = made.empty() && (out.empty() || out.back() == '\n');
-    if (alone && at < text.size() && text[at] == '\n') ++at;
-  }
+  return Page(name, results).render(text);
 }
 
 std::vector<fs::path> page_templates(const fs::path& project) {
   std::vector<fs::path> out;
-  for (const fs::path& folder : {project, project / "docs"}) {
+  const fs::path published = project / "results/published";
+  std::vector<fs::path> folders = {project, project / "docs", published};
+  for (const auto& entry : fs::directory_iterator(published)) {
+    if (entry.is_directory() && !entry.path().has_extension()) folders.push_back(entry.path());
+  }
+  for (const fs::path& folder : folders) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (entry.path().string().ends_with(".md.in")) out.push_back(entry.path());
     }
-  }
-  fs::recursive_directory_iterator published(project / "results/published");
-  for (const fs::directory_entry& entry : published) {
-    const fs::path& path = entry.path();
-    // What publishing was cut off at (published_folder.h) has no pages.
-    if (path.extension() == ".part" || path.extension() == ".before") {
-      published.disable_recursion_pending();
-    }
-    if (path.string().ends_with(".md.in")) out.push_back(path);
   }
   std::sort(out.begin(), out.end());
   return out;
@@ -212,31 +207,13 @@ fs::path page_of(const fs::path& page_template) {
   return page_template.parent_path() / page_template.stem();
 }
 
-std::vector<fs::path> page_sources(const fs::path& project) {
-  std::vector<fs::path> out = page_templates(project);
-  for (const auto& entry : fs::directory_iterator(project / "docs")) {
-    const fs::path& page = entry.path();
-    if (page.extension() == ".md" && !fs::exists(page.string() + ".in")) out.push_back(page);
-  }
-  return out;
-}
-
-std::vector<std::string> literal_numbers(const std::string& text) {
-  std::string rest = text;
-  const std::vector<std::string> constants = constants_of(text);
-  static const std::regex left_out[] = {
-      std::regex("```[^`]*```"), std::regex("\\{\\{([^}]|\\}[^}])*\\}+"), std::regex("`[^`]*`"),
-      std::regex("<!--([^-]|-[^-]|--[^>])*-->"), std::regex("\\]\\([^)\\s]*\\)")};
-  for (const std::regex& what : left_out) blank_out(rest, what);
-  for (const std::string& phrase : constants) blank_out(rest, phrase);
-  std::vector<std::string> out;
-  static const std::regex word("[A-Za-z0-9_.-]*[0-9][A-Za-z0-9_.%-]*");
-  for (std::sregex_iterator match(rest.begin(), rest.end(), word), end; match != end; ++match) {
-    const std::string found = (*match)[0].str();
-    if (std::isalpha(static_cast<unsigned char>(found.front()))) continue;
-    out.push_back("line " +
-                  std::to_string(line_at(rest, static_cast<std::size_t>(match->position()))) +
-                  ": " + found);
+std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& project) {
+  std::vector<std::pair<fs::path, std::string>> out;
+  for (const fs::path& page_template : page_templates(project)) {
+    out.emplace_back(
+        page_of(page_template),
+        render_page(contents_of(page_template), fs::relative(page_template, project).string(),
+                    project / "results/published"));
   }
   return out;
 }

@@ -2,20 +2,25 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ertbench {
 
-/// Renders a template. Between double braces stand, a line for the reader each:
+/// Renders a template. Between double braces stand:
 ///
 ///     {{.3f table_c1 dd-ert RIE}}                   a value, see page_expression.h
+///     {{.3f table_c1 dd-ert RIE~}}                  with its interval, "0.050 (0.045 to 0.055)"
 ///     {{holds (< (table_c1 dd-ert RIE) 0.05)}}      nothing, or an error where it does not hold
 ///     {{let classical one-step-gn|tsvd|pdipm}}      what $classical stands for from here on
 ///     {{each table_c1 $classical: | {label} | {.3f RIE}{ ± .3f seeds.deviation.RIE} |}}
+///     {{rows row tsvd=TSVD|lean-net: | $row.name | {{cells column RIE|PE: {{.3f table_c1 $row
+///     $column}} |}}}}
 ///
 /// `each` makes a line for every row: in single braces a column with its format, "—" where the row
-/// has none; what stands before the format is left out together with such a value. A sentence that
-/// compares has a `holds` behind it.
+/// has none; what stands before the format is left out together with such a value. `rows` renders
+/// its text for every item, a line each, `cells` one behind the other: $row is the item, $row.name
+/// what stands behind its "=". A sentence that compares has a `holds` behind it.
 ///
 /// `results`: the folder that the files of references are in. `name` is for messages. Throws
 /// InputError naming the page's line.
@@ -27,15 +32,8 @@ std::vector<std::filesystem::path> page_templates(const std::filesystem::path& p
 /// The page that a template makes.
 std::filesystem::path page_of(const std::filesystem::path& page_template);
 
-/// Whatever holds prose for readers: the templates, and the pages of docs/ that need none.
-std::vector<std::filesystem::path> page_sources(const std::filesystem::path& project);
-
-/// Words with digits that stand literally in a page's source, "line 12: 0.714": outside of braces,
-/// code, links and comments, and not among the constants that the page declares in a comment,
-///
-///     <!-- constants: 24 x 24; 95 %; [-1, 1] -->
-///
-/// Words that begin with a letter (HDF5, C.3) are names.
-std::vector<std::string> literal_numbers(const std::string& text);
+/// The pages of the project with their texts, as they ought to stand.
+std::vector<std::pair<std::filesystem::path, std::string>> rendered_pages(
+    const std::filesystem::path& project);
 
 }  // namespace ertbench

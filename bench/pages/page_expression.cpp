@@ -1,46 +1,205 @@
 #include "bench/pages/page_expression.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
+
+/// A cell of CSV: a number where all of it is one.
+json cell_value(const std::string& text) {
+  if (text.empty()) return nullptr;
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  return *end == '\0' ? json(number) : json(text);
+}
+
+json csv_rows(const fs::path& file) {
+  require_regular_file(file);
+  const std::string text = contents_of(file);
+  const std::vector<std::vector<std::string>> lines = csv_lines(text);
+  json rows = json::array();
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    json row = json::object();
+    for (std::size_t c = 0; c < lines[i].size() && c < lines[0].size(); ++c) {
+      row[lines[0][c]] = cell_value(lines[i][c]);
+    }
+    if (!row.contains("label")) row["label"] = lines[i].front();
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// The "rows" of a summary.json.
+json json_rows(const fs::path& file) {
+  const json content = read_json_file(file);
+  json rows = json::array();
+  for (const JsonObject& row : JsonObject(content, file.string(), "").objects("rows")) {
+    rows.push_back(row.value());
+  }
+  return rows;
+}
+
+/// Whether `text` is `pattern`, in which * stands for any text.
+bool matches(std::string_view text, std::string_view pattern) {
+  if (pattern.empty()) return text.empty();
+  if (pattern.front() != '*') {
+    return !text.empty() && text.front() == pattern.front() &&
+           matches(text.substr(1), pattern.substr(1));
+  }
+  for (std::size_t skip = 0; skip <= text.size(); ++skip) {
+    if (matches(text.substr(skip), pattern.substr(1))) return true;
+  }
+  return false;
+}
+
+bool matches_any(const std::string& text, const std::vector<std::string>& patterns) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& pattern) { return matches(text, pattern); });
+}
+
+std::string text_in(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number()) return number_text(value.get<double>());
+  return value.is_null() ? "" : json_text(value);
+}
+
+/// The row's name: its label, or its first column of CSV.
+std::string label_of(const json& row) {
+  const auto label = row.find("label");
+  return label != row.end() && label->is_string() ? label->get<std::string>() : "";
+}
+
+/// One condition of a selection: of a row's label where `column` is empty.
+struct Condition {
+  std::string column;
+  char relation;  // '=', '!' (none of), '<' or '>'
+  std::vector<std::string> alternatives;
+
+  std::string text_of(const json& row) const {
+    return column.empty() ? label_of(row) : text_in(value_in(row, column));
+  }
+  bool names(const json& row) const { return matches_any(text_of(row), alternatives); }
+  bool holds(const json& row) const {
+    if (relation == '=') return names(row);
+    if (relation == '!') return !names(row);
+    const json& value = value_in(row, column);
+    if (!value.is_number()) return false;
+    const double limit = std::strtod(alternatives.front().c_str(), nullptr);
+    return relation == '<' ? value.get<double>() < limit : value.get<double>() > limit;
+  }
+};
+
+Condition condition_in(const std::string& text) {
+  const std::size_t at = text.find_first_of("=<>!");
+  // A label may hold these characters too, "tsvd rank=35"; a column's name has no blank in it.
+  const bool column =
+      at != std::string::npos &&
+      std::all_of(text.begin(), text.begin() + static_cast<long>(at),
+                  [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; });
+  if (!column) return {"", '=', split(text, "|")};
+  const bool two = text.compare(at, 2, "!=") == 0;
+  return {text.substr(0, at), text[at], split(text.substr(at + (two ? 2 : 1)), "|")};
+}
+
+}  // namespace
+
+const json& ResultRows::rows(const std::string& file) {
+  const auto found = files_.find(file);
+  if (found != files_.end()) return *found->second;
+  fs::path path = folder_ / file;
+  if (path.extension() != ".csv" && path.extension() != ".json") path /= "summary.json";
+  if (!fs::exists(path)) throw InputError(path.string() + ": there is no such result");
+  const json rows = path.extension() == ".csv" ? csv_rows(path) : json_rows(path);
+  return *files_.emplace(file, JsonValue(rows)).first->second;
+}
+
+std::vector<const json*> ResultRows::select(const std::string& file, const std::string& selection,
+                                            const std::string& column) {
+  std::vector<Condition> conditions;
+  for (const std::string& one : split(selection, ",")) conditions.push_back(condition_in(one));
+  std::vector<const json*> out;
+  // Rows as they would be without limits: which of those a limit leaves is what it asks.
+  std::vector<const json*> named;
+  for (const json& row : rows(file)) {
+    const auto holds = [&](const Condition& one) { return one.holds(row); };
+    const auto holds_or_limits = [&](const Condition& one) {
+      return one.relation == '<' || one.relation == '>' || one.holds(row);
+    };
+    if (std::all_of(conditions.begin(), conditions.end(), holds)) out.push_back(&row);
+    if (!std::all_of(conditions.begin(), conditions.end(), holds_or_limits)) continue;
+    if (column.empty() || !value_in(row, column).is_null()) named.push_back(&row);
+  }
+  for (const Condition& condition : conditions) {
+    if (condition.relation != '=') continue;
+    for (const std::string& name : condition.alternatives) {
+      if (name.find('*') != std::string::npos) continue;
+      const bool there = std::any_of(named.begin(), named.end(), [&](const json* row) {
+        return matches(condition.text_of(*row), name);
+      });
+      if (there) continue;
+      throw InputError("no " + (column.empty() ? "row" : column) + " of \"" + name +
+                       "\" in the rows \"" + selection + "\" of " + file);
+    }
+  }
+  return out;
+}
+
+const json& value_in(const json& row, const std::string& column) {
+  static const json none;
+  const json* value = &row;
+  std::vector<std::string> keys = split(column, ".");
+  const bool metric = !row.contains(keys.front()) && row.contains("metrics") &&
+                      row.at("metrics").contains(keys.front());
+  if (metric) {
+    keys.insert(keys.begin(), "metrics");
+    if (keys.size() == 2) keys.emplace_back("mean");
+  }
+  for (const std::string& key : keys) {
+    if (value->is_array()) {
+      const auto index = static_cast<std::size_t>(std::atoi(key.c_str()));
+      if (index >= value->size()) return none;
+      value = &value->at(index);
+    } else {
+      if (!value->is_object() || !value->contains(key)) return none;
+      value = &value->at(key);
+    }
+  }
+  return *value;
+}
+
+namespace {
+
 using Numbers = std::vector<std::pair<std::string, double>>;
+using Arguments = std::vector<PageValue>;
+using Operation = std::function<PageValue(const Arguments&)>;
 
 PageValue of(double number) { return {{{"", number}}, ""}; }
-
 PageValue of_text(std::string text) { return {{}, std::move(text)}; }
 
-Numbers all_of(const std::vector<PageValue>& arguments) {
+/// All numbers of the arguments, the least first.
+Numbers sorted(const Arguments& arguments) {
   Numbers out;
   for (const PageValue& argument : arguments) {
     out.insert(out.end(), argument.numbers.begin(), argument.numbers.end());
   }
   if (out.empty()) throw InputError("there is no number to take");
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.second < b.second; });
   return out;
-}
-
-std::vector<double> values_of(const Numbers& numbers) {
-  std::vector<double> out;
-  for (const auto& [label, value] : numbers) out.push_back(value);
-  return out;
-}
-
-const std::pair<std::string, double>& extreme(const Numbers& numbers, bool least) {
-  return *std::min_element(numbers.begin(), numbers.end(), [&](const auto& a, const auto& b) {
-    return least ? a.second < b.second : a.second > b.second;
-  });
 }
 
 bool every_pair(const PageValue& a, const PageValue& b,
@@ -52,73 +211,71 @@ bool every_pair(const PageValue& a, const PageValue& b,
   });
 }
 
-using Arguments = std::vector<PageValue>;
-using Operation = std::function<PageValue(const Arguments&)>;
-
 Operation arithmetic(double (*combine)(double, double)) {
   return [combine](const Arguments& a) {
-    double out = a.at(0).number();
-    for (std::size_t i = 1; i < a.size(); ++i) out = combine(out, a[i].number());
-    return of(out);
+    PageValue out = a.at(0);
+    for (std::size_t i = 1; i < std::max<std::size_t>(2, a.size()); ++i) {
+      for (auto& [label, value] : out.numbers) value = combine(value, a.at(i).number());
+    }
+    return out;
   };
 }
 
 Operation comparison(bool (*compare)(double, double)) {
-  return [compare](const Arguments& a) { return of(every_pair(a.at(0), a.at(1), compare)); };
+  return [compare](const Arguments& a) {
+    bool holds = every_pair(a.at(0), a.at(1), compare);
+    for (std::size_t i = 2; i < a.size(); ++i) holds = holds && every_pair(a[i - 1], a[i], compare);
+    return of(holds);
+  };
 }
-
-Operation statistic(double (*of_all)(const Numbers&)) {
-  return [of_all](const Arguments& a) { return of(of_all(all_of(a))); };
-}
-
-double sum_of(const Numbers& numbers) {
-  double sum = 0;
-  for (const auto& [label, value] : numbers) sum += value;
-  return sum;
-}
-
-double difference(double a, double b) { return a - b; }
-double quotient(double a, double b) { return a / b; }
 
 const std::map<std::string, Operation>& operations() {
   static const std::map<std::string, Operation> all = {
       {"+", arithmetic([](double a, double b) { return a + b; })},
+      {"-", arithmetic([](double a, double b) { return a - b; })},
       {"*", arithmetic([](double a, double b) { return a * b; })},
-      {"-", arithmetic(difference)},
-      {"difference", arithmetic(difference)},
-      {"/", arithmetic(quotient)},
-      {"ratio", arithmetic(quotient)},
+      {"/", arithmetic([](double a, double b) { return a / b; })},
       {"abs",
        [](const Arguments& a) {
          PageValue out = a.at(0);
          for (auto& [label, value] : out.numbers) value = std::abs(value);
          return out;
        }},
-      {"less",  // of each number less the second argument
+      {"min", [](const Arguments& a) { return of(sorted(a).front().second); }},
+      {"max", [](const Arguments& a) { return of(sorted(a).back().second); }},
+      {"best", [](const Arguments& a) { return of_text(sorted(a).front().first); }},
+      {"worst",
        [](const Arguments& a) {
-         PageValue out = a.at(0);
-         for (auto& [label, value] : out.numbers) value -= a.at(1).number();
-         return out;
+         const Numbers all = sorted(a);  // of equal ones the first
+         return of_text(std::find_if(all.begin(), all.end(), [&](const auto& one) {
+                          return one.second == all.back().second;
+                        })->first);
        }},
-      {"min", statistic([](const Numbers& n) { return extreme(n, true).second; })},
-      {"max", statistic([](const Numbers& n) { return extreme(n, false).second; })},
-      {"sum", statistic(sum_of)},
-      {"mean",
-       statistic([](const Numbers& n) { return sum_of(n) / static_cast<double>(n.size()); })},
-      {"median", statistic([](const Numbers& n) { return median(values_of(n)); })},
+      {"median",
+       [](const Arguments& a) {
+         std::vector<double> values;
+         for (const auto& [label, value] : sorted(a)) values.push_back(value);
+         return of(median(values));
+       }},
+      {"range",
+       [](const Arguments& a) {
+         const Numbers all = sorted(a);
+         return PageValue{{all.front(), all.back()}, "range"};
+       }},
+      {"sum",
+       [](const Arguments& a) {
+         double sum = 0;
+         for (const PageValue& one : a) {
+           for (const auto& [label, value] : one.numbers) sum += value;
+         }
+         return of(sum);
+       }},
       {"count",
        [](const Arguments& a) {
          double count = 0;
          for (const PageValue& one : a) count += static_cast<double>(one.numbers.size());
          return of(count);
        }},
-      {"range",
-       [](const Arguments& a) {
-         const Numbers all = all_of(a);
-         return PageValue{{extreme(all, true), extreme(all, false)}, "range"};
-       }},
-      {"best", [](const Arguments& a) { return of_text(extreme(all_of(a), true).first); }},
-      {"worst", [](const Arguments& a) { return of_text(extreme(all_of(a), false).first); }},
       {"<", comparison([](double a, double b) { return a < b; })},
       {"<=", comparison([](double a, double b) { return a <= b; })},
       {">", comparison([](double a, double b) { return a > b; })},
@@ -128,15 +285,6 @@ const std::map<std::string, Operation>& operations() {
          const double tolerance = a.size() > 2 ? a[2].number() : 0;
          return of(every_pair(a.at(0), a.at(1),
                               [&](double x, double y) { return std::abs(x - y) <= tolerance; }));
-       }},
-      {"order",
-       [](const Arguments& a) {
-         bool in_order = true;
-         for (std::size_t i = 1; i < a.size(); ++i) {
-           in_order =
-               in_order && every_pair(a[i - 1], a[i], [](double x, double y) { return x < y; });
-         }
-         return of(in_order);
        }},
       {"and",
        [](const Arguments& a) {
@@ -150,6 +298,16 @@ const std::map<std::string, Operation>& operations() {
       {"is", [](const Arguments& a) { return of(a.at(0).text == a.at(1).text); }},
   };
   return all;
+}
+
+/// The columns that a reference names: one, `LOW..HIGH`, or with `COLUMN~` the interval of it too.
+std::vector<std::string> columns_of(const std::string& name, const json& row) {
+  const std::size_t dots = name.find("..");
+  if (dots != std::string::npos) return {name.substr(0, dots), name.substr(dots + 2)};
+  if (!name.ends_with('~')) return {name};
+  const std::string column = name.substr(0, name.size() - 1);
+  if (row.contains(column + "_low")) return {column, column + "_low", column + "_high"};
+  return {column, column + ".ci95.0", column + ".ci95.1"};
 }
 
 /// Reads words from left to right.
@@ -192,17 +350,29 @@ class Reader {
   }
 
   PageValue reference(const std::string& file) {
-    const std::string selection = take();
-    const std::string column = take();
+    std::string selection = take();
+    std::string column = take();
+    while (next_ < words_.size() && words_[next_] != ")") {
+      selection += "," + std::exchange(column, take());
+    }
     PageValue out;
-    for (const json* row : results_.select(file, selection, column)) {
-      const json& value = value_in(*row, column);
-      if (value.is_number()) out.numbers.emplace_back(label_of(*row), value.get<double>());
-      if (value.is_string()) out.text = value.get<std::string>();
+    const std::string first = columns_of(column, json::object()).front();
+    for (const json* row : results_.select(file, selection, first)) {
+      const std::vector<std::string> columns = columns_of(column, *row);
+      if (columns.size() > 1) out.text = columns.size() == 2 ? "range" : "interval";
+      for (const std::string& one : columns) {
+        const json& value = value_in(*row, one);
+        if (value.is_number()) out.numbers.emplace_back(label_of(*row), value.get<double>());
+        if (value.is_string()) out.text = value.get<std::string>();
+      }
     }
     if (out.numbers.empty() && out.text.empty() &&
         selection.find_first_of("<>!") == std::string::npos) {
       throw InputError("no " + column + " in the rows \"" + selection + "\" of " + file);
+    }
+    const std::size_t wanted = out.text == "range" ? 2 : out.text == "interval" ? 3 : 0;
+    if (wanted > 0 && out.numbers.size() != wanted) {
+      throw InputError(column + " takes one row with all of its values, not \"" + selection + "\"");
     }
     return out;
   }
@@ -270,10 +440,12 @@ std::string formatted(double number, const std::string& format) {
 
 std::string formatted(const PageValue& value, const std::string& format) {
   if (value.numbers.empty()) return markdown_escaped(value.text);
+  std::vector<std::string> shown;
+  for (const auto& [label, number] : value.numbers) shown.push_back(formatted(number, format));
+  if (value.text == "interval") return shown[0] + " (" + shown[1] + " to " + shown[2] + ")";
   std::string out;
-  const bool range = value.text == "range";
-  for (const auto& [label, number] : value.numbers) {
-    out += (out.empty() ? "" : range ? " to " : ", ") + formatted(number, format);
+  for (const std::string& one : shown) {
+    out += (out.empty() ? "" : value.text == "range" ? " to " : ", ") + one;
   }
   return out;
 }

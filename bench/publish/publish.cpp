@@ -1,20 +1,22 @@
 #include "bench/publish/publish.h"
 
+#include <fcntl.h>
+#include <stdio.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "bench/features/features.h"
 #include "bench/pages/page.h"
-#include "bench/publish/latency_pairs.h"
-#include "bench/publish/origins.h"
-#include "bench/publish/published_folder.h"
-#include "bench/publish/published_result.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
 #include "bench/speed/load_run.h"
-#include "bench/table/table.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/files.h"
+#include "core/json.h"
 #include "core/process.h"
 #include "core/text.h"
 
@@ -22,6 +24,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 /// What git prints, in the parts between the separators. Throws InputError where it fails.
 std::vector<std::string> git(const fs::path& project, const std::vector<std::string>& arguments,
@@ -40,7 +43,7 @@ std::vector<std::string> git(const fs::path& project, const std::vector<std::str
   return parts;
 }
 
-/// Whether publishing itself writes the file, so that its change is no matter.
+/// Whether publishing itself writes the file, so that its change does not count.
 bool is_published(const fs::path& project, const fs::path& file) {
   if (file.string().starts_with("results/published/")) return !file.string().ends_with(".md.in");
   for (const fs::path& page_template : page_templates(project)) {
@@ -49,8 +52,17 @@ bool is_published(const fs::path& project, const fs::path& file) {
   return false;
 }
 
-/// Where a figure could not be drawn, its .svg says why and there is no .png (draw_or_say): then
-/// `made`, which was to be published as `published`, is removed, and InputError thrown.
+/// The folder beside `published` in which it is made; what an interrupted call left there is gone.
+fs::path empty_part_of(const fs::path& published) {
+  fs::path part = published;
+  part += ".part";
+  fs::remove_all(part);
+  fs::create_directories(part);
+  return part;
+}
+
+/// Removes `made` where one of its figures was not drawn: then its .svg gives the reason, and there
+/// is no .png (draw_or_say).
 void require_drawn(const fs::path& made, const fs::path& published) {
   for (const auto& entry : fs::recursive_directory_iterator(made)) {
     const fs::path& figure = entry.path();
@@ -63,38 +75,114 @@ void require_drawn(const fs::path& made, const fs::path& published) {
   }
 }
 
-/// Copies what `ertbench limit` left beside the results where their rows are of it.
-void publish_limits(const ExperimentResults& results, const fs::path& from, const fs::path& to) {
-  if (std::none_of(results.rows.begin(), results.rows.end(), is_limit)) return;
-  for (const char* name : {limit_file, "limit_ranks.png", "limit_ranks.svg"}) {
-    if (fs::exists(from / name)) fs::copy_file(from / name, to / name);
+/// A published limit takes hours to compute: it is not dropped because this machine has none.
+void require_limits(const ExperimentResults& results, const Experiment& experiment,
+                    const fs::path& published) {
+  if (!fs::exists(published / "summary.json")) return;
+  if (std::any_of(results.rows.begin(), results.rows.end(), is_limit)) return;
+  const json before = read_json_file(published / "summary.json");
+  for (const json& row : before.value("rows", json::array())) {
+    const std::string type = row.value("type", "");
+    if (type != limit_oracle && type != limit_fair) continue;
+    throw InputError(published.string() + ": the row " + type +
+                     " would be lost; compute it first: ertbench limit " +
+                     experiment.file.string());
   }
 }
 
-Stages stages_of(const Experiment& experiment, Publishing what) {
-  if (what == Publishing::models) return stages_of_fidelity(fidelity_usual_scenes);
-  Stages stages = stages_of_run(experiment);
-  if (what == Publishing::scores) {
-    std::erase_if(stages, [](const auto& stage) { return stage->wants_machine_alone(); });
-  }
-  return stages;
-}
+/// The text of every page and template, in which the published files that readers need are named:
+/// those in results/published/NAME itself, and those of the rest of the project.
+struct PageTexts {
+  std::string own;
+  std::string others;
 
-/// Of trainings on another machine the cache has no logs. They stand beside their records, where
-/// an earlier report of this result folder has put them.
-void find_training_logs(const fs::path& folder, ExperimentResults& results) {
-  for (auto& [label, sources] : results.training) {
-    for (TrainingSource& source : sources) {
-      if (!fs::exists(source.log)) source.log = folder / (source.stem + ".csv");
+  PageTexts(const fs::path& project, const fs::path& published) {
+    std::vector<fs::path> pages = page_templates(project);
+    for (const auto& entry : fs::directory_iterator(project / "docs")) {
+      if (entry.path().extension() == ".md") pages.push_back(entry.path());
+    }
+    for (const fs::path& page : pages) {
+      (page.parent_path() == published ? own : others) += contents_of(page);
     }
   }
+
+  bool name(const std::string& result, const std::string& file) const {
+    return others.find(result + "/" + file) != std::string::npos ||
+           own.find(file) != std::string::npos;
+  }
+};
+
+/// Leaves in `made` what readers of results/published/NAME need.
+void prune(const fs::path& made, const fs::path& project, const fs::path& published) {
+  constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json",
+                                         "load.json"};
+  const PageTexts texts(project, published);
+  const std::vector<fs::directory_entry> entries(fs::directory_iterator(made), {});
+  for (const fs::directory_entry& entry : entries) {
+    const std::string file = entry.path().filename().string();
+    const bool kept = std::find(std::begin(always), std::end(always), file) != std::end(always) ||
+                      texts.name(published.filename().string(), file);
+    if (!kept || entry.is_directory()) fs::remove_all(entry.path());
+  }
+}
+
+/// Puts `made` in the place of `published` in one step, with the templates of pages that stand
+/// there and their pages.
+void replace_folder(const fs::path& published, const fs::path& made) {
+  if (!fs::exists(published)) {
+    fs::rename(made, published);
+    return;
+  }
+  for (const auto& entry : fs::directory_iterator(published)) {
+    if (!entry.path().string().ends_with(".md.in")) continue;
+    fs::copy_file(entry.path(), made / entry.path().filename());
+    const fs::path page = page_of(entry.path());
+    if (fs::exists(page)) fs::copy_file(page, made / page.filename());
+  }
+  if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, published.c_str(), RENAME_EXCHANGE) != 0) {
+    throw std::system_error(errno, std::generic_category(), published.string());
+  }
+  fs::remove_all(made);
+}
+
+/// Writes what `ertbench run` or `ertbench fidelity` makes into `made`.
+int make_results(const Experiment& experiment, const fs::path& project, const Cache& cache,
+                 int jobs, const fs::path& published, const fs::path& made) {
+  const bool models = experiment.made_by == "fidelity";
+  const Stages stages =
+      models ? stages_of_fidelity(fidelity_usual_scenes) : stages_of_run(experiment);
+  RunOptions run;
+  run.out = project / "results" / experiment.name;
+  run.jobs = jobs;
+  const ExperimentResults results = run_stages(stages, experiment, cache, run);
+  if (models) {
+    report_stages(stages, experiment, results, made);
+    return results.failures;
+  }
+  require_limits(results, experiment, published);
+  report_experiment(experiment, cache, results, made);
+  for (const char* name : {"limit_ranks.png", "limit_ranks.svg"}) {
+    if (fs::exists(run.out / name)) fs::copy_file(run.out / name, made / name);
+  }
+  return results.failures;
+}
+
+/// Writes what `ertbench timing load` makes into `made`.
+int make_load(const Experiment& experiment, SolverRegistry& registry, const Cache& cache,
+              const fs::path& published, const fs::path& made) {
+  const LoadResults results = run_load(experiment, cache, registry, {});
+  require_undisturbed(results, published);
+  write_load(results, made);
+  return static_cast<int>(
+      std::count_if(results.solvers.begin(), results.solvers.end(),
+                    [](const SolverLoad& solver) { return !solver.failure.empty(); }));
 }
 
 }  // namespace
 
 void require_committed(const fs::path& project) {
   std::vector<std::string> changes;
-  // Names as they are: without -z git puts those with blanks in quotes.
+  // With -z names stand as they are; without, git quotes those with blanks.
   const std::vector<std::string> status =
       git(project, {"status", "--porcelain", "-z", "--no-renames", "-uall"}, {"\0", 1});
   for (const std::string& one : status) {
@@ -106,7 +194,7 @@ void require_committed(const fs::path& project) {
         project.string() + ": " + changes.front() +
         (changes.size() > 1 ? " and " + std::to_string(changes.size() - 1) + " more" : "") +
         " differ from the last commit; commit or remove them, so that what is "
-        "published can be made again");
+        "published can be reproduced");
   }
   std::vector<std::string> arguments = {"log", "-1", "--format=%H", "--"};
   for (const std::string& one : split(this_build().sources, " ")) arguments.push_back(one);
@@ -119,29 +207,17 @@ void require_committed(const fs::path& project) {
   }
 }
 
-int publish_experiment(const Experiment& experiment, const fs::path& project, const Cache& cache,
-                       int jobs, Publishing what) {
+int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
+                       const fs::path& project, const Cache& cache, int jobs) {
   const fs::path published = project / "results/published" / experiment.name;
-  std::optional<PublishedResult> timed;
-  if (what == Publishing::scores) timed = read_published(experiment, published);
-  const Stages stages = stages_of(experiment, what);
-  RunOptions run;
-  run.out = project / "results" / experiment.name;
-  run.jobs = jobs;
-  ExperimentResults results = run_stages(stages, experiment, cache, run);
-  find_training_logs(run.out / "training", results);
-  if (timed) take_times(*timed, experiment, results.rows);
-  const fs::path made = part_of(published);
-  if (what == Publishing::models) {
-    report_stages(stages, experiment, results, made);
-  } else {
-    report_experiment(experiment, cache, results, made);
-  }
-  if (timed) write_clocks(*timed, experiment, results.rows, made);
+  const fs::path made = empty_part_of(published);
+  const int failures = experiment.made_by == "timing load"
+                           ? make_load(experiment, registry, cache, published, made)
+                           : make_results(experiment, project, cache, jobs, published, made);
   require_drawn(made, published);
-  publish_limits(results, run.out, made);
+  prune(made, project, published);
   replace_folder(published, made);
-  return results.failures;
+  return failures;
 }
 
 void require_undisturbed(const LoadResults& results, const fs::path& published) {
@@ -151,46 +227,11 @@ void require_undisturbed(const LoadResults& results, const fs::path& published) 
   throw InputError(published.string() + ": \"" + busy->label + "\" lost " +
                    fixed(100 * busy->lost_share, 0) +
                    " % of its time to other work of the machine, so that its rates are too low; "
-                   "leave the machine to it and publish again. What was published before is as it "
+                   "leave the machine idle and publish again. What was published before is as it "
                    "was");
 }
 
-int publish_load(const Experiment& experiment, SolverRegistry& registry, const fs::path& project,
-                 const Cache& cache) {
-  const LoadResults results = run_load(experiment, cache, registry, {});
-  const fs::path published = project / "results/published" / experiment.name;
-  require_undisturbed(results, published);
-  const fs::path made = part_of(published);
-  write_load(results, made);
-  require_drawn(made, published);
-  replace_folder(published, made);
-  return static_cast<int>(
-      std::count_if(results.solvers.begin(), results.solvers.end(),
-                    [](const SolverLoad& solver) { return !solver.failure.empty(); }));
-}
-
-std::vector<std::pair<fs::path, std::string>> rendered_pages(const fs::path& project) {
-  std::vector<std::pair<fs::path, std::string>> out;
-  const fs::path results = project / "results/published";
-  for (const fs::path& page_template : page_templates(project)) {
-    out.emplace_back(page_of(page_template),
-                     render_page(contents_of(page_template),
-                                 fs::relative(page_template, project).string(), results));
-  }
-  out.emplace_back(results / "latencies.md",
-                   markdown_of(latency_table(latency_pairs(timed_solvers(results)))));
-  out.emplace_back(results / "builds.md", markdown_of(origins_table(results)));
-  return out;
-}
-
 void publish_pages(const fs::path& project) {
-  for (const fs::path& source : page_sources(project)) {
-    const std::vector<std::string> numbers = literal_numbers(contents_of(source));
-    if (numbers.empty()) continue;
-    throw InputError(source.string() + ": " + numbers.front() +
-                     ": a number typed by hand; refer to a result, or declare it among the page's "
-                     "constants (bench/pages/page.h)");
-  }
   for (const auto& [page, text] : rendered_pages(project)) write_file_atomically(page, text);
 }
 
