@@ -65,7 +65,7 @@ struct Experiment {
   std::vector<std::filesystem::path> files;  ///< the file and those that it extends
   std::vector<std::string> overrides;        ///< from the command line (apply_overrides)
   std::string title;
-  std::string question;  ///< its purpose, in a sentence or two
+  std::string question;         ///< its purpose, in a sentence or two
   std::string made_by = "run";  ///< the command whose results `publish` publishes
   Sensor sensor;
   std::optional<DatasetSpec> training;         ///< "train"
