@@ -27,7 +27,7 @@ set_target_properties(${programs} PROPERTIES BUILD_WITH_INSTALL_RPATH ON
 set_target_properties(ertbench PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin};$ORIGIN;${built_tree}")
 install(TARGETS ertbench ertbench_bench)
 # The learned solvers and the parts, which the program loads (solvers/registry, bench/features).
-set(loaded ertbench_limit ertbench_live ertbench_studies ertbench_tools)
+set(loaded ertbench_ladders ertbench_limit ertbench_live ertbench_studies ertbench_tools)
 if(TARGET ertbench_models)
   list(APPEND loaded ertbench_models)
 endif()

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "bench/ladder/ladder_stage.h"
 #include "bench/report/bar_chart.h"
 #include "bench/report/heat_map_chart.h"
 #include "bench/run/accuracy_stage.h"
@@ -19,10 +18,11 @@ Stages stages_of_run(const Experiment& experiment, Machines machines) {
   Stages stages;
   stages.push_back(std::make_unique<AccuracyStage>());
   stages.push_back(std::make_unique<TimingStage>(machines));
-  stages.push_back(std::make_unique<LadderStage>());
-  if (experiment.folds || !experiment.studies.empty()) {
-    for (auto& stage : part_named("studies").stages(0)) stages.push_back(std::move(stage));
-  }
+  const auto add_from = [&](const char* part) {
+    for (auto& stage : part_named(part).stages(0)) stages.push_back(std::move(stage));
+  };
+  if (experiment.ladders) add_from("ladders");
+  if (experiment.folds || !experiment.studies.empty()) add_from("studies");
   return stages;
 }
 
@@ -30,7 +30,7 @@ Stages stages_of_fidelity(int scenes) { return part_named("tools").stages(scenes
 
 std::unique_ptr<Stage> stage_named(const std::string& name, int scenes) {
   static constexpr std::pair<const char*, const char*> part_of_stage[] = {
-      {"folds", "studies"}, {"studies", "studies"}, {"fidelity", "tools"}};
+      {"ladders", "ladders"}, {"folds", "studies"}, {"studies", "studies"}, {"fidelity", "tools"}};
   Stages stages = stages_of_run(Experiment());
   std::string names;
   for (const auto& stage : stages) names += stage->name() + ", ";

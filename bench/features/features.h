@@ -13,8 +13,8 @@
 namespace ertbench {
 
 /// The stages of `ertbench run` on the experiment, each after those whose results it needs.
-/// `machines`: whose times are taken as they are. Loads the part "studies" where the experiment has
-/// studies or folds.
+/// `machines`: whose times are taken as they are. Loads the part "ladders" where the experiment has
+/// ladders, and "studies" where it has studies or folds.
 Stages stages_of_run(const Experiment& experiment, Machines machines = Machines::this_one);
 /// Scenes of each dataset that the models of the sheet are compared on, where nobody says.
 inline constexpr int fidelity_usual_scenes = 500;

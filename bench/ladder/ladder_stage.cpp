@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bench/features/parts.h"
 #include "bench/ladder/ladder_report.h"
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
@@ -301,3 +302,11 @@ std::vector<ReportSection> LadderStage::report(const Experiment& experiment,
 }
 
 }  // namespace ertbench
+
+extern "C" void ertbench_part_ladders(ertbench::Part& part) {
+  part.stages = [](int) {
+    ertbench::Stages stages;
+    stages.push_back(std::make_unique<ertbench::LadderStage>());
+    return stages;
+  };
+}

@@ -22,6 +22,7 @@ using testing::TemporaryFolder;
 /// Every stage that there is.
 Stages all_stages() {
   Stages all = stages_of_run(Experiment());
+  for (auto& stage : part_named("ladders").stages(0)) all.push_back(std::move(stage));
   for (auto& stage : part_named("studies").stages(0)) all.push_back(std::move(stage));
   for (auto& stage : stages_of_fidelity(20)) all.push_back(std::move(stage));
   return all;
