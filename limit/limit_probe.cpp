@@ -43,6 +43,7 @@ Probe computed() {
       {"grid", 24},
       {"rasterisation", "centre"},
       {"snr_db", 50},
+      {"snr_basis", "absolute"},
       {"scenes",
        {{"contacts", 1}, {"shapes", {"disc"}}, {"radius", 0.2}, {"conductivity_ratio", 0.6}}}};
   Probe probe;

@@ -25,42 +25,43 @@ struct Kind {
 
 const Kind kinds[] = {
     {"data/grid", [](const DatasetSpec& spec) { return spec.model.index() == 0; },
-     R"([{"sensor": {}, "set": {"count": 4, "grid": 24, "snr_db": 40, "scenes": {"contacts": [1, 3],
+     R"([{"sensor": {}, "set": {"count": 4, "grid": 24, "scenes": {"contacts": [1, 3],
           "shapes": ["disc", "ellipse", "rectangle", "polygon"]}}},
-         {"sensor": {"shape": "rectangle", "sides_mm": [300, 150], "electrode_count": 24},
-          "set": {"count": 3, "grid": 16, "snr_db": 40, "snr_basis": "difference",
-                  "rasterisation": "centre", "scenes": {"contacts": 2, "placement": "centre",
+         {"sensor": {}, "set": {"count": 3, "grid": 48, "snr_basis": "difference",
+                  "rasterisation": "centre", "scenes": {"contacts": 2, "placement": "centre-inside",
                   "shapes": ["ring", "cross", "bar"]}}}])"},
     {"data/border", [](const DatasetSpec& spec) { return spec.model.index() == 1; },
-     R"([{"sensor": {}, "set": {"count": 2, "grid": "auto", "snr_db": 40, "scenes": {}}},
+     R"([{"sensor": {}, "set": {"count": 2, "grid": "auto", "scenes": {}}},
          {"sensor": {"shape": "disc", "diameter_mm": 200, "drive": "opposite",
                      "electrode_model": "complete", "electrode_width": 0.1,
                      "contact_impedance": 0.001},
-          "set": {"count": 2, "grid": "auto", "snr_db": 40, "scenes": {"contacts": 1}}}])"},
+          "set": {"count": 2, "grid": "auto", "scenes": {"contacts": 1}}}])"},
     {"data/touches", [](const DatasetSpec& spec) { return spec.has_touches(); },
      R"([{"sensor": {"side_mm": 200, "skin": {"patches": 24, "patch_mm": 7.5,
                      "law": {"type": "falling"}}},
-          "set": {"count": 3, "grid": 24, "snr_db": 40, "scenes": {"touches": [1, 2],
+          "set": {"count": 3, "grid": 24, "scenes": {"touches": [1, 2], "force_N": [1, 10],
+                 
                   "indenters": [{"type": "flat", "radius_mm": 11}, {"type": "finger"},
                                 {"type": "sphere", "radius_mm": 18}]}}},
          {"sensor": {"side_mm": 200, "skin": {"patches": 24, "patch_mm": 7.5,
                      "law": {"type": "rising"}}},
-          "set": {"count": 2, "grid": 24, "snr_db": 40, "scenes": {"touches": 1}}}])"},
+          "set": {"count": 2, "grid": 24, "scenes": {"touches": 1, "force_N": 5,
+                  "indenters": [{"type": "finger"}]}}}])"},
     {"data/sequences", [](const DatasetSpec& spec) { return spec.sequences() != nullptr; },
      R"([{"sensor": {"side_mm": 200, "skin": {"patches": 24, "patch_mm": 7.5,
                      "law": {"type": "falling"}}},
-          "set": {"grid": 24, "snr_db": 40, "scenes": {"sequence": "collide", "sequences": 1,
+          "set": {"grid": 24, "scenes": {"sequence": "collide", "sequences": 1,
                   "duration_s": 0.08, "onset_s": [0.02, 0.03], "frame_rate": 125}}},
          {"sensor": {"side_mm": 200, "skin": {"patches": 24, "patch_mm": 7.5,
                      "law": {"type": "rising"}}},
-          "set": {"grid": 24, "snr_db": 40, "scenes": {"sequence": "write", "characters": "A",
+          "set": {"grid": 24, "scenes": {"sequence": "write", "characters": "A",
                   "frame_rate": 5, "drive_time_ms": 10}}}])"},
     {"data/faults", [](const DatasetSpec& spec) { return spec.faults.any(); },
-     R"([{"sensor": {}, "set": {"count": 2, "grid": 24, "snr_db": 40, "scenes": {}, "faults": {
+     R"([{"sensor": {}, "set": {"count": 2, "grid": 24, "scenes": {}, "faults": {
           "dead_electrodes": 1, "dead_reading": "floating", "gain_error": 0.05, "offset": 0.01,
           "adc_bits": 12, "battery_sag": 0.01, "battery_noise": 0.001, "background_drift": 0.01,
           "background_gradient": 0.1, "reference_age_s": 60}}},
-         {"sensor": {}, "set": {"count": 2, "grid": "auto", "snr_db": 40, "scenes": {}, "faults": {
+         {"sensor": {}, "set": {"count": 2, "grid": "auto", "scenes": {}, "faults": {
           "electrode_displacement": 0.01, "background_change": 0.02}}}])"}};
 
 /// Values where there are any, 0 where an absent contact has NaN.
@@ -82,8 +83,10 @@ Probe generated(const Kind& kind) {
   Probe probe;
   for (const json& one : json::parse(kind.sets)) {
     const Sensor sensor = sensor_from_json(JsonObject(one.at("sensor"), kind.name, ""));
+    json set = {{"snr_db", 40}, {"snr_basis", "absolute"}};
+    set.update(one.at("set"));
     const DatasetSpec spec =
-        dataset_spec_from_json(JsonObject(one.at("set"), kind.name, ""), sensor, "probe");
+        dataset_spec_from_json(JsonObject(set, kind.name, ""), sensor, "probe");
     const SceneModel model(sensor, spec.model);
     add_block(generate_block(spec, model, 0, std::min<std::uint64_t>(spec.count, 8)),
               model.reference_voltages(), sensor.background, probe);

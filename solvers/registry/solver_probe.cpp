@@ -24,6 +24,7 @@ DatasetSpec small_set(const std::string& name, int count, int seed) {
                     {"seed", seed},
                     {"grid", 24},
                     {"snr_db", 40},
+                    {"snr_basis", "absolute"},
                     {"scenes", {{"contacts", {1, 2}}, {"shapes", {"disc", "ellipse"}}}}};
   return dataset_spec_from_json(JsonObject(set, "probe", ""), Sensor{}, name);
 }
