@@ -21,10 +21,11 @@ void require_committed(const std::filesystem::path& project);
 /// folder stay. The experiment's "made_by" says which command's results these are; rates of frames
 /// are measured anew each time. `registry`: that the experiment was read with.
 ///
-/// Returns the number of jobs that failed; they stay in the results with their reason. Throws
-/// InputError where a record is of a build whose sources were not committed, a figure could not be
-/// drawn, the machine was too busy to measure rates, or published limits (`ertbench limit`) would
-/// be lost. What was published before then stays.
+/// Which earlier records may be reused is up to the cache (Reuse::clean: none of a build whose
+/// sources were not committed). Returns the number of jobs that failed; they stay in the results
+/// with their reason. Throws InputError where a figure could not be drawn, the machine was too busy
+/// to measure rates, or published limits (`ertbench limit`) would be lost. What was published
+/// before then stays.
 int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
                        const std::filesystem::path& project, const Cache& cache, int jobs);
 

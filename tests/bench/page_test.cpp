@@ -188,9 +188,10 @@ TEST_F(PageTest, WhatIsNotThereIsAnErrorWithItsPlace) {
   EXPECT_NE(error("a\nb {{.3f t lost RIE}}").find("page.md.in: line 2"), std::string::npos);
   EXPECT_NE(error("{{.3f lost gn RIE}}").find("no such result"), std::string::npos);
   EXPECT_NE(error("{{.3f t gn PE}}").find("no PE"), std::string::npos);
-  EXPECT_NE(error("{{.3f (/ (t * RIE) 2)}}").find("one number is meant"), std::string::npos);
+  EXPECT_NE(error("{{.3f (/ 2 (t * RIE))}}").find("one number is meant"), std::string::npos);
   EXPECT_NE(error("{{.3f t gn RIE"), "");
-  EXPECT_NE(error("{{.3f (/ 1)}} {{.3x t gn RIE}}").find("not a format"), std::string::npos);
+  EXPECT_NE(error("{{.3f (/ 1)}}").find("takes more"), std::string::npos);
+  EXPECT_NE(error("{{.3f 1}} {{.3x t gn RIE}}").find("not a format"), std::string::npos);
 }
 
 /// One of several names that is not there, or has no value, is not passed over.
