@@ -41,6 +41,9 @@ class ResultRows {
 /// Null where there is none.
 const nlohmann::json& value_in(const nlohmann::json& row, const std::string& column);
 
+/// The name of a row: its label, or its first column of CSV.
+std::string label_of(const nlohmann::json& row);
+
 /// The result of an expression: numbers, each with the label of its row, or a text.
 struct PageValue {
   std::vector<std::pair<std::string, double>> numbers;
