@@ -23,7 +23,7 @@ struct Budgets {
   std::size_t longest_lines = 450;  ///< of any of these files
   std::size_t readme_lines = 240;
   std::uintmax_t tree_mb = 40;      ///< all tracked files
-  std::uintmax_t results_mb = 15;   ///< results/ without networks
+  std::uintmax_t results_mb = 16;   ///< results/ without networks
   std::uintmax_t networks_mb = 16;  ///< results/networks
 } constexpr budgets;
 
@@ -86,7 +86,7 @@ TEST(Budgets, OfTheTreeAreKept) {
   for (const std::string& file : project_files()) {
     const std::uintmax_t size = fs::file_size(fs::path(ERTBENCH_SOURCE_DIR) / file);
     tree += size;
-    if (file.starts_with("results/networks/")) {
+    if (file.starts_with("results/networks/") || file.starts_with("results/baselines/networks/")) {
       networks += size;
     } else if (file.starts_with("results/")) {
       results += size;
