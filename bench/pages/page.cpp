@@ -123,7 +123,12 @@ class Page {
     const auto [before, pattern] = line_of(text);
     const auto [name, items] = head_of(with_names(before));
     std::string out;
-    const bool outermost = !std::exchange(nested_, true);
+    // Holds for the texts below, and ends with them also where one of them throws.
+    const struct Nested {
+      bool& nested;
+      bool before;
+      ~Nested() { nested = before; }
+    } nested{nested_, std::exchange(nested_, true)};
     for (const std::string& item : split(items, "|")) {
       const std::vector<std::string> parts = split(item, "=");
       std::string one = pattern;
@@ -131,7 +136,6 @@ class Page {
       replace_all(one, "$" + name, parts.front());
       out += (out.empty() ? "" : separator) + render(one);
     }
-    if (outermost) nested_ = false;
     return out;
   }
 

@@ -96,7 +96,7 @@ TEST_F(FidelityProgram, ResumesAndMakesDamagedRecordsAgain) {
   ERTBENCH_NOT_UNDER_SANITIZERS();
   run();
   EXPECT_NE(output_.find("fidelity of 2 datasets"), std::string::npos) << output_;
-  EXPECT_FALSE(testing::fs::exists(folder_ / "cache")) << "it needs no datasets";
+  EXPECT_FALSE(testing::fs::exists(folder_ / "cache/datasets")) << "it needs no datasets";
   const auto before = records();
   const std::string table = testing::read_text(folder_ / "r/fidelity.csv");
   EXPECT_NE(table.find("\ntest,all,auto,10,"), std::string::npos) << table;

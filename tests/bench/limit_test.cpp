@@ -306,7 +306,7 @@ TEST(Limit, IsUnresolvedForAReasonAndWorthMoreWorkForSome) {
   // What one sampler alone has found is not made sure by its own samples.
   limit.alone = true;
   EXPECT_EQ(judged(150), std::pair(false, true));
-  EXPECT_NE(limit.remark.find("alone"), std::string::npos) << limit.remark;
+  EXPECT_NE(limit.remark.find("only one"), std::string::npos) << limit.remark;
   limit.alone = false;
   // Three standard deviations of the chi square of 12 quantities: 208 + 14.7.
   limit.chi_square = 222;

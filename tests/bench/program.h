@@ -41,6 +41,23 @@ inline Outcome run_program(const fs::path& folder, const std::string& arguments,
 
 using ertbench::TemporaryFolder;
 
+/// Copies the program and the libraries beside it, but not the learned solvers, into `folder`/bench
+/// and links the other libraries' folders beside that. Returns the copy.
+inline fs::path copy_program(const fs::path& folder) {
+  const fs::path built = fs::path(ERTBENCH_PROGRAM).parent_path();
+  fs::create_directories(folder / "bench");
+  for (const auto& entry : fs::directory_iterator(built)) {
+    const std::string name = entry.path().filename();
+    const bool library = name.starts_with("libertbench_") && name.ends_with(".so");
+    if (name != "ertbench" && (!library || name == "libertbench_models.so")) continue;
+    fs::copy_file(entry.path(), folder / "bench" / name);
+  }
+  for (const char* room : {"core", "forward", "solvers"}) {
+    fs::create_directory_symlink(built.parent_path() / room, folder / room);
+  }
+  return folder / "bench/ertbench";
+}
+
 inline std::string read_text(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};

@@ -177,13 +177,7 @@ TEST(Program, FailingTrialsCostOnlyTheirRows) {
 
 TEST(Program, AnAbsentOrBrokenPluginCostsOnlyItsSolvers) {
   const TemporaryFolder folder("plugin");
-  const fs::path program = folder / "bench/ertbench";  // a copy, which has no plugin beside it
-  fs::create_directories(program.parent_path());
-  fs::copy_file(ERTBENCH_PROGRAM, program);
-  for (const char* room : {"core", "forward", "solvers"}) {  // its libraries lie beside it
-    fs::create_directory_symlink(fs::path(ERTBENCH_PROGRAM).parent_path().parent_path() / room,
-                                 folder / room);
-  }
+  const fs::path program = copy_program(folder.path());  // has no plugin beside it
   json experiment = small_experiment();
   experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}}, {{"type", "dd-ert"}}};
   write_text(folder / "small.json", experiment.dump());

@@ -96,13 +96,8 @@ TEST(BenchmarkOutput, TableHasTimeRateAndFractionOfTheLimit) {
 class FakeBuild {
  public:
   FakeBuild() : folder_("timing") {
-    fs::create_directories(folder_ / "bench");
     fs::create_directories(folder_ / "benchmarks");
-    fs::copy_file(ERTBENCH_PROGRAM, folder_ / "bench/ertbench");
-    for (const char* room : {"core", "forward", "solvers"}) {  // its libraries lie beside it
-      fs::create_directory_symlink(fs::path(ERTBENCH_PROGRAM).parent_path().parent_path() / room,
-                                   folder_ / room);
-    }
+    copy_program(folder_.path());
     for (const std::string& name : benchmark_programs()) script(name, "");
   }
 
