@@ -118,7 +118,7 @@ TEST(Sheet, AnotherOneMakesAnotherSensor) {
     ForwardModel(disc_sensor(), 24);
     FAIL() << "the grid model took a disc";
   } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("not of a disc"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("not a disc"), std::string::npos);
   }
 }
 
