@@ -3,7 +3,8 @@
 function(compile_commands variable folder)
   file(COPY ${SOURCE}/core ${SOURCE}/forward ${SOURCE}/solvers ${SOURCE}/frames ${SOURCE}/limit
     ${SOURCE}/live ${SOURCE}/bench ${SOURCE}/cmake
-    ${SOURCE}/CMakeLists.txt ${SOURCE}/CMakePresets.json DESTINATION ${folder})
+    ${SOURCE}/CMakeLists.txt ${SOURCE}/CMakePresets.json ${SOURCE}/LICENSE ${SOURCE}/CITATION.cff ${SOURCE}/CHANGELOG.md
+    DESTINATION ${folder})
   # Benchmarks, learned solvers and tests are found slowly, and lie in folders of their own.
   execute_process(
     COMMAND ${CMAKE_COMMAND} --preset release -DERTBENCH_BENCHMARKS=OFF -DERTBENCH_MODELS=OFF

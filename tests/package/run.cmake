@@ -26,7 +26,7 @@ run(${program} run ${usr}/share/ertbench/experiments/quick.json --only tsvd,fcnn
   --set datasets.train.count=500 --set datasets.validation.count=40 --set datasets.test.count=40)
 file(READ ${WORK}/results/summary.json summary)
 foreach(row 0 1)
-  string(JSON status GET ${summary} rows ${row} status)
+  string(JSON status GET "${summary}" rows ${row} status)
   if(NOT status STREQUAL "ok")
     message(FATAL_ERROR "row ${row} is ${status}:\n${summary}")
   endif()
