@@ -13,7 +13,7 @@ struct Build {
   std::string release_probes;  ///< core/release_probes.json, see core/probe.h
 };
 
-/// Of the running program.
+/// The build of the running program.
 const Build& this_build();
 
 /// "0123456789ab", with "-dirty" where sources had changed.

@@ -16,8 +16,8 @@ struct BuildStamp {
   std::string commit;   ///< see Build
   bool dirty = false;   ///< whether its sources were not that commit's
   std::string program;  ///< hash of the program, its libraries and the learned solvers
-  /// What the thing depends on, as that build computed it. Files of release 0.2.0 have none and
-  /// count as if they had that release's (release_probes).
+  /// The probes that the thing depends on, as that build computed them. Files of release 0.2.0 have
+  /// none and count as if they had that release's (release_probes).
   Probes probes;
   std::vector<std::string> plugins;  ///< hashes of the user's plugins
 

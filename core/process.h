@@ -61,7 +61,7 @@ struct ProcessEnd {
   std::string text() const;
 };
 
-/// What a child process may take; more of it ends the child.
+/// Limits of a child process, which is ended when it exceeds one.
 struct ProcessLimits {
   double time_s = 3600;
   std::uint64_t memory_bytes = 0;  ///< resident, of all its processes together; 0: any amount
@@ -105,7 +105,7 @@ class ChildProcess {
   std::optional<ProcessEnd> end_;
 };
 
-/// What became of a function that ran in a copy of this process.
+/// Outcome of a function that ran in a copy of this process.
 struct IsolatedOutcome {
   ProcessEnd end;
   bool finished = false;              ///< whether it returned and its process ended well

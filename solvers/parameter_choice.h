@@ -27,8 +27,8 @@ struct Tunable {
 /// `range` (and whole where `whole`).
 Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool whole = false);
 
-/// The same for the weight of a prior, a number > 0 whose square and the inverse of that a computer
-/// can hold: from 1e-20 to 1e20.
+/// Chooses, likewise, the weight of a prior, a number > 0 whose square and the inverse of that a
+/// computer can hold: from 1e-20 to 1e20.
 Tunable read_weight(JsonObject& object, std::string_view key);
 
 class JsonObject;
@@ -53,11 +53,12 @@ ValidationFrames read_validation_frames(const FitInput& input, const std::string
 /// The mean relative error of `images` [frames, pixels] against the truths.
 double mean_relative_error(const Images& images, std::span<const FrameReport> reports,
                            const Images& truths);
-/// The same for the images that `solver` makes, on up to `threads` threads. Frames are taken in
-/// blocks of a fixed size, so that the result does not depend on the number of threads.
+/// Computes, likewise, the error of the images that `solver` makes, on up to `threads` threads.
+/// Frames are taken in blocks of a fixed size, so that the result does not depend on the number of
+/// threads.
 double mean_relative_error(const Solver& solver, const ValidationFrames& frames, int threads);
 
-/// What was chosen, and out of what.
+/// The chosen value and the candidates.
 struct ParameterChoice {
   double value = 0;
   double error = 0;                              ///< mean relative error at `value`

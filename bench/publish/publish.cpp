@@ -117,13 +117,37 @@ void prune(const fs::path& made, const fs::path& project, const fs::path& publis
   constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json",
                                          "load.json"};
   const PageTexts texts(project, published);
-  const std::vector<fs::directory_entry> entries(fs::directory_iterator(made), {});
+  const std::vector<fs::directory_entry> entries(fs::recursive_directory_iterator(made), {});
   for (const fs::directory_entry& entry : entries) {
-    const std::string file = entry.path().filename().string();
+    if (entry.is_directory()) continue;
+    const std::string file = fs::relative(entry.path(), made).string();
     const bool kept = std::find(std::begin(always), std::end(always), file) != std::end(always) ||
                       texts.name(published.filename().string(), file);
-    if (!kept || entry.is_directory()) fs::remove_all(entry.path());
+    if (!kept) fs::remove(entry.path());
   }
+  for (const fs::directory_entry& entry : entries) {
+    if (entry.is_directory() && fs::is_empty(entry.path())) fs::remove(entry.path());
+  }
+}
+
+/// Removes the lists by position and by candidate, of which no page shows a value.
+void drop_long_lists(json& value) {
+  if (value.is_object()) {
+    for (const char* key : {"places", "curve"}) {
+      if (value.contains(key) && value.at(key).is_array()) value.erase(key);
+    }
+  }
+  for (json& child : value) {
+    if (child.is_structured()) drop_long_lists(child);
+  }
+}
+
+/// Writes the summary again without its long lists and without indentation.
+void shorten_summary(const fs::path& file) {
+  if (!fs::exists(file)) return;
+  json summary = read_json_file(file);
+  drop_long_lists(summary);
+  write_file_atomically(file, json_text(summary) + "\n");
 }
 
 /// Puts `made` in the place of `published` in one step, with the templates of pages that stand
@@ -216,6 +240,7 @@ int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
                            : make_results(experiment, project, cache, jobs, published, made);
   require_drawn(made, published);
   prune(made, project, published);
+  shorten_summary(made / "summary.json");
   replace_folder(published, made);
   return failures;
 }

@@ -31,11 +31,11 @@ class Cache {
   std::filesystem::path fitted_solver(const FitRecipe& recipe) const;
   /// Where the solver may leave checkpoints and logs while it is fitted.
   std::filesystem::path work_folder(const FitRecipe& recipe) const;
-  /// What the name of that file is a hash of.
+  /// The text whose hash is the name of that file.
   static nlohmann::json fitted_solver_key(const FitRecipe& recipe);
 
   const std::filesystem::path& folder() const { return folder_; }
-  /// What of its contents may be taken as it is; the names of the files do not tell.
+  /// Which of its contents may be reused; the names of the files do not tell.
   Reuse reuse() const { return reuse_; }
   Cache with(Reuse reuse) const { return Cache(folder_, reuse); }
 

@@ -28,14 +28,15 @@ struct Headline {
   std::optional<double> value;  ///< nothing where it is undefined
 };
 
-/// What came out of one study (StudySpec).
+/// The result of one study (StudySpec).
 class StudyResult {
  public:
   virtual ~StudyResult() = default;
 
   /// All numbers, for summary.json; each with its interval where it has one.
   virtual nlohmann::json summary() const = 0;
-  /// Of every solver that did not fail; none of a study whose trainings are not compared.
+  /// The headlines of every solver that did not fail; none of a study whose trainings are not
+  /// compared.
   virtual std::vector<Headline> headlines() const { return {}; }
   /// Draws the study's figures, writes its tables beside them, and returns its sections of the
   /// report. `title` is the experiment's.
@@ -49,7 +50,7 @@ struct StudyOutcome {
   std::shared_ptr<const StudyResult> result;
 };
 
-/// What one label's trials scored on one test set: [seeds][frames].
+/// Scores of one label's trials on one test set: [seeds][frames].
 using FramesOfSeeds = std::vector<std::vector<FrameMetrics>>;
 
 /// The trials of the labels on one test set.
@@ -67,7 +68,7 @@ struct TrainingSource {
   JsonValue parameters;       ///< in which "training": {"best_epoch"} may stand
 };
 
-/// What fitting and scoring a label's trials, one or one for each seed, came to.
+/// Outcome of fitting and scoring the trials of a label, one for each seed.
 struct LabelOutcome {
   /// The first that was scored; null where none was. It stands for the others where each of them
   /// would take long and tell the same: it is timed and climbs the ladders.
@@ -100,7 +101,7 @@ class FeatureFindings {
 /// All that the results of an experiment are made of. The stages fill it one after another.
 struct ExperimentResults {
   std::vector<ResultRow> rows;  ///< truth and no-contact of each test set, then solvers
-  /// What each frame scored, of every trial of the labels that were scored: a set's labels stand in
+  /// Scores of each frame in every trial of the scored labels: a set's labels stand in
   /// the order of the rows.
   std::vector<ScoredLabels> frames;
   std::map<std::string, Images> images;  ///< by label: [figure scenes, pixels] S/m

@@ -27,8 +27,8 @@ bool is_limit(const ResultRow& row);
 /// a file that is none of this kind.
 std::vector<ResultRow> read_limit_rows(const std::filesystem::path& folder);
 
-/// What a row of limits is of: a hash of all that determines the set's frames, and of the
-/// distribution of `scenes`, a set's, that is the prior.
+/// Identifies the frames of a row of limits: a hash of all that determines the set's frames, and of
+/// the distribution of `scenes`, a set's, that is the prior.
 std::string limit_key(const DatasetSpec& set, const DatasetSpec& scenes);
 
 /// The test sets that limits are of, and the training set, or null.

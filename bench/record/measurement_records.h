@@ -29,7 +29,7 @@ std::vector<FrameReading> frame_readings_from_json(const nlohmann::json& list);
 /// A metric more needs no other version: the key of what was scored holds the metrics' names.
 inline constexpr int metrics_version = 1;
 
-/// What one trial did on one test set.
+/// Scores of one trial on one test set.
 struct ScoredSet {
   ResultRow row;
   std::vector<FrameMetrics> frames;
@@ -48,7 +48,7 @@ struct AccuracyRecord {
   Images figure_images;  ///< [figure scenes, pixels] S/m
 };
 
-/// What there is in a record besides what every one has.
+/// Optional parts of a record.
 struct AccuracyContent {
   bool validation = false;         ///< the validation set is scored as well
   std::vector<int> figure_scenes;  ///< whose images are kept
@@ -57,7 +57,7 @@ struct AccuracyContent {
   bool keep_explained = false;     ///< and what each image explains of its voltages
 };
 
-/// What determines the record: the solver, the test sets and the content.
+/// Key of the record: a hash of the solver, the test sets and the content.
 std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
                          const AccuracyContent& content);
 
@@ -65,14 +65,14 @@ std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> t
 AccuracyRecord accuracy_record_from_json(const nlohmann::json& record, bool validation, int pixels,
                                          const std::string& source);
 
-/// What the clock said on one test set.
+/// Times measured on one test set.
 struct MeasuredTimes {
   LatencySummary latency_us;
   double frames_per_s = 0;  ///< median of the rounds
   int batch = 0;            ///< frames in a call where the throughput was measured
 };
 
-/// Of each round `{"schema", "key", "timing": {dataset: {"latency_us": [every frame],
+/// The record of each round is `{"schema", "key", "timing": {dataset: {"latency_us": [every frame],
 /// "frames_per_s", "batch", "pipe_us": [every frame through Solver::transport, if any]}},
 /// "calibration_us", "peak_rss_mb", "place"}`, put together.
 struct TimingRecord {
@@ -87,7 +87,7 @@ struct TimingRecord {
 /// median counts; a longer one is seldom left alone on a busy machine, and the fastest counts.
 double relative_latency(double median_us, double fastest_us, double calibration_us);
 
-/// What determines the record of a round, whichever it is: the solver, the test sets, how the clock
+/// Key of the record of any round: the solver, the test sets, how the clock
 /// is used. The processor is no part of it; it stands in the record.
 std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
                        const TimingSettings& timing);

@@ -38,15 +38,17 @@ std::string host_name();
 /// Now, "2026-01-31T12:00:00Z".
 std::string utc_now();
 
-/// What this program runs on: commit, host, system, cpu, cores, compiler, library versions, date.
+/// Describes the machine and build: commit, host, system, cpu, cores, compiler, library versions,
+/// date.
 nlohmann::json machine_provenance();
 
-/// What a reviewer needs to run the same again: commit, host, cpu, threads, library versions,
-/// seeds, and the full recipe of every dataset. "date" is when the last of the numbers was
-/// measured, "measured" when the first and the last were, "rendered" when the tables were written.
+/// Returns what a reviewer needs to reproduce a result: commit, host, cpu, threads, library
+/// versions, seeds, and the full recipe of every dataset. "date" is when the last of the numbers
+/// was measured, "measured" when the first and the last were, "rendered" when the tables were
+/// written.
 nlohmann::json provenance(const Experiment& experiment, int jobs, const DateRange& measured);
 
-/// What a trial is doing.
+/// State of a running trial.
 struct TrialProgress {
   double fraction = 0;      ///< done, 0 ... 1
   std::string text;         ///< the solver's: "epoch 5 of 12, validation error 0.412"
@@ -87,11 +89,11 @@ inline constexpr int record_schema = 4;
 std::filesystem::path record_file(const std::filesystem::path& folder, const std::string& job,
                                   const std::string& ending = ".json");
 
-/// Of the file in which a job's process leaves its record; the runner renames it when that has
-/// ended well, as what a process wrote that crashed afterwards is not to be trusted.
+/// Ending of the file in which a job's process leaves its record; the runner renames it when that
+/// has ended well, as what a process wrote that crashed afterwards is not to be trusted.
 inline constexpr const char* written_ending = ".written.json";
 
-/// Of the file in which a job's process says how it failed, where it knows: `{"status",
+/// Ending of the file in which a job's process says how it failed, where it knows: `{"status",
 /// "message"}`.
 inline constexpr const char* failure_ending = ".failure.json";
 
@@ -100,7 +102,7 @@ inline constexpr const char* failure_ending = ".failure.json";
 void write_record(const std::filesystem::path& file, nlohmann::json record, const std::string& key,
                   const BuildStamp& build);
 
-/// What stands in a record's place.
+/// A record found on disk, or why there is none.
 struct FoundRecord {
   JsonValue record;     ///< null: the job is to be done again
   std::string why_not;  ///< why not what is there; empty where there is nothing

@@ -56,7 +56,7 @@ struct LatencySummary {
   double max = 0;
   /// The medians of the rounds in which the frames were timed, other solvers' rounds between them.
   std::vector<double> p50_of_rounds = {};
-  /// Of each round relative_latency(): in units of a fixed piece of work of the same process.
+  /// relative_latency() of each round: in units of a fixed piece of work of the same process.
   std::vector<double> relative_of_rounds = {};
   /// The part of p50 that the way to the solver's own process and back takes: the median of the
   /// same bytes through a program that only answers. Of a solver in a process of its own alone.
@@ -65,14 +65,14 @@ struct LatencySummary {
   bool operator==(const LatencySummary&) const = default;
 };
 
-/// What the training runs of one solver gave, each with a seed of its own.
+/// Results of the trainings of one solver, one for each seed.
 struct SeedSpread {
   std::vector<int> values;                              ///< the seeds whose numbers are in the row
   PerMetric<std::vector<std::optional<double>>> means;  ///< [seeds]
   /// Sample standard deviation of the means; without a value where fewer than two have one.
   PerMetric<std::optional<double>> deviation;
   std::vector<std::optional<double>> fit_s;  ///< [seeds]
-  /// What is not the same for all seeds: a list with an object for each.
+  /// Parameters that differ between seeds: a list with an object for each.
   JsonValue parameters = JsonValue::array();
 };
 
@@ -91,7 +91,7 @@ struct RowBuilds {
   std::vector<BuildStamp> timed;
 };
 
-/// What one solver did on one test set: an entry of summary.json's "rows". What was not measured,
+/// Results of one solver on one test set: an entry of summary.json's "rows". What was not measured,
 /// or came out not finite, has no value and is null in the JSON.
 struct ResultRow {
   std::string label;
@@ -105,11 +105,11 @@ struct ResultRow {
   int frames_not_converged = 0;  ///< frames whose image is not the one that was asked for
   int suspect_frames = 0;  ///< frames that the solver would not trust; they are in all averages
   PerMetric<MetricSummary> metrics;
-  /// The same on the validation set, where the experiment chooses sizes by it.
+  /// Scores on the validation set, where the experiment chooses sizes by it.
   std::optional<PerMetric<MetricSummary>> validation;
   std::optional<OverLimit> over_limit;  ///< where there is a limit
   std::optional<LatencySummary> latency_us;
-  /// What calibration_us() took in the same process, a unit that latencies on different machines
+  /// Time of calibration_us() in the same process, a unit that latencies on different machines
   /// can be compared in; µs.
   std::optional<double> calibration_us;
   std::optional<TimingPlace> timed_on;  ///< none where an earlier version did not say

@@ -20,7 +20,7 @@ BuildStamp stamp_of_record(const Experiment& experiment, const SolverEntry* entr
 /// the test set and of the set whose scenes are the prior.
 BuildStamp stamp_of_limit(const DatasetSpec& set, const DatasetSpec& scenes);
 
-/// What this program computes for the probes that a stamp carries; those that it does not know are
+/// Today's values of the probes that a stamp carries; those that it does not know are
 /// left out.
 Probes current_probes(const BuildStamp& made);
 

@@ -51,7 +51,7 @@ class BarChart : public Chart {
   const std::vector<std::string>& labels() const { return labels_; }
   const std::vector<Metric>& metrics() const { return metrics_; }
 
-  /// What the chart shows of the rows.
+  /// The bars that the chart makes of the rows.
   Bars bars_of(std::span<const ResultRow> rows, const std::string& title) const;
 
   void draw(std::span<const ResultRow> rows, const std::string& title,

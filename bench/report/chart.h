@@ -43,7 +43,7 @@ class Chart {
   virtual void draw(std::span<const ResultRow> rows, const std::string& title,
                     const std::filesystem::path& folder) const = 0;
 
-  /// What the figure shows, behind its name in the report.
+  /// Text of what the figure shows, behind its name in the report.
   virtual std::string caption() const = 0;
 
   /// The title of its own section of the report; empty where it stands among the other charts, and
@@ -94,7 +94,7 @@ class MethodStyles {
   std::vector<Style> styles_;
 };
 
-/// Of things that have labels, in their order.
+/// Returns the styles of things that have labels, in their order.
 template <class Labelled>
 MethodStyles styles_of(const std::vector<Labelled>& all) {
   std::vector<std::string> labels;

@@ -16,7 +16,7 @@ struct HeatMapPanel {
   std::vector<std::optional<double>> values;   ///< [y * columns + x], written
   std::vector<std::optional<double>> colours;  ///< [y * columns + x]
   std::vector<std::string> texts = {};         ///< written in place of the values; may be empty
-  /// Of the colours; by default from the best to the worst.
+  /// Ends of the colour scale; by default from the best to the worst.
   std::optional<std::pair<double, double>> range = {};
 };
 

@@ -25,8 +25,8 @@ class HeatMapChart : public Chart {
   HeatMapChart(ChartPlace place, std::vector<std::string> labels, std::vector<Metric> metrics,
                std::optional<Optimum> published);
 
-  /// What the chart shows of the rows. The best cell is the one with the least mean relative error
-  /// of those that are ok.
+  /// The map that the chart makes of the rows. The best cell is the one with the least mean
+  /// relative error of those that are ok.
   HeatMap map_of(std::span<const ResultRow> rows, const std::string& title) const;
 
   void draw(std::span<const ResultRow> rows, const std::string& title,

@@ -286,7 +286,6 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
                   "contact.");
   }
   if (!text.builds.empty()) out.push_back(text_of(text.builds));
-  if (!text.clocks.empty()) out.push_back(text.clocks);
   if (!text.published.rows.empty()) {
     out.push_back("paper: " + text.published.source +
                   "; in brackets the mean here minus the paper's value.");

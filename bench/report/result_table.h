@@ -10,14 +10,13 @@
 
 namespace ertbench {
 
-/// What stands around the numbers.
+/// Texts around the numbers.
 struct TableText {
   std::string title;                                        ///< the experiment's name
   std::map<std::string, std::string> dataset_descriptions;  ///< by the dataset's name; may lack any
   std::string command;                                      ///< makes the table again
   PublishedTable published;
   Builds builds;
-  std::string clocks;  ///< of times that were taken after all else, sentences; else empty
 };
 
 /// The rows as a table for people: a section for each test set, in the order of their first rows,
@@ -28,7 +27,7 @@ struct TableText {
 /// whose training had not converged (Convergence).
 Table result_table(std::span<const ResultRow> rows, const TableText& text);
 
-/// The same in short, for the terminal.
+/// Returns a shorter table for the terminal.
 Table result_summary(std::span<const ResultRow> rows);
 
 /// The rows for programs: every number in a column of its own and with all its digits: for each

@@ -10,11 +10,11 @@
 
 namespace ertbench {
 
-/// What the paper gives for this row, where it is compared on the row's test set.
+/// The paper's value for this row, where it is compared on the row's test set.
 std::optional<double> published_value(const PublishedTable& published, const ResultRow& row,
                                       Metric metric);
 
-/// What a reader of rows must not overlook, though their status is ok.
+// Remarks on rows that a reader must not overlook although the status is ok.
 
 /// Whether the mean relative error of the row's images is larger than that of the image without a
 /// contact on the same test set: whoever shows nothing does better.

@@ -20,7 +20,7 @@ struct ScoredFrames {
   JsonValue figure_images;  ///< [figure scenes][pixels] S/m
 };
 
-/// What is wanted of a set besides its metrics, and how contacts are read out of its images.
+/// Optional outputs for a set beside its metrics, and how contacts are read out of its images.
 struct ScoreRequest {
   std::vector<int> figure_scenes;  ///< whose images are kept
   ContactRule rule;                ///< for a solver that has no ContactFinder

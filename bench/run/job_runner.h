@@ -44,7 +44,7 @@ class JobRecords {
   std::optional<nlohmann::json> read(const Job& job) const;
 
   void add_failure(const Job& job, Failure failure);
-  /// What went wrong with the job's subject, in this round or another; null where nothing did.
+  /// Failure of the job's subject, in this round or another; null where nothing did.
   const Failure* failure(const Job& job) const;
   /// The same, or that the job was not run, as --only asks for others.
   Failure why_missing(const Job& job) const;
@@ -67,7 +67,7 @@ class JobRunner {
   JobRunner(const Stage& stage, const Experiment& experiment, const Cache& cache,
             std::filesystem::path folder, JobRecords& records);
 
-  /// What one job may take of a machine that others use too: so many threads, and as large a part
+  /// Share of a machine that one job may take beside others: so many threads, and as large a part
   /// of the memory as they are of the cores. Without it the machine is shared out among the jobs.
   void take_only(int threads) { threads_ = threads; }
 

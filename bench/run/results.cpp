@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "bench/plot/canvas.h"
 #include "bench/record/record_file.h"
@@ -145,23 +144,6 @@ std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow
   return beside.undrawn.size();
 }
 
-/// Each once, in the order of the alphabet, as ExperimentResults::training has them.
-std::set<std::string> labels_of(const std::vector<ResultRow>& rows) {
-  std::set<std::string> labels;
-  for (const ResultRow& row : rows) labels.insert(row.label);
-  return labels;
-}
-
-Builds builds_from_json(const nlohmann::json& json) {
-  Builds builds;
-  for (const auto& [what, stamps] : json.items()) {
-    for (const nlohmann::json& stamp : stamps) {
-      if (const auto build = build_stamp_from_json(stamp)) builds[what].push_back(*build);
-    }
-  }
-  return builds;
-}
-
 }  // namespace
 
 std::size_t write_results(const Experiment& experiment, const Cache& cache,
@@ -205,22 +187,6 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   }
   return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,
                     folder);
-}
-
-std::size_t rewrite_results(const Experiment& experiment, const std::vector<ResultRow>& rows,
-                            const std::string& clocks, nlohmann::json summary,
-                            const fs::path& folder) {
-  TableText text = table_text(experiment, summary);
-  text.builds = builds_from_json(summary.at("builds"));
-  if (!clocks.empty()) text.builds.erase("timing");  // it says it
-  text.clocks = clocks;
-  std::vector<ReportFigure> training_curves;
-  for (const std::string& label : labels_of(rows)) {
-    if (const auto figure = training_figure(label, folder / "training")) {
-      training_curves.push_back(*figure);
-    }
-  }
-  return write_rows(experiment, rows, text, {training_curves, {}, {}}, std::move(summary), folder);
 }
 
 std::size_t report_results(const Experiment& experiment, const Cache& cache,

@@ -24,15 +24,6 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
                           const std::vector<ReportSection>& sections,
                           const std::filesystem::path& folder);
 
-/// Writes the files again that hold times, of a result whose rows have got other ones: the tables,
-/// the charts, report.html and summary.json. The rest of `folder` and of `summary` stays. `clocks`
-/// says in the tables' legends when and with what the times were taken; empty where that was with
-/// all else. For results of which no stage has sections of its own. Returns how many figures could
-/// not be drawn.
-std::size_t rewrite_results(const Experiment& experiment, const std::vector<ResultRow>& rows,
-                            const std::string& clocks, nlohmann::json summary,
-                            const std::filesystem::path& folder);
-
 /// write_results, then the short table and the folder's name on standard output.
 std::size_t report_results(const Experiment& experiment, const Cache& cache,
                            const ExperimentResults& results,

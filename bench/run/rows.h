@@ -26,7 +26,7 @@ struct SeedResult {
 /// seed's; status and message are left to the caller.
 ResultRow combine_seeds(std::span<const SeedResult> results);
 
-/// What fitting and scoring one entry gave.
+/// Outcome of fitting and scoring one entry.
 struct ScoredTrial {
   const SolverEntry* entry = nullptr;
   std::optional<AccuracyRecord> accuracy;

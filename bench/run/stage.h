@@ -14,8 +14,8 @@
 
 namespace ertbench {
 
-/// What a stage has done in one process. `name` is its identity: `ertbench trial` is told it, and
-/// its record, its log and its progress are files of that name.
+/// A unit of work of a stage, done in one process. `name` is its identity: `ertbench trial` is told
+/// it, and its record, its log and its progress are files of that name.
 struct Job {
   std::string name;     ///< unique among all stages: "tsvd.timing.2", "train.fidelity"
   std::string subject;  ///< what it is about, in all rounds the same: "tsvd", "train"
@@ -27,7 +27,7 @@ struct Job {
 class JobRecords;
 class SolverRegistry;
 
-/// What a job finds in its own process.
+/// Environment of a job in its own process.
 struct JobContext {
   const Experiment& experiment;
   const Cache& cache;
@@ -45,15 +45,15 @@ class Stage {
  public:
   virtual ~Stage() = default;
 
-  /// Of files, messages and `ertbench trial --stage`: "accuracy". Letters alone.
+  /// Name in files, messages and `ertbench trial --stage`: "accuracy". Letters alone.
   virtual std::string name() const = 0;
-  /// What one job is called where they are counted: "trial", "round".
+  /// Noun for one job where jobs are counted: "trial", "round".
   virtual std::string noun() const = 0;
   /// Whether its jobs read the clock, so that nothing may run beside one.
   virtual bool wants_machine_alone() const { return false; }
   /// Whether its jobs find the experiment's datasets in the cache.
   virtual bool reads_datasets() const { return true; }
-  /// What may be taken by one job, s.
+  /// Time limit of one job, s.
   virtual double time_limit_s(const Experiment& experiment) const {
     return experiment.time_limit_s;
   }

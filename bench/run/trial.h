@@ -7,7 +7,7 @@
 
 namespace ertbench {
 
-/// What `ertbench trial` does, in a process of its own: runs the stage's job of this name and
+/// Does the work of `ertbench trial` in a process of its own: runs the stage's job of this name and
 /// writes its record into the result folder; meanwhile its progress stands beside it. Throws
 /// InputError where the stage has no such job. The entry of the job's solver is described
 /// (experiment_solvers.h); those of the others need not be, and their plugins are not loaded.

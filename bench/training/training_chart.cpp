@@ -382,9 +382,4 @@ std::optional<ReportFigure> write_training_results(const std::string& label,
   return figure;
 }
 
-std::optional<ReportFigure> training_figure(const std::string& label, const fs::path& folder) {
-  ReportFigure figure = curves_of(label, folder);
-  return fs::exists(figure.svg) ? std::optional(figure) : std::nullopt;
-}
-
 }  // namespace ertbench

@@ -48,8 +48,4 @@ std::optional<ReportFigure> write_training_results(const std::string& label,
                                                    const std::vector<TrainingSource>& sources,
                                                    const std::filesystem::path& folder);
 
-/// The chart of a label that write_training_results drew before; nothing if there is none.
-std::optional<ReportFigure> training_figure(const std::string& label,
-                                            const std::filesystem::path& folder);
-
 }  // namespace ertbench

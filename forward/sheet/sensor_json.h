@@ -39,11 +39,12 @@ class SheetLengths {
   std::vector<double> numbers(const char* key, std::size_t least, std::size_t most, Range range);
   /// [low, high], or one number for both.
   std::pair<double, double> length_interval(const char* key, Range range);
-  /// Of a place the range bounds both distances from the origin of its form.
+  /// Reads a place; the range bounds both distances from the origin of its form.
   Eigen::Vector2d place(const char* key, Range range);
   std::vector<Eigen::Vector2d> places(const char* key, std::size_t least, std::size_t most,
                                       Range range);
-  /// Of places along one axis, 0 for x and 1 for y: [low, high], or one number for both.
+  /// Reads an interval of places along one axis, 0 for x and 1 for y: [low, high], or one number
+  /// for both.
   std::pair<double, double> coordinate_interval(const char* key, int axis, Range range);
 
   /// Throws InputError at the key in the form that stands in the object.

@@ -48,9 +48,9 @@ inline constexpr std::uint64_t judged_frames = 400;
 /// pairs use their clean voltages instead. No value for measured frames without such pairs.
 std::optional<double> noise_of_channel(const DatasetFile& set, ElectrodeSet masked);
 
-/// Of the first `count` frames, those whose contacts all have a conductivity ratio in `ratio`,
-/// since the misfit of other contacts says nothing about such frames. All frames if few do, or
-/// without `ratio`.
+/// Returns those of the first `count` frames whose contacts all have a conductivity ratio in
+/// `ratio`, since the misfit of other contacts says nothing about such frames. All frames if few
+/// do, or without `ratio`.
 std::vector<Eigen::Index> frames_like(const DatasetFile& set, std::uint64_t count,
                                       const std::optional<std::pair<double, double>>& ratio);
 

@@ -9,10 +9,11 @@
 
 #include "solvers/solver_info.h"
 
-/// What must be the same in the program and in a plugin, as one text `name=value;name=value;...`
-/// that the compiler puts together where this header is included. Vectors of Eigen's are aligned,
-/// passed and freed by the alignment and the instruction set, classes of the library by the
-/// compiler and its switches: where they differ, memory is corrupted without a word.
+/// Compile settings that must be equal in the program and in a plugin, as one text
+/// `name=value;name=value;...` that the compiler puts together where this header is included.
+/// Vectors of Eigen's are aligned, passed and freed by the alignment and the instruction set,
+/// classes of the library by the compiler and its switches: where they differ, memory is corrupted
+/// without a word.
 
 /// Raised with every change of what plugins see (solvers/solver.h, solver_info.h, registry.h).
 #define ERTBENCH_SOLVER_INTERFACE 9
@@ -96,15 +97,16 @@
 
 namespace ertbench {
 
-/// Of this program.
+/// The settings of this program.
 std::string program_abi();
 
 /// In what a plugin's text differs from this program's: "compiler gcc 11, here gcc 12; ...". Empty
 /// where they are the same.
 std::string abi_difference(const std::string& plugin);
 
-/// What a shared library of solvers says of itself. All of it without SolverInfo::make: the
-/// solvers themselves are in another process, and made where the library is loaded.
+/// Description that a shared library of solvers gives of itself. All of it without
+/// SolverInfo::make: the solvers themselves are in another process, and made where the library is
+/// loaded.
 struct PluginDescription {
   std::vector<SolverType> types;
   /// Where the library is refused in an orderly way: the message of the InputError.

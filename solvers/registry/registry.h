@@ -86,7 +86,7 @@ inline constexpr int solver_interface_version = ERTBENCH_SOLVER_INTERFACE;
 
 }  // namespace ertbench
 
-/// What stands once in a plugin, outside of any namespace, beside its entry point
+/// Stands once in a plugin, outside of any namespace, beside its entry point
 ///     extern "C" void ertbench_register_solvers(ertbench::SolverRegistry&)
 /// It says what the plugin was built for and with, which is compared before anything of it is
 /// called.

@@ -82,6 +82,11 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   const auto run = testing::run_program(project(), "run e.json --out results/e");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   testing::write_text(project() / "results/published/e/old.svg", "from before");
+  // Of the logs of trainings those stay that a page names.
+  testing::write_text(project() / "docs/a.md", "e/training/my net.csv");
+  std::filesystem::create_directories(project() / "results/e/training");
+  testing::write_text(project() / "results/e/training/my net.csv", "epoch\n");
+  testing::write_text(project() / "results/e/training/other.csv", "epoch\n");
   EXPECT_EQ(publish_experiment(experiment, registry, project(), Cache(project() / "cache"), 1), 0);
   // What an interrupted call has left is no page.
   testing::write_text(project() / "results/published/e.part/README.md.in", "{{nothing}}\n");
@@ -92,6 +97,14 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   EXPECT_TRUE(std::filesystem::exists(published / "table.md"));
   EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
   EXPECT_FALSE(std::filesystem::exists(published / "report.html"));  // no page names it
+  EXPECT_TRUE(std::filesystem::exists(published / "training/my net.csv"));
+  EXPECT_FALSE(std::filesystem::exists(published / "training/other.csv"));
+  // Shorter, with the same numbers.
+  const auto whole = project() / "results/e";
+  EXPECT_LT(std::filesystem::file_size(published / "summary.json"),
+            std::filesystem::file_size(whole / "summary.json") / 2);
+  EXPECT_EQ(testing::row_of(testing::summary_of(published), "tsvd").at("metrics"),
+            testing::row_of(testing::summary_of(whole), "tsvd").at("metrics"));
   const double rie =
       testing::row_of(testing::summary_of(published), "tsvd").at("metrics").at("RIE").at("mean");
   char text[32];
