@@ -57,8 +57,9 @@ def comparable(file):
 
 
 def files_of(folder):
+    # A probe that could not be kept is computed again, so its file is no result.
     return {str(file.relative_to(folder)): file for file in sorted(folder.rglob("*"))
-            if file.is_file() and file.suffix not in NOT_RESULTS}
+            if file.is_file() and file.suffix not in NOT_RESULTS and "probes" not in file.parts}
 
 
 def differences(expected, found):
