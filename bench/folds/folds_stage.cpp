@@ -1,5 +1,3 @@
-#include "bench/folds/folds_stage.h"
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -9,6 +7,7 @@
 #include "bench/record/cache.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
+#include "bench/run/stage.h"
 #include "bench/score/contact_rule_choice.h"
 #include "bench/score/image_contacts.h"
 #include "bench/studies/study.h"
@@ -45,20 +44,6 @@ HeldOutPress press_from(const json& values) {
 }
 
 }  // namespace
-
-std::string fold_key(const FitRecipe& recipe, const Folds& folds, int fold, const json& contacts) {
-  FitRecipe own = recipe;
-  own.training.reset();
-  own.validation.reset();
-  const json key = {{"schema", folds_schema},
-                    {"label", recipe.entry.label},
-                    {"entry", recipe.entry.spec.text()},
-                    {"solver", Cache::fitted_solver_key(own).dump()},
-                    {"folds", to_json(folds)},
-                    {"contacts", contacts},
-                    {"fold", fold}};
-  return hash_of(key.dump());
-}
 
 json to_json(const FoldRecord& record) {
   json out = {{"schema", folds_schema}, {"runs", json::array()}};
@@ -159,73 +144,77 @@ FoldRun run_of(const Folds& folds, int fold, std::uint64_t presses, const Solver
   return run;
 }
 
-}  // namespace
+/// Cross-validation on measured frames (Folds), a job for each solver and fold. A study
+/// (bench/studies) is made of what comes out.
+class FoldsStage final : public Stage {
+ public:
+  std::string name() const override { return "folds"; }
+  std::string noun() const override { return "fold"; }
 
-std::string FoldsStage::name() const { return "folds"; }
-
-std::string FoldsStage::noun() const { return "fold"; }
-
-std::vector<Job> FoldsStage::jobs(const Experiment& experiment) const {
-  std::vector<Job> jobs;
-  if (!experiment.folds) return jobs;
-  for (const std::span<const SolverEntry> entries : experiment.rows()) {
-    for (int fold = 0; fold < experiment.folds->count; ++fold) {
-      jobs.push_back(job_of(*this, entries.front(), fold));
+  std::vector<Job> jobs(const Experiment& experiment) const override {
+    std::vector<Job> jobs;
+    if (!experiment.folds) return jobs;
+    for (const std::span<const SolverEntry> entries : experiment.rows()) {
+      for (int fold = 0; fold < experiment.folds->count; ++fold) {
+        jobs.push_back(job_of(*this, entries.front(), fold));
+      }
     }
+    return jobs;
   }
-  return jobs;
-}
-
-std::vector<Job> FoldsStage::due(const Experiment& experiment, const ExperimentResults&) const {
-  return jobs(experiment);
-}
-
-std::string FoldsStage::key(const Experiment& experiment, const Job& job) const {
-  return fold_key(fit_recipe(experiment, *job.entry), *experiment.folds, job.round,
-                  to_json(experiment.contacts));
-}
-
-nlohmann::json FoldsStage::run(const Job& job, const JobContext& context) const {
-  const Folds& folds = *context.experiment.folds;
-  FoldRecord record;
-  for (const std::uint64_t presses : folds.presses) {
-    record.push_back(run_of(folds, job.round, presses, *job.entry, context));
+  std::vector<Job> due(const Experiment& experiment, const ExperimentResults&) const override {
+    return jobs(experiment);
   }
-  return to_json(record);
-}
-
-void FoldsStage::check(const Experiment&, const nlohmann::json& record) const {
-  fold_record_from_json(record);
-}
-
-void FoldsStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,
-                         ExperimentResults& results) const {
-  if (!experiment.folds) return;
-  std::vector<FoldsOutcome> outcomes;
-  for (const std::span<const SolverEntry> entries : experiment.rows()) {
-    FoldsOutcome& outcome = outcomes.emplace_back();
-    outcome.label = entries.front().label;
-    for (int fold = 0; fold < experiment.folds->count; ++fold) {
-      const Job job = job_of(*this, entries.front(), fold);
+  std::string key(const Experiment& experiment, const Job& job) const override {
+    FitRecipe own = fit_recipe(experiment, *job.entry);
+    own.training.reset();
+    own.validation.reset();
+    const json key = {{"schema", folds_schema},
+                      {"label", own.entry.label},
+                      {"entry", own.entry.spec.text()},
+                      {"solver", Cache::fitted_solver_key(own).dump()},
+                      {"folds", to_json(*experiment.folds)},
+                      {"contacts", to_json(experiment.contacts)},
+                      {"fold", job.round}};
+    return hash_of(key.dump());
+  }
+  json run(const Job& job, const JobContext& context) const override {
+    const Folds& folds = *context.experiment.folds;
+    FoldRecord record;
+    for (const std::uint64_t presses : folds.presses) {
+      record.push_back(run_of(folds, job.round, presses, *job.entry, context));
+    }
+    return to_json(record);
+  }
+  void check(const Experiment&, const json& record) const override {
+    fold_record_from_json(record);
+  }
+  void collect(const Experiment& experiment, const Cache&, const JobRecords& records,
+               ExperimentResults& results) const override {
+    if (!experiment.folds) return;
+    std::vector<FoldsOutcome> outcomes;
+    for (const Job& job : jobs(experiment)) {
+      if (job.round == 0) outcomes.emplace_back().label = job.entry->label;
+      FoldsOutcome& outcome = outcomes.back();
       if (const auto record = records.read(job)) {
         outcome.folds.push_back(fold_record_from_json(*record));
       } else if (outcome.failure.empty()) {
         outcome.failure = records.why_missing(job).text();
       }
     }
+    results.studies.push_back(
+        {"presses", "presses",
+         std::make_shared<const Study>(presses_study(*experiment.folds, outcomes))});
   }
-  results.studies.push_back(
-      {"presses", "presses",
-       std::make_shared<const Study>(presses_study(*experiment.folds, outcomes))});
-}
+};
 
+}  // namespace
 }  // namespace ertbench
 
 extern "C" void ertbench_part_studies(ertbench::Part& part) {
   part.stages = [](int) {
     ertbench::Stages stages;
     stages.push_back(std::make_unique<ertbench::FoldsStage>());
-    stages.push_back(std::make_unique<ertbench::StudyStage>());
+    stages.push_back(ertbench::study_stage());
     return stages;
   };
 }

@@ -2,16 +2,52 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/folds/folds_stage.h"
-#include "bench/studies/error_statistics.h"
+#include "bench/experiment/study_spec.h"
 #include "bench/studies/study.h"
 
 namespace ertbench {
+
+/// One press that nobody had seen, and where a solver put it; mm from the origin of the domain
+/// units.
+struct HeldOutPress {
+  Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();
+  double strength = 0;                      ///< 1 - conductivity ratio of the true contact
+  std::optional<Eigen::Vector2d> found_mm;  ///< nothing where no contact was detected
+  /// Integral of |δσ| over the detected contact, over that of a contact of the true one's size and
+  /// ratio 0; 0 where none was found.
+  double found_strength = 0;
+
+  bool operator==(const HeldOutPress&) const = default;
+};
+
+/// Results of a solver that learned from `presses`, on the share held out.
+struct FoldRun {
+  std::uint64_t presses = 0;
+  std::string message;  ///< why it could not be fitted; else empty
+  double fit_s = 0;
+  std::vector<HeldOutPress> held_out;
+};
+
+/// `{"schema", "key", "runs": [{"presses", "message", "fit_s", "held_out": [[x, y, strength, found
+/// x, found y, found strength], ...]}]}` of one fold, nulls where nothing was found.
+using FoldRecord = std::vector<FoldRun>;
+
+/// Without the key.
+nlohmann::json to_json(const FoldRecord& record);
+/// Throws an exception of any kind where the JSON is not such a record.
+FoldRecord fold_record_from_json(const nlohmann::json& object);
+
+/// Outcome of one label's folds: [folds] of its first seed.
+struct FoldsOutcome {
+  std::string label;
+  std::vector<FoldRecord> folds;  ///< those that were run
+  std::string failure;            ///< of the first that was not; else empty
+};
 
 /// Location errors of some presses, mm. A missed press counts as one that was guessed to
 /// be in the middle of the sheet.
@@ -58,11 +94,5 @@ struct PressResults {
 /// localisation errors on presses that the solvers have not seen, by number of presses learned
 /// from, strength and place. D.1 on hardware.
 Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes);
-
-/// Location error over the number of presses learned from, a line a solver with the least and the
-/// largest mean of a fold as its band, and guessing the middle as a level.
-StudyFigure press_curve(const std::shared_ptr<const PressResults>& results);
-/// A panel a solver: a line from each true position to the estimated one, over the sheet.
-StudyFigure press_map(const std::shared_ptr<const PressResults>& results);
 
 }  // namespace ertbench

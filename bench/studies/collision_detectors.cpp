@@ -1,8 +1,8 @@
-#include "bench/studies/collision_detectors.h"
-
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "bench/studies/collision.h"
 #include "core/statistics.h"
 
 namespace ertbench {
@@ -102,7 +102,7 @@ std::optional<Estimate> share_of_latency(const std::vector<ArmRun>& runs, const 
     return delay > 0 ? latency / delay : 0;
   };
   std::vector<std::size_t> all(alarmed.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  std::iota(all.begin(), all.end(), std::size_t{0});
   return Estimate{share(all), bootstrap_interval_of_groups(all.size(), share, name)};
 }
 
@@ -158,11 +158,14 @@ std::vector<double> alarms_asked(AlarmRule rule, const CollisionTruth& truth, do
   return out;
 }
 
-std::vector<Trial> press_trials(const CollisionTruth& truth, const std::vector<char>& alarms) {
+/// The presses of a region; of all without one.
+std::vector<Trial> press_trials(const CollisionTruth& truth, const std::vector<char>& alarms,
+                                std::optional<std::size_t> region = {}) {
   std::vector<Trial> out;
   for (std::size_t f = 0; f < truth.presses.size(); ++f) {
     const PressTruth& press = truth.presses[f];
-    if (press.force_N > 0) out.push_back({press.force_N, alarms[f] != 0, press.scene});
+    if (press.force_N <= 0 || (region && press.region != static_cast<int>(*region))) continue;
+    out.push_back({press.force_N, alarms[f] != 0, press.scene});
   }
   return out;
 }
@@ -174,14 +177,8 @@ void assess_presses(const CollisionTruth& truth, const AlarmSignal& signal, Dete
   detector.by_force = share_bins(trials, most_force_bins);
   detector.least_N = least_found(trials, found_share, key);
   for (std::size_t region = 0; region < truth.region_shares.size(); ++region) {
-    std::vector<Trial> within;
-    for (std::size_t f = 0; f < truth.presses.size(); ++f) {
-      const PressTruth& press = truth.presses[f];
-      if (press.force_N <= 0 || press.region != static_cast<int>(region)) continue;
-      within.push_back({press.force_N, alarms[f] != 0, press.scene});
-    }
-    detector.least_by_region_N.push_back(
-        least_found(std::move(within), found_share, key + std::to_string(region)));
+    detector.least_by_region_N.push_back(least_found(press_trials(truth, alarms, region),
+                                                     found_share, key + std::to_string(region)));
   }
   for (std::size_t f = 0; f < truth.presses.size(); ++f) {
     if (truth.presses[f].force_N > 0 && std::isnan(signal.magnitude[f])) {
@@ -218,15 +215,8 @@ ArmOutcome assess_arm(const CollisionTruth& truth, const AlarmSignal& signal,
 }  // namespace
 
 const char* name_of(AlarmRule rule) {
-  switch (rule) {
-    case AlarmRule::by_region:
-      return "by region";
-    case AlarmRule::one_threshold:
-      return "one threshold";
-    case AlarmRule::voltage_norm:
-      break;
-  }
-  return "norm of the voltages";
+  constexpr const char* names[] = {"by region", "one threshold", "norm of the voltages"};
+  return names[static_cast<std::size_t>(rule)];
 }
 
 Interval FalseAlarms::ci95() const {

@@ -34,27 +34,25 @@ Cell three_digits_cell(double value, const Interval& ci95) {
 /// A least force, N.
 Cell least_force_cell(const std::optional<LeastFound>& found) {
   if (!found) return "—";
-  const auto [low, high] = found->reach;
-  const auto text = [low = low, high = high](double force_N) {
-    if (force_N > high) return "> " + fixed(high, 2);
-    if (force_N <= low) return "≤ " + fixed(low, 2);
-    return fixed(force_N, 2);
+  const Interval reach = found->reach;
+  const auto text = [reach](double force_N) {
+    if (force_N > reach.high) return "> " + fixed(reach.high, 2);
+    return (force_N <= reach.low ? "≤ " : "") + fixed(std::max(force_N, reach.low), 2);
   };
   return worded_cell({found->value, found->ci95},
-                     found->value <= high ? std::optional(found->value) : std::nullopt, text);
+                     found->value <= reach.high ? std::optional(found->value) : std::nullopt, text);
 }
 
 /// A highest speed, m/s.
 Cell highest_speed_cell(const std::optional<LeastFound>& found) {
   if (!found) return "—";
-  const auto [low, high] = found->reach;
-  const auto text = [low = low, high = high](double speed_m_s) {
-    if (speed_m_s < low) return "< " + fixed(low, 3);
-    if (speed_m_s >= high) return "≥ " + fixed(high, 3);
-    return fixed(speed_m_s, 3);
+  const Interval reach = found->reach;
+  const auto text = [reach](double speed_m_s) {
+    if (speed_m_s < reach.low) return "< " + fixed(reach.low, 3);
+    return (speed_m_s >= reach.high ? "≥ " : "") + fixed(std::min(speed_m_s, reach.high), 3);
   };
   return worded_cell({found->value, found->ci95},
-                     found->value >= low ? std::optional(found->value) : std::nullopt, text);
+                     found->value >= reach.low ? std::optional(found->value) : std::nullopt, text);
 }
 
 Cell delay_cell(const std::optional<Estimate>& delay_s) {
@@ -208,44 +206,42 @@ json detector_json(const Detector& detector, const ArmSettings& settings) {
   return out;
 }
 
-/// A row of the detector: its names, then what `fill` adds, or why there is nothing.
+/// A table with a row for each detector: its names, then what `fill` adds, or why there is nothing.
 template <typename Fill>
-void add_detector_row(const Detector& detector, TableSection& section, const Fill& fill) {
-  const std::string rule = detector.rule == AlarmRule::voltage_norm ? "one threshold, no solver"
-                                                                    : name_of(detector.rule);
-  std::vector<Cell> row = {detector.label, rule};
-  if (detector.failure.empty()) {
-    fill(row);
-  } else {
-    row.front().lines = {detector.failure};
+TableSection detector_table(const CollisionResults& results, const std::string& caption,
+                            const std::vector<std::string>& titles, const Fill& fill) {
+  TableSection section;
+  section.caption = caption;
+  section.columns = {{"detector", Align::left}, {"alarm by", Align::left}};
+  section.columns.insert(section.columns.end(), titles.begin(), titles.end());
+  for (const Detector& detector : results.detectors) {
+    const bool solver = detector.rule != AlarmRule::voltage_norm;
+    std::vector<Cell>& row = section.rows.emplace_back();
+    row = {detector.label, solver ? name_of(detector.rule) : "one threshold, no solver"};
+    if (detector.failure.empty()) {
+      fill(detector, row);
+    } else {
+      row.front().lines = {detector.failure};
+    }
+    if (row.size() < section.columns.size()) row.resize(section.columns.size(), "—");
   }
-  while (row.size() < section.columns.size()) row.emplace_back("—");
-  section.rows.push_back(std::move(row));
-}
-
-std::vector<Column> detector_columns(const std::vector<std::string>& titles) {
-  std::vector<Column> columns = {{"detector", Align::left}, {"alarm by", Align::left}};
-  for (const std::string& title : titles) columns.emplace_back(title);
-  return columns;
+  return section;
 }
 
 TableSection quiet_table(const CollisionResults& results) {
-  TableSection section;
   double hours = 0;
   for (const Detector& detector : results.detectors) hours = std::max(hours, detector.quiet.hours);
-  section.caption = "False alarms where nothing touches: " + results.condition + "; " +
-                    number_text(results.per_hour) + " an hour asked for, thresholds set on " +
-                    three_digits(results.calibration_hours) + " h, tried on other " +
-                    three_digits(hours) + " h";
-  section.columns = detector_columns({"alarms", "an hour", "quiet time in alarm (%)"});
-  for (const Detector& detector : results.detectors) {
-    add_detector_row(detector, section, [&](std::vector<Cell>& row) {
-      row.emplace_back(std::to_string(detector.quiet.alarms));
-      row.push_back(three_digits_cell(detector.quiet.per_hour(), detector.quiet.ci95()));
-      row.push_back(estimate_cell(scaled(detector.quiet_alarmed, 100), 3));
-    });
-  }
-  return section;
+  const std::string caption =
+      "False alarms where nothing touches: " + results.condition + "; " +
+      number_text(results.per_hour) + " an hour asked for, thresholds set on " +
+      three_digits(results.calibration_hours) + " h, tried on other " + three_digits(hours) + " h";
+  return detector_table(results, caption, {"alarms", "an hour", "quiet time in alarm (%)"},
+                        [](const Detector& detector, std::vector<Cell>& row) {
+                          const FalseAlarms& quiet = detector.quiet;
+                          row.emplace_back(std::to_string(quiet.alarms));
+                          row.push_back(three_digits_cell(quiet.per_hour(), quiet.ci95()));
+                          row.push_back(estimate_cell(scaled(detector.quiet_alarmed, 100), 3));
+                        });
 }
 
 std::vector<std::string> region_titles(const CollisionResults& results) {
@@ -257,56 +253,51 @@ std::vector<std::string> region_titles(const CollisionResults& results) {
 }
 
 TableSection threshold_table(const CollisionResults& results) {
-  TableSection section;
-  section.caption = "Thresholds: " + results.condition +
-                    "; largest |δσ| in mS/m by region, norm of the voltage change in mV";
-  section.columns = detector_columns(region_titles(results));
-  for (const Detector& detector : results.detectors) {
-    add_detector_row(detector, section, [&](std::vector<Cell>& row) {
-      if (detector.rule == AlarmRule::by_region) row.emplace_back("—");
-      for (const AlarmThreshold& threshold : detector.thresholds) {
-        row.push_back(three_digits_cell(1000 * threshold.value,
-                                        {1000 * threshold.ci95.low, 1000 * threshold.ci95.high}));
-        if (threshold.borrowed) row.back().lines = {"of the whole sheet"};
-      }
-    });
-  }
-  return section;
+  const std::string caption = "Thresholds: " + results.condition +
+                              "; largest |δσ| in mS/m by region, norm of the voltage change in mV";
+  return detector_table(
+      results, caption, region_titles(results),
+      [](const Detector& detector, std::vector<Cell>& row) {
+        if (detector.rule == AlarmRule::by_region) row.emplace_back("—");
+        for (const AlarmThreshold& threshold : detector.thresholds) {
+          row.push_back(three_digits_cell(1000 * threshold.value,
+                                          {1000 * threshold.ci95.low, 1000 * threshold.ci95.high}));
+          if (threshold.borrowed) row.back().lines = {"of the whole sheet"};
+        }
+      });
 }
 
 TableSection least_force_table(const CollisionResults& results) {
-  TableSection section;
-  section.caption = "Least force that is detected in 95 % of the presses, N: " + results.condition;
-  section.columns = detector_columns(region_titles(results));
-  section.columns.emplace_back("undefined frames");
-  for (const Detector& detector : results.detectors) {
-    add_detector_row(detector, section, [&](std::vector<Cell>& row) {
-      row.push_back(least_force_cell(detector.least_N));
-      for (const auto& least_N : detector.least_by_region_N) {
-        row.push_back(least_force_cell(least_N));
-      }
-      row.emplace_back(std::to_string(detector.undefined_presses));
-    });
-  }
-  return section;
+  std::vector<std::string> titles = region_titles(results);
+  titles.emplace_back("undefined frames");
+  return detector_table(
+      results, "Least force that is detected in 95 % of the presses, N: " + results.condition,
+      titles, [](const Detector& detector, std::vector<Cell>& row) {
+        row.push_back(least_force_cell(detector.least_N));
+        for (const auto& least_N : detector.least_by_region_N) {
+          row.push_back(least_force_cell(least_N));
+        }
+        row.emplace_back(std::to_string(detector.undefined_presses));
+      });
 }
 
 TableSection arm_runs_table(const CollisionResults& results) {
   const ArmSettings& arm = results.arm;
   const StudyColumns<ArmOutcome> columns = arm_columns(arm);
-  TableSection section;
-  section.caption = "An arm runs into an obstacle: " + results.condition + "; " +
-                    number_text(results.frame_rate) + " frames a second, " +
-                    number_text(arm.stiffness_N_mm) + " N/mm, " +
-                    number_text(arm.deceleration_m_s2) + " m/s²";
-  section.columns = columns.titles(detector_columns({"latency (ms)"}));
-  for (const Detector& detector : results.detectors) {
-    add_detector_row(detector, section, [&](std::vector<Cell>& row) {
-      row.push_back(number_cell(
-          detector.latency_s ? std::optional(1000 * *detector.latency_s) : std::nullopt, 3));
-      row = columns.cells(std::move(row), detector.arm);
-    });
-  }
+  const std::string caption = "An arm runs into an obstacle: " + results.condition + "; " +
+                              number_text(results.frame_rate) + " frames a second, " +
+                              number_text(arm.stiffness_N_mm) + " N/mm, " +
+                              number_text(arm.deceleration_m_s2) + " m/s²";
+  std::vector<std::string> titles = {"latency (ms)"};
+  for (const Column& column : columns.titles({})) titles.push_back(column.title);
+  TableSection section = detector_table(
+      results, caption, titles, [&](const Detector& detector, std::vector<Cell>& row) {
+        row.push_back(number_cell(
+            detector.latency_s ? std::optional(1000 * *detector.latency_s) : std::nullopt, 3));
+        row = columns.cells(std::move(row), detector.arm);
+      });
+  section.columns =
+      columns.titles({section.columns.begin(), section.columns.begin() + 3});  // with their parts
   std::vector<Cell> bound =
       columns.cells({"no delay at all", "no skin can do better", "0"}, results.undelayed);
   bound.back() = number_cell(arm.highest_speed_m_s(), 3);  // no estimate, but v = sqrt(2 a F / k)
@@ -331,71 +322,74 @@ TableSection named_for_programs(TableSection table) {
   return table;
 }
 
-/// Begins a line of a file for programs.
-std::vector<Cell> data_row(const Detector& detector) {
-  return {detector.label, name_of(detector.rule)};
+/// A CSV file with a line for each of the detectors' `items`, of which `cells` are told behind the
+/// detector's names.
+template <typename Items, typename Cells>
+TableSection detector_data(const CollisionResults& results, std::string_view columns,
+                           const Items& items, const Cells& cells) {
+  TableSection section;
+  section.columns = columns_named(columns);
+  for (const Detector& detector : results.detectors) {
+    std::size_t number = 0;
+    for (const auto& item : items(detector)) {
+      std::vector<Cell>& row = section.rows.emplace_back();
+      row = {detector.label, name_of(detector.rule)};
+      for (const Cell& cell : cells(item, number)) row.push_back(cell);
+      ++number;
+    }
+  }
+  return section;
 }
 
-void add_estimate(const std::optional<Estimate>& estimate, std::vector<Cell>& row) {
-  for (const Cell& cell : exact_cells(estimate)) row.push_back(cell);
+/// `cells` and those of an estimate.
+std::vector<Cell> with_estimate(std::vector<Cell> cells, const std::optional<Estimate>& estimate) {
+  for (const Cell& cell : exact_cells(estimate)) cells.push_back(cell);
+  return cells;
 }
 
 TableSection force_data(const CollisionResults& results) {
-  TableSection section;
-  section.columns = {"detector", "alarm_by", "force_low_N", "force_high_N", "force_mean_N",
-                     "presses",  "found",    "share",       "ci_low",       "ci_high"};
-  for (const Detector& detector : results.detectors) {
-    for (const ShareBin& bin : detector.by_force) {
-      std::vector<Cell> row = data_row(detector);
-      for (const double force : {bin.low, bin.high, bin.mean}) row.push_back(exact_cell(force));
-      row.emplace_back(std::to_string(bin.successes.total));
-      row.emplace_back(std::to_string(bin.successes.count));
-      add_estimate(bin.successes.share(), row);
-      section.rows.push_back(std::move(row));
-    }
-  }
-  return section;
+  return detector_data(
+      results,
+      "detector alarm_by force_low_N force_high_N force_mean_N presses found share ci_low ci_high",
+      [](const Detector& detector) { return detector.by_force; },
+      [](const ShareBin& bin, std::size_t) {
+        return with_estimate(
+            {exact_cell(bin.low), exact_cell(bin.high), exact_cell(bin.mean),
+             std::to_string(bin.successes.total), std::to_string(bin.successes.count)},
+            bin.successes.share());
+      });
 }
 
 TableSection curve_data(const CollisionResults& results) {
-  TableSection section;
-  section.columns = {"detector",    "alarm_by",     "factor",          "false_alarms",
-                     "hours",       "per_hour",     "per_hour_ci_low", "per_hour_ci_high",
-                     "found_share", "found_ci_low", "found_ci_high"};
-  for (const Detector& detector : results.detectors) {
-    for (const OperatingPoint& point : detector.curve) {
-      std::vector<Cell> row = data_row(detector);
-      row.push_back(exact_cell(point.factor));
-      row.emplace_back(std::to_string(point.quiet.alarms));
-      row.push_back(exact_cell(point.quiet.hours));
-      add_estimate(Estimate{point.quiet.per_hour(), point.quiet.ci95()}, row);
-      add_estimate(point.found.share(), row);
-      section.rows.push_back(std::move(row));
-    }
-  }
-  return section;
+  return detector_data(
+      results,
+      "detector alarm_by factor false_alarms hours per_hour per_hour_ci_low per_hour_ci_high "
+      "found_share found_ci_low found_ci_high",
+      [](const Detector& detector) { return detector.curve; },
+      [](const OperatingPoint& point, std::size_t) {
+        const FalseAlarms& quiet = point.quiet;
+        return with_estimate(with_estimate({exact_cell(point.factor), std::to_string(quiet.alarms),
+                                            exact_cell(quiet.hours)},
+                                           Estimate{quiet.per_hour(), quiet.ci95()}),
+                             point.found.share());
+      });
 }
 
 TableSection run_data(const CollisionResults& results) {
-  TableSection section;
-  section.columns = {"detector", "alarm_by",        "run",    "speed_m_s",     "onset_s",
-                     "delay_s",  "delay_latency_s", "peak_N", "needless_stop", "done"};
-  for (const Detector& detector : results.detectors) {
-    for (std::size_t r = 0; r < detector.arm.runs.size(); ++r) {
-      const ArmRun& run = detector.arm.runs[r];
-      std::vector<Cell> row = data_row(detector);
-      row.emplace_back(std::to_string(r));
-      row.push_back(exact_cell(run.truth.speed_m_s));
-      row.push_back(exact_cell(run.truth.onset_s));
-      row.push_back(exact_cell(run.delay_s));
-      row.push_back(exact_cell(run.delay_s ? std::optional(run.of_latency_s) : std::nullopt));
-      row.push_back(exact_cell(run.peak_N));
-      row.emplace_back(run.needless_stop ? "1" : "0");
-      row.emplace_back(run.done ? "1" : "0");
-      section.rows.push_back(std::move(row));
-    }
-  }
-  return section;
+  return detector_data(
+      results,
+      "detector alarm_by run speed_m_s onset_s delay_s delay_latency_s peak_N needless_stop done",
+      [](const Detector& detector) { return detector.arm.runs; },
+      [](const ArmRun& run, std::size_t number) -> std::vector<Cell> {
+        return {std::to_string(number),
+                exact_cell(run.truth.speed_m_s),
+                exact_cell(run.truth.onset_s),
+                exact_cell(run.delay_s),
+                exact_cell(run.delay_s ? std::optional(run.of_latency_s) : std::nullopt),
+                exact_cell(run.peak_N),
+                run.needless_stop ? "1" : "0",
+                run.done ? "1" : "0"};
+      });
 }
 
 }  // namespace
@@ -422,9 +416,9 @@ nlohmann::json collision_json(const CollisionResults& results) {
 }
 
 void add_collision_tables(const CollisionResults& results, StudySection& section) {
-  const TableSection tables[] = {quiet_table(results), threshold_table(results),
-                                 least_force_table(results), arm_runs_table(results)};
-  section.report.tables.assign(std::begin(tables), std::end(tables));
+  const std::vector<TableSection>& tables =
+      section.report.tables = {quiet_table(results), threshold_table(results),
+                               least_force_table(results), arm_runs_table(results)};
   section.data = {{"_alarms", named_for_programs(tables[0])},
                   {"_thresholds", named_for_programs(tables[1])},
                   {"_least_force", named_for_programs(tables[2])},

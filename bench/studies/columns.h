@@ -126,6 +126,12 @@ class StudyColumn {
   friend class StudyColumns;
 };
 
+/// The row of a table that says why there is nothing of a solver.
+inline void add_failed(const std::string& label, const std::string& failure, TableSection& table) {
+  table.rows.push_back({label, failure});
+  table.rows.back().resize(table.columns.size());
+}
+
 /// The columns of a study, in their order.
 template <class Row>
 class StudyColumns {
@@ -147,12 +153,6 @@ class StudyColumns {
       if (column.title_) first.push_back(column.shown_(row));
     }
     return first;
-  }
-  /// A row of it that says why there is nothing.
-  std::vector<Cell> failed(const std::string& label, const std::string& failure) const {
-    std::vector<Cell> row = {label, failure};
-    row.resize(titles({{}, {}}).size());
-    return row;
   }
   /// The columns of a CSV file, behind `first`.
   std::vector<Column> names(std::vector<Column> first) const {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "bench/studies/columns.h"
+#include "bench/studies/drawing.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
@@ -173,6 +174,21 @@ namespace {
 
 using nlohmann::json;
 
+struct ConsistencyOfSolver {
+  std::string label;
+  std::string failure;  ///< why there is nothing; else empty
+  std::optional<StudyInput::Latency> latency;
+  MeasuredPath path;
+  ConsistencyScores scores;
+};
+
+/// One test set of frames in which one thing moves.
+struct ConsistentSet {
+  std::string name;
+  std::string empty;  ///< the test set of frames without anything
+  std::vector<ConsistencyOfSolver> solvers;
+};
+
 ConsistentSet consistent_set(const StudyInput& input, const std::string& name, double outlier_mm) {
   ConsistentSet set;
   set.name = name;
@@ -270,8 +286,7 @@ void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
   json& numbers = study.numbers["sets"][set.name] = {{"empty", set.empty}};
   for (const ScoredSolver& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      table.rows.push_back({solver.label, solver.failure});
-      table.rows.back().resize(table.columns.size());
+      add_failed(solver.label, solver.failure, table);
       numbers["solvers"][solver.label] = {{"failure", solver.failure}};
       continue;
     }
@@ -280,6 +295,74 @@ void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
     columns.add_headlines(solver.label, solver, study.best);
     numbers["solvers"][solver.label] = columns.json(solver);
   }
+}
+
+constexpr int parts_of_time = 6;  ///< shades of the path
+
+Colour shade(int part) { return viridis(0.85 * part / (parts_of_time - 1)); }
+MarkStyle shade_mark(int part) { return {7, shade(part), 0.3, 1}; }
+
+/// A line through consecutive frames of a part of the time, broken where a frame has no place.
+void draw_part(Panel& panel, const MeasuredPath& path, int part, const Vector2d& middle) {
+  const auto at = [&](int p) { return path.size() * static_cast<std::size_t>(p) / parts_of_time; };
+  std::vector<Vector2d> piece;
+  const auto finish = [&] {
+    panel.line(points_of(piece, middle), {shade(part), 1});
+    panel.marks(points_of(piece, middle), shade_mark(part));
+    piece.clear();
+  };
+  for (std::size_t f = at(part); f < std::min(at(part + 1) + 1, path.size()); ++f) {
+    if (path[f]) {
+      piece.push_back(*path[f]);
+    } else {
+      finish();
+    }
+  }
+  finish();
+}
+
+void draw_paths(const ConsistentSet& set, const Sensor& sensor, const std::string& heading,
+                const std::filesystem::path& stem) {
+  constexpr double reach = 1.12;  // of the axes, in half sides
+  constexpr int points_of_the_border = 120;
+  constexpr MarkStyle electrode{5, ink::black, 0.5, 1};
+  const Vector2d half = 0.5 * sensor.sheet->size_mm();
+  const Vector2d middle = sensor.sheet->bounds().center() * sensor.sheet->unit_mm();
+  const PanelGrid grid{.panels = static_cast<int>(set.solvers.size()),
+                       .height = 220 * half.y() / half.x(),
+                       .gap_y = 56};
+  Canvas canvas(grid.right(), grid.bottom() + 40);
+  canvas.title(heading);
+  int number = 0;
+  for (const ConsistencyOfSolver& solver : set.solvers) {
+    Panel panel(canvas, grid.box(number++), Axis::even({-reach * half.x(), reach * half.x()}),
+                Axis::even({-reach * half.y(), reach * half.y()}));
+    const auto& jerk = solver.scores.jerk_mm;
+    panel.title(solver.label + (jerk ? ", jerk " + fixed(jerk->value, 1) + " mm" : std::string()));
+    panel.line(points_of(border_mm(*sensor.sheet, points_of_the_border), middle), {ink::light, 1});
+    panel.marks(points_of(electrodes_mm(sensor), middle), electrode);
+    for (int p = 0; p < parts_of_time; ++p) draw_part(panel, solver.path, p, middle);
+    panel.draw();
+    add_failure(canvas, panel.box(), solver.failure);
+  }
+  Legend legend(grid.left, canvas.width() - 10);
+  for (int p = 0; p < parts_of_time; ++p) {
+    const std::string first = p == 0 ? "first frames" : p == parts_of_time - 1 ? "last" : "";
+    legend.add({first, LineStyle{shade(p), 1.2}, shade_mark(p)});
+  }
+  legend.add({"electrode", {}, electrode});
+  legend.draw(canvas, canvas.height() - 26);
+  canvas.draw(stem);
+}
+
+/// The path that each method saw, on the sheet with its electrodes.
+StudyFigure path_figure(const std::shared_ptr<const ConsistentSet>& set, const Sensor& sensor) {
+  return {"_paths_" + set->name, "Paths seen in " + set->name,
+          "axes in mm from the middle of the sheet; the strongest contact of each frame, early "
+          "frames dark, late ones light",
+          ": paths seen, " + set->name, [set, sensor](const auto& heading, const auto& stem) {
+            draw_paths(*set, sensor, heading, stem);
+          }};
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -54,28 +53,9 @@ struct ConsistencyInput {
 /// `key` names the intervals' random numbers.
 ConsistencyScores consistency_scores(const ConsistencyInput& input, const std::string& key);
 
-struct ConsistencyOfSolver {
-  std::string label;
-  std::string failure;  ///< why there is nothing; else empty
-  std::optional<StudyInput::Latency> latency;
-  MeasuredPath path;
-  ConsistencyScores scores;
-};
-
-/// One test set of frames in which one thing moves.
-struct ConsistentSet {
-  std::string name;
-  std::string empty;  ///< the test set of frames without anything
-  std::vector<ConsistencyOfSolver> solvers;
-};
-
 /// Measured frames without a truth: the spread of what should be constant, the smoothness of the
 /// path, the share of the voltages that the image explains, the agreement of methods, and contacts
 /// detected in empty frames.
 Study consistency_study(const StudyInput& input);
-
-/// The path that each method saw, on the sheet with its electrodes; early frames dark, late ones
-/// light.
-StudyFigure path_figure(std::shared_ptr<const ConsistentSet> set, const Sensor& sensor);
 
 }  // namespace ertbench

@@ -45,9 +45,10 @@ std::string estimate_text(const Estimate& estimate, int decimals) {
          interval_text(fixed(estimate.ci95.low, decimals), fixed(estimate.ci95.high, decimals));
 }
 
-void Series::add(double x, const Estimate& estimate) {
-  points.emplace_back(x, estimate.value);
-  whiskers.push_back({x, estimate.ci95.low, estimate.ci95.high});
+void Series::add(double x, const std::optional<Estimate>& estimate) {
+  if (!estimate) return;
+  points.emplace_back(x, estimate->value);
+  whiskers.push_back({x, estimate->ci95.low, estimate->ci95.high});
 }
 
 void Series::draw(Panel& panel, const LineStyle& line, const MarkStyle& mark,

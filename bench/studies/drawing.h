@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,7 +58,8 @@ struct Series {
   Points points;
   std::vector<Whisker> whiskers;
 
-  void add(double x, const Estimate& estimate);
+  /// Nothing where there is no estimate.
+  void add(double x, const std::optional<Estimate>& estimate);
   /// Whiskers in `whisker`'s style below the line and the marks.
   void draw(Panel& panel, const LineStyle& line, const MarkStyle& mark,
             const LineStyle& whisker) const;

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "bench/studies/columns.h"
+#include "bench/studies/drawing.h"
 #include "core/statistics.h"
+#include "core/text.h"
 #include "forward/data/scene_model.h"
 
 namespace ertbench {
@@ -15,14 +18,8 @@ using Eigen::Vector2d;
 using nlohmann::json;
 
 std::optional<Vector2d> place_by(PlaceRule rule, const FrameReading& reading) {
-  switch (rule) {
-    case PlaceRule::raw:
-      return reading.centroid_mm;
-    case PlaceRule::thresholded:
-      return reading.centroid25_mm;
-    case PlaceRule::contact:
-      break;
-  }
+  if (rule == PlaceRule::raw) return reading.centroid_mm;
+  if (rule == PlaceRule::thresholded) return reading.centroid25_mm;
   if (reading.contacts.empty()) return std::nullopt;
   return reading.contacts.front().place_mm;
 }
@@ -100,7 +97,7 @@ TableSection table_of(const LocalisedSet& set, const std::string& law) {
   table.columns = error_columns.titles({{"solver", Align::left}, {"place by", Align::left}});
   for (const PlaceErrors& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      table.rows.push_back(error_columns.failed(solver.label, solver.failure));
+      add_failed(solver.label, solver.failure, table);
       continue;
     }
     for (const PlaceRule rule : kPlaceRules) {
@@ -177,18 +174,163 @@ void add_headlines(const LocalisedSet& set, std::vector<Headline>& out) {
   }
 }
 
+Points circle_around(const Vector2d& centre, double radius) {
+  Points out;
+  constexpr int corners = 20;
+  for (int i = 0; i <= corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
+    out.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
+  }
+  return out;
+}
+
+const Rule& thresholded(const PlaceErrors& solver) {
+  return rule_of(solver, PlaceRule::thresholded);
+}
+
+double median_bound(const LocalisedSet& set) { return median(SortedValues(set.bound_mm)); }
+
+void draw_map(const LocalisedSet& set, double side_mm, const std::string& heading,
+              const std::filesystem::path& stem) {
+  const MarkStyle target{7, ink::black, 0.35, 1};
+  const MarkStyle found{cross, hue(1), 0.55, 1.5};
+  const LineStyle scatter{ink::light, 0.8};
+  const LineStyle bound{hue(2), 1.4};
+  const bool bounded = !set.bound_mm.empty();
+  const PanelGrid grid{.panels = static_cast<int>(set.solvers.size()) + bounded};
+  Canvas canvas(grid.right(), grid.bottom() + 34);
+  canvas.title(heading);
+  const Span span{-side_mm / 2, side_mm / 2};
+  int next = 0;
+  const auto panel = [&](const std::string& title) {
+    Panel out(canvas, grid.box(next++), Axis::even(span), Axis::even(span));
+    out.title(title);
+    return out;
+  };
+  for (const PlaceErrors& solver : set.solvers) {
+    const auto& median = thresholded(solver).median;
+    Panel axes = panel(solver.label +
+                       (median ? ", median " + fixed(median->value, 1) + " mm" : std::string()));
+    add_failure(canvas, axes.box(), solver.failure);
+    std::vector<Vector2d> means;
+    for (std::size_t p = 0; p < solver.found.size(); ++p) {
+      if (!solver.found[p]) continue;
+      axes.line(circle_around(*solver.found[p], solver.scatter_mm[p]), scatter);
+    }
+    for (std::size_t p = 0; p < solver.found.size(); ++p) {
+      if (!solver.found[p]) continue;
+      axes.line(points_of({set.places[p], *solver.found[p]}), {found.colour, 1.2});
+      means.push_back(*solver.found[p]);
+    }
+    axes.marks(points_of(means), found);
+    axes.marks(points_of(set.places), target);
+    axes.draw();
+  }
+  Legend legend(grid.left, grid.right() - 10);
+  legend.add({"target", {}, target});
+  legend.add(
+      {"mean estimated position, a line from its target", LineStyle{found.colour, 1.2}, found});
+  legend.add({"rms distance of single frames around it", {}, MarkStyle{6, scatter.colour, 1.2, 1}});
+  if (bounded) {
+    Panel axes = panel("Cramér–Rao, median " + fixed(median_bound(set), 1) + " mm");
+    for (std::size_t p = 0; p < set.places.size(); ++p) {
+      axes.line(circle_around(set.places[p], std::min(set.bound_mm[p], span.high)), bound);
+    }
+    axes.marks(points_of(set.places), target);
+    axes.draw();
+    legend.add({"Cramér–Rao bound of the rms", {}, MarkStyle{6, bound.colour, 1.2, 1.4}});
+  }
+  legend.draw(canvas, canvas.height() - 30);
+  canvas.draw(stem);
+}
+
+/// The span of the medians and of what 95 % do not exceed.
+Span error_span(const std::vector<LocalisedSet>& sets) {
+  Span out;
+  for (const LocalisedSet& set : sets) {
+    for (const PlaceErrors& solver : set.solvers) {
+      for (const auto& error : {thresholded(solver).median, thresholded(solver).p95}) {
+        if (error) out.extend(std::max(0.01, error->value));
+      }
+    }
+    if (!set.bound_mm.empty()) out.extend(median_bound(set));
+  }
+  return log_span(out, 1.3);
+}
+
+/// Error by condition, a column a set.
+void draw_overview(const std::vector<LocalisedSet>& sets, const std::string& heading,
+                   const std::filesystem::path& stem) {
+  constexpr double left = 64;
+  const double slot = std::max(110.0, 760.0 / static_cast<double>(sets.size()));
+  const double width = slot * static_cast<double>(sets.size());
+  const Box box = Box::sized(left, 40, width, 300);
+  std::vector<std::string> conditions;
+  for (const LocalisedSet& set : sets) conditions.push_back(set.name + ": " + set.condition);
+  const CategoryNames names(conditions, slot);
+  Canvas canvas(left + width + 20, box.bottom + names.height() + 80);
+  canvas.title(heading);
+  Panel axes(canvas, box, {0, static_cast<double>(sets.size())},
+             Axis::logarithms(error_span(sets), "localisation error, mm"));
+  Legend legend(left, left + width);
+  const std::size_t solvers = sets.front().solvers.size();
+  const MethodStyles styles = styles_of(sets.front().solvers);
+  for (std::size_t s = 0; s < solvers; ++s) {
+    Points medians;
+    std::vector<Whisker> whiskers;
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      const PlaceErrors& solver = sets[i].solvers[s];
+      const auto& rule = thresholded(solver);
+      if (!rule.median || !rule.p95) continue;
+      const double x = static_cast<double>(i) + 0.14 +
+                       0.72 * static_cast<double>(s) / std::max<double>(1, double(solvers) - 1);
+      medians.emplace_back(x, rule.median->value);
+      whiskers.push_back({x, rule.median->value, rule.p95->value});
+      axes.tooltip(x, rule.median->value,
+                   solver.label + "\n" + sets[i].condition + "\nmedian " +
+                       fixed(rule.median->value, 2) + " mm, 95 % " + fixed(rule.p95->value, 2) +
+                       " mm");
+    }
+    axes.whiskers(whiskers, {styles.colour(s), 1.3});
+    axes.marks(medians, styles.mark(s));
+    legend.add({sets.front().solvers[s].label, {}, styles.mark(s)});
+  }
+  const LineStyle bound_line{ink::black, 1.6, 2};
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    if (sets[i].bound_mm.empty()) continue;
+    const double bound = median_bound(sets[i]);
+    axes.line({{double(i) + 0.05, bound}, {double(i) + 0.95, bound}}, bound_line);
+  }
+  legend.add({"Cramér–Rao bound of the rms error, median of the places", bound_line});
+  axes.draw();
+  names.draw(canvas, box.left, box.bottom);
+  legend.draw(canvas, box.bottom + names.height() + 20);
+  add_footnote(
+      canvas,
+      "marks: median error of the thresholded centroid, of the frames that show a touch; bars "
+      "up to the error that 95 % do not exceed. A median may be below the rms error's bound.",
+      left);
+  canvas.draw(stem);
+}
+
+/// The targets of one set, each solver's mean estimated positions, and the bound: the
+/// paper's figure D1. `side_mm`: of the sheet.
+StudyFigure localisation_map(const std::shared_ptr<const LocalisedSet>& set, double side_mm,
+                             const std::string& law) {
+  return {"_map_" + set->name, "Targets and estimated positions, " + set->name,
+          "axes in mm from the sheet's centre; " + set->condition + ", " + law +
+              " law; positions by the thresholded centroid",
+          ": " + set->condition + ", " + law + " law; axes in mm",
+          [set, side_mm](const auto& heading, const auto& stem) {
+            draw_map(*set, side_mm, heading, stem);
+          }};
+}
+
 }  // namespace
 
 const char* name_of(PlaceRule rule) {
-  switch (rule) {
-    case PlaceRule::raw:
-      return "raw";
-    case PlaceRule::thresholded:
-      return "thresholded";
-    case PlaceRule::contact:
-      break;
-  }
-  return "contact";
+  constexpr const char* names[] = {"raw", "thresholded", "contact"};
+  return names[static_cast<std::size_t>(rule)];
 }
 
 PlaceErrors place_errors(const std::vector<Vector2d>& places,
@@ -248,7 +390,9 @@ Study localisation_study(const StudyInput& input) {
       "by the bootstrap over places. The Cramér–Rao bound is the least root mean square error of "
       "any unbiased estimate that knows the indenter and neither place nor force; a method that "
       "knows more, or is biased, may fall below it.";
-  section.figures = {localisation_overview(sets, law)};
+  section.figures = {
+      {"", "Localisation errors", "median and 95 % by solver and condition", ", " + law + " law",
+       [sets](const auto& heading, const auto& stem) { draw_overview(*sets, heading, stem); }}};
   for (const LocalisedSet& set : *sets) {
     const std::vector<std::string>& maps = input.spec.maps;
     const bool mapped = std::find(maps.begin(), maps.end(), set.name) != maps.end();

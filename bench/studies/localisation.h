@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,14 +57,5 @@ Study localisation_study(const StudyInput& input);
 PlaceErrors place_errors(const std::vector<Eigen::Vector2d>& places,
                          const std::vector<std::size_t>& place_of,
                          const std::vector<FrameReading>& readings, const std::string& key);
-
-/// The targets of one set, each solver's mean estimated positions, and the bound: the
-/// paper's figure D1. `side_mm`: of the sheet.
-StudyFigure localisation_map(std::shared_ptr<const LocalisedSet> set, double side_mm,
-                             const std::string& law);
-
-/// Median and 95 % of the errors of all sets by solver.
-StudyFigure localisation_overview(std::shared_ptr<const std::vector<LocalisedSet>> sets,
-                                  const std::string& law);
 
 }  // namespace ertbench

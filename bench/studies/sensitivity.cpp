@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "bench/studies/columns.h"
+#include "bench/studies/drawing.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -128,10 +129,11 @@ StudyColumns<Reading> response_columns(const std::vector<double>& forces_N) {
           ResponseColumn::number("centre_strength", centre, 3).data_only()};
 }
 
-/// Adds a row that says why a solver has none.
-void add_failed(const PressResponse& solver, TableSection& table) {
-  table.rows.push_back({solver.label, solver.failure});
-  table.rows.back().resize(table.columns.size());
+/// In units of the background.
+std::optional<Estimate> over(std::optional<Estimate> strength, double background) {
+  if (!strength) return strength;
+  return Estimate{strength->value / background,
+                  {strength->ci95.low / background, strength->ci95.high / background}};
 }
 
 TableSection strength_table(const SensitivitySet& set, const std::string& law, double background) {
@@ -142,19 +144,14 @@ TableSection strength_table(const SensitivitySet& set, const std::string& law, d
   for (const double force : set.forces_N) table.columns.emplace_back(number_text(force) + " N");
   for (const PressResponse& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      add_failed(solver, table);
+      add_failed(solver.label, solver.failure, table);
       continue;
     }
     const auto& regions = reading_of(solver, Strength::peak).regions;
     for (std::size_t r = 0; r < regions.size(); ++r) {
       std::vector<Cell> row = {r == 0 ? solver.label : "", roman(static_cast<int>(r))};
-      for (std::optional<Estimate> at : regions[r].rising) {
-        if (at) {
-          at = Estimate{at->value / background,
-                        {at->ci95.low / background, at->ci95.high / background}};
-        }
-        row.push_back(estimate_cell(at, 3));
-      }
+      for (const auto& at : regions[r].rising)
+        row.push_back(estimate_cell(over(at, background), 3));
       table.rows.push_back(std::move(row));
     }
   }
@@ -169,7 +166,7 @@ TableSection force_table(const SensitivitySet& set, const std::string& law) {
   table.columns = columns.titles({{"solver", Align::left}, {"strength", Align::left}});
   for (const PressResponse& solver : set.solvers) {
     if (!solver.failure.empty()) {
-      add_failed(solver, table);
+      add_failed(solver.label, solver.failure, table);
       continue;
     }
     for (const Strength strength : kStrengths) {
@@ -251,6 +248,131 @@ void add_headlines(const SensitivitySet& set, std::vector<Headline>& out) {
   }
 }
 
+MarkStyle region_mark(std::size_t region) { return {filled(region), hue(region), 0.6, 1.2}; }
+LineStyle region_line(std::size_t region) {
+  return {hue(region), 1.3, 1 + static_cast<int>(region % 3)};
+}
+
+/// The areas in the colours of their regions, numbered from the top left as in the paper.
+void draw_regions(Canvas& canvas, const std::vector<int>& region_of, const Box& box) {
+  const int areas = static_cast<int>(std::lround(std::sqrt(region_of.size())));
+  const double cell = std::min(box.width(), box.height()) / areas;
+  canvas.text("regions of the sheet", box.left + cell * areas / 2, box.top - 12, {.size = 11});
+  for (int row = 0; row < areas; ++row) {
+    for (int column = 0; column < areas; ++column) {
+      const int region = region_of[static_cast<std::size_t>(column + areas * row)];
+      const Box area =
+          Box::sized(box.left + column * cell, box.top + (areas - 1 - row) * cell, cell, cell);
+      canvas.rectangle(area, {.fill = hue(static_cast<std::size_t>(region)).towards_white(0.55),
+                              .border = LineStyle{ink::dark, 0.8}});
+      canvas.text(roman(region), area.middle(), area.centre(), {.size = 10});
+    }
+  }
+}
+
+/// The strengths over the background of one solver's regions.
+void draw_strengths(Canvas& canvas, const Box& box, const SensitivitySet& set,
+                    const PressResponse& solver, double background, const std::string& title) {
+  const auto& regions = solver.readings[0].regions;
+  Span span{0, 0};
+  for (const Curve& curve : regions) {
+    for (const auto& at : curve.rising) {
+      if (at) span.extend(at->ci95.high / background);
+    }
+  }
+  span.high = span.high > 0 ? 1.08 * span.high : 1;
+  Panel axes(canvas, box, Axis::even({0, 1.05 * set.forces_N.back()}, "force, N"),
+             Axis::even(span, title));
+  axes.title(solver.label);
+  add_failure(canvas, box, solver.failure);
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    Series series;
+    for (std::size_t f = 0; f < set.forces_N.size(); ++f) {
+      series.add(set.forces_N[f], over(regions[r].rising[f], background));
+    }
+    series.draw(axes, region_line(r), region_mark(r), {hue(r), 1});
+  }
+  axes.draw();
+}
+
+void draw_curves(const SensitivitySet& set, const std::vector<int>& region_of, double background,
+                 const std::string& heading, const std::filesystem::path& stem) {
+  const PanelGrid grid{.panels = static_cast<int>(set.solvers.size()) + 1,
+                       .left = 60,
+                       .top = 58,
+                       .width = 214,
+                       .height = 170,
+                       .gap_x = 46,
+                       .gap_y = 64};
+  Canvas canvas(grid.right() - 20, grid.bottom() + 44);
+  canvas.title(heading);
+  int panel = 0;
+  for (const PressResponse& solver : set.solvers) {
+    draw_strengths(canvas, grid.box(panel), set, solver, background,
+                   panel % grid.columns() == 0 ? "largest |δσ| / c₀" : "");
+    ++panel;
+  }
+  draw_regions(canvas, region_of, grid.box(panel));
+  Legend legend(grid.left, canvas.width() - 10);
+  const int regions = 1 + *std::max_element(region_of.begin(), region_of.end());
+  for (int r = 0; r < regions; ++r) {
+    const auto region = static_cast<std::size_t>(r);
+    legend.add({"region " + roman(r), region_line(region), region_mark(region)});
+  }
+  legend.draw(canvas, canvas.height() - 32);
+  add_footnote(
+      canvas,
+      "while the force is raised; each panel has its own scale; bars: 95 % interval of the mean",
+      grid.left);
+  canvas.draw(stem);
+}
+
+void draw_force_errors(const SensitivitySet& set, const std::string& heading,
+                       const std::filesystem::path& stem) {
+  Canvas canvas(760, 400);
+  canvas.title(heading);
+  Span span{0, 0};
+  for (const PressResponse& solver : set.solvers) {
+    for (const auto& at : solver.readings[0].force_error_at) {
+      if (at) span.extend(at->ci95.high);
+    }
+  }
+  span.high = span.high > 0 ? 1.05 * span.high : 1;
+  Panel axes(canvas, Box::sized(64, 40, 670, 260),
+             Axis::even({0, 1.05 * set.forces_N.back()}, "force, N"),
+             Axis::even(span, "mean |error| of the force, N"));
+  Legend legend(64, 740);
+  const MethodStyles styles = styles_of(set.solvers);
+  for (std::size_t s = 0; s < set.solvers.size(); ++s) {
+    const auto& errors = set.solvers[s].readings[0].force_error_at;
+    Series series;
+    for (std::size_t f = 0; f < errors.size(); ++f) series.add(set.forces_N[f], errors[f]);
+    series.draw(axes, styles.line(s), styles.mark(s), {styles.colour(s), 1});
+    legend.add({set.solvers[s].label, styles.line(s), styles.mark(s)});
+  }
+  axes.draw();
+  legend.draw(canvas, 352);
+  canvas.draw(stem);
+}
+
+/// The largest |δσ| over the background against the force, a panel a solver, a line a region, and
+/// the map of the regions: the paper's figures D3 and D2. Then the error of the calibrated force
+/// against the force, by solver.
+std::vector<StudyFigure> figures_of(const std::shared_ptr<const SensitivitySet>& set,
+                                    const std::vector<int>& region_of, double background,
+                                    const std::string& law) {
+  const std::string condition = set->condition + ", " + law + " law";
+  return {
+      {"_" + set->name, "Strength against force by region, " + set->name, condition,
+       ": strength of the image, " + condition,
+       [set, region_of, background](const auto& heading, const auto& stem) {
+         draw_curves(*set, region_of, background, heading, stem);
+       }},
+      {"_force_" + set->name, "Error of the calibrated force, " + set->name,
+       "from the peak; " + condition, ": error of the force, " + condition,
+       [set](const auto& heading, const auto& stem) { draw_force_errors(*set, heading, stem); }}};
+}
+
 }  // namespace
 
 const char* name_of(Strength strength) { return strength == Strength::peak ? "peak" : "sum"; }
@@ -285,8 +407,9 @@ Study sensitivity_study(const StudyInput& input) {
     add_headlines(set, study.best);
     section.report.tables.push_back(force_table(set, law));
     section.report.tables.push_back(strength_table(set, law, background));
-    section.figures.push_back(sensitivity_curves(one, region_of, background, law));
-    section.figures.push_back(force_errors(one, law));
+    for (const StudyFigure& figure : figures_of(one, region_of, background, law)) {
+      section.figures.push_back(figure);
+    }
   }
   section.data = {{"", response_rows(*sets)}};
   return study;

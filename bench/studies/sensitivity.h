@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -88,14 +87,5 @@ PressResponse press_response(const std::vector<PressStep>& steps,
                              const std::vector<PressStep>& calibration,
                              const std::vector<double>& forces_N, const std::vector<int>& region_of,
                              const std::string& key);
-
-/// The largest |δσ| over the background against the force, a panel a solver, a line a region, and
-/// the map of the regions: the paper's figures D3 and D2.
-StudyFigure sensitivity_curves(std::shared_ptr<const SensitivitySet> set,
-                               const std::vector<int>& region_of, double background,
-                               const std::string& law);
-
-/// Error of the calibrated force against the force, by solver.
-StudyFigure force_errors(std::shared_ptr<const SensitivitySet> set, const std::string& law);
 
 }  // namespace ertbench

@@ -248,44 +248,42 @@ std::shared_ptr<const Study> make_study(const StudyInput& input) {
   return first;
 }
 
-std::string StudyStage::name() const { return "studies"; }
+namespace {
 
-std::string StudyStage::noun() const { return "study"; }
+class StudyStage final : public Stage {
+ public:
+  std::string name() const override { return "studies"; }
+  std::string noun() const override { return "study"; }
+  std::vector<Job> jobs(const Experiment&) const override { return {}; }
+  std::vector<Job> due(const Experiment&, const ExperimentResults&) const override { return {}; }
+  std::string key(const Experiment&, const Job&) const override { throw no_jobs(); }
+  json run(const Job&, const JobContext&) const override { throw no_jobs(); }
+  void check(const Experiment&, const json&) const override { throw no_jobs(); }
 
-std::vector<Job> StudyStage::jobs(const Experiment&) const { return {}; }
-
-std::vector<Job> StudyStage::due(const Experiment&, const ExperimentResults&) const { return {}; }
-
-std::string StudyStage::key(const Experiment&, const Job&) const {
-  throw std::logic_error("studies have no jobs");
-}
-
-nlohmann::json StudyStage::run(const Job&, const JobContext&) const {
-  throw std::logic_error("studies have no jobs");
-}
-
-void StudyStage::check(const Experiment&, const nlohmann::json&) const {
-  throw std::logic_error("studies have no records");
-}
-
-void StudyStage::collect(const Experiment& experiment, const Cache& cache, const JobRecords&,
-                         ExperimentResults& results) const {
-  for (const StudySpec& spec : experiment.studies) {
-    results.studies.push_back(
-        {spec.name, spec.type, make_study({spec, experiment, results, cache})});
-  }
-}
-
-std::vector<ReportSection> StudyStage::report(const Experiment& experiment,
-                                              const ExperimentResults& results,
-                                              const std::filesystem::path& folder) const {
-  std::vector<ReportSection> sections;
-  for (const StudyOutcome& study : results.studies) {
-    for (ReportSection& section : study.result->report(experiment.title, folder)) {
-      sections.push_back(std::move(section));
+  void collect(const Experiment& experiment, const Cache& cache, const JobRecords&,
+               ExperimentResults& results) const override {
+    for (const StudySpec& spec : experiment.studies) {
+      results.studies.push_back(
+          {spec.name, spec.type, make_study({spec, experiment, results, cache})});
     }
   }
-  return sections;
-}
+  std::vector<ReportSection> report(const Experiment& experiment, const ExperimentResults& results,
+                                    const std::filesystem::path& folder) const override {
+    std::vector<ReportSection> sections;
+    for (const StudyOutcome& study : results.studies) {
+      for (ReportSection& section : study.result->report(experiment.title, folder)) {
+        sections.push_back(std::move(section));
+      }
+    }
+    return sections;
+  }
+
+ private:
+  static std::logic_error no_jobs() { return std::logic_error("studies have no jobs"); }
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> study_stage() { return std::make_unique<StudyStage>(); }
 
 }  // namespace ertbench

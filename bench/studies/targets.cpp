@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -49,14 +50,10 @@ json target_json(const TargetSolver& solver) {
 
 /// "falling law, 50 dB absolute".
 std::string conditions_of(const StudyInput& input) {
-  std::vector<std::string> noises;
-  for (const std::string& set : input.spec.sets) {
-    const std::string noise = noise_text(input.set_spec(set).noise);
-    if (std::find(noises.begin(), noises.end(), noise) == noises.end()) noises.push_back(noise);
-  }
-  std::string out = input.law() + " law";
-  for (std::size_t n = 0; n < noises.size(); ++n) out += (n == 0 ? ", " : " and ") + noises[n];
-  return out;
+  const auto noise_of = [&](const std::string& set) {
+    return noise_text(input.set_spec(set).noise);
+  };
+  return input.law() + " law, " + joined(distinct(input.spec.sets, noise_of), " and ");
 }
 
 /// The truths of all sets, one behind the other.

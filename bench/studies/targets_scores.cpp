@@ -1,5 +1,3 @@
-#include "bench/studies/targets_scores.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -7,6 +5,7 @@
 
 #include "bench/plot/panel.h"
 #include "bench/score/assignment.h"
+#include "bench/studies/targets.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
@@ -15,15 +14,8 @@ namespace {
 
 /// Radius of the circle around a contact's centroid that holds it, in the contact's unit.
 double target_radius(const Contact& contact) {
-  switch (contact.shape) {
-    case Shape::disc:
-    case Shape::ellipse:
-      return contact.half_size.maxCoeff();
-    case Shape::rectangle:
-      return contact.half_size.norm();
-    case Shape::polygon:
-      break;
-  }
+  if (contact.shape == Shape::rectangle) return contact.half_size.norm();
+  if (contact.shape != Shape::polygon) return contact.half_size.maxCoeff();
   const Eigen::Vector2d middle = contact.centroid();
   double most = 0;
   for (const Eigen::Vector2d& vertex : contact.vertices) {
@@ -126,13 +118,13 @@ TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReadi
 }
 
 void TargetTally::add(const ContactScore& score) {
-  ++frames;
-  right_frames += score.found == score.true_count ? 1 : 0;
-  there += score.true_count;
-  found += score.found;
-  matched += score.matched;
-  distance_mm += score.distance_mm;
-  ospa_mm += score.ospa_mm;
+  *this += {1,
+            score.found == score.true_count,
+            score.true_count,
+            score.found,
+            score.matched,
+            score.distance_mm,
+            score.ospa_mm};
 }
 
 TargetTally& TargetTally::operator+=(const TargetTally& other) {
@@ -307,16 +299,8 @@ TargetGaps measure_gaps(std::span<const GapTrial> trials) {
 }
 
 std::string ResolvableGap::text() const {
-  switch (state) {
-    case State::resolved:
-      return fixed(*gap_mm, 1);
-    case State::always:
-      return "≤ " + fixed(*gap_mm, 1);
-    case State::never:
-    case State::too_few_pairs:
-      break;
-  }
-  return name_of(state);
+  if (state == State::resolved) return fixed(*gap_mm, 1);
+  return state == State::always ? "≤ " + fixed(*gap_mm, 1) : name_of(state);
 }
 
 std::string ResolvableGap::interval() const {
@@ -326,17 +310,9 @@ std::string ResolvableGap::interval() const {
 }
 
 const char* name_of(ResolvableGap::State state) {
-  switch (state) {
-    case ResolvableGap::State::resolved:
-      return "resolved";
-    case ResolvableGap::State::always:
-      return "at the least gap already";
-    case ResolvableGap::State::never:
-      return "not within the set";
-    case ResolvableGap::State::too_few_pairs:
-      break;
-  }
-  return "too few pairs";
+  constexpr const char* names[] = {"resolved", "at the least gap already", "not within the set",
+                                   "too few pairs"};
+  return names[static_cast<std::size_t>(state)];
 }
 
 }  // namespace ertbench

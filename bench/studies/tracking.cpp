@@ -1,9 +1,10 @@
 #include "bench/studies/tracking.h"
 
-#include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include "bench/studies/columns.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -87,10 +88,6 @@ const char* const tracking_text =
     "nothing touches during it, or farther than 40 mm from the finger. Read back: characters whose "
     "tracked strokes, as they are when it is known when the finger is down, are nearest to the "
     "right one of 36 templates by dynamic time warping.";
-
-}  // namespace
-
-namespace {
 
 using TrackingColumn = StudyColumn<TrackingOfSolver>;
 
@@ -202,13 +199,6 @@ Cell frame_rate_cell(const std::optional<double>& rate) {
   return cell;
 }
 
-/// "10, 30, 125".
-std::string frame_rates_text(const std::vector<double>& rates) {
-  std::string out;
-  for (const double rate : rates) out += (out.empty() ? "" : ", ") + number_text(rate);
-  return out;
-}
-
 TableSection frame_rate_table(const std::vector<EnoughFrameRate>& answers, const std::string& noise,
                               std::span<const TrackingOfSolver> solvers,
                               std::optional<double> EnoughFrameRate::*by, const std::string& what,
@@ -222,8 +212,9 @@ TableSection frame_rate_table(const std::vector<EnoughFrameRate>& answers, const
     for (const EnoughFrameRate& answer : answers) {
       if (answer.noise != noise || answer.label != solver.label) continue;
       if (table.rows.empty()) {
-        table.columns.emplace_back(number_text(answer.speed_mm_s) + " mm/s (of " +
-                                   frame_rates_text(answer.frame_rates) + ")");
+        const auto rates = std::views::transform(answer.frame_rates, number_text);
+        table.columns.emplace_back(number_text(answer.speed_mm_s) + " mm/s (of " + joined(rates) +
+                                   ")");
       }
       row.push_back(frame_rate_cell(answer.*by));
     }
@@ -252,14 +243,8 @@ TableSection tracking_table(const TrackingCondition& condition, const std::strin
 std::vector<TableSection> frame_rate_tables(std::span<const TrackingCondition> conditions,
                                             const std::string& law) {
   const std::vector<EnoughFrameRate> answers = enough_frame_rates(conditions);
-  std::vector<std::string> noises;
-  for (const EnoughFrameRate& answer : answers) {
-    if (std::find(noises.begin(), noises.end(), answer.noise) == noises.end()) {
-      noises.push_back(answer.noise);
-    }
-  }
   std::vector<TableSection> tables;
-  for (const std::string& noise : noises) {
+  for (const std::string& noise : distinct(answers, &EnoughFrameRate::noise)) {
     const auto& solvers = conditions.front().solvers;
     tables.push_back(frame_rate_table(answers, noise, solvers, &EnoughFrameRate::for_reading,
                                       "characters are read back within 5 % of the best share,",
@@ -325,7 +310,7 @@ Study tracking_study(const StudyInput& input) {
         "Which frame rate is enough is said of the values as they were measured; the intervals of "
         "the tables by condition say whether they differ.");
   }
-  section.figures = {tracking_sweep(conditions, law), tracking_gallery(conditions, law)};
+  section.figures = tracking_figures(conditions, law);
   section.data = {{"", tracking_data(*conditions, law)}};
   return study;
 }

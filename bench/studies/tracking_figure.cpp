@@ -5,6 +5,7 @@
 
 #include "bench/studies/drawing.h"
 #include "bench/studies/tracking.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -183,7 +184,8 @@ class TrackingSweep {
         const double beside = static_cast<double>(s) - (double(solvers_.size()) - 1) / 2;
         const double x = column.x(*one) * std::pow(across.high / across.low, step * beside);
         const auto shown = [&](double at) { return axis.capped(factor * at); };
-        series.add(x, {shown(value->value), {shown(value->ci95.low), shown(value->ci95.high)}});
+        series.add(
+            x, Estimate{shown(value->value), {shown(value->ci95.low), shown(value->ci95.high)}});
         std::string text = solvers_[s].label;
         text.append(", ").append(number_text(one->speed_mm_s)).append(" mm/s, ");
         text.append(number_text(one->frame_rate)).append(" frames/s\n").append(before);
@@ -207,14 +209,6 @@ class TrackingSweep {
   Canvas canvas_;
 };
 
-std::string joined_noises(std::span<const TrackingCondition> conditions) {
-  std::set<std::string> noises;
-  for (const TrackingCondition& one : conditions) noises.insert(one.noise);
-  std::string out;
-  for (const std::string& noise : noises) out += (out.empty() ? "" : " and ") + noise;
-  return out;
-}
-
 constexpr std::size_t gallery_rows = 6;
 
 /// At most gallery_rows of the characters, evenly chosen of those before the first is repeated; a
@@ -223,7 +217,7 @@ std::vector<std::size_t> shown_characters(const TrackingCondition& condition) {
   std::vector<std::string> names;
   for (const TrackingOfSolver& solver : condition.solvers) {
     for (const TrackedCharacter& one : solver.characters) {
-      if (std::find(names.begin(), names.end(), one.name) != names.end()) break;
+      if (contains(names, one.name)) break;
       names.push_back(one.name);
     }
     if (!names.empty()) break;
@@ -237,121 +231,105 @@ std::vector<std::size_t> shown_characters(const TrackingCondition& condition) {
   return out;
 }
 
-class TrackingGallery {
- public:
-  explicit TrackingGallery(const TrackingCondition& condition)
-      : condition_(condition),
-        rows_(shown_characters(condition)),
-        styles_(styles_of(condition.solvers)),
-        columns_(static_cast<int>(condition.solvers.size())),
-        side_(std::clamp(950.0 / columns_ - gap_x, 104.0, 150.0)),
-        canvas_(std::max(520.0, left + columns_ * (side_ + gap_x)), height()) {}
+constexpr LineStyle written_line{ink::light, 1.2};
 
-  void draw(const std::string& heading, const std::filesystem::path& stem) {
-    canvas_.title(heading);
-    for (int c = 0; c < columns_; ++c) {
-      const TrackingOfSolver& solver = condition_.solvers[static_cast<std::size_t>(c)];
-      write_label(solver.label, c);
-      for (std::size_t r = 0; r < rows_.size(); ++r) {
-        const Box box = box_at(r, c);
-        if (rows_[r] < solver.characters.size()) {
-          draw_character(solver, static_cast<std::size_t>(c), solver.characters[rows_[r]], box);
-        } else {
-          Panel(canvas_, box, {}, {}).draw();
-          canvas_.lines(solver.failure, characters_in(side_ - 8, 9), box.middle(), box.top + 14,
-                        {.size = 9, .colour = ink::alarm});
-        }
+MarkStyle dot(const Colour& colour) { return {7, colour, 0.22, 1}; }
+
+/// A character as it was written and tracked, and below it how well.
+void draw_character(Canvas& canvas, const Box& box, const TrackedCharacter& character,
+                    double size_mm, const std::string& label, const Colour& colour) {
+  const double reach = 0.68 * size_mm;
+  Panel panel(canvas, box, {-reach, reach}, {-reach, reach});
+  for (const Polyline& stroke : character.written) panel.line(points_of(stroke), written_line);
+  for (const Polyline& stroke : character.tracked) {
+    panel.line(points_of(stroke), {colour, 1.2});
+    panel.marks(points_of(stroke), dot(colour));
+  }
+  panel.draw();
+  const std::string rms =
+      character.rms_mm ? "RMS " + fixed(*character.rms_mm, 1) + " mm" : "nothing tracked";
+  const bool right = character.read_back();
+  const std::string read = character.read_as.empty() ? "not read"
+                           : right                   ? "read as " + character.read_as
+                                                     : "misread as " + character.read_as;
+  canvas.text(rms, box.middle(), box.bottom + 9, {.size = 10});
+  canvas.text(read, box.middle(), box.bottom + 21,
+              {.size = 10, .colour = right ? ink::black : ink::alarm});
+  canvas.tooltip(box, label + ", " + character.name + "\n" + rms + "\n" + read);
+}
+
+/// A method's label in at most three lines above `box`.
+void draw_label(Canvas& canvas, const Box& box, const std::string& label) {
+  std::vector<std::string> lines = wrapped(label, characters_in(box.width(), 11));
+  if (lines.size() > 3) {
+    lines.resize(3);
+    lines.back() += "…";
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double up = 13 * (static_cast<double>(lines.size() - i) - 0.5);
+    canvas.text(lines[i], box.middle(), box.top - 3 - up, {.size = 11});
+  }
+}
+
+void draw_gallery(const TrackingCondition& condition, const std::string& heading,
+                  const std::filesystem::path& stem) {
+  constexpr double left = 14;
+  constexpr double top = 74;
+  constexpr double gap_x = 10;
+  constexpr double gap_y = 36;  // with two lines of words
+  const std::vector<std::size_t> rows = shown_characters(condition);
+  const MethodStyles styles = styles_of(condition.solvers);
+  const auto columns = static_cast<double>(condition.solvers.size());
+  const double side = std::clamp(950.0 / columns - gap_x, 104.0, 150.0);
+  Canvas canvas(std::max(520.0, left + columns * (side + gap_x)),
+                top + static_cast<double>(rows.size()) * (side + gap_y) + 30);
+  canvas.title(heading);
+  for (std::size_t c = 0; c < condition.solvers.size(); ++c) {
+    const TrackingOfSolver& solver = condition.solvers[c];
+    const double column = left + static_cast<double>(c) * (side + gap_x);
+    draw_label(canvas, Box::sized(column, top, side, side), solver.label);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const Box box = Box::sized(column, top + static_cast<double>(r) * (side + gap_y), side, side);
+      if (rows[r] < solver.characters.size()) {
+        draw_character(canvas, box, solver.characters[rows[r]], condition.size_mm, solver.label,
+                       styles.colour(c));
+        continue;
       }
-    }
-    Legend legend(left, canvas_.width());
-    legend.add({"written", written});
-    legend.add({"tracked, stroke by stroke", LineStyle{ink::black, 1.2}, dot(ink::black)});
-    legend.draw(canvas_, canvas_.height() - 14);
-    canvas_.draw(stem);
-  }
-
- private:
-  static constexpr double left = 14;
-  static constexpr double top = 74;
-  static constexpr double gap_x = 10;
-  static constexpr double gap_y = 36;  ///< with two lines of words
-  static constexpr LineStyle written{ink::light, 1.2};
-
-  static MarkStyle dot(const Colour& colour) { return {7, colour, 0.22, 1}; }
-
-  double height() const { return top + static_cast<double>(rows_.size()) * (side_ + gap_y) + 30; }
-
-  Box box_at(std::size_t row, int column) const {
-    return Box::sized(left + column * (side_ + gap_x),
-                      top + static_cast<double>(row) * (side_ + gap_y), side_, side_);
-  }
-
-  void write_label(const std::string& label, int column) {
-    const Box box = box_at(0, column);
-    std::vector<std::string> lines = wrapped(label, characters_in(side_, 11));
-    if (lines.size() > 3) {
-      lines.resize(3);
-      lines.back() += "…";
-    }
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      const double up = 13 * (static_cast<double>(lines.size() - i) - 0.5);
-      canvas_.text(lines[i], box.middle(), box.top - 3 - up, {.size = 11});
+      Panel(canvas, box, {}, {}).draw();
+      canvas.lines(solver.failure, characters_in(side - 8, 9), box.middle(), box.top + 14,
+                   {.size = 9, .colour = ink::alarm});
     }
   }
-
-  void draw_character(const TrackingOfSolver& solver, std::size_t index,
-                      const TrackedCharacter& character, const Box& box) {
-    const double reach = 0.68 * condition_.size_mm;
-    Panel panel(canvas_, box, {-reach, reach}, {-reach, reach});
-    for (const Polyline& stroke : character.written) panel.line(points_of(stroke), written);
-    const Colour colour = styles_.colour(index);
-    for (const Polyline& stroke : character.tracked) {
-      panel.line(points_of(stroke), {colour, 1.2});
-      panel.marks(points_of(stroke), dot(colour));
-    }
-    panel.draw();
-    const std::string rms =
-        character.rms_mm ? "RMS " + fixed(*character.rms_mm, 1) + " mm" : "nothing tracked";
-    const bool right = character.read_back();
-    const std::string read = character.read_as.empty() ? "not read"
-                             : right                   ? "read as " + character.read_as
-                                                       : "misread as " + character.read_as;
-    canvas_.text(rms, box.middle(), box.bottom + 9, {.size = 10});
-    canvas_.text(read, box.middle(), box.bottom + 21,
-                 {.size = 10, .colour = right ? ink::black : ink::alarm});
-    canvas_.tooltip(box, solver.label + ", " + character.name + "\n" + rms + "\n" + read);
-  }
-
-  const TrackingCondition& condition_;
-  std::vector<std::size_t> rows_;  ///< characters of each solver
-  MethodStyles styles_;
-  int columns_;
-  double side_;  ///< of a panel, px
-  Canvas canvas_;
-};
+  Legend legend(left, canvas.width());
+  legend.add({"written", written_line});
+  legend.add({"tracked, stroke by stroke", LineStyle{ink::black, 1.2}, dot(ink::black)});
+  legend.draw(canvas, canvas.height() - 14);
+  canvas.draw(stem);
+}
 
 }  // namespace
 
-StudyFigure tracking_sweep(const TrackingConditions& conditions, const std::string& law) {
-  return {"", "Error and legibility",
-          "RMS distance of the place known at a moment from the finger, and share of characters "
-          "read back; by speed and frame rate, " +
-              joined_noises(*conditions) + ", " + law + " law",
-          ", " + law + " law", [conditions](const auto& heading, const auto& stem) {
-            TrackingSweep(*conditions).draw(heading, stem);
-          }};
-}
-
-StudyFigure tracking_gallery(const TrackingConditions& conditions, const std::string& law) {
-  const TrackingCondition& condition = conditions->front();
-  const std::string what = number_text(condition.speed_mm_s) + " mm/s, " +
-                           number_text(condition.frame_rate) + " frames/s, " + condition.noise +
-                           ", " + law + " law";
-  return {"_characters", "Written and tracked characters: " + condition.set,
-          what + "; below each its RMS distance, delay and all, and what it was read as",
-          ": " + what, [conditions](const auto& heading, const auto& stem) {
-            TrackingGallery(conditions->front()).draw(heading, stem);
-          }};
+std::vector<StudyFigure> tracking_figures(const TrackingConditions& conditions,
+                                          const std::string& law) {
+  std::set<std::string> noises;
+  for (const TrackingCondition& one : *conditions) noises.insert(one.noise);
+  const TrackingCondition& first = conditions->front();
+  const std::string what = number_text(first.speed_mm_s) + " mm/s, " +
+                           number_text(first.frame_rate) + " frames/s, " + first.noise + ", " +
+                           law + " law";
+  return {{"", "Error and legibility",
+           "RMS distance of the place known at a moment from the finger, and share of characters "
+           "read back; by speed and frame rate, " +
+               joined(noises, " and ") + ", " + law + " law",
+           ", " + law + " law",
+           [conditions](const auto& heading, const auto& stem) {
+             TrackingSweep(*conditions).draw(heading, stem);
+           }},
+          {"_characters", "Written and tracked characters: " + first.set,
+           what + "; below each its RMS distance, delay and all, and what it was read as",
+           ": " + what, [conditions](const auto& heading, const auto& stem) {
+             draw_gallery(conditions->front(), heading, stem);
+           }}};
 }
 
 }  // namespace ertbench

@@ -1,5 +1,3 @@
-#include "bench/studies/tracking_run.h"
-
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "bench/score/tracker.h"
+#include "bench/studies/tracking.h"
 #include "core/statistics.h"
 #include "forward/touch/touch_sequence.h"
 
@@ -26,21 +25,19 @@ constexpr double most_further_lag_s = 0.1;
 /// Times that are equal but for rounding.
 constexpr double same_time_s = 1e-9;
 
-/// The finger's position, mm; nothing while it is up.
-std::optional<Vector2d> finger_at(const TouchSequence& truth, double time_s) {
-  for (const TouchPath& path : truth.paths) {
-    const Touch touch = path.at(time_s);
-    if (touch.force_N > 0) return touch.place_mm;
-  }
-  return std::nullopt;
-}
-
 /// The stroke that is written at a time; nothing while the finger is up.
 std::optional<std::size_t> stroke_at(const TouchSequence& truth, double time_s) {
   for (std::size_t s = 0; s < truth.paths.size(); ++s) {
     if (truth.paths[s].at(time_s).force_N > 0) return s;
   }
   return std::nullopt;
+}
+
+/// The finger's position, mm; nothing while it is up.
+std::optional<Vector2d> finger_at(const TouchSequence& truth, double time_s) {
+  const auto stroke = stroke_at(truth, time_s);
+  if (!stroke) return std::nullopt;
+  return truth.paths[*stroke].at(time_s).place_mm;
 }
 
 /// True if a track that a frame shows is a false positive. The drives at both ends of the frame
@@ -291,12 +288,9 @@ std::vector<EnoughFrameRate> enough_frame_rates(std::span<const TrackingConditio
       std::vector<RateValue> distances;
       for (const TrackingCondition* one : group) {
         const TrackingScores& scores = one->solvers[s].scores;
-        const auto value = [](const std::optional<Estimate>& score) {
-          return score ? std::optional(score->value) : std::nullopt;
-        };
         tried.insert(one->frame_rate);
-        shares.push_back({one->frame_rate, value(scores.read_back)});
-        distances.push_back({one->frame_rate, value(scores.rms_mm)});
+        shares.push_back({one->frame_rate, value_of(scores.read_back)});
+        distances.push_back({one->frame_rate, value_of(scores.rms_mm)});
       }
       if (tried.size() < 2) continue;
       out.push_back({conditions.front().solvers[s].label,

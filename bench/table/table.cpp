@@ -30,6 +30,11 @@ std::string interval_text(const std::string& low, const std::string& high) {
   return "[" + low + ", " + high + "]";
 }
 
+std::vector<Column> columns_named(std::string_view names) {
+  const std::vector<std::string> all = split(names, " ");
+  return {all.begin(), all.end()};
+}
+
 void TableSection::require_cells() const {
   for (const std::vector<Cell>& row : rows) {
     if (row.empty() || row.size() != columns.size()) {

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ertbench {
@@ -45,6 +46,9 @@ struct Column {
 
   bool operator==(const Column&) const = default;
 };
+
+/// The columns of a file for programs, by their names with blanks between them.
+std::vector<Column> columns_named(std::string_view names);
 
 /// Rows that share their columns.
 struct TableSection {

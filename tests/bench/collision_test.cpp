@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "bench/studies/alarm_thresholds.h"
-#include "bench/studies/collision_detectors.h"
+#include "bench/studies/collision.h"
 #include "bench/studies/error_statistics.h"
 #include "core/random.h"
 

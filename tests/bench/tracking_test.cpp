@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "bench/studies/tracking_run.h"
 #include "forward/sheet/sensor.h"
 #include "forward/touch/touch_sequence.h"
 
