@@ -155,7 +155,6 @@ class AnnealingIsland {
     Eigen::VectorXd step;  ///< a joint step's
   };
 
-  Eigen::ArrayXd log_likelihoods() const;
   /// Number of scenes at a power of the likelihood.
   std::size_t particles_at(double heat) const;
   std::optional<Trial> tried(std::size_t particle);

@@ -271,6 +271,12 @@ std::string doubt(int channels, const FrameLimit& limit) {
   return "";
 }
 
+/// A frame with fewer effective samples is listed as unresolved.
+constexpr double least_effective = 100;
+/// Effective samples from which on more work is not worth it: the squared error of a mean of k
+/// samples is 1/k above the minimum.
+constexpr double enough_effective = 20;
+
 bool has_fewer(const FrameLimit& limit, double samples) {
   return limit.sampler != "enumeration" && limit.effective < samples;
 }

@@ -57,13 +57,6 @@ inline constexpr std::array<const char*, 3> limit_metrics = {"relative_error", "
 /// Quantities whose ranks of the truth among the samples test the calibration.
 inline constexpr std::array<const char*, 5> limit_ranks = {"sum", "x", "y", "norm", "contacts"};
 
-/// A frame with fewer effective samples is listed as unresolved.
-inline constexpr double least_effective = 100;
-
-/// Effective samples from which on more work is not worth it: the squared error of a mean of k
-/// samples is 1/k above the minimum.
-inline constexpr double enough_effective = 20;
-
 /// Errors of the best estimates for one frame under one prior.
 struct FrameLimit {
   std::uint64_t frame = 0;
@@ -116,7 +109,7 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
 /// the frame: a chi square at most three standard deviations above the number of channels, with the
 /// standard deviation for as many quantities as the scenes have.
 void judge(int channels, FrameLimit& limit);
-/// True if more work may resolve the frame: it has fewer than enough_effective samples, or is
+/// True if more work may resolve the frame: it has fewer than twenty effective samples, or is
 /// unresolved for a reason other than few samples or a single origin.
 bool deserves_more(int channels, const FrameLimit& limit);
 

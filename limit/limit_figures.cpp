@@ -1,5 +1,3 @@
-#include "limit/limit_figures.h"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>

@@ -4,6 +4,7 @@
 
 #include "bench/record/limit_file.h"
 #include "core/build_stamp.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "limit/limit_run.h"
 
@@ -70,21 +71,18 @@ json set_json(const SetLimit& limit) {
   json unresolved = json::array();
   json per_frame = json::array();
   std::vector<FrameLimit> on_sphere;
-  std::vector<std::string> samplers;
   for (const FrameLimit& frame : limit.frames) {
     if (frame.resolved) resolved.push_back(frame);
     if (!frame.resolved) unresolved.push_back(frame.frame);
     if (frame.sphere_relative_error && frame.sphere_effective >= least_on_sphere) {
       on_sphere.push_back(frame);
     }
-    if (std::find(samplers.begin(), samplers.end(), frame.sampler) == samplers.end()) {
-      samplers.push_back(frame.sampler);
-    }
     per_frame.push_back(to_json(frame));
   }
-  json out = {{"dataset", limit.dataset},      {"prior", limit.prior},
-              {"model", limit.model},          {"sampler", samplers},
-              {"frames", limit.frames.size()}, {"unresolved", unresolved}};
+  json out = {
+      {"dataset", limit.dataset},      {"prior", limit.prior},
+      {"model", limit.model},          {"sampler", distinct(limit.frames, &FrameLimit::sampler)},
+      {"frames", limit.frames.size()}, {"unresolved", unresolved}};
   for (const char* metric : limit_metrics) {
     out["all_frames"][metric] = summary_of(limit.frames, error_of(metric), metric);
     out["resolved"][metric] = summary_of(resolved, error_of(metric), metric);
@@ -135,12 +133,7 @@ ResultRow row_of(const SetLimit& limit) {
                         {"prior", limit.prior},
                         {"model", limit.model},
                         {"unresolved", unresolved}};
-  for (const FrameLimit& frame : limit.frames) {
-    auto& builds = row.build.scored;
-    if (std::find(builds.begin(), builds.end(), frame.build) == builds.end()) {
-      builds.push_back(frame.build);
-    }
-  }
+  row.build.scored = distinct(limit.frames, &FrameLimit::build);
   return row;
 }
 
@@ -205,9 +198,7 @@ std::vector<ResultRow> finished_limits(const std::filesystem::path& folder,
   std::vector<ResultRow> out;
   for (const DatasetSpec& test : experiment.tests) {
     const auto& wanted = options.datasets;
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), test.name) == wanted.end()) {
-      continue;
-    }
+    if (!wanted.empty() && !contains(wanted, test.name)) continue;
     if (!why_no_limit(test).empty()) continue;
     const auto frames = static_cast<int>(
         std::min<std::uint64_t>(test.count, static_cast<std::uint64_t>(options.frames)));

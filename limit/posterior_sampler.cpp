@@ -194,12 +194,6 @@ constexpr int corrected_scenes = 24;
 constexpr int lattice_of_discs = 56;
 constexpr double least_left = 0.5;  ///< share of the effective samples that reweighting must keep
 
-SamplerKind best_sampler(const ScenePrior& prior, const SceneVoltages& voltages) {
-  if (is_enumerable(prior, voltages)) return SamplerKind::enumeration;
-  if (is_one_disc(prior) && voltages.is_smooth()) return SamplerKind::importance;
-  return SamplerKind::annealing;
-}
-
 bool allows(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages) {
   if (kind == SamplerKind::enumeration) return is_enumerable(prior, voltages);
   if (kind == SamplerKind::importance) return is_one_disc(prior) && voltages.is_smooth();
@@ -234,7 +228,11 @@ const std::vector<std::string>& names_of_samplers() {
 }
 
 SamplerKind resolved(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages) {
-  return kind == SamplerKind::automatic ? best_sampler(prior, voltages) : kind;
+  if (kind != SamplerKind::automatic) return kind;
+  for (const SamplerKind exact : {SamplerKind::enumeration, SamplerKind::importance}) {
+    if (allows(exact, prior, voltages)) return exact;
+  }
+  return SamplerKind::annealing;
 }
 
 PosteriorSampler::PosteriorSampler(const DatasetSpec& spec, const ScenePrior& prior,
@@ -276,26 +274,25 @@ std::string PosteriorSampler::name() const {
   return names_of_samplers()[static_cast<std::size_t>(kind_)];
 }
 
-PosteriorSamples PosteriorSampler::sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
-                                           double* pareto_k, RandomStream& random) const {
+SampledPosterior PosteriorSampler::sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
+                                           RandomStream& random) const {
   const FrameLikelihood likelihood(voltages_, spec_.noise, frame);
-  if (kind_ == SamplerKind::enumeration) return enumerated_->posterior(likelihood);
+  if (kind_ == SamplerKind::enumeration) return {enumerated_->posterior(likelihood)};
   const std::vector<SceneFit> fits = likelihood.of_voltages(bank_.voltages);
   if (kind_ == SamplerKind::importance) {
     WeightedPoints quality;
     PosteriorSamples out = sample_disc_by_importance(
         prior_, likelihood, bank_.scenes, fits, pilot ? pilot_points : effort * importance_points,
         random, &quality);
-    *pareto_k = quality.pareto_k;
-    return out;
+    return {std::move(out), quality.pareto_k};
   }
   AnnealingOptions options;
   options.rounds *= effort;
   options.final_rounds *= effort;
   if (pilot)
     options = {.islands = 1, .particles = 24, .rounds = 6, .final_rounds = 6, .snapshots = 1};
-  return sample_by_annealing(prior_, likelihood, *metric_, ellipses_.get(), bank_.scenes, fits,
-                             options, random);
+  return {sample_by_annealing(prior_, likelihood, *metric_, ellipses_.get(), bank_.scenes, fits,
+                              options, random)};
 }
 
 Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
@@ -325,15 +322,10 @@ Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
 SampledPosterior PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
                                           const SampledPosterior* before,
                                           RandomStream& random) const {
-  SampledPosterior out;
-  Eigen::VectorXd explained = frame;
-  if (own_) {
-    double pareto_k = 0;
-    explained = corrected(
-        frame, before ? before->samples : sampled(frame, 1, true, &pareto_k, random), random);
-  }
-  out.samples = sampled(explained, effort, false, &out.pareto_k, random);
-  return out;
+  if (!own_) return sampled(frame, effort, false, random);
+  const Eigen::VectorXd explained =
+      corrected(frame, before ? before->samples : sampled(frame, 1, true, random).samples, random);
+  return sampled(explained, effort, false, random);
 }
 
 bool reweight(const ScenePrior& from, const ScenePrior& to, SampledPosterior& posterior) {

@@ -103,9 +103,7 @@ class PosteriorSampler {
   PosteriorSampler(const DatasetSpec& spec, const ScenePrior& prior, const SceneVoltages& voltages,
                    SamplerKind kind, int threads);
 
-  const ScenePrior& prior() const { return prior_; }
   std::string name() const;
-  SamplerKind kind() const { return kind_; }
 
   /// `frame` [channels] V. `effort`: factor on the work, from 1. `before`: the result of an earlier
   /// call for the frame, or null. If the set's own model differs from the likelihood's, the
@@ -114,7 +112,7 @@ class PosteriorSampler {
                           RandomStream& random) const;
 
  private:
-  PosteriorSamples sampled(const Eigen::VectorXd& frame, int effort, bool pilot, double* pareto_k,
+  SampledPosterior sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
                            RandomStream& random) const;
   /// The frame minus the mean difference of the set's own model and the likelihood's over some of
   /// the scenes of `found`, [channels] V.

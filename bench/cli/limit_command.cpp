@@ -15,8 +15,6 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/text.h"
-#include "limit/limit_figures.h"
-#include "limit/limit_probe.h"
 #include "limit/limit_run.h"
 #include "solvers/registry/registry.h"
 
