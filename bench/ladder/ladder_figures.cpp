@@ -1,14 +1,12 @@
-#include "bench/ladder/ladder_figures.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "bench/ladder/ladder_results.h"
 #include "bench/plot/image_panel.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -28,18 +26,6 @@ std::string failure_text(const WorstFrame& worst) {
       return "false positive of " + three_digits(frame.peak.value_or(0));
   }
   return "";
-}
-
-double severity(const GalleryFrame& one) {
-  const JudgedFrame& frame = one.frame->judged;
-  switch (one.frame->kind) {
-    case FailureKind::worse_than_nothing:
-      return frame.error.value_or(0);
-    case FailureKind::misplaced:
-      return frame.distance.value_or(0);
-    default:
-      return frame.peak.value_or(0);
-  }
 }
 
 /// End of the colour scale of truth and image, S/m: the image's largest change, limited to one to
@@ -103,15 +89,12 @@ void draw_pair(Canvas& canvas, ImagePanels& panels, const Sensor& sensor, const 
 
 std::optional<HeatMap> ladder_map_of(const std::string& title,
                                      const std::vector<AxisBreakdown>& breakdowns) {
-  std::vector<std::string> solvers;
-  std::vector<const LadderAxis*> axes;
-  for (const AxisBreakdown& line : breakdowns) {
-    if (line.axis->categories || line.axis->of_parameter()) continue;
-    if (std::find(solvers.begin(), solvers.end(), line.solver) == solvers.end()) {
-      solvers.push_back(line.solver);
-    }
-    if (std::find(axes.begin(), axes.end(), line.axis) == axes.end()) axes.push_back(line.axis);
-  }
+  std::vector<AxisBreakdown> ordered = breakdowns;
+  std::erase_if(ordered, [](const AxisBreakdown& line) {
+    return line.axis->categories || line.axis->of_parameter();
+  });
+  const auto solvers = distinct(ordered, &AxisBreakdown::solver);
+  auto axes = distinct(ordered, &AxisBreakdown::axis);
   if (axes.empty()) return std::nullopt;
   std::reverse(axes.begin(), axes.end());  // the first on top
   HeatMap map;
@@ -132,9 +115,8 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
   panel.colours.resize(cells);
   panel.texts.resize(cells);
   map.statuses.resize(cells);
-  for (const AxisBreakdown& line : breakdowns) {
+  for (const AxisBreakdown& line : ordered) {
     const auto y = std::find(axes.begin(), axes.end(), line.axis) - axes.begin();
-    if (y == std::ssize(axes)) continue;
     const auto x = std::find(solvers.begin(), solvers.end(), line.solver) - solvers.begin();
     const auto cell = static_cast<std::size_t>(y * std::ssize(solvers) + x);
     if (!line.breakdown) {
@@ -155,8 +137,8 @@ std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord&
     const LadderClimb* climb = record.find(axis.name);
     if (!axis.of_parameter() && climb && climb->worst) rest.push_back({&*climb->worst, &axis});
   }
-  std::stable_sort(rest.begin(), rest.end(), [](const GalleryFrame& a, const GalleryFrame& b) {
-    return severity(a) > severity(b);
+  std::ranges::stable_sort(rest, std::greater<>(), [](const GalleryFrame& one) {
+    return severity(one.frame->judged, one.frame->kind);
   });
   std::vector<GalleryFrame> out;
   const auto take = [&](auto one) {
@@ -219,31 +201,22 @@ TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;
   section.caption = "Where each solver breaks down";
   section.columns = {{"axis", Align::left}};
-  std::vector<std::string> solvers;
-  std::vector<std::string> rows;
-  std::map<std::pair<std::string, std::string>, std::string> cells;
-  const auto place_of = [](std::vector<std::string>& list, const std::string& name) {
-    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
-  };
   std::vector<AxisBreakdown> lines = breakdowns;  // in the order of the file's axes
-  std::stable_sort(lines.begin(), lines.end(), [](const AxisBreakdown& a, const AxisBreakdown& b) {
-    return std::less<>()(a.axis, b.axis);
-  });
-  for (const AxisBreakdown& line : lines) {
-    std::string row = line.axis->title;
-    if (!line.side.empty()) row += ", " + line.side;
-    if (!line.axis->unit.empty()) row += " (" + line.axis->unit + ")";
-    place_of(solvers, line.solver);
-    place_of(rows, row);
-    cells[{row, line.solver}] = line.text();
-  }
-  for (const std::string& solver : solvers) section.columns.emplace_back(solver);
-  for (const std::string& row : rows) {
-    std::vector<Cell>& line = section.rows.emplace_back();
-    line.emplace_back(row);
+  std::ranges::stable_sort(lines, std::less<>(), &AxisBreakdown::axis);
+  const auto row_of = [](const AxisBreakdown& line) {
+    return line.axis->title + (line.side.empty() ? "" : ", " + line.side) +
+           (line.axis->unit.empty() ? "" : " (" + line.axis->unit + ")");
+  };
+  const auto solvers = distinct(lines, &AxisBreakdown::solver);
+  section.columns.insert(section.columns.end(), solvers.begin(), solvers.end());
+  for (const std::string& row : distinct(lines, row_of)) {
+    std::vector<Cell>& cells = section.rows.emplace_back();
+    cells.emplace_back(row);
     for (const std::string& solver : solvers) {
-      const auto found = cells.find({row, solver});
-      line.emplace_back(found == cells.end() ? "" : found->second);
+      const auto found = std::ranges::find_if(lines, [&](const AxisBreakdown& line) {
+        return line.solver == solver && row_of(line) == row;
+      });
+      cells.emplace_back(found == lines.end() ? "" : found->text());
     }
   }
   return section;
@@ -274,13 +247,10 @@ std::vector<std::string> notes_of(const Ladders& ladders) {
 
 TableSection breakdown_data(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;
-  section.columns = {"solver",    "axis", "side",  "level",  "ci_low",
-                     "ci_high",   "unit", "state", "frames", "share_at_default",
-                     "categories"};
+  section.columns = columns_named(
+      "solver axis side level ci_low ci_high unit state frames share_at_default categories");
   for (const AxisBreakdown& line : breakdowns) {
-    std::optional<double> level;
-    std::optional<double> low;
-    std::optional<double> high;
+    std::optional<double> level, low, high;
     if (line.breakdown) {
       const Breakdown& found = *line.breakdown;
       level = found.level;

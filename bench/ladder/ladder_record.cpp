@@ -168,16 +168,19 @@ Eigen::RowVectorXd image_from(const json& values) {
   return image;
 }
 
+constexpr std::pair<const char*, std::optional<double> JudgedFrame::*> frame_numbers[] = {
+    {"error", &JudgedFrame::error},
+    {"distance", &JudgedFrame::distance},
+    {"peak", &JudgedFrame::peak}};
+
 json level_json(const LadderLevel& level) {
-  json out = {{"level", level.level.json()}};
+  json out = {{"level", level.level.json()}, {"status", json::array()}, {"failed", json::array()}};
   if (!level.message.empty()) out["message"] = level.message;
-  for (const char* key : {"error", "distance", "peak", "status", "failed"}) {
+  for (const auto& [key, member] : frame_numbers) {
     out[key] = json::array();
+    for (const JudgedFrame& frame : level.frames) out[key].push_back(number_json(frame.*member));
   }
   for (const JudgedFrame& frame : level.frames) {
-    out["error"].push_back(number_json(frame.error));
-    out["distance"].push_back(number_json(frame.distance));
-    out["peak"].push_back(number_json(frame.peak));
     out["status"].push_back(static_cast<int>(frame.status));
     out["failed"].push_back(frame.failed);
   }
@@ -190,9 +193,9 @@ LadderLevel level_from(const json& object) {
   level.message = object.value("message", "");
   for (std::size_t i = 0; i < object.at("failed").size(); ++i) {
     JudgedFrame frame;
-    frame.error = number_from(object.at("error").at(i));
-    frame.distance = number_from(object.at("distance").at(i));
-    frame.peak = number_from(object.at("peak").at(i));
+    for (const auto& [key, member] : frame_numbers) {
+      frame.*member = number_from(object.at(key).at(i));
+    }
     frame.status = static_cast<FrameStatus>(object.at("status").at(i).get<int>());
     frame.failed = object.at("failed").at(i).get<int>();
     level.frames.push_back(frame);
@@ -201,15 +204,14 @@ LadderLevel level_from(const json& object) {
 }
 
 json worst_json(const WorstFrame& worst) {
-  return {{"level", worst.level.json()},
-          {"frame", worst.frame},
-          {"kind", static_cast<int>(worst.kind)},
-          {"error", number_json(worst.judged.error)},
-          {"distance", number_json(worst.judged.distance)},
-          {"peak", number_json(worst.judged.peak)},
-          {"failed", worst.judged.failed},
-          {"conductivity", image_json(worst.conductivity)},
-          {"change", image_json(worst.change)}};
+  json out = {{"level", worst.level.json()},
+              {"frame", worst.frame},
+              {"kind", static_cast<int>(worst.kind)},
+              {"failed", worst.judged.failed},
+              {"conductivity", image_json(worst.conductivity)},
+              {"change", image_json(worst.change)}};
+  for (const auto& [key, member] : frame_numbers) out[key] = number_json(worst.judged.*member);
+  return out;
 }
 
 WorstFrame worst_from(const json& object) {
@@ -217,9 +219,8 @@ WorstFrame worst_from(const json& object) {
   worst.level = object.at("level");
   worst.frame = object.at("frame").get<int>();
   worst.kind = static_cast<FailureKind>(object.at("kind").get<int>());
-  worst.judged.error = number_from(object.at("error"));
-  worst.judged.distance = number_from(object.at("distance"));
-  worst.judged.peak = number_from(object.at("peak"));
+  for (const auto& [key, member] : frame_numbers)
+    worst.judged.*member = number_from(object.at(key));
   worst.judged.failed = object.at("failed").get<int>();
   worst.conductivity = image_from(object.at("conductivity"));
   worst.change = image_from(object.at("change"));
@@ -246,6 +247,12 @@ LadderStep LadderLevel::step(std::size_t count) const {
     out.failed[f] = frames[f].failed != 0;
   }
   return out;
+}
+
+double severity(const JudgedFrame& frame, FailureKind kind) {
+  if (kind == FailureKind::worse_than_nothing) return frame.error.value_or(0);
+  if (kind == FailureKind::misplaced) return frame.distance.value_or(0);
+  return kind == FailureKind::false_positive ? frame.peak.value_or(0) : 0;
 }
 
 const LadderClimb* LadderRecord::find(const std::string& axis) const {

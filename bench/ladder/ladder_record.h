@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -85,6 +86,9 @@ struct WorstFrame {
   Eigen::RowVectorXd change;        ///< [pixels] S/m, the image; NaN where it was not finite
 };
 
+/// By which failures of a kind are compared.
+double severity(const JudgedFrame& frame, FailureKind kind);
+
 /// A solver's results on one axis.
 struct LadderClimb {
   std::string axis;
@@ -102,6 +106,13 @@ struct LadderRecord {
 
   const LadderClimb* find(const std::string& axis) const;
 };
+
+/// Evaluates the axis's levels, then bisects the step in which the share of failing frames first
+/// exceeds `limit`: six times, or on an integer axis down to neighbouring numbers. Axes without an
+/// order and those of parameters are not bisected. Returns the levels from the mildest.
+std::vector<LadderLevel> climb_ladder(
+    const LadderAxis& axis, double limit,
+    const std::function<LadderLevel(const Level& level)>& evaluate);
 
 struct LadderOutcome {
   const SolverEntry* entry = nullptr;

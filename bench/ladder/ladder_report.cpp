@@ -1,11 +1,8 @@
-#include "bench/ladder/ladder_report.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "bench/ladder/ladder_figures.h"
 #include "bench/ladder/ladder_results.h"
 #include "bench/plot/canvas.h"
 #include "bench/plot/panel.h"

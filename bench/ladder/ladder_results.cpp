@@ -21,24 +21,9 @@ Between between_of(const LadderAxis& axis) {
 }
 
 std::string state_of(const Breakdown& breakdown) {
-  switch (breakdown.state) {
-    case BreakState::breaks:
-      return "breaks";
-    case BreakState::at_mildest:
-      return "fails at its mildest level";
-    case BreakState::never:
-      return "never within the ladder";
-  }
-  return "";
-}
-
-/// Frames at each level; the levels at which there was no solver have none.
-std::size_t frames_of(const LadderRecord& record) { return record.base.frames.size(); }
-
-std::vector<LadderStep> steps_of(const LadderClimb& climb, std::size_t frames) {
-  std::vector<LadderStep> steps;
-  for (const LadderLevel& level : climb.levels) steps.push_back(level.step(frames));
-  return steps;
+  constexpr const char* names[] = {"breaks", "fails at its mildest level",
+                                   "never within the ladder"};
+  return names[static_cast<std::size_t>(breakdown.state)];
 }
 
 std::string category_text(const LadderClimb& climb) {
@@ -65,11 +50,8 @@ std::vector<AxisBreakdown> range_lines(const AxisBreakdown& line, const LadderAx
     AxisBreakdown one = line;
     one.side = below ? "below" : "above";
     const std::optional<Breakdown>& end = below == rises ? range.to_first : range.to_last;
-    if (end) {
-      one.breakdown = end;
-    } else {  // the best value is that end of the ladder
-      one.breakdown = Breakdown{BreakState::never, steps[range.best].level, 1, {}, {}};
-    }
+    // Without one the best value is that end of the ladder.
+    one.breakdown = end.value_or(Breakdown{BreakState::never, steps[range.best].level, 1, {}, {}});
     one.state = state_of(*one.breakdown);
     lines.push_back(one);
   }
@@ -96,15 +78,10 @@ std::string level_digits(double level) {
 std::string AxisBreakdown::text() const {
   if (!categories.empty()) return categories;
   if (!breakdown) return state.substr(0, state.find(':'));
-  switch (breakdown->state) {
-    case BreakState::breaks:
-      return level_digits(breakdown->level) + breakdown_interval(*breakdown, side);
-    case BreakState::at_mildest:
-      return "fails at " + level_digits(breakdown->level) + " already";
-    case BreakState::never:
-      return "holds to " + level_digits(breakdown->level);
-  }
-  return "";
+  const std::string level = level_digits(breakdown->level);
+  if (breakdown->state == BreakState::at_mildest) return "fails at " + level + " already";
+  if (breakdown->state == BreakState::never) return "holds to " + level;
+  return level + breakdown_interval(*breakdown, side);
 }
 
 std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
@@ -122,7 +99,8 @@ std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
         out.push_back(line);
         continue;
       }
-      const std::size_t frames = frames_of(*outcome.record);
+      // Levels at which there was no solver have no frames.
+      const std::size_t frames = outcome.record->base.frames.size();
       line.frames = static_cast<int>(frames);
       line.share_at_default = outcome.record->base.share();
       if (axis.categories) {
@@ -131,7 +109,8 @@ std::vector<AxisBreakdown> breakdowns_of(const Ladders& ladders,
         out.push_back(line);
         continue;
       }
-      const std::vector<LadderStep> steps = steps_of(*climb, frames);
+      std::vector<LadderStep> steps;
+      for (const LadderLevel& level : climb->levels) steps.push_back(level.step(frames));
       const double limit = ladders.failure.share;
       if (axis.of_parameter()) {
         const auto lines = range_lines(line, axis, steps, limit);
@@ -160,21 +139,23 @@ std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
 
 namespace {
 
+std::optional<double> rate(int count, int total) {
+  if (total == 0) return std::nullopt;
+  return count / static_cast<double>(total);
+}
+
 std::vector<Cell> cells_of(const std::string& solver, const std::string& axis,
                            const std::string& name, const LadderLevel& level) {
   std::vector<Cell> cells = {solver, axis, name, std::to_string(level.frames.size()),
                              number_text(level.share())};
   for (const FailureKind kind : kFailureKinds) {
-    if (level.frames.empty()) {
-      cells.emplace_back();
-    } else {
-      cells.emplace_back(number_text(level.count(kind) / static_cast<double>(level.frames.size())));
-    }
+    cells.emplace_back(csv_number(rate(level.count(kind), static_cast<int>(level.frames.size()))));
   }
   const DetectionCounts counts = detection_at(level);
-  cells.emplace_back(csv_number(counts.suspect_rate()));
-  cells.emplace_back(csv_number(counts.detection_rate()));
-  cells.emplace_back(csv_number(counts.false_alarm_rate()));
+  for (const auto& share :
+       {counts.suspect_rate(), counts.detection_rate(), counts.false_alarm_rate()}) {
+    cells.emplace_back(csv_number(share));
+  }
   const auto errors = quantiles(level, &JudgedFrame::error);
   for (const double FrameQuantiles::*part :
        {&FrameQuantiles::low, &FrameQuantiles::median, &FrameQuantiles::high}) {
@@ -188,22 +169,9 @@ std::vector<Cell> cells_of(const std::string& solver, const std::string& axis,
 
 TableSection levels_data(const std::vector<LadderOutcome>& outcomes) {
   TableSection section;
-  section.columns = {"solver",
-                     "axis",
-                     "level",
-                     "frames",
-                     "failed",
-                     "undefined",
-                     "worse_than_nothing",
-                     "misplaced",
-                     "ghost",
-                     "suspect",
-                     "detected",
-                     "false_alarms",
-                     "error_q05",
-                     "error_q50",
-                     "error_q95",
-                     "message"};
+  section.columns = columns_named(
+      "solver axis level frames failed undefined worse_than_nothing misplaced ghost suspect "
+      "detected false_alarms error_q05 error_q50 error_q95 message");
   for (const LadderOutcome& outcome : outcomes) {
     if (!outcome.record) continue;
     const std::string& solver = outcome.entry->label;
@@ -223,11 +191,6 @@ namespace {
 
 /// The axis that stands for the test set itself.
 const char* const test_set = "default";
-
-std::optional<double> rate(int count, int total) {
-  if (total == 0) return std::nullopt;
-  return count / static_cast<double>(total);
-}
 
 /// Appends total, count, rate and the ends of its interval.
 void add_rate(int count, int total, std::vector<Cell>& cells) {
@@ -325,12 +288,9 @@ std::vector<AxisDetection> detections_of(const std::vector<LadderOutcome>& outco
 
 TableSection detection_data(const std::vector<AxisDetection>& detections) {
   TableSection section;
-  section.columns = {"solver",          "axis",
-                     "failing",         "detected",
-                     "detection_rate",  "detection_low",
-                     "detection_high",  "good",
-                     "false_alarms",    "false_alarm_rate",
-                     "false_alarm_low", "false_alarm_high"};
+  section.columns = columns_named(
+      "solver axis failing detected detection_rate detection_low detection_high good false_alarms "
+      "false_alarm_rate false_alarm_low false_alarm_high");
   for (const AxisDetection& line : detections) {
     std::vector<Cell>& cells = section.rows.emplace_back();
     cells = {line.solver, line.axis};

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/experiment/experiment.h"
 #include "bench/ladder/ladder_record.h"
+#include "bench/record/result_row.h"
+#include "bench/report/heat_map.h"
+#include "bench/report/report.h"
 #include "bench/table/table.h"
 
 namespace ertbench {
@@ -91,5 +96,44 @@ TableSection detection_data(const std::vector<AxisDetection>& detections);
 /// for the test set and each axis, a column for each solver.
 Table detection_table(const std::string& title, const Ladders& ladders,
                       const std::vector<AxisDetection>& detections);
+
+/// Map of the levels at which solvers (columns) fail on the ordered axes of the scenes (rows): the
+/// colour is 0 at the mildest level and 1 at the severest, the text is the level. Nothing if no
+/// axis has an order.
+std::optional<HeatMap> ladder_map_of(const std::string& title,
+                                     const std::vector<AxisBreakdown>& breakdowns);
+
+struct GalleryFrame {
+  const WorstFrame* frame = nullptr;
+  const LadderAxis* axis = nullptr;
+};
+
+/// Four frames at most of a solver's ladders of the scenes: the worst of each kind of failure, then
+/// the worst of the rest.
+std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record);
+
+/// Draws the galleries of all solvers, one row each: pairs of truth and image, each pair on its own
+/// scale, with the failure and its level. Returns false, without drawing, if no solver has any.
+/// Throws InputError if gnuplot is missing or a file cannot be written.
+bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
+                  const Sensor& sensor, const std::filesystem::path& stem);
+
+/// Draws one axis for all solvers that climbed it, as `stem`.svg and `stem`.png: above, the share
+/// of failing frames over the level, with the limit beyond which a solver fails; below, the median
+/// relative error with whiskers from 5 to 95 %. The mildest level is on the left. More than eight
+/// solvers are divided among several columns with the same axes. Throws InputError if gnuplot is
+/// missing or a file cannot be written.
+void draw_ladder_chart(const Ladders& ladders, const LadderAxis& axis,
+                       const std::vector<LadderOutcome>& outcomes,
+                       const std::filesystem::path& stem);
+
+/// Writes breakdown.csv, breakdown.md, levels.csv, detection.csv, detection.md, a chart of each
+/// axis, `ladder_`axis.svg and .png, the map breakdown.svg and .png and the gallery
+/// worst_frames.svg and .png into `folder`. Returns their sections of the report; none if the
+/// experiment has no ladders.
+std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
+                                                const std::vector<LadderOutcome>& outcomes,
+                                                const Builds& builds,
+                                                const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -1,15 +1,16 @@
-#include "bench/ladder/ladder_stage.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "bench/features/parts.h"
-#include "bench/ladder/ladder_report.h"
+#include "bench/ladder/ladder_record.h"
+#include "bench/ladder/ladder_results.h"
+#include "bench/record/cache.h"
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
+#include "bench/run/stage.h"
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
@@ -52,20 +53,6 @@ Images images_of(const Solver& solver, const Sensor& sensor, const TestBlock& bl
   return images;
 }
 
-double severity(const JudgedFrame& frame, FailureKind kind) {
-  switch (kind) {
-    case FailureKind::worse_than_nothing:
-      return frame.error.value_or(0);
-    case FailureKind::misplaced:
-      return frame.distance.value_or(0);
-    case FailureKind::false_positive:
-      return frame.peak.value_or(0);
-    case FailureKind::undefined:
-      break;
-  }
-  return 0;
-}
-
 /// The level to show: the first beyond the limit, otherwise the one with the most failures.
 const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<LadderLevel>& levels,
                                  double limit) {
@@ -78,22 +65,24 @@ const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<Ladde
   return worst;
 }
 
+/// The test set that all levels are variants of.
+const DatasetSpec& base_of(const Experiment& experiment) {
+  return *experiment.find_dataset(experiment.ladders->dataset);
+}
+
+/// Evaluates a solver (cached, or fitted now) on all ladders that concern it and judges every
+/// frame. Levels are variants of the test set, generated in memory; solvers of parameter axes and
+/// their training sets are cached.
 class Climber {
  public:
-  /// `base`: the test set that all levels are variants of.
-  Climber(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
-          const Cache& cache, SolverRegistry& registry, int threads,
-          const std::filesystem::path& progress_file)
-      : recipe_(recipe),
-        ladders_(ladders),
-        base_(base),
-        cache_(cache),
-        registry_(registry),
-        threads_(threads),
-        progress_path_(progress_file),
+  Climber(const SolverEntry& entry, const JobContext& context)
+      : context_(context),
+        recipe_(fit_recipe(context.experiment, entry)),
+        ladders_(*context.experiment.ladders),
+        base_(base_of(context.experiment)),
         base_block_(blocks_.make(base_, 0, base_.count)),
-        fitted_(fitted_solver(recipe_, cache, registry, threads, progress_path_)),
-        progress_(progress_path_) {
+        fitted_(fitted(recipe_)),
+        progress_(context.progress_file) {
     for (const LadderAxis& axis : ladders_.axes) {
       if (axis.concerns(recipe_.entry)) total_ += axis.levels.size();
     }
@@ -109,6 +98,11 @@ class Climber {
   }
 
  private:
+  FittedSolver fitted(const FitRecipe& recipe) const {
+    return fitted_solver(recipe, context_.cache, context_.registry, context_.threads,
+                         context_.progress_file);
+  }
+
   LadderClimb climb(const LadderAxis& axis) {
     const double limit = ladders_.failure.share;
     std::uint64_t own = 0;
@@ -154,8 +148,8 @@ class Climber {
     FitRecipe recipe = recipe_;
     recipe.entry = entry_at(recipe_.entry, axis, level);
     recipe.training = training_at(ladders_, recipe_.sensor, axis, level);
-    if (recipe.training) ensure_dataset(*recipe.training, cache_, threads_);
-    return fitted_solver(recipe, cache_, registry_, threads_, progress_path_).solver;
+    if (recipe.training) ensure_dataset(*recipe.training, context_.cache, context_.threads);
+    return fitted(recipe).solver;
   }
 
   WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
@@ -187,13 +181,10 @@ class Climber {
     return worst;
   }
 
-  const FitRecipe& recipe_;
+  const JobContext& context_;
+  FitRecipe recipe_;
   const Ladders& ladders_;
   const DatasetSpec& base_;
-  const Cache& cache_;
-  SolverRegistry& registry_;
-  int threads_;
-  std::filesystem::path progress_path_;
   TestBlocks blocks_;
   TestBlock base_block_;
   FittedSolver fitted_;
@@ -228,79 +219,62 @@ std::vector<LadderLevel> climb_ladder(
   return levels;
 }
 
-LadderRecord climb_ladders(const FitRecipe& recipe, const Ladders& ladders, const DatasetSpec& base,
-                           const Cache& cache, SolverRegistry& registry, int threads,
-                           const std::filesystem::path& progress_file) {
-  return Climber(recipe, ladders, base, cache, registry, threads, progress_file).run();
-}
-
 namespace {
 
-const DatasetSpec& base_of(const Experiment& experiment) {
-  return *experiment.find_dataset(experiment.ladders->dataset);
-}
+/// Finds where every solver fails on the experiment's ladders, one job per label.
+class LadderStage final : public Stage {
+ public:
+  std::string name() const override { return "ladders"; }
+  std::string noun() const override { return "trial"; }
 
-}  // namespace
-
-std::string LadderStage::name() const { return "ladders"; }
-
-std::string LadderStage::noun() const { return "trial"; }
-
-std::vector<Job> LadderStage::jobs(const Experiment& experiment) const {
-  std::vector<Job> jobs;
-  for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
-  return jobs;
-}
-
-std::vector<Job> LadderStage::due(const Experiment& experiment,
-                                  const ExperimentResults& results) const {
-  if (!experiment.ladders) return {};
-  std::vector<Job> due = jobs(experiment);
-  std::erase_if(
-      due, [&](const Job& job) { return results.labels.at(job.entry->label).scored != job.entry; });
-  return due;
-}
-
-std::string LadderStage::key(const Experiment& experiment, const Job& job) const {
-  return ladder_key(fit_recipe(experiment, *job.entry), *experiment.ladders, base_of(experiment));
-}
-
-nlohmann::json LadderStage::run(const Job& job, const JobContext& context) const {
-  const Experiment& experiment = context.experiment;
-  return to_json(climb_ladders(fit_recipe(experiment, *job.entry), *experiment.ladders,
-                               base_of(experiment), context.cache, context.registry,
-                               context.threads, context.progress_file));
-}
-
-void LadderStage::check(const Experiment&, const nlohmann::json& record) const {
-  ladder_record_from_json(record);
-}
-
-void LadderStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,
-                          ExperimentResults& results) const {
-  if (!experiment.ladders) return;
-  for (const std::span<const SolverEntry> entries : experiment.rows()) {
-    const LabelOutcome& label = results.labels.at(entries.front().label);
-    LadderOutcome& outcome = results.findings.of<LadderOutcomes>().emplace_back();
-    outcome.entry = label.scored ? label.scored : &entries.front();
-    outcome.failure = label.failure;
-    if (!label.scored) continue;
-    const Job job = job_of(*this, *label.scored);
-    if (const auto record = records.read(job)) {
-      outcome.record = ladder_record_from_json(*record);
-    } else {
-      outcome.failure = records.why_missing(job).text();
+  std::vector<Job> jobs(const Experiment& experiment) const override {
+    std::vector<Job> jobs;
+    for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
+    return jobs;
+  }
+  std::vector<Job> due(const Experiment& experiment,
+                       const ExperimentResults& results) const override {
+    if (!experiment.ladders) return {};
+    std::vector<Job> due = jobs(experiment);
+    std::erase_if(due, [&](const Job& job) {
+      return results.labels.at(job.entry->label).scored != job.entry;
+    });
+    return due;
+  }
+  std::string key(const Experiment& experiment, const Job& job) const override {
+    return ladder_key(fit_recipe(experiment, *job.entry), *experiment.ladders, base_of(experiment));
+  }
+  nlohmann::json run(const Job& job, const JobContext& context) const override {
+    return to_json(Climber(*job.entry, context).run());
+  }
+  void check(const Experiment&, const nlohmann::json& record) const override {
+    ladder_record_from_json(record);
+  }
+  void collect(const Experiment& experiment, const Cache&, const JobRecords& records,
+               ExperimentResults& results) const override {
+    if (!experiment.ladders) return;
+    for (const std::span<const SolverEntry> entries : experiment.rows()) {
+      const LabelOutcome& label = results.labels.at(entries.front().label);
+      LadderOutcome& outcome = results.findings.of<LadderOutcomes>().emplace_back();
+      outcome.entry = label.scored ? label.scored : &entries.front();
+      outcome.failure = label.failure;
+      if (!label.scored) continue;
+      const Job job = job_of(*this, *label.scored);
+      if (const auto record = records.read(job)) {
+        outcome.record = ladder_record_from_json(*record);
+      } else {
+        outcome.failure = records.why_missing(job).text();
+      }
     }
   }
-}
+  std::vector<ReportSection> report(const Experiment& experiment, const ExperimentResults& results,
+                                    const std::filesystem::path& folder) const override {
+    return write_ladder_results(experiment, results.findings.found<LadderOutcomes>(),
+                                results.builds, folder);
+  }
+};
 
-std::vector<ReportSection> LadderStage::report(const Experiment& experiment,
-                                               const ExperimentResults& results,
-                                               const std::filesystem::path& folder) const {
-  return write_ladder_results(experiment, results.findings.found<LadderOutcomes>(), results.builds,
-                              folder);
-}
-
+}  // namespace
 }  // namespace ertbench
 
 extern "C" void ertbench_part_ladders(ertbench::Part& part) {

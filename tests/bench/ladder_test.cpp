@@ -4,9 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment.h"
-#include "bench/ladder/ladder_report.h"
 #include "bench/ladder/ladder_results.h"
-#include "bench/ladder/ladder_stage.h"
 #include "bench/table/table.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"

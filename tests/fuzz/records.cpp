@@ -6,7 +6,6 @@
 
 #include "bench/experiment/experiment.h"
 #include "bench/features/features.h"
-#include "bench/ladder/ladder_figures.h"
 #include "bench/ladder/ladder_results.h"
 #include "bench/record/record_file.h"
 #include "bench/record/stamps.h"
