@@ -98,7 +98,7 @@ BaselineMean mean_of(const BaselineRow& row, Metric metric, const Sensor& sensor
 
 const BaselineRow* Baseline::find(const ResultRow& row) const {
   const auto found =
-      std::find_if(rows.begin(), rows.end(), [&](const BaselineRow& one) { return one.is(row); });
+      std::ranges::find_if(rows, [&](const BaselineRow& one) { return one.is(row); });
   return found == rows.end() ? nullptr : &*found;
 }
 
@@ -109,14 +109,6 @@ Comparisons comparisons_of(const Experiment& experiment, SolverRegistry& registr
     out[entry.label] = info ? info->comparison : ImageComparison::rounding;
   }
   return out;
-}
-
-std::set<std::string> trained_labels(const Comparisons& comparisons) {
-  std::set<std::string> labels;
-  for (const auto& [label, images] : comparisons) {
-    if (images == ImageComparison::seeds) labels.insert(label);
-  }
-  return labels;
 }
 
 Baseline make_baseline(const Experiment& experiment, std::span<const ResultRow> rows,

@@ -4,7 +4,6 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -70,9 +69,6 @@ struct Baseline {
 /// The comparison of images of each label, from the solver's registration.
 using Comparisons = std::map<std::string, ImageComparison>;
 Comparisons comparisons_of(const Experiment& experiment, SolverRegistry& registry);
-
-/// Labels of trained solvers, whose rows are compared by seeds.
-std::set<std::string> trained_labels(const Comparisons& comparisons);
 
 /// Fewer seeds do not show the spread of a trained solver.
 inline constexpr int least_seeds = 3;

@@ -8,18 +8,24 @@
 #include <set>
 #include <vector>
 
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
-std::string with_digits(const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
+constexpr std::size_t longest_status = 100;
+
+/// " (40 %)".
+std::string with_percent(double share) { return " (" + with_digits(100 * share, 2) + " %)"; }
 
 }  // namespace
+
+std::string with_digits(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
 
 std::optional<double> Noticeable::share() const {
   const MetricEntry& entry = entry_of(metric);
@@ -50,9 +56,9 @@ std::vector<Noticeable> noticeable_worsenings(const Baseline& baseline, const Se
 }
 
 std::vector<Noticeable> beyond_limits(std::span<const Noticeable> all) {
-  std::vector<Noticeable> out;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(out), [](const Noticeable& one) {
-    return one.type == ToleranceClass::seeds && one.part_of_limit().value_or(0) > 1;
+  std::vector<Noticeable> out(all.begin(), all.end());
+  std::erase_if(out, [](const Noticeable& one) {
+    return one.type != ToleranceClass::seeds || one.part_of_limit().value_or(0) <= 1;
   });
   return out;
 }
@@ -69,33 +75,19 @@ std::optional<int> seeds_that_would_do(std::span<const Noticeable> coarse, int s
 }
 
 std::string text_of(const Noticeable& one) {
-  const std::string amount = with_digits("%.2g", one.amount);
   const std::optional<double> share = one.share();
-  return share ? amount + with_digits(" (%.2g %%)", 100 * *share) : amount;
+  return with_digits(one.amount, 2) + (share ? with_percent(*share) : "");
 }
 
 std::string weakest_text(std::span<const Noticeable> all) {
-  const auto weakest =
-      std::max_element(all.begin(), all.end(), [](const Noticeable& a, const Noticeable& b) {
-        return a.part_of_limit().value_or(-1) < b.part_of_limit().value_or(-1);
-      });
+  const auto weakest = std::ranges::max_element(
+      all, {}, [](const Noticeable& one) { return one.part_of_limit().value_or(-1); });
   if (weakest == all.end() || !weakest->part_of_limit()) return "";
   return "weakest: " + weakest->row + " " + name_of(weakest->metric) + ", noticed from " +
          text_of(*weakest);
 }
 
 namespace {
-
-constexpr std::size_t longest_status = 100;
-
-std::string with_digits(double value, int digits = 5) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
-
-/// " (40 %)".
-std::string with_percent(double share) { return " (" + with_digits(100 * share, 2) + " %)"; }
 
 /// Both numbers with enough digits to differ.
 std::pair<std::string, std::string> distinct_texts(double before, double now) {
@@ -265,16 +257,14 @@ std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultR
     lines.insert(lines.end(), of_row.begin(), of_row.end());
   }
   for (const BaselineRow& row : baseline.rows) {
-    const bool found =
-        std::any_of(rows.begin(), rows.end(), [&](const ResultRow& now) { return row.is(now); });
-    if (!found) lines.push_back({name(row), "row", row.status, "-", "", Verdict::missing});
+    if (std::ranges::none_of(rows, [&](const ResultRow& now) { return row.is(now); }))
+      lines.push_back({name(row), "row", row.status, "-", "", Verdict::missing});
   }
   return lines;
 }
 
 bool has_regression(std::span<const CheckLine> lines) {
-  return std::any_of(lines.begin(), lines.end(),
-                     [](const CheckLine& line) { return is_regression(line.verdict); });
+  return std::ranges::any_of(lines, is_regression, &CheckLine::verdict);
 }
 
 namespace {
@@ -292,9 +282,8 @@ std::vector<Cell> cells_of(const CheckLine& line) {
 std::vector<std::span<const CheckLine>> by_row(std::span<const CheckLine> lines) {
   std::vector<std::span<const CheckLine>> out;
   while (!lines.empty()) {
-    const auto end = std::find_if(lines.begin(), lines.end(), [&](const CheckLine& line) {
-      return line.row != lines.front().row;
-    });
+    const auto same = [&](const CheckLine& line) { return line.row == lines.front().row; };
+    const auto end = std::ranges::find_if_not(lines, same);
     const auto count = static_cast<std::size_t>(end - lines.begin());
     out.push_back(lines.first(count));
     lines = lines.subspan(count);
@@ -303,14 +292,11 @@ std::vector<std::span<const CheckLine>> by_row(std::span<const CheckLine> lines)
 }
 
 Verdict worst(std::span<const CheckLine> lines) {
-  Verdict verdict = Verdict::ok;
-  for (const CheckLine& line : lines) verdict = std::max(verdict, line.verdict);
-  return verdict;
+  return std::ranges::max(lines, {}, &CheckLine::verdict).verdict;
 }
 
 std::vector<Cell> summary_of(std::span<const CheckLine> row) {
-  const auto ok = std::count_if(row.begin(), row.end(),
-                                [](const CheckLine& line) { return line.verdict == Verdict::ok; });
+  const auto ok = std::ranges::count(row, Verdict::ok, &CheckLine::verdict);
   const std::string all = std::to_string(row.size());
   const std::string quantities = row.size() == 1 ? " quantity" : " quantities";
   const bool every = static_cast<std::size_t>(ok) == row.size();
@@ -346,13 +332,8 @@ Table check_report(std::span<const CheckLine> lines) {
 }
 
 Table noticeable_table(std::span<const Noticeable> all) {
-  std::set<std::string> datasets;
-  std::vector<Metric> metrics;
-  for (const Noticeable& one : all) {
-    datasets.insert(one.dataset);
-    if (std::find(metrics.begin(), metrics.end(), one.metric) == metrics.end())
-      metrics.push_back(one.metric);
-  }
+  const bool several = distinct(all, &Noticeable::dataset).size() > 1;
+  const auto metrics = distinct(all, &Noticeable::metric);
   Table table;
   TableSection& section = table.sections.emplace_back();
   section.caption = "The smallest worsening that this check notices";
@@ -360,7 +341,7 @@ Table noticeable_table(std::span<const Noticeable> all) {
   for (const Metric metric : metrics) section.columns.emplace_back(name_of(metric));
   std::string before;
   for (const Noticeable& one : all) {
-    const std::string row = datasets.size() > 1 ? one.row + " (" + one.dataset + ")" : one.row;
+    const std::string row = several ? one.row + " (" + one.dataset + ")" : one.row;
     if (section.rows.empty() || row != before) {
       section.rows.emplace_back(section.columns.size(), Cell("-")).front() = row;
       before = row;

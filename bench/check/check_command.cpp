@@ -45,12 +45,14 @@ std::optional<std::string> marked_program(const fs::path& mark) {
   }
 }
 
-}  // namespace
-
-std::string program_hash(const std::vector<fs::path>& plugins) {
-  return hash_of(to_json(stamp_of_this_build({}, plugins)).dump());
-}
-
+/// Makes `folder` the result folder of a check by `program` (a hash of it with its libraries and
+/// plugins), with its own cache. Files of another build are removed: the cache's keys know the
+/// experiment but not the code, so with another build's datasets, fits and records a check would
+/// not see changes of the program. Files of this very program are kept, so that an interrupted
+/// check resumes.
+///
+/// The folder is marked by `.ertbench-check`. Throws InputError, and removes nothing, if it holds
+/// results without that mark.
 Cache prepare_check_folder(const fs::path& folder, const std::string& program) {
   const fs::path mark = folder / ".ertbench-check";
   const fs::path made[] = {folder / "cache", folder / "records", folder / "seeds",
@@ -70,8 +72,6 @@ Cache prepare_check_folder(const fs::path& folder, const std::string& program) {
   write_file_atomically(mark, json_text(mark_of(program), 2) + "\n");
   return Cache(folder / "cache");
 }
-
-namespace {
 
 using Names = std::vector<std::string>;
 
@@ -170,8 +170,10 @@ class Check {
   }
 
   void open_cache() {
-    cache_ = options_.reuse ? Cache::standard()
-                            : prepare_check_folder(run_.out, program_hash(experiment_.plugins));
+    const auto program = [&] {
+      return hash_of(to_json(stamp_of_this_build({}, experiment_.plugins)).dump());
+    };
+    cache_ = options_.reuse ? Cache::standard() : prepare_check_folder(run_.out, program());
   }
 
   /// Makes the rows; those of trained solvers over at least so many seeds.
@@ -186,8 +188,13 @@ class Check {
     }
   }
 
+  /// Labels of trained solvers, whose rows are compared by seeds.
   std::set<std::string> trained() const {
-    return trained_labels(comparisons_of(experiment_, registry_));
+    std::set<std::string> labels;
+    for (const auto& [label, images] : comparisons_of(experiment_, registry_)) {
+      if (images == ImageComparison::seeds) labels.insert(label);
+    }
+    return labels;
   }
 
   int baseline_trainings() const {

@@ -2,25 +2,10 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "bench/experiment/experiment.h"
-#include "bench/record/cache.h"
 
 namespace ertbench {
-
-/// A hash of this program with its own libraries that are loaded, and of `plugins`.
-std::string program_hash(const std::vector<std::filesystem::path>& plugins);
-
-/// Makes `folder` the result folder of a check, with its own cache. Files of another build are
-/// removed: the cache's keys know the experiment but not the code, so with another build's
-/// datasets, fits and records a check would not see changes of the program. Files of this very
-/// program are kept, so that an interrupted check resumes.
-///
-/// The folder is marked by `.ertbench-check`. Throws InputError, and removes nothing, if it holds
-/// results without that mark.
-Cache prepare_check_folder(const std::filesystem::path& folder, const std::string& program);
 
 class SolverRegistry;
 

@@ -35,14 +35,7 @@ double difference(const fs::path& before, const fs::path& now) {
   return (changes.rowwise().norm().array() / images.rowwise().norm().array()).maxCoeff();
 }
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
-}
-
-}  // namespace
-
+/// Makes today's images in a child process; returns false if it failed.
 bool make_images(const StoredImages& images) {
   fs::create_directories(images.now.parent_path());
   fs::remove(images.now);
@@ -53,8 +46,11 @@ bool make_images(const StoredImages& images) {
   return process.wait().ok();
 }
 
+/// A line with the largest relative difference (2-norm) of a frame's image, infinite if frames or
+/// statuses differ. It is "worse" beyond `most` or without today's images, "missing" without stored
+/// ones. Throws InputError if the stored images cannot be read.
 CheckLine compare_images(const StoredImages& images) {
-  CheckLine line{images.row, "images", "0", "", text_of(images.most), Verdict::worse};
+  CheckLine line{images.row, "images", "0", "", with_digits(images.most, 2), Verdict::worse};
   if (!fs::exists(images.now)) {
     line.now = "failed; see " + images.log.string();
     return line;
@@ -65,22 +61,23 @@ CheckLine compare_images(const StoredImages& images) {
     return line;
   }
   const double change = difference(images.before, images.now);
-  line.now = text_of(change);
+  line.now = with_digits(change, 2);
   if (change <= images.most) line.verdict = Verdict::ok;
   return line;
 }
 
-void add_missing_images(const std::vector<std::string>& rows, std::vector<CheckLine>& lines) {
-  for (const std::string& row : rows) {
-    const bool there = std::any_of(lines.begin(), lines.end(),
-                                   [&](const CheckLine& line) { return line.row == row; });
-    if (!there) lines.push_back({row, "images", "-", "-", "", Verdict::missing});
+/// Adds a line "missing" for each row PREFIX NAME without one.
+void add_missing_images(const std::string& prefix, const std::vector<std::string>& names,
+                        std::vector<CheckLine>& lines) {
+  for (const std::string& name : names) {
+    if (std::ranges::find(lines, prefix + name, &CheckLine::row) == lines.end()) {
+      lines.push_back({prefix + name, "images", "-", "-", "", Verdict::missing});
+    }
   }
 }
 
-namespace {
-
-std::string row_of(const std::string& name) { return "stored " + name; }
+const std::string stored = "stored ";    ///< prefix of the rows of stored solvers
+const std::string trained = "trained ";  ///< and of those trained for a few steps
 
 std::vector<fs::path> specifications(const fs::path& folder, const std::set<std::string>& types) {
   std::vector<fs::path> out;
@@ -105,7 +102,7 @@ std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
   std::vector<CheckLine> lines;
   for (const fs::path& spec : specifications(folder, types)) {
     const std::string name = spec.stem().string();
-    const StoredImages images{row_of(name),
+    const StoredImages images{stored + name,
                               spec,
                               folder / "frames.h5",
                               folder / (name + ".images.h5"),
@@ -115,9 +112,7 @@ std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
     make_images(images);
     lines.push_back(compare_images(images));
   }
-  std::vector<std::string> rows;
-  std::transform(expected.begin(), expected.end(), std::back_inserter(rows), row_of);
-  add_missing_images(rows, lines);
+  add_missing_images(stored, expected, lines);
   return lines;
 }
 
@@ -127,12 +122,6 @@ std::vector<std::string> stored_networks(const fs::path& folder,
   for (const fs::path& spec : specifications(folder, types)) names.push_back(spec.stem().string());
   return names;
 }
-
-namespace {
-
-const std::string trained = "trained ";  ///< prefix of the rows
-
-}  // namespace
 
 std::vector<StoredImages> short_trainings(const fs::path& folder,
                                           const std::set<std::string>& types, const Cache& cache,
@@ -168,9 +157,7 @@ std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& traini
                                          const std::vector<std::string>& expected) {
   std::vector<CheckLine> lines;
   std::transform(trainings.begin(), trainings.end(), std::back_inserter(lines), compare_images);
-  std::vector<std::string> rows;
-  for (const std::string& label : expected) rows.push_back(trained + label);
-  add_missing_images(rows, lines);
+  add_missing_images(trained, expected, lines);
   return lines;
 }
 

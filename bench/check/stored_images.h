@@ -23,17 +23,6 @@ struct StoredImages {
   double most = 0;               ///< largest allowed relative change of a frame's image
 };
 
-/// Makes today's images in a child process; returns false if it failed.
-bool make_images(const StoredImages& images);
-
-/// A line with the largest relative difference (2-norm) of a frame's image, infinite if frames or
-/// statuses differ. It is "worse" beyond `most` or without today's images, "missing" without stored
-/// ones. Throws InputError if the stored images cannot be read.
-CheckLine compare_images(const StoredImages& images);
-
-/// Adds a line "missing" for each of the `rows` without one.
-void add_missing_images(const std::vector<std::string>& rows, std::vector<CheckLine>& lines);
-
 /// Compares fitted solvers by their stored images. `folder` has frames.h5 and, for each solver,
 /// NAME.json, a specification for `reconstruct`, and NAME.images.h5, the images that `reconstruct`
 /// made; results/baselines/networks/make makes them. Only solvers of the `types` are taken. Each

@@ -15,8 +15,8 @@ constexpr double rounding = 1e-10;
 constexpr double linear_images = 1e-8;
 constexpr double confidence = 0.999;
 
-constexpr ToleranceClass classes[] = {ToleranceClass::exact, ToleranceClass::linear,
-                                      ToleranceClass::interior_point, ToleranceClass::seeds};
+/// In the order of ToleranceClass.
+constexpr const char* class_names[] = {"exact", "linear", "interior point", "seeds"};
 
 /// A gap leaves the image within about sqrt(gap) of the optimum, as the objective grows with the
 /// square of the distance; within a third of that where it was measured (pdipm). The means over the
@@ -84,20 +84,16 @@ double smallest_chance(std::size_t now, std::size_t all) {
 
 }  // namespace
 
-const char* name_of(ToleranceClass type) {
-  constexpr const char* names[] = {"exact", "linear", "interior point", "seeds"};
-  return names[static_cast<std::size_t>(type)];
-}
+const char* name_of(ToleranceClass type) { return class_names[static_cast<std::size_t>(type)]; }
 
 std::vector<std::string> tolerance_class_names() {
-  std::vector<std::string> names;
-  for (const ToleranceClass type : classes) names.emplace_back(name_of(type));
-  return names;
+  return {std::begin(class_names), std::end(class_names)};
 }
 
 ToleranceClass tolerance_class_from_name(const std::string& name) {
-  for (const ToleranceClass type : classes) {
-    if (name == name_of(type)) return type;
+  const auto found = std::ranges::find(class_names, name);
+  if (found != std::end(class_names)) {
+    return static_cast<ToleranceClass>(found - std::begin(class_names));
   }
   throw std::invalid_argument("no class of tolerances is called \"" + name + "\"");
 }

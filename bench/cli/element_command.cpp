@@ -2,11 +2,11 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cli/command.h"
-#include "bench/cluster/element.h"
+#include "bench/cluster/slurm.h"
 #include "bench/cluster/slurm_engine.h"
 #include "bench/experiment/experiment.h"
 #include "bench/features/features.h"
-#include "bench/fidelity/fidelity_stage.h"
+#include "bench/fidelity/fidelity.h"
 #include "bench/record/cache.h"
 #include "core/errors.h"
 #include "core/json.h"
@@ -83,7 +83,7 @@ extern "C" void ertbench_part_tools(ertbench::Part& part) {
   part.commands = commands;
   part.stages = [](int scenes) {
     Stages stages;
-    stages.push_back(std::make_unique<FidelityStage>(scenes));
+    stages.push_back(fidelity_stage(scenes));
     return stages;
   };
   part.run_on_slurm = run_on_slurm;

@@ -15,6 +15,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -57,14 +58,13 @@ std::vector<long> Submissions::jobs() const {
 std::vector<long> Submissions::jobs_of(const std::vector<std::string>& parts) const {
   std::vector<long> out;
   for (const Submission& one : all_) {
-    if (std::find(parts.begin(), parts.end(), one.part) != parts.end()) out.push_back(one.job);
+    if (contains(parts, one.part)) out.push_back(one.job);
   }
   return out;
 }
 
 const Submission* Submissions::find(long job) const {
-  const auto found =
-      std::find_if(all_.begin(), all_.end(), [&](const Submission& one) { return one.job == job; });
+  const auto found = std::ranges::find(all_, job, &Submission::job);
   return found == all_.end() ? nullptr : &*found;
 }
 
@@ -82,8 +82,7 @@ LiveUnits Submissions::units_of(const std::vector<SlurmTask>& tasks) const {
 
 void Submissions::keep(const std::vector<SlurmTask>& live) {
   std::erase_if(all_, [&](const Submission& one) {
-    return std::none_of(live.begin(), live.end(),
-                        [&](const SlurmTask& task) { return task.job == one.job; });
+    return std::ranges::find(live, one.job, &SlurmTask::job) == live.end();
   });
 }
 
@@ -129,16 +128,15 @@ class Engine {
     std::vector<SlurmTask> kept = live_;
     std::erase_if(kept, [&](const SlurmTask& task) {
       const std::string& part = submissions_.find(task.job)->part;
-      return task.waits() &&
-             std::find(later_parts.begin(), later_parts.end(), part) != later_parts.end();
+      return task.waits() && contains(later_parts, part);
     });
     std::vector<SlurmPart> parts =
         slurm_plan(experiment_, cache_, submissions_.units_of(kept), settings);
     std::vector<long> withdrawn;
     for (const SlurmTask& task : live_) {
-      const bool stays = std::any_of(kept.begin(), kept.end(),
-                                     [&](const SlurmTask& one) { return one.job == task.job; });
-      if (!stays) withdrawn.push_back(task.job);
+      if (std::ranges::find(kept, task.job, &SlurmTask::job) == kept.end()) {
+        withdrawn.push_back(task.job);
+      }
     }
     if (!options_.dry_run) {
       cancel(withdrawn);

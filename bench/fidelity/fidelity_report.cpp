@@ -1,10 +1,9 @@
-#include "bench/fidelity/fidelity_report.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "bench/fidelity/fidelity.h"
 #include "bench/plot/canvas.h"
 #include "bench/plot/panel.h"
 #include "bench/record/record_file.h"
@@ -12,6 +11,7 @@
 #include "bench/table/table.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -31,23 +31,13 @@ constexpr int notes_height = 100;
 
 constexpr LineStyle whisker_line{rgb(0x909090), 1};
 
-std::vector<std::string> datasets_of(const std::vector<FidelityRow>& rows) {
-  std::vector<std::string> names;
-  for (const FidelityRow& row : rows) {
-    if (std::find(names.begin(), names.end(), row.dataset) == names.end()) {
-      names.push_back(row.dataset);
-    }
-  }
-  return names;
-}
-
 bool automatic(const FidelityRow& row) { return row.model == "auto"; }
 
 class FidelityDrawing {
  public:
   explicit FidelityDrawing(const std::vector<FidelityRow>& rows)
       : rows_(rows),
-        names_(datasets_of(rows)),
+        names_(distinct(rows, &FidelityRow::dataset)),
         canvas_(left_margin + across() * (panel_width + gap) + 6,
                 top + down() * row_height + notes_height) {
     Span times;
@@ -204,15 +194,6 @@ class FidelityDrawing {
   Axis errors_;
 };
 
-}  // namespace
-
-void draw_fidelity_chart(const std::vector<FidelityRow>& rows, const std::string& title,
-                         const std::filesystem::path& stem) {
-  FidelityDrawing(rows).draw(title, stem);
-}
-
-namespace {
-
 std::string digits(double value, const char* format = "%.4g") {
   char text[32];
   std::snprintf(text, sizeof text, format, value);
@@ -222,40 +203,23 @@ std::string digits(double value, const char* format = "%.4g") {
 /// The table of fidelity.csv.
 TableSection data_of(const std::vector<FidelityRow>& rows) {
   TableSection section;
-  section.columns = {"dataset",
-                     "scenes",
-                     "model",
-                     "count",
-                     "time_us",
-                     "time_p5_us",
-                     "time_p95_us",
-                     "error_median",
-                     "error_p95",
-                     "error_max",
-                     "bound",
-                     "within_bound",
-                     "promised",
-                     "promised_and_kept",
-                     "estimate_over_error"};
+  section.columns = columns_named(
+      "dataset scenes model count time_us time_p5_us time_p95_us error_median error_p95 error_max "
+      "bound within_bound promised promised_and_kept estimate_over_error");
   for (const int size : fidelity_sizes) {
     section.columns.emplace_back("points_to_" + std::to_string(size));
   }
   section.columns.emplace_back("points_more");
   for (const FidelityRow& row : rows) {
     std::vector<Cell>& cells = section.rows.emplace_back();
-    cells = {row.dataset,
-             row.scenes,
-             row.model,
-             std::to_string(row.count),
-             digits(row.time_us),
-             digits(row.time_low),
-             digits(row.time_high),
-             digits(row.error_median),
-             digits(row.error_p95),
-             digits(row.error_max),
-             digits(row.bound, "%g"),
-             std::to_string(row.kept)};
-    if (row.model == "auto") {
+    cells = {row.dataset, row.scenes, row.model, std::to_string(row.count)};
+    for (const double value : {row.time_us, row.time_low, row.time_high, row.error_median,
+                               row.error_p95, row.error_max}) {
+      cells.emplace_back(digits(value));
+    }
+    cells.emplace_back(digits(row.bound, "%g"));
+    cells.emplace_back(std::to_string(row.kept));
+    if (automatic(row)) {
       cells.emplace_back(std::to_string(row.promised));
       cells.emplace_back(std::to_string(row.promised_kept));
       cells.emplace_back(digits(row.tightness, "%.3g"));
@@ -277,7 +241,7 @@ TableSection models_section(const std::vector<FidelityRow>& rows) {
     section.columns.emplace_back(title);
   }
   for (const FidelityRow& row : rows) {
-    const bool automatic = row.model == "auto";
+    const bool promises = automatic(row);
     Cell time = three_digits(row.time_us);
     time.interval = interval_text(three_digits(row.time_low), three_digits(row.time_high));
     section.rows.push_back(
@@ -285,8 +249,8 @@ TableSection models_section(const std::vector<FidelityRow>& rows) {
          three_digits(1e6 / row.time_us), three_digits(row.error_median),
          three_digits(row.error_p95), three_digits(row.error_max),
          fixed(100.0 * row.kept / row.count, 1) + " %",
-         automatic ? std::to_string(row.promised_kept) + " of " + std::to_string(row.promised) : "",
-         automatic ? three_digits(row.tightness) : ""});
+         promises ? std::to_string(row.promised_kept) + " of " + std::to_string(row.promised) : "",
+         promises ? three_digits(row.tightness) : ""});
   }
   return section;
 }
@@ -332,7 +296,7 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   write_file_atomically(folder / "provenance.json", json_text(origin, 2) + "\n");
   if (!rows.empty()) {
     draw_or_say(folder / "fidelity",
-                [&] { draw_fidelity_chart(rows, experiment.title, folder / "fidelity"); });
+                [&] { FidelityDrawing(rows).draw(experiment.title, folder / "fidelity"); });
   }
   std::printf("%s\nResults in %s\n", terminal_of(table).c_str(),
               printable_path(folder.string()).c_str());

@@ -6,6 +6,7 @@
 
 #include "bench/record/limit_file.h"
 #include "bench/report/row_remarks.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -148,13 +149,7 @@ void choose_by_margin(SpeedAccuracy& chart) {
 
 void choose_sizes(SpeedAccuracy& chart) {
   if (!chart.right_sizing) return;
-  std::vector<std::string> families;
-  for (const SpeedPoint& point : chart.points) {
-    if (std::find(families.begin(), families.end(), point.family) == families.end()) {
-      families.push_back(point.family);
-    }
-  }
-  for (const std::string& family : families) {
+  for (const std::string& family : distinct(chart.points, &SpeedPoint::family)) {
     std::vector<std::size_t> members;
     for (std::size_t i = 0; i < chart.points.size(); ++i) {
       const SpeedPoint& point = chart.points[i];
@@ -164,9 +159,7 @@ void choose_sizes(SpeedAccuracy& chart) {
     }
     if (members.size() < 2) continue;
     const auto error = [&](std::size_t i) { return *chart.points[i].validation_error; };
-    const std::size_t best =
-        *std::min_element(members.begin(), members.end(),
-                          [&](std::size_t a, std::size_t b) { return error(a) < error(b); });
+    const std::size_t best = std::ranges::min(members, {}, error);
     const double most = (1 + chart.right_sizing->margin) * error(best);
     const std::size_t chosen = *std::find_if(members.begin(), members.end(),
                                              [&](std::size_t i) { return error(i) <= most; });

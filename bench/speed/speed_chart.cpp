@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_charts.h"
 #include "bench/speed/speed_accuracy.h"
-#include "bench/speed/speed_figure.h"
 #include "bench/table/table.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -122,7 +123,7 @@ std::string frames_text(const SpeedAccuracy& chart, const BreakEven& one, std::s
   if (chart.points[point].label == one.reference) return dash;
   const auto measured = [](const SpeedPoint& one) { return one.latency && one.fit_s; };
   if (!measured(chart.points[point])) return dash;
-  if (std::none_of(chart.points.begin(), chart.points.end(), [&](const SpeedPoint& other) {
+  if (std::ranges::none_of(chart.points, [&](const SpeedPoint& other) {
         return other.label == one.reference && measured(other);
       })) {
     return dash;
@@ -148,12 +149,9 @@ TableSection configurations(const SpeedAccuracy& chart) {
   }
   section.columns.emplace_back("remarks", Align::left);
   std::vector<std::size_t> order(chart.points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const auto key = [&](std::size_t i) {
-      return chart.points[i].latency ? chart.points[i].latency->p50 : INFINITY;
-    };
-    return key(a) < key(b);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    return chart.points[i].latency ? chart.points[i].latency->p50 : INFINITY;
   });
   for (const std::size_t i : order) {
     const SpeedPoint& point = chart.points[i];
@@ -260,8 +258,7 @@ std::vector<std::string> read_references(const ChartRequest& request,
   }
   for (const auto& trials : request.experiment.rows()) {
     const SolverEntry& entry = trials.front();
-    if (std::find(labels.begin(), labels.end(), entry.label) == labels.end()) continue;
-    if (entry.break_even_reference) return {entry.label};
+    if (entry.break_even_reference && contains(labels, entry.label)) return {entry.label};
   }
   return {};
 }

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bench/plot/label_layout.h"
+#include "bench/plot/panel.h"
 #include "bench/report/chart.h"
 #include "bench/speed/speed_accuracy.h"
 #include "bench/table/table.h"
@@ -38,5 +44,62 @@ class SpeedChart : public Chart {
  private:
   SpeedQuestion question_;
 };
+
+/// The vertical axis. It reaches a little above the error of the image without contact, or three
+/// times the median if that is unknown; larger errors are drawn at the upper edge.
+Axis error_axis(const SpeedAccuracy& chart);
+
+/// One of the two panels of the chart, which share the scale of errors.
+struct SpeedPanel {
+  Box box;
+  Axis axis;    ///< horizontal: times or rates
+  Axis errors;  ///< vertical
+  std::string title;
+  std::vector<std::optional<double>> x;  ///< [points] µs or frames per second
+  bool SpeedPoint::*frontier;
+  bool batches;  ///< the horizontal axis shows frames per second, with better values on the right
+
+  bool shows(const SpeedAccuracy& chart, std::size_t point) const {
+    return x[point] && chart.points[point].error;
+  }
+  /// True if the error lies on the scale and not above it.
+  bool holds(double error) const { return error <= errors.high; }
+  double x_of(double value) const { return box.across(axis.share(value)); }               ///< px
+  double y_of(double error) const { return box.up(errors.share(errors.capped(error))); }  ///< px
+};
+
+SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box);
+SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box);
+
+/// The corners of the frontier, from the upper edge to the far side, in the panel's units.
+std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
+                                                 const SpeedPanel& panel);
+
+/// The points of one family in the order of the experiment, in the panel's units.
+struct FamilyLine {
+  std::size_t first = 0;  ///< index of its first point
+  std::vector<std::pair<double, double>> points;
+};
+std::vector<FamilyLine> family_lines(const SpeedAccuracy& chart, const SpeedPanel& panel);
+
+/// Segments of the lines in px, which labels should avoid.
+std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const SpeedPanel& panel);
+
+/// Boxes in px that labels must leave free: the marks, their whiskers and the staircase.
+std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel);
+
+/// The labels by descending priority: the frontier and the right sizes, each family that has no
+/// name yet, then points that failed or lie beyond the scale (one name for three or more of a
+/// family). `colour_of` gives the colour of a point's name.
+std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel,
+                                  const std::function<Colour(const SpeedPoint&)>& colour_of);
+
+/// Draws `stem`.svg and `stem`.png: on the left the median error against the time of one frame (p50
+/// with a whisker to p99, 95 % interval of the median), on the right against the frames per second
+/// in batches. A line joins each family, a staircase the configurations that no faster one beats. A
+/// configuration that failed or did not converge is hollow or, without numbers, named in a corner.
+/// Throws InputError if gnuplot is missing or a file cannot be written.
+void draw_speed_figure(const SpeedAccuracy& chart, const std::string& title,
+                       const std::filesystem::path& stem);
 
 }  // namespace ertbench

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "bench/fidelity/fidelity_stage.h"
+#include "bench/fidelity/fidelity.h"
 #include "tests/bench/small_experiment.h"
 #include "tests/under_sanitizers.h"
 

@@ -8,7 +8,6 @@
 #include "bench/plot/label_layout.h"
 #include "bench/plot/palette.h"
 #include "bench/speed/speed_chart.h"
-#include "bench/speed/speed_figure.h"
 #include "bench/table/table.h"
 #include "tests/bench/figure_testing.h"
 

@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/speed/benchmark_output.h"
 #include "bench/table/table.h"
 #include "core/errors.h"
 #include "tests/bench/program.h"
