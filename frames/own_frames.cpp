@@ -17,8 +17,6 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t looked_at = 1000;  ///< number of frames used by the check
 constexpr std::uint64_t block_frames = 1024;
 
-Frames mean_of(const Frames& frames) { return frames.colwise().mean(); }
-
 /// Mean of frames, read in blocks.
 Frames mean_of_rows(const FrameSource& source, const ChannelMap& map, std::uint64_t first,
                     std::uint64_t last) {
@@ -72,6 +70,8 @@ OwnFrames::OwnFrames(const OwnFramesOptions& options)
   }
   map_ = channel_map(sensor_, *source_, options_.channels, options_.unit);
   take_reference();
+  bounds_.emplace(sensor_);
+  if (references_.rows() > 1) reference_verdicts_ = bounds_->judge_references(references_);
 }
 
 void OwnFrames::take_reference() {
@@ -124,7 +124,7 @@ Frames OwnFrames::background_rows() {
   return mean_of_rows(*other, map, 0, other->frames() - 1);
 }
 
-Eigen::RowVectorXd OwnFrames::reference() const { return mean_of(references_); }
+Eigen::RowVectorXd OwnFrames::reference() const { return median_of_rows(references_); }
 
 Frames OwnFrames::voltages(std::uint64_t first, std::uint64_t count) const {
   return map_.apply(source_->read(first, count));
@@ -141,13 +141,26 @@ Frames OwnFrames::changes(std::uint64_t first, std::uint64_t count) const {
   return frames;
 }
 
+FrameVerdict OwnFrames::judge(std::uint64_t frame,
+                              const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                              ElectrodeSet dead) const {
+  const bool own = references_.rows() > 1;
+  const auto row = own ? static_cast<Eigen::Index>(frame) : 0;
+  FrameVerdict verdict = bounds_->judge(change, references_.row(row), dead);
+  if (own && reference_verdicts_[frame].faults != 0) verdict.faults |= wrong_reference;
+  return verdict;
+}
+
 ReferenceVerdict OwnFrames::check() const {
   const std::uint64_t count = std::min(looked_at, frames());
   Frames some(static_cast<Eigen::Index>(count), sensor_.channels());
+  Eigen::Index possible = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
-    some.row(static_cast<Eigen::Index>(i)) = changes(i * frames() / count, 1);
+    const std::uint64_t frame = i * frames() / count;
+    some.row(possible) = changes(frame, 1);
+    if (judge(frame, some.row(possible)).faults == 0) ++possible;
   }
-  return check_reference(sensor_, reference().transpose(), some);
+  return check_reference(sensor_, reference().transpose(), some.topRows(possible));
 }
 
 void OwnFrames::mend(const ReferenceVerdict& verdict) {

@@ -8,6 +8,7 @@
 #include "forward/sheet/sensor.h"
 #include "frames/calibration.h"
 #include "frames/channels.h"
+#include "frames/frame_bounds.h"
 #include "frames/frame_source.h"
 #include "frames/reference_check.h"
 
@@ -42,14 +43,18 @@ class OwnFrames {
   std::uint64_t frames() const { return source_->frames(); }
   const FrameSource& source() const { return *source_; }
   const ChannelMap& map() const { return map_; }
-  /// The reference voltages [channels] V; their mean if each frame has its own.
+  /// The reference voltages [channels] V; their median if each frame has its own.
   Eigen::RowVectorXd reference() const;
 
   Frames voltages(std::uint64_t first, std::uint64_t count) const;  ///< [count, channels] V
   Frames changes(std::uint64_t first, std::uint64_t count) const;   ///< from the reference, V
 
+  /// Judges a frame by its change, and its reference if each frame has its own (FrameBounds).
+  FrameVerdict judge(std::uint64_t frame, const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                     ElectrodeSet dead = 0) const;
+
   /// Compares the reference with the model of the sensor, using up to a thousand frames spread over
-  /// the file.
+  /// the file, without those that `judge` flags.
   ReferenceVerdict check() const;
   /// Applies the verdict's mapping to reference and frames from now on.
   void mend(const ReferenceVerdict& verdict);
@@ -70,6 +75,8 @@ class OwnFrames {
   Sensor sensor_;
   ChannelMap map_;
   Frames references_;  ///< [1, channels] or [frames, channels] V
+  std::optional<FrameBounds> bounds_;
+  std::vector<FrameVerdict> reference_verdicts_;  ///< [frames] if each has its own reference
   std::string reference_text_;
   bool mended_ = false;
 };

@@ -90,10 +90,21 @@ void count_report(const FrameReport& report, ReconstructSummary& summary) {
   summary.not_converged += report.status == FrameStatus::not_converged;
   summary.undefined += report.status == FrameStatus::undefined;
   summary.suspect += report.status == FrameStatus::suspect;
-  summary.dead_electrode += (report.reasons & dead_electrode) != 0;
-  summary.noise += (report.reasons & noise) != 0;
-  summary.out_of_range += (report.reasons & out_of_range) != 0;
-  summary.unexplained += (report.reasons & unexplained) != 0;
+  for (std::size_t bit = 0; bit < summary.with_reason.size(); ++bit) {
+    summary.with_reason[bit] += report.reasons >> bit & 1;
+  }
+}
+
+constexpr std::size_t most_said = 8;  ///< frames that a summary describes
+
+/// Judges a frame by its voltages alone and enters the verdict into its report and the summary.
+void judge(const OwnFrames& frames, std::uint64_t frame,
+           const Eigen::Ref<const Eigen::RowVectorXd>& change, FrameReport& report,
+           ReconstructSummary& summary) {
+  const FrameVerdict verdict = frames.judge(frame, change, report.dead);
+  ertbench::report(verdict, report);
+  if (verdict.faults == 0 || summary.faults.size() >= most_said) return;
+  summary.faults.push_back("frame " + std::to_string(frame) + ": " + verdict.text());
 }
 
 /// Checks the reference, mends the frames if asked, and returns the text; throws if they do not
@@ -131,7 +142,8 @@ void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
   out.write_text("/reason", "description",
                  "sum of 1 a dead electrode, 2 noise above what the solver was fitted for, 4 "
                  "voltages out of the range that it was fitted for, 8 explained by no contacts "
-                 "of the solver's model; 0 none");
+                 "of the solver's model, 16 voltages of the opposite sign, 32 a level and 64 a "
+                 "change that this sheet cannot have, 128 a reference unlike the others'; 0 none");
   if (solver.contact_finder()) {
     out.create_dataset("/contacts", {frames.frames(), most_written, contact_columns});
     out.write_text("/contacts", "description",
@@ -216,6 +228,7 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       RowMajorMatrix reason(changes.rows(), 1);
       for (Eigen::Index i = 0; i < changes.rows(); ++i) {
         FrameReport& report = reports[static_cast<std::size_t>(i)];
+        judge(frames, first + static_cast<std::uint64_t>(i), changes.row(i), report, summary);
         if (!images.row(i).allFinite()) report.status = FrameStatus::undefined;
         if (report.status == FrameStatus::undefined) images.row(i).setConstant(std::nan(""));
         count_report(report, summary);
@@ -239,13 +252,13 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
 }
 
 json to_json(const ReconstructSummary& s) {
-  return {s.frames, s.not_converged, s.undefined,   s.suspect, s.dead_electrode,
-          s.noise,  s.out_of_range,  s.unexplained, s.checked, s.reference};
+  return {s.frames,      s.not_converged, s.undefined, s.suspect,
+          s.with_reason, s.faults,        s.checked,   s.reference};
 }
 
 ReconstructSummary summary_from_json(const json& value) {
-  return {value.at(0), value.at(1), value.at(2), value.at(3), value.at(4),
-          value.at(5), value.at(6), value.at(7), value.at(8), value.at(9)};
+  return {value.at(0), value.at(1), value.at(2), value.at(3),
+          value.at(4), value.at(5), value.at(6), value.at(7)};
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -38,14 +39,12 @@ struct ReconstructSummary {
   std::uint64_t not_converged = 0;
   std::uint64_t undefined = 0;
   std::uint64_t suspect = 0;
-  /// Frames with each FrameReason; flagged frames and those with masked electrodes have one or
-  /// more.
-  std::uint64_t dead_electrode = 0;
-  std::uint64_t noise = 0;
-  std::uint64_t out_of_range = 0;
-  std::uint64_t unexplained = 0;
-  bool checked = true;    ///< noise and range were checked, see FrameCheck::has_limits
-  std::string reference;  ///< text of the check of the reference voltages
+  /// Frames with each bit of their reasons (FrameReason, FrameFault); flagged frames and those with
+  /// masked electrodes have one or more.
+  std::array<std::uint64_t, 8> with_reason{};
+  std::vector<std::string> faults;  ///< first frames with a FrameFault: "frame 3: its level ..."
+  bool checked = true;              ///< noise and range were checked, see FrameCheck::has_limits
+  std::string reference;            ///< text of the check of the reference voltages
 };
 
 /// Reconstructs a file of frames (OwnFrames). `output`: `/conductivity_change` [N, rows, columns]

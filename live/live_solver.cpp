@@ -95,6 +95,7 @@ LiveSolver::LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solve
                        const ContactRule& rule)
     : sensor_(sensor),
       solver_(std::move(solver)),
+      bounds_(sensor),
       rule_(rule),
       reader_(sensor),
       regions_(std::make_unique<TouchRegions>(sensor)),
@@ -158,6 +159,7 @@ const LiveAnswer& LiveSolver::answer(const Eigen::Ref<const Eigen::RowVectorXd>&
   const SteadyClock::time_point start = SteadyClock::now();
   change_ = voltages - reference_;
   image();
+  report(bounds_.judge(change_.row(0), reference_, answer_.report.dead), answer_.report);
   answer_.solver_s = seconds_since(start);
   answer_.tracks = tracker_.update(time_s, timed_contacts(found_[0], *sensor_.sheet));
   answer_.force_N = forces_ ? forces_->force_N(answer_.reading) : std::nullopt;

@@ -10,6 +10,7 @@
 #include "bench/studies/alarm_thresholds.h"
 #include "bench/studies/sensitivity.h"
 #include "forward/sheet/sensor.h"
+#include "frames/frame_bounds.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -108,6 +109,7 @@ class LiveSolver {
   Sensor sensor_;
   std::shared_ptr<const Solver> solver_;
   std::unique_ptr<FrameStream> stream_;
+  FrameBounds bounds_;
   ContactRule rule_;
   ContactReader reader_;
   std::unique_ptr<TouchRegions> regions_;

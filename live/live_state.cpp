@@ -186,10 +186,11 @@ const char* name_of(FrameStatus status) {
 }
 
 json reasons_json(std::uint8_t reasons) {
-  constexpr std::pair<FrameReason, const char*> names[] = {{dead_electrode, "dead electrode"},
-                                                           {noise, "noise"},
-                                                           {out_of_range, "out of range"},
-                                                           {unexplained, "unexplained"}};
+  constexpr std::pair<int, const char*> names[] = {
+      {dead_electrode, "dead electrode"}, {noise, "noise"},
+      {out_of_range, "out of range"},     {unexplained, "unexplained"},
+      {turned_sign, "opposite sign"},     {wrong_level, "impossible level"},
+      {wrong_reference, "reference"},     {impossible_change, "impossible change"}};
   json out = json::array();
   for (const auto& [reason, name] : names) {
     if ((reasons & reason) != 0) out.push_back(name);

@@ -104,15 +104,19 @@ void print_summary(const ReconstructArguments& arguments, const ReconstructSumma
               static_cast<unsigned long long>(summary.not_converged),
               static_cast<unsigned long long>(summary.undefined),
               static_cast<unsigned long long>(summary.suspect));
-  const std::pair<const char*, std::uint64_t> reasons[] = {
-      {"a dead electrode", summary.dead_electrode},
-      {"more noise than the solver was fitted for", summary.noise},
-      {"voltages out of the range that it was fitted for", summary.out_of_range},
-      {"voltages that no contacts of the solver's model explain", summary.unexplained}};
-  for (const auto& [reason, frames] : reasons) {
-    if (frames > 0)
-      std::printf("  %llu with %s\n", static_cast<unsigned long long>(frames), reason);
+  constexpr const char* reasons[] = {"a dead electrode",
+                                     "more noise than the solver was fitted for",
+                                     "voltages out of the range that it was fitted for",
+                                     "voltages that no contacts of the solver's model explain",
+                                     "voltages of the opposite sign of the reference's",
+                                     "a level that no contacts on this sheet cause",
+                                     "a change that no contacts on this sheet cause",
+                                     "a reference unlike those of the other frames"};
+  for (std::size_t bit = 0; bit < std::size(reasons); ++bit) {
+    const auto frames = static_cast<unsigned long long>(summary.with_reason[bit]);
+    if (frames > 0) std::printf("  %llu with %s\n", frames, reasons[bit]);
   }
+  for (const std::string& fault : summary.faults) std::printf("  %s\n", fault.c_str());
   if (!summary.checked) {
     std::printf(
         "  frames were checked for electrodes that read zero alone: the limits of noise and range\n"

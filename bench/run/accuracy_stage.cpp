@@ -18,6 +18,7 @@
 #include "bench/score/metric_formulas.h"
 #include "bench/score/metrics.h"
 #include "forward/data/dataset_file.h"
+#include "frames/frame_bounds.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -177,13 +178,15 @@ class Scoring {
 ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
                        const ScoreRequest& request) {
   Scoring scoring(sensor, request, set.truth());
+  std::optional<FrameBounds> bounds;
+  if (request.judge_frames) bounds.emplace(sensor);
+  const Eigen::RowVectorXd reference = set.reference_voltages().transpose();
   std::optional<ExplainedChange> explained;
   if (request.keep_explained) explained.emplace(sensor, set.reference_voltages());
   Reconstruction reconstruction(sensor, solver, request.rule);
   for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
     const std::uint64_t count = std::min(scored_frames, set.size() - first);
-    const Frames changes =
-        set.voltages(first, count).rowwise() - set.reference_voltages().transpose();
+    const Frames changes = set.voltages(first, count).rowwise() - reference;
     const Images truths = set.conductivity(first, count);
     const std::vector<Scene> scenes = set.scenes(first, count);
     Answers answers(count, sensor.pixels());
@@ -191,8 +194,10 @@ ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Senso
     for (std::size_t i = 0; i < count; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const auto image = answers.images.row(row);
-      const bool explains = explained && is_usable(answers.reports[i], image);
-      scoring.add(truths.row(row), image, scenes[i], answers.reports[i], answers.contacts[i],
+      FrameReport& said = answers.reports[i];
+      if (bounds) report(bounds->judge(changes.row(row), reference, said.dead), said);
+      const bool explains = explained && is_usable(said, image);
+      scoring.add(truths.row(row), image, scenes[i], said, answers.contacts[i],
                   explains ? explained->of(changes.row(row), image) : std::nullopt);
     }
   }
@@ -311,6 +316,7 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
   for (const DatasetSpec* spec : sets) {
     const bool first = spec == sets.front();
     if (!first) request.figure_scenes.clear();
+    request.judge_frames = spec->measured() != nullptr;
     ScoredFrames scored =
         score_set(*fitted.solver, context.cache.open_dataset(*spec), experiment.sensor, request);
     ResultRow& row = scored.row;

@@ -27,6 +27,7 @@ struct ScoreRequest {
   ContactDistances distances;
   bool keep_contacts = false;   ///< what was read out of each image is kept (FrameReading)
   bool keep_explained = false;  ///< and what it explains of the change (ExplainedChange)
+  bool judge_frames = false;    ///< frames that this sheet cannot give are flagged (FrameBounds)
 };
 
 /// Reconstructs the set and scores every frame. Frames that move are asked for as a stream, a new

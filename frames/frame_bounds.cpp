@@ -1,0 +1,152 @@
+#include "frames/frame_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/statistics.h"
+#include "core/text.h"
+#include "forward/border/border_model.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int places_across = 9;
+constexpr double insulating_radii[] = {0.2, 0.4, 0.6};  ///< of the sheet's inner radius
+constexpr double conducting_radii[] = {0.2, 0.4, 0.6, 0.8};
+constexpr double insulator = 1e-4;  ///< conductivity ratios
+constexpr double conductor = 1e3;
+constexpr double bound_resolution = 0.7;
+constexpr double margin = 1.5;            ///< of the bounds over the discs' extremes
+constexpr double surely_possible = 0.25;  ///< a relative change that needs no closer look
+constexpr double least_counted = 0.25;    ///< share of the channels without dead electrodes
+
+/// The value that half of the weight does not exceed; `values` are pairs of value and weight.
+double weighted_median(std::vector<std::pair<double, double>>& values) {
+  std::sort(values.begin(), values.end());
+  double total = 0;
+  for (const auto& [value, weight] : values) total += weight;
+  double sum = 0;
+  for (const auto& [value, weight] : values) {
+    sum += weight;
+    if (sum >= total / 2) return value;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string FrameVerdict::text() const {
+  std::string out;
+  const auto add = [&](const std::string& part) { out += (out.empty() ? "" : "; ") + part; };
+  if ((faults & wrong_reference) != 0) add("its own reference is unlike those of other frames");
+  if ((faults & turned_sign) != 0) add("its voltages have the opposite sign of the reference's");
+  if ((faults & wrong_level) != 0) {
+    const double size = std::abs(level);
+    const bool thousands = std::abs(std::abs(std::log10(size)) - 3) < 0.5;
+    add("its level is " + number_text(level) + " times the reference's" +
+        (thousands ? size > 1 ? " (millivolts for volts?)" : " (volts for millivolts?)" : ""));
+  }
+  if ((faults & impossible_change) != 0) {
+    add("its change is " + number_text(change) +
+        " times the reference, more than any contact on this sheet causes");
+  }
+  return out;
+}
+
+FrameBounds::FrameBounds(const Sensor& sensor) {
+  const auto drives = drive_pairs(sensor);
+  const auto measured = measurement_pairs(sensor);
+  for (const Channel& channel : channels_of(sensor)) {
+    ElectrodeSet used = 0;
+    for (const auto& [a, b] : {drives[static_cast<std::size_t>(channel.drive)],
+                               measured[static_cast<std::size_t>(channel.measurement)]}) {
+      used |= ElectrodeSet{1} << a | ElectrodeSet{1} << b;
+    }
+    electrodes_.push_back(used);
+  }
+  const BorderModel model(sensor);
+  const Eigen::RowVectorXd reference = model.reference_voltages().transpose();
+  const double inner = sensor.sheet->inner_radius();
+  const auto take = [&](const Eigen::Vector2d& centre, double radius, double ratio) {
+    if (sensor.sheet->depth(centre) < 1.02 * radius) return;
+    Contact disc;
+    disc.centre = centre;
+    disc.half_size.setConstant(radius);
+    disc.conductivity_ratio = ratio;
+    const Eigen::RowVectorXd change = model.solve_at({{disc}}, bound_resolution).change.transpose();
+    const FrameVerdict verdict = judge(change, reference);
+    least_level_ = std::min(least_level_, verdict.level);
+    most_level_ = std::max(most_level_, verdict.level);
+    most_change_ = std::max(most_change_, verdict.change);
+  };
+  const PixelGrid places(sensor.sheet->bounds(), places_across, places_across);
+  for (int p = 0; p < places.count(); ++p) {
+    for (const double r : insulating_radii) take(places.centre(p), r * inner, insulator);
+    for (const double r : conducting_radii) take(places.centre(p), r * inner, conductor);
+  }
+  least_level_ = std::max(0.0, least_level_) / margin;
+  most_level_ *= margin;
+  most_change_ *= margin;
+}
+
+FrameVerdict FrameBounds::judge(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                                const Eigen::Ref<const Eigen::RowVectorXd>& reference,
+                                ElectrodeSet dead) const {
+  FrameVerdict verdict;
+  if (!change.allFinite()) return verdict;  // undefined anyway
+  const double size = reference.norm();
+  verdict.change = size > 0 ? change.norm() / size : 0;
+  if (verdict.change < surely_possible && size > 0) {
+    verdict.level = 1 + change.dot(reference) / (size * size);
+    return verdict;
+  }
+  const auto channels = static_cast<std::size_t>(change.size());
+  const auto live = [&](std::size_t c) { return (electrodes_[c] & dead) == 0; };
+  std::size_t counted = 0;
+  for (std::size_t c = 0; c < channels; ++c) counted += live(c);
+  const bool all = static_cast<double>(counted) < least_counted * static_cast<double>(channels);
+  std::vector<std::pair<double, double>> ratios;
+  double squares = 0;
+  double changes = 0;
+  for (std::size_t c = 0; c < channels; ++c) {
+    const auto i = static_cast<Eigen::Index>(c);
+    if (!all && !live(c)) continue;
+    changes += change[i] * change[i];
+    squares += reference[i] * reference[i];
+    if (reference[i] == 0) continue;
+    ratios.emplace_back(1 + change[i] / reference[i], std::abs(reference[i]));
+  }
+  verdict.level = weighted_median(ratios);
+  verdict.change = squares > 0 ? std::sqrt(changes / squares) : 0;
+  if (squares == 0) verdict.faults = wrong_reference;
+  if (verdict.level < 0) verdict.faults |= turned_sign;
+  const double level = std::abs(verdict.level);
+  if (squares > 0 && (level < least_level_ || level > most_level_)) verdict.faults |= wrong_level;
+  if (verdict.faults == 0 && verdict.change > most_change_) verdict.faults = impossible_change;
+  return verdict;
+}
+
+Eigen::RowVectorXd median_of_rows(const Frames& frames) {
+  Eigen::RowVectorXd out(frames.cols());
+  for (Eigen::Index c = 0; c < frames.cols(); ++c) {
+    const Eigen::VectorXd column = frames.col(c);
+    out[c] = median(std::vector<double>(column.begin(), column.end()));
+  }
+  return out;
+}
+
+std::vector<FrameVerdict> FrameBounds::judge_references(const Frames& references) const {
+  const Eigen::RowVectorXd usual = median_of_rows(references);
+  std::vector<FrameVerdict> out;
+  for (const auto& row : references.rowwise()) out.push_back(judge(row - usual, usual));
+  return out;
+}
+
+void report(const FrameVerdict& verdict, FrameReport& report) {
+  report.reasons |= verdict.faults;
+  if (verdict.faults != 0 && report.status != FrameStatus::undefined) {
+    report.status = FrameStatus::suspect;
+  }
+}
+
+}  // namespace ertbench
