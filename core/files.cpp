@@ -97,8 +97,9 @@ void write_file_atomically(const fs::path& path, std::string_view bytes) {
 void require_output(const fs::path& output, const std::vector<fs::path>& inputs,
                     const OutputKind& kind) {
   std::error_code error;
+  const fs::path place = fs::weakly_canonical(output, error);  // of an output that is not there yet
   for (const fs::path& input : inputs) {
-    if (fs::equivalent(input, output, error)) {
+    if (fs::equivalent(input, output, error) || fs::weakly_canonical(input, error) == place) {
       throw InputError(output.string() + ": is the input " + input.string() +
                        "; name another output");
     }

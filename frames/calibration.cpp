@@ -10,15 +10,20 @@
 #include "core/json.h"
 #include "core/random.h"
 #include "core/statistics.h"
+#include "core/text.h"
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
+#include "frames/frame_bounds.h"
 #include "frames/reference_check.h"
 
 namespace ertbench {
 namespace {
 
 constexpr Eigen::Index least_frames = 10;
+constexpr double far_from_others = 5;  ///< relative to the middle frame's distance
+constexpr std::size_t most_listed = 8;
+constexpr double much_drift = 0.05;
 constexpr double floating_noise = 10;  ///< a floating channel's noise over the median channel's
 
 double decibels(double signal, double noise) {
@@ -62,7 +67,7 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
   Calibration out;
   out.sensor = sensor;
   out.frames = static_cast<int>(count);
-  const Eigen::RowVectorXd mean = frames.colwise().mean();
+  const Eigen::RowVectorXd mean = median_of_rows(frames);
   out.reference = mean.transpose();
   const Frames rest = frames.rowwise() - mean;
   const auto freedom = static_cast<double>(count - 1);
@@ -95,6 +100,55 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
   std::sort(zero.begin(), zero.end());
   zero.erase(std::unique(zero.begin(), zero.end()), zero.end());
   out.dead_electrodes = std::move(zero);
+  return out;
+}
+
+QuietCheck check_quiet(const Sensor& sensor, const Frames& frames) {
+  QuietCheck out;
+  const Eigen::RowVectorXd usual = median_of_rows(frames);
+  const FrameBounds bounds(sensor);
+  std::vector<double> far;
+  Eigen::Index repeated = 0;
+  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+    far.push_back((frames.row(f) - usual).norm());
+    repeated += f > 0 && frames.row(f) == frames.row(f - 1);
+  }
+  const double limit = far_from_others * median(far);
+  std::string list;
+  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+    const FrameVerdict verdict = bounds.judge(frames.row(f) - usual, usual);
+    if (verdict.faults == 0 && far[static_cast<std::size_t>(f)] <= limit) continue;
+    out.unlike.push_back(f);
+    if (out.unlike.size() > most_listed) continue;
+    list += (list.empty() ? "" : ", ") + std::to_string(f) +
+            (verdict.faults != 0 ? " (" + verdict.text() + ")" : "");
+  }
+  if (2 * repeated >= frames.rows()) {
+    out.unlike.clear();
+    out.refused =
+        "half of the frames or more repeat the one before, so that they know no noise; "
+        "record them anew";
+  } else if (!out.unlike.empty()) {
+    out.refused = "frames are unlike the others, touched or of another unit: " + list +
+                  (out.unlike.size() > most_listed ? ", ..." : "") + " of " +
+                  std::to_string(frames.rows()) + ", counted from 0 in what is read";
+  }
+  return out;
+}
+
+std::vector<std::string> warnings_of(const Calibration& calibration) {
+  std::vector<std::string> out;
+  if (std::abs(calibration.drift_level) > much_drift || calibration.drift > much_drift) {
+    out.push_back("the voltages drift by " + fixed(100 * calibration.drift, 1) +
+                  " % from the first frame to the last; record once they are steady");
+  }
+  std::vector<int> constant;
+  for (Eigen::Index c = 0; c < calibration.noise.size(); ++c) {
+    if (calibration.noise[c] == 0) constant.push_back(static_cast<int>(c));
+  }
+  if (!constant.empty()) {
+    out.push_back(text_of_channels(calibration.sensor, constant) + ": dead, no frame changes it");
+  }
   return out;
 }
 

@@ -18,8 +18,8 @@ struct Calibration {
 
   Sensor sensor;              ///< as given
   int frames = 0;             ///< number of frames used
-  Eigen::VectorXd reference;  ///< [channels] V, mean of the frames
-  /// [channels] V, standard deviation about the mean. It includes slow changes, as changes from a
+  Eigen::VectorXd reference;  ///< [channels] V, median of the frames
+  /// [channels] V, standard deviation about the median. It includes slow changes, as changes from a
   /// reference taken once do.
   Eigen::VectorXd noise;
   /// [channels] V, white part of the noise: rms of successive differences over the root of two.
@@ -47,6 +47,19 @@ struct Calibration {
 /// `frames` [N, channels] V, 10 at least, in the sensor's order. Throws std::invalid_argument for
 /// fewer.
 Calibration calibrate(const Sensor& sensor, const Frames& frames);
+
+/// What is wrong with frames [N, channels] V that should be without contact.
+struct QuietCheck {
+  std::vector<Eigen::Index> unlike;  ///< frames that FrameBounds flags, or far from the median
+  std::string refused;  ///< why nothing can be calibrated on them as they are; empty if it can
+};
+
+/// Compares frames with their median. A frame is unlike the others if it is flagged (FrameBounds)
+/// or five times as far from the median as the middle frame. Frames of which half repeat the one
+/// before know no noise.
+QuietCheck check_quiet(const Sensor& sensor, const Frames& frames);
+/// What the user should know of a calibration: drift, channels that never change.
+std::vector<std::string> warnings_of(const Calibration& calibration);
 
 nlohmann::json to_json(const Calibration& calibration);
 /// Throws InputError with the place in `file`.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <stdexcept>
 
 #include "core/errors.h"
@@ -60,6 +59,20 @@ std::string names_of_orders() {
     text += (text.empty() ? "" : ", ") + std::string(order.name);
   return text;
 }
+
+/// Stands for the frames of a stream, which has as many columns as an order needs.
+class StreamColumns final : public FrameSource {
+ public:
+  explicit StreamColumns(Eigen::Index columns) : columns_(columns) {}
+  std::string format() const override { return "CSV"; }
+  std::uint64_t frames() const override { return 1; }
+  Eigen::Index columns() const override { return columns_; }
+  RowMajorMatrix read(std::uint64_t, std::uint64_t) const override { return {}; }
+  std::vector<std::filesystem::path> files() const override { return {"--input"}; }
+
+ private:
+  Eigen::Index columns_;
+};
 
 std::string source_name(const FrameSource& source) { return source.files().front().string(); }
 
@@ -264,136 +277,54 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name) 
   return places;
 }
 
-ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
-                       const std::string& unit) {
-  const double factor = factor_of(unit);
-  ChannelMap map = map_in_volts(sensor, source, order);
-  for (ChannelMap::Entry& entry : map.entries) entry.factor *= factor;
-  return map;
-}
-
 namespace {
 
-/// Index of a pair in a list, and -1 if it is reversed there.
-struct PairPlace {
-  int index;
-  double sign;
-};
-
-std::optional<PairPlace> find_pair(const std::vector<ElectrodePair>& pairs,
-                                   const ElectrodePair& pair) {
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (pairs[p] == pair) return PairPlace{static_cast<int>(p), 1};
-  }
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (pairs[p] == ElectrodePair{pair.second, pair.first})
-      return PairPlace{static_cast<int>(p), -1};
-  }
-  return std::nullopt;
-}
-
-/// The instrument's number of an electrode of the sensor.
-int instruments_number(int electrode, int shift, bool mirrored, int count) {
-  return ((mirrored ? shift - electrode : electrode - shift) + count) % count;
-}
-
-/// The reading for an instrument that numbers its electrodes differently but uses the pairs of the
-/// sensor. `places` as from places_in_order. Nothing if the pairs do not allow it.
-std::optional<ChannelReading> relabelled(const Sensor& sensor, int shift, bool mirrored,
-                                         const std::vector<int>& places) {
-  const auto drives = drive_pairs(sensor);
-  const auto measured = measurement_pairs(sensor);
-  const std::vector<Channel> channels = channels_of(sensor);
-  std::vector<int> index(drives.size() * measured.size(), -1);
-  const auto at = [&](int drive, int measurement) -> int& {
-    return index[static_cast<std::size_t>(drive) * measured.size() +
-                 static_cast<std::size_t>(measurement)];
+/// Refuses frames that are arrays of two dimensions of which the first is not the order's.
+void require_shape(const Sensor& sensor, const FrameSource& source, const ChannelMap& map) {
+  const std::vector<std::uint64_t> shape = source.frame_shape();
+  const auto is_order = [&](const NamedOrder& order) { return order.name == map.order; };
+  if (shape.empty() || std::none_of(std::begin(orders), std::end(orders), is_order)) return;
+  const bool by_measurement = map.order.find("measure-major") != std::string::npos;
+  const std::size_t first =
+      by_measurement ? measurement_pairs(sensor).size() : drive_pairs(sensor).size();
+  if (shape[0] == first) return;
+  const auto text = [](std::uint64_t a, std::uint64_t b) {
+    return "[N, " + std::to_string(a) + ", " + std::to_string(b) + "]";
   };
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    at(channels[c].drive, channels[c].measurement) = static_cast<int>(c);
-  }
-  const auto named = [&](const ElectrodePair& pair) {
-    const int count = sensor.electrode_count;
-    return ElectrodePair{instruments_number(pair.first, shift, mirrored, count),
-                         instruments_number(pair.second, shift, mirrored, count)};
-  };
-  ChannelReading reading;
-  reading.shift = shift;
-  reading.mirrored = mirrored;
-  reading.sign.resize(static_cast<Eigen::Index>(channels.size()));
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const auto drive =
-        find_pair(drives, named(drives[static_cast<std::size_t>(channels[c].drive)]));
-    const auto measurement =
-        find_pair(measured, named(measured[static_cast<std::size_t>(channels[c].measurement)]));
-    if (!drive || !measurement) return std::nullopt;
-    const int channel = at(drive->index, measurement->index);
-    if (channel < 0) return std::nullopt;
-    reading.from.push_back(places[static_cast<std::size_t>(channel)]);
-    reading.sign[static_cast<Eigen::Index>(c)] = drive->sign * measurement->sign;
-  }
-  return reading;
+  throw InputError(source_name(source) + ": has shape " + text(shape[0], shape[1]) +
+                   ", frames in the order " + map.order + " have " +
+                   text(first, static_cast<std::uint64_t>(map.columns) / first) +
+                   (shape[1] == first
+                        ? ": drives and measurements are exchanged; turn the last two dimensions "
+                          "(numpy: voltages.transpose(0, 2, 1))"
+                        : ": these are no drives and measurements of this sensor; save them so, or "
+                          "as [N, " +
+                              std::to_string(map.columns) + "]"));
 }
 
 }  // namespace
 
-std::string ChannelReading::text() const {
-  std::string out;
-  const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
-  if (!order.empty()) {
-    add(order == "measure-major" ? "drive and measurement are exchanged (order measure-major)"
-                                 : "the channels stand in the order " + order);
-  }
-  if (mirrored) {
-    add("the instrument counts its electrodes the other way round, from the sensor's electrode " +
-        std::to_string(shift));
-  } else if (shift != 0) {
-    add("the instrument's electrodes are shifted: its electrode 0 is the sensor's electrode " +
-        std::to_string(shift));
-  }
-  if (rectified) add("the voltages are amplitudes that have lost their signs");
-  return out;
+ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
+                       const std::string& unit) {
+  const double factor = factor_of(unit);
+  ChannelMap map = map_in_volts(sensor, source, order);
+  require_shape(sensor, source, map);
+  for (ChannelMap::Entry& entry : map.entries) entry.factor *= factor;
+  return map;
 }
 
-Eigen::VectorXd ChannelReading::apply(const Eigen::VectorXd& values) const {
-  return values(from).cwiseProduct(sign);
-}
-
-Frames ChannelReading::apply(const Frames& frames) const {
-  Frames out = frames(Eigen::all, from);
-  out.array().rowwise() *= sign.transpose().array();
-  return out;
-}
-
-std::vector<ChannelReading> channel_readings(const Sensor& sensor) {
-  std::vector<ChannelReading> readings;
-  for (const char* order : {"drive-major", "measure-major", "rotating", "rotating-back"}) {
-    const std::vector<int> places = places_in_order(sensor, order);
-    if (readings.empty() || places != places_in_order(sensor, "drive-major")) {
-      for (const bool mirrored : {false, true}) {
-        for (int shift = 0; shift < sensor.electrode_count; ++shift) {
-          auto reading = relabelled(sensor, shift, mirrored, places);
-          if (!reading) continue;
-          if (order != std::string("drive-major")) reading->order = order;
-          readings.push_back(std::move(*reading));
-        }
-      }
-    }
+ChannelMap channel_map(const Sensor& sensor, const std::string& order, const std::string& unit) {
+  Eigen::Index columns = sensor.channels();
+  const auto drives = static_cast<Eigen::Index>(drive_pairs(sensor).size());
+  std::error_code error;
+  if (order.starts_with("full")) {
+    columns = drives * static_cast<Eigen::Index>(measurement_pairs(sensor).size());
+  } else if (order == "potentials") {
+    columns = drives * sensor.electrode_count;
+  } else if (std::filesystem::is_regular_file(order, error)) {
+    columns = numbers_of_text(text_of_file(order), order).rows();
   }
-  // If an order was declared wrongly, its inverse undoes it.
-  for (const char* order : {"rotating", "rotating-back"}) {
-    const std::vector<int> places = places_in_order(sensor, order);
-    std::vector<int> inverse(places.size());
-    for (std::size_t c = 0; c < places.size(); ++c) {
-      inverse[static_cast<std::size_t>(places[c])] = static_cast<int>(c);
-    }
-    if (inverse == places) continue;
-    auto reading = relabelled(sensor, 0, false, inverse);
-    if (!reading) continue;
-    reading->order = std::string("drive-major (and not \"") + order + "\", if that was declared)";
-    readings.push_back(std::move(*reading));
-  }
-  return readings;
+  return channel_map(sensor, StreamColumns(columns), order.empty() ? "drive-major" : order, unit);
 }
 
 }  // namespace ertbench

@@ -59,6 +59,10 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name);
 ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
                        const std::string& unit);
 
+/// The same for frames of a stream, whose number of columns is that of the order; without an order
+/// it is the sensor's own.
+ChannelMap channel_map(const Sensor& sensor, const std::string& order, const std::string& unit);
+
 /// One interpretation of a frame's values as channels of the sensor.
 struct ChannelReading {
   std::vector<int> from;   ///< [channels]: channel c is sign[c] times value from[c]

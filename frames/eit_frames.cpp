@@ -160,7 +160,7 @@ std::vector<fs::path> eit_files(const fs::path& input) {
 class EitFrames final : public FrameSource {
  public:
   EitFrames(const fs::path& input, const FrameFileOptions& options) : files_(eit_files(input)) {
-    if (options.transposed) {
+    if (options.transposed.value_or(false)) {
       throw InputError(input.string() + ": is an .eit recording; leave --transposed out");
     }
     for (const fs::path& path : files_) add(path, options.dataset);

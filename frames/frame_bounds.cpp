@@ -16,9 +16,10 @@ constexpr double conducting_radii[] = {0.2, 0.4, 0.6, 0.8};
 constexpr double insulator = 1e-4;  ///< conductivity ratios
 constexpr double conductor = 1e3;
 constexpr double bound_resolution = 0.7;
-constexpr double margin = 1.5;            ///< of the bounds over the discs' extremes
+constexpr double margin = 1.5;            ///< of the levels over the discs' extremes
+constexpr double change_margin = 3;       // several contacts, closer to electrodes
 constexpr double surely_possible = 0.25;  ///< a relative change that needs no closer look
-constexpr double least_counted = 0.25;    ///< share of the channels without dead electrodes
+constexpr double least_counted = 0.1;     ///< share of the channels without dead electrodes
 
 /// The value that half of the weight does not exceed; `values` are pairs of value and weight.
 double weighted_median(std::vector<std::pair<double, double>>& values) {
@@ -86,7 +87,7 @@ FrameBounds::FrameBounds(const Sensor& sensor) {
   }
   least_level_ = std::max(0.0, least_level_) / margin;
   most_level_ *= margin;
-  most_change_ *= margin;
+  most_change_ *= change_margin;
 }
 
 FrameVerdict FrameBounds::judge(const Eigen::Ref<const Eigen::RowVectorXd>& change,

@@ -31,7 +31,8 @@ struct FrameVerdict {
 
 /// The voltages that contacts on a sheet can cause at all, relative to the reference voltages. The
 /// bounds are those of the sensor's model with discs that insulate or conduct perfectly, wherever
-/// they fit, and half as much again. Needs neither a solver nor frames to fit to.
+/// they fit, with a margin for several: half as much again of the level, three times the change.
+/// Needs neither a solver nor frames to fit to.
 ///
 /// Insulating discs reach 0.6 of the sheet's inner radius and conducting ones 0.8. The level is the
 /// median of the ratios of the channels, weighted by the reference: contacts near electrodes and

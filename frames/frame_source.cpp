@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <string_view>
+#include <utility>
 
 #include "core/checksum.h"
 #include "core/errors.h"
@@ -149,7 +150,7 @@ class CsvFrames final : public FrameSource {
                        ": is read as text, which has no datasets; leave --dataset out");
     }
     rows_ = numbers_of_text(text_of_file(path_), path_.string());
-    if (options.transposed) rows_.transposeInPlace();
+    if (options.transposed.value_or(false)) rows_.transposeInPlace();
   }
 
   std::string format() const override { return "CSV"; }
@@ -167,6 +168,20 @@ class CsvFrames final : public FrameSource {
 
 }  // namespace
 
+bool is_title_line(std::string_view line) {
+  constexpr std::size_t least_counted = 8;  // shorter lines may be rows of an order of channels
+  const std::vector<std::string_view> fields = fields_of(line);
+  std::size_t numbers = 0;
+  bool counts = fields.size() >= least_counted;
+  for (std::size_t c = 0; c < fields.size(); ++c) {
+    double value = 0;
+    const bool number = is_number(fields[c], value);
+    numbers += number;
+    counts = counts && number && value == static_cast<double>(c);
+  }
+  return numbers == 0 || counts;
+}
+
 RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source) {
   std::vector<double> values;
   std::size_t columns = 0;
@@ -180,28 +195,22 @@ RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source)
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     ++number;
     if (line.empty() || line.front() == '#') continue;
+    if (std::exchange(first, false) && is_title_line(line)) continue;
     const std::vector<std::string_view> fields = fields_of(line);
     const auto place = [&](std::size_t column) {
       return source + ": line " + std::to_string(number) + ", column " +
              std::to_string(column + 1) + ": ";
     };
-    const std::size_t before = values.size();
     for (std::size_t c = 0; c < fields.size(); ++c) {
       double value = 0;
-      if (is_number(fields[c], value)) {
-        if (!std::isfinite(value)) {
-          throw InputError(place(c) + "is not finite; leave such frames out");
-        }
-        values.push_back(value);
-        continue;
+      if (!is_number(fields[c], value)) {
+        throw InputError(place(c) + "must be a number, is \"" + printable(fields[c], 40) + "\"");
       }
-      values.resize(before);
-      if (first) break;  // titles
-      throw InputError(place(c) + "must be a number, is \"" + printable(fields[c], 40) + "\"");
+      if (!std::isfinite(value)) {
+        throw InputError(place(c) + "is not finite; leave such frames out");
+      }
+      values.push_back(value);
     }
-    const bool titles = first && values.size() == before;
-    first = false;
-    if (titles) continue;
     if (columns == 0) columns = fields.size();
     if (fields.size() != columns) {
       throw InputError(source + ": line " + std::to_string(number) + ": has " +

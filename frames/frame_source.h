@@ -18,7 +18,8 @@ struct FrameFileOptions {
   /// The dataset or variable of an HDF5 or MATLAB file, or the number, from 1, of a frequency of an
   /// `.eit` recording. Empty: the only one.
   std::string dataset;
-  bool transposed = false;  ///< frames are columns
+  /// Whether frames are columns. Undeclared they are rows, and a square table is refused.
+  std::optional<bool> transposed;
 };
 
 /// A current of an `.eit` recording, by electrodes counted from 0; it enters the sheet at `source`.
@@ -38,6 +39,8 @@ class FrameSource {
   virtual std::string dataset() const { return {}; }  ///< empty for formats without datasets
   virtual std::uint64_t frames() const = 0;           ///< at least 1
   virtual Eigen::Index columns() const = 0;           ///< at least 1
+  /// Extents of a frame that is stored as an array of two dimensions; empty for one dimension.
+  virtual std::vector<std::uint64_t> frame_shape() const { return {}; }
   /// Rows [first, first + count) as [count, columns]. Throws InputError naming the place of a
   /// number that is not finite.
   virtual RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const = 0;
@@ -73,11 +76,15 @@ inline constexpr std::uint64_t most_text_bytes = std::uint64_t{1} << 30U;
 std::string text_of_file(const std::filesystem::path& file);
 
 /// Opens a text file with one frame per line: numbers with a decimal point, separated by commas,
-/// semicolons, tabs or blanks. Empty lines, those that begin with "#" and a first line that holds a
-/// word (column titles) are skipped. Throws InputError with line and column for fields that are no
+/// semicolons, tabs or blanks. Empty lines, those that begin with "#" and a first line of titles
+/// (is_title_line) are skipped. Throws InputError with line and column for fields that are no
 /// finite numbers and for lines of different lengths.
 std::unique_ptr<FrameSource> open_csv_frames(const std::filesystem::path& input,
                                              const FrameFileOptions& options);
+
+/// Whether a line can only be column titles: none of its fields is a number, or they count the
+/// columns from 0 on, as pandas writes them.
+bool is_title_line(std::string_view line);
 
 /// The numbers of such a text, [lines, columns]; `source` names it in messages.
 RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source);

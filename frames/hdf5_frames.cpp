@@ -107,10 +107,11 @@ class Hdf5Frames final : public FrameSource {
         is_matlab_(is_matlab),
         name_(name_of_frames(options.dataset)),
         array_(array(name_)) {
-    require_frames(options.transposed);
-    if (array_.reversed() || options.transposed || array_.shape().size() == 1) {
+    transposed_ = options.transposed.value_or(false);
+    require_frames(transposed_);
+    if (array_.reversed() || transposed_ || array_.shape().size() == 1) {
       held_ = array_.all();
-      if (options.transposed) held_.transposeInPlace();
+      if (transposed_) held_.transposeInPlace();
       if (array_.shape().size() == 1) held_.transposeInPlace();
       frames_ = static_cast<std::uint64_t>(held_.rows());
       columns_ = held_.cols();
@@ -130,6 +131,10 @@ class Hdf5Frames final : public FrameSource {
   std::string dataset() const override { return name_; }
   std::uint64_t frames() const override { return frames_; }
   Eigen::Index columns() const override { return columns_; }
+  Shape frame_shape() const override {
+    const Shape& shape = array_.shape();
+    return shape.size() == 3 ? Shape{shape[1], shape[2]} : Shape{};
+  }
 
   RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
     if (held_.size() == 0) return file_.read_rows(array_.stored(), first, count);
@@ -142,7 +147,10 @@ class Hdf5Frames final : public FrameSource {
     const StoredArray found = array(name);
     RowMajorMatrix all = found.all();
     // A vector is one row, whichever way it lies.
-    if (found.shape().size() == 1 || (all.cols() == 1 && columns_ != 1)) all.transposeInPlace();
+    const bool turned =
+        transposed_ && all.rows() == columns_ && static_cast<std::uint64_t>(all.cols()) == frames_;
+    if (turned || found.shape().size() == 1 || (all.cols() == 1 && columns_ != 1))
+      all.transposeInPlace();
     return all;
   }
 
@@ -201,6 +209,7 @@ class Hdf5Frames final : public FrameSource {
   bool is_matlab_;
   std::string name_;
   StoredArray array_;
+  bool transposed_ = false;
   RowMajorMatrix held_;  ///< the frames, if they had to be transposed
   std::uint64_t frames_ = 0;
   Eigen::Index columns_ = 0;

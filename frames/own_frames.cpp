@@ -69,9 +69,22 @@ OwnFrames::OwnFrames(const OwnFramesOptions& options)
     sensor_.background = calibration_->background;
   }
   map_ = channel_map(sensor_, *source_, options_.channels, options_.unit);
+  require_declared_rows();
   take_reference();
   bounds_.emplace(sensor_);
   if (references_.rows() > 1) reference_verdicts_ = bounds_->judge_references(references_);
+}
+
+void OwnFrames::require_declared_rows() const {
+  const auto rows = static_cast<Eigen::Index>(source_->frames());
+  const bool is_table = source_->format() != "eit" && source_->frame_shape().empty();
+  const bool is_ours = source_->sensor().has_value();  // files of this program keep frames as rows
+  if (!is_table || is_ours || options_.file.transposed.has_value() || rows == 1 ||
+      rows != map_.columns)
+    return;
+  throw InputError(options_.input.string() + ": has " + std::to_string(rows) +
+                   " rows and as many columns, and either may be frames; declare --transposed for "
+                   "columns or --transposed=false for rows");
 }
 
 void OwnFrames::take_reference() {

@@ -66,6 +66,7 @@ class OwnFrames {
   std::vector<std::filesystem::path> inputs() const;
 
  private:
+  void require_declared_rows() const;
   void take_reference();
   Frames background_rows();
 

@@ -16,6 +16,7 @@
 #include "core/process.h"
 #include "forward/data/dataset_file.h"
 #include "frames/calibration.h"
+#include "frames/twin_places.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -110,18 +111,14 @@ void judge(const OwnFrames& frames, std::uint64_t frame,
 /// Checks the reference, mends the frames if asked, and returns the text; throws if they do not
 /// fit.
 std::string check_frames(const ReconstructOptions& options, OwnFrames& frames) {
-  using State = ReferenceVerdict::State;
   const ReferenceVerdict verdict = frames.check();
-  std::string text = verdict.text();
-  if (verdict.state == State::sound) return text;
-  if (verdict.state == State::mendable && options.fix) {
+  const std::string text = verdict.text();
+  if (settle(verdict, options.frames.input.string(), options.fix, options.force)) {
     frames.mend(verdict);
     return text + "\n  the frames were read so (--fix)";
   }
-  if (options.force) return text + "\n  the frames were imaged as they are (--force)";
-  throw InputError(options.frames.input.string() + ": " + text + "\n  nothing was imaged; " +
-                   (verdict.state == State::mendable ? "--fix reads the frames so, " : "") +
-                   "--force images them as they are");
+  if (verdict.state == ReferenceVerdict::State::sound) return text;
+  return text + "\n  the frames were imaged as they are (--force)";
 }
 
 void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
@@ -168,11 +165,30 @@ void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
                  "from it or -1, factor to V");
 }
 
+/// Puts behind each contact its images at which it would give the same voltages.
+void add_twins(const Sensor& sensor, const std::vector<Eigen::Matrix2d>& twins,
+               std::vector<std::vector<FoundContact>>& found) {
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  for (std::vector<FoundContact>& contacts : found) {
+    std::vector<FoundContact> all;
+    for (const FoundContact& contact : contacts) {
+      all.push_back(contact);
+      for (const Eigen::Matrix2d& twin : twins) {
+        all.push_back(contact);
+        all.back().place = middle + twin * (contact.place - middle);
+        all.back().place_deviation = twin.cwiseAbs() * contact.place_deviation;
+      }
+    }
+    contacts = std::move(all);
+  }
+}
+
 /// The rows of /contacts, [frames, most_written * contact_columns].
 RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
-                           const Frames& changes) {
+                           const std::vector<Eigen::Matrix2d>& twins, const Frames& changes) {
   std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
   finder.find_contacts(changes, found);
+  add_twins(sensor, twins, found);
   const double unit_mm = sensor.sheet->unit_mm();
   const Eigen::Vector2d middle = sensor.sheet->bounds().center();
   RowMajorMatrix out =
@@ -213,9 +229,11 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
   summary.reference = check_frames(options, frames);
   summary.frames = frames.frames();
   summary.checked = solver->fit_report().frame_check.empty();
+  const std::vector<Eigen::Matrix2d> twins = twin_symmetries(frames.sensor());
   const auto write = [&](const fs::path& place) {
     Hdf5File out = Hdf5File::create(place);
     describe(out, frames, *solver);
+    if (!twins.empty()) out.write_text("/conductivity_change", "twins", text_of_twins(twins));
     RowMajorMatrix level(static_cast<Eigen::Index>(frames.frames()), 1);
     Progress progress("reconstructing");
     for (std::uint64_t first = 0; first < frames.frames(); first += streamed_frames) {
@@ -240,7 +258,7 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       out.write_rows("/status", first, status);
       out.write_rows("/reason", first, reason);
       if (const ContactFinder* finder = solver->contact_finder()) {
-        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), changes));
+        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), twins, changes));
       }
       progress.update(first + count, frames.frames());
     }
@@ -372,9 +390,16 @@ CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path&
                      "; record more, or choose by --rows");
   }
   Frames voltages = frames.voltages(first, count);
-  const Eigen::VectorXd mean = voltages.colwise().mean().transpose();
+  const QuietCheck quiet = check_quiet(frames.sensor(), voltages);
+  if (!quiet.refused.empty() && (!force || quiet.unlike.empty())) {
+    throw InputError(options.input.string() + ": " + quiet.refused +
+                     (quiet.unlike.empty() ? ""
+                                           : "; choose others by --rows, or --force leaves "
+                                             "them out"));
+  }
   CalibrationOutcome outcome;
-  outcome.verdict = check_reference(frames.sensor(), mean, {});
+  const Eigen::VectorXd usual = median_of_rows(voltages).transpose();
+  outcome.verdict = check_reference(frames.sensor(), usual, {});
   ReferenceVerdict& verdict = outcome.verdict;
   using State = ReferenceVerdict::State;
   // A wrong level alone is accepted: the calibration measures it.
@@ -389,7 +414,15 @@ CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path&
     frames.mend(verdict);
     voltages = frames.voltages(first, count);
   }
-  outcome.calibration = calibrate(frames.sensor(), voltages);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index f = 0; f < voltages.rows(); ++f) {
+    if (!std::binary_search(quiet.unlike.begin(), quiet.unlike.end(), f)) kept.push_back(f);
+  }
+  if (kept.size() < least_recorded) {
+    throw InputError(options.input.string() + ": only " + std::to_string(kept.size()) +
+                     " frames are alike; record " + std::to_string(least_recorded) + " or more");
+  }
+  outcome.calibration = calibrate(frames.sensor(), voltages(kept, Eigen::all));
   if (!(outcome.calibration.level > 0)) {
     throw InputError(options.input.string() +
                      ": the voltages have the other sign than the model's; --fix turns them");

@@ -80,7 +80,8 @@ struct CalibrationOutcome {
 /// Calibrates on the frames of a file, or on its rows `options.background`, and writes the
 /// calibration as JSON to `output`, with "source": OwnFrames::description. Throws InputError for
 /// fewer than ten or more than a million frames, if `output` exists and is no calibration, and,
-/// unless `force`, for reference voltages that do not fit the sensor and are not mended by `fix`.
+/// unless `force`, for reference voltages that do not fit the sensor and are not mended by `fix`
+/// and for frames that are no quiet ones (check_quiet), which `force` leaves out.
 CalibrationOutcome calibrate_file(const OwnFramesOptions& options,
                                   const std::filesystem::path& output, bool fix, bool force);
 

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/errors.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/border/border_model.h"
 #include "frames/channels.h"
+#include "frames/twin_places.h"
 #include "solvers/decompositions.h"
 
 namespace ertbench {
@@ -44,6 +46,29 @@ std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::Vect
   return electrodes_with_bad_channels(sensor, [&](Eigen::Index c) {
     return std::abs(reference[c]) < nearly_zero * std::abs(expected[c]);
   });
+}
+
+std::vector<int> channels_that_never_change(const Frames& frames) {
+  std::vector<int> out;
+  if (frames.rows() < 3) return out;
+  for (Eigen::Index c = 0; c < frames.cols(); ++c) {
+    if ((frames.col(c).array() == frames(0, c)).all()) out.push_back(static_cast<int>(c));
+  }
+  if (2 * std::ssize(out) > frames.cols()) out.clear();
+  return out;
+}
+
+std::string text_of_channels(const Sensor& sensor, const std::vector<int>& list) {
+  constexpr std::size_t most = 4;
+  const std::vector<Channel> channels = channels_of(sensor);
+  std::string out = list.size() == 1 ? "channel " : "channels ";
+  for (std::size_t i = 0; i < std::min(most, list.size()); ++i) {
+    const Channel& channel = channels[static_cast<std::size_t>(list[i])];
+    out += (i > 0 ? ", " : "") + std::to_string(list[i]) + " (drive " +
+           std::to_string(channel.drive) + ", measurement " + std::to_string(channel.measurement) +
+           ")";
+  }
+  return list.size() > most ? out + " and " + std::to_string(list.size() - most) + " more" : out;
 }
 
 namespace {
@@ -102,6 +127,7 @@ constexpr Eigen::Index most_telling = 32;  ///< frames
 constexpr double clearly_more = 0.1;       ///< increase of the explained share
 constexpr double nearly_as_well = 1.2;     ///< ratio of misfits within which frames decide
 constexpr double hardly_less = 0.01;       ///< difference of misfits or of explained shares
+constexpr double well_explained = 0.75;    ///< least explained share of what noise leaves
 
 struct Fit {
   double level = 0;
@@ -143,6 +169,21 @@ Frames telling_frames(const Eigen::VectorXd& reference, const Frames& changes) {
     out.row(static_cast<Eigen::Index>(i)) = changes.row(sizes[i].second) / std::abs(sizes[i].first);
   }
   return out;
+}
+
+/// Share of the squared norm of the telling frames, of norm 1, that is noise: what reciprocal
+/// channels differ by or, if that is less, what the frames with the least change have.
+double noise_share(const Sensor& sensor, const Eigen::VectorXd& reference, const Frames& changes,
+                   const Frames& telling) {
+  const auto pairs = reciprocal_pairs(sensor);
+  double differences = 0;
+  for (const auto& [a, b] : pairs) differences += (telling.col(a) - telling.col(b)).squaredNorm();
+  const double by_pairs = pairs.empty() ? 1
+                                        : differences * static_cast<double>(telling.cols()) /
+                                              static_cast<double>(2 * std::ssize(pairs)) /
+                                              static_cast<double>(telling.rows());
+  const double least = changes.rowwise().norm().minCoeff() / reference.norm() / telling_change;
+  return std::min({1.0, by_pairs, least * least});
 }
 
 /// Adds the causes of a wrong level to `verdict` and returns the factor that mends it.
@@ -341,10 +382,31 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
     }
     verdict.causes.push_back(std::move(cause));
   }
+  if (std::string twins = text_of_twins(twin_symmetries(sensor)); !twins.empty()) {
+    verdict.notes.push_back(std::move(twins));
+  }
   const double factor = judge_level(sensor, chosen.fit.level, verdict);
   if (chosen.fit.misfit > sound_misfit) {
     verdict.notes.push_back("the voltages are " + percent(chosen.fit.misfit) +
                             " from the model's, more than usual: is it this sensor?");
+  }
+  if (frames_tell) {
+    const double left = 1 - noise_share(sensor, reference, changes, telling);
+    if (chosen.explained < well_explained * left) {
+      verdict.notes.push_back("contacts explain only " + percent(chosen.explained) +
+                              " of the changes, where noise leaves " + percent(left) +
+                              ": other channels, or no contacts on this sheet; do not trust them");
+    }
+  }
+  std::vector<int> constant = channels_that_never_change(changes);
+  for (const int c : counted) {
+    const bool listed = std::find(constant.begin(), constant.end(), c) != constant.end();
+    if (reference[c] == 0 && expected[c] != 0 && !listed) constant.push_back(c);
+  }
+  if (dead.empty() && !constant.empty()) {
+    verdict.notes.push_back(
+        text_of_channels(sensor, constant) +
+        (constant.size() == 1 ? " is dead: it never changes" : " are dead: they never change"));
   }
   verdict.unseen = unseen_readings(sensor.electrode_count, expected, all, chosen, frames_tell);
   if (verdict.causes.empty()) return verdict;
@@ -352,6 +414,15 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   verdict.from = chosen.reading->from;
   verdict.factor = factor * chosen.reading->sign;
   return verdict;
+}
+
+bool settle(const ReferenceVerdict& verdict, const std::string& source, bool fix, bool force) {
+  using State = ReferenceVerdict::State;
+  const bool mendable = verdict.state == State::mendable;
+  if (verdict.state == State::sound || (mendable && fix) || force) return mendable && fix;
+  throw InputError(source + ": " + verdict.text() + "\n  nothing was imaged; " +
+                   (mendable ? "--fix reads the frames so, " : "") +
+                   "--force images them as they are");
 }
 
 std::string ReferenceVerdict::text() const {

@@ -18,6 +18,12 @@ std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
 std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::VectorXd& reference,
                                          const Eigen::VectorXd& expected);
 
+/// Channels, counted from 0, with the same value in all frames, of which three are needed; none if
+/// that is true of more than half of the channels.
+std::vector<int> channels_that_never_change(const Frames& frames);
+/// "channels 3 (drive 0, measurement 5), 17 (drive 1, measurement 7)", four at most.
+std::string text_of_channels(const Sensor& sensor, const std::vector<int>& channels);
+
 /// The space of voltage changes that contacts can cause: the left singular vectors, with values
 /// above a hundredth of the largest, of the changes by small discs all over the sheet. It has one
 /// or two dozen dimensions, so frames with channels in a wrong order hardly fit.
@@ -72,8 +78,13 @@ struct ReferenceVerdict {
 /// Another reading is preferred if it at least halves the misfit. Measured references differ from a
 /// model with point electrodes by ten per cent, so up to fifteen are sound; above thirty, and
 /// without a reading that fits, they are beyond help. A level within a quarter of the model's is
-/// sound. Electrodes that read zero are left out and named.
+/// sound. Electrodes that read zero are left out and named. So are dead channels, which never
+/// change, and changes of which contacts explain much less than their noise leaves.
 ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& reference,
                                  const Frames& changes);
+
+/// Whether to mend the frames: they are mendable and `fix` is asked for. Throws InputError, which
+/// begins with `source`, if they are neither sound nor mended nor imaged all the same by `force`.
+bool settle(const ReferenceVerdict& verdict, const std::string& source, bool fix, bool force);
 
 }  // namespace ertbench

@@ -13,6 +13,9 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/hdf5_file.h"
+#include "core/json.h"
+#include "core/statistics.h"
+#include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "frames/own_frames.h"
 #include "frames/reconstruct.h"
@@ -177,6 +180,7 @@ class ScoredFiles {
     }
     if (!dataset_.starts_with('/')) dataset_.insert(0, "/");
     is_absolute_ = dataset_ == layout::conductivity;
+    require_one_sensor(options);
     frames_ = require_images(truth_, layout::conductivity, sensor_);
     const std::uint64_t there = require_images(images_, dataset_, sensor_);
     if (there != frames_) {
@@ -204,6 +208,7 @@ class ScoredFiles {
       if (is_absolute_) changes.array() -= sensor_.background;
       RowMajorMatrix status = RowMajorMatrix::Zero(changes.rows(), 1);
       if (images_.has("/status")) status = images_.read_rows("/status", first, count);
+      require_sense(first, truths, status);
       const std::vector<Scene> scenes =
           has_contacts ? scenes_of_file(first, count) : std::vector<Scene>{};
       for (Eigen::Index i = 0; i < changes.rows(); ++i) {
@@ -211,6 +216,7 @@ class ScoredFiles {
         const bool usable = changes.row(i).allFinite() &&
                             status(i, 0) != static_cast<double>(FrameStatus::undefined);
         out.undefined_frames += !usable;
+        out.flagged_frames += usable && status(i, 0) == static_cast<double>(FrameStatus::suspect);
         if (!usable) {
           metrics.emplace_back();
           continue;
@@ -226,6 +232,58 @@ class ScoredFiles {
   }
 
  private:
+  /// Refuses images of another sheet, other electrodes or a background that is a quarter off.
+  void require_one_sensor(const ScoreOptions& options) const {
+    if (!images_.has_attribute("/", "sensor")) return;
+    const nlohmann::json expected = to_json(sensor_);
+    const nlohmann::json found = to_json(sensor_of(images_));
+    for (const auto& [key, value] : expected.items()) {
+      const nlohmann::json other = found.value(key, nlohmann::json());
+      const bool near = key == "background" && other < 1.25 * value.get<double>() &&
+                        other > value.get<double>() / 1.25;
+      if (other == value || near) continue;
+      throw InputError(options.images.string() + ": its sensor has \"" + key + "\" " +
+                       json_text(other) + ", that of " +
+                       (options.sensor.empty() ? options.truth : options.sensor).string() + " " +
+                       json_text(value) + "; name the images' own truth");
+    }
+  }
+
+  /// Refuses values that cannot be what they should.
+  void require_sense(std::uint64_t first, const Images& truths,
+                     const RowMajorMatrix& status) const {
+    constexpr double most = 10;       // the median pixel over the background, or its reciprocal
+    constexpr double uniform = 1e-6;  // relative range of an image without contact
+    const auto fail = [&](const Hdf5File& file, const std::string& dataset, Eigen::Index row,
+                          const std::string& what) {
+      throw InputError(file.path().string() + ": " + dataset + ": frame " +
+                       std::to_string(first + static_cast<std::uint64_t>(row)) + " " + what);
+    };
+    const std::string background =
+        number_text(sensor_.background) + " S/m, the background of the sensor";
+    for (Eigen::Index i = 0; i < truths.rows(); ++i) {
+      const double least = truths.row(i).minCoeff();
+      if (least < 0) {
+        fail(truth_, layout::conductivity, i,
+             "has the conductivity " + number_text(least) + " S/m; it cannot be negative");
+      }
+      const double usual = median(std::vector<double>(truths.row(i).begin(), truths.row(i).end()));
+      const bool far = usual > most * sensor_.background || most * usual < sensor_.background;
+      const bool other = truths.row(i).maxCoeff() - least <= uniform * usual &&
+                         std::abs(usual - sensor_.background) > 0.01 * sensor_.background;
+      if (far || other) {
+        fail(truth_, layout::conductivity, i,
+             (far ? "has the median " : "is uniform at ") + number_text(usual) + " S/m, not " +
+                 background + "; conductivities must be in S/m, of this sensor");
+      }
+      const double s = status(i, 0);
+      if (s < 0 || s > static_cast<double>(FrameStatus::suspect) || s != std::floor(s)) {
+        fail(images_, "/status", i,
+             "has the status " + number_text(s) + "; it must be 0, 1, 2 or 3");
+      }
+    }
+  }
+
   std::vector<Scene> scenes_of_file(std::uint64_t first, std::uint64_t count) const {
     const RowMajorMatrix contacts = truth_.read_rows(layout::contacts, first, count, true);
     RowMajorMatrix vertices(contacts.rows(), 0);
@@ -271,16 +329,15 @@ nlohmann::json to_json(const ImageScores& scores) {
   for (const Metric metric : kMetrics) {
     const MetricSummary& summary = scores.metrics[metric];
     nlohmann::json& out = metrics[name_of(metric)];
-    out = {{"mean", number_or_null(summary.mean)},
-           {"ci95", nlohmann::json()},
-           {"median", number_or_null(summary.median)},
-           {"count", summary.count},
-           {"undefined", summary.undefined}};
+    out = {{"title", axis_title(metric)}, {"mean", number_or_null(summary.mean)},
+           {"ci95", nlohmann::json()},    {"median", number_or_null(summary.median)},
+           {"count", summary.count},      {"undefined", summary.undefined}};
     if (summary.ci95) out["ci95"] = {summary.ci95->low, summary.ci95->high};
   }
   return {{"schema", 1},
           {"frames", scores.frames},
           {"undefined_frames", scores.undefined_frames},
+          {"flagged_frames", scores.flagged_frames},
           {"contacts", scores.contacts},
           {"metrics", std::move(metrics)}};
 }

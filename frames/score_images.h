@@ -41,6 +41,7 @@ struct ScoreOptions {
 struct ImageScores {
   int frames = 0;
   int undefined_frames = 0;  ///< without a usable image
+  int flagged_frames = 0;    ///< with the status 3 (suspect)
   PerMetric<MetricSummary> metrics;
   /// Source of the true contacts: "contacts of the file" or "regions of the true images".
   std::string contacts;
@@ -50,11 +51,13 @@ struct ImageScores {
 /// [N, rows, columns] or [N, pixels] S/m, and optionally /status [N] (2: undefined). `truth`: a
 /// dataset file, or HDF5 with only /conductivity [N, rows, columns] S/m, whose contacts are then
 /// the regions that the default rule reads from the true images. Throws InputError if the files do
-/// not fit together.
+/// not fit together: other sensors (but for the background of `images`), images or truths that are
+/// no conductivities near the sensor's background, or statuses that do not exist.
 ImageScores score_images(const ScoreOptions& options);
 
-/// `{"schema", "frames", "undefined_frames", "contacts", "metrics": {NAME: {"mean", "ci95",
-/// "median", "count", "undefined"}}}`; null where there is no value.
+/// `{"schema", "frames", "undefined_frames", "flagged_frames", "contacts", "metrics": {NAME:
+/// {"title" with the unit, "mean", "ci95", "median", "count", "undefined"}}}`; null where there is
+/// no value.
 nlohmann::json to_json(const ImageScores& scores);
 
 }  // namespace ertbench

@@ -80,7 +80,19 @@ void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions
   command.add_option("--dataset", options->file.dataset,
                      "Dataset or variable with the frames (default: /voltages);\n"
                      "of .eit files with several frequencies the number of one, from 1");
-  command.add_flag("--transposed", options->file.transposed, "Frames are columns of the file");
+  command.add_flag_function(
+      "--transposed", [options](std::int64_t times) { options->file.transposed = times > 0; },
+      "Frames are columns of the file; --transposed=false: rows (default), also of a square table");
+}
+
+void refuse_empty_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_expected_max() == 0) continue;
+    option->check([](const std::string& value) {
+      return std::string(value.empty() ? "must not be empty; is a variable of the shell unset?"
+                                       : "");
+    });
+  }
 }
 
 namespace {

@@ -52,6 +52,9 @@ std::filesystem::path result_folder(const std::string& out, const std::string& e
 /// checked when they are read.
 void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions>& options);
 
+/// Refuses empty values of all options that have been added: those of unset shell variables.
+void refuse_empty_values(CLI::App& command);
+
 /// The overrides (`--set`) that have the experiment's networks trained in `precision` ("float32")
 /// where its file has them trained in bfloat16: "/solvers/13/precision=float32".
 std::vector<std::string> precision_overrides(const Experiment& experiment,

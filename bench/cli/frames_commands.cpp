@@ -50,6 +50,7 @@ ExitCode calibrate(const CalibrateArguments& arguments) {
   std::string dead;
   for (const int e : c.dead_electrodes) dead += (dead.empty() ? "" : ", ") + std::to_string(e);
   std::printf("  dead electrodes     %s\n", dead.empty() ? "none" : dead.c_str());
+  for (const std::string& warning : warnings_of(c)) std::printf("  warning: %s\n", warning.c_str());
   std::printf("%s\n", printable_path(arguments.output).c_str());
   return done;
 }
@@ -73,11 +74,13 @@ Action add_calibrate(CLI::App& command) {
   command.add_flag("--fix", arguments->fix,
                    "Where the voltages are not what the sensor's model expects, read them as\n"
                    "would mend it");
-  command.add_flag("--force", arguments->force, "Calibrate whatever the check says");
+  command.add_flag("--force", arguments->force,
+                   "Calibrate whatever the check says, without frames that are unlike the others");
   command.footer(
       "Example:\n  ertbench calibrate empty.h5 --sensor sensor.json --out calibration.json\n"
       "  ertbench calibrate recording.csv --rows 0-19 --unit mV --out calibration.json\n"
       "See docs/own_frames.md.");
+  refuse_empty_values(command);
   return [arguments] { return calibrate(*arguments); };
 }
 
@@ -137,8 +140,12 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
   options.force = arguments.force;
   const std::vector<std::filesystem::path> inputs = {arguments.input, arguments.solver,
                                                      arguments.output};
-  if (!arguments.csv.empty()) require_table_of_images(arguments.csv, inputs);
-  if (!arguments.png.empty()) require_picture(arguments.png, inputs);
+  std::vector<std::filesystem::path> others = inputs;  // no output may be another one
+  if (!arguments.csv.empty()) {
+    require_table_of_images(arguments.csv, others);
+    others.emplace_back(arguments.csv);
+  }
+  if (!arguments.png.empty()) require_picture(arguments.png, others);
   SolverRegistry registry;
   if (!arguments.plugin.empty()) {
     require_image_output(arguments.output, {arguments.plugin});
@@ -199,6 +206,7 @@ Action add_reconstruct(CLI::App& command) {
       "  ertbench reconstruct --solver gn.json --input frames.csv --unit mV --background 0-19 \\\n"
       "    --output images.h5 --png images.png\n"
       "See docs/own_frames.md.");
+  refuse_empty_values(command);
   return [arguments] { return reconstruct(*arguments); };
 }
 
@@ -235,14 +243,15 @@ Table table_of(const ImageScores& scores) {
     const std::string interval = summary.ci95 ? interval_text(fixed(summary.ci95->low, decimals),
                                                               fixed(summary.ci95->high, decimals))
                                               : "—";
-    section.rows.push_back({Cell(entry_of(metric).heading), number_cell(summary.mean, decimals),
+    section.rows.push_back({Cell(axis_title(metric)), number_cell(summary.mean, decimals),
                             Cell(interval), number_cell(summary.median, decimals),
                             Cell(std::to_string(summary.count)),
                             Cell(std::to_string(summary.undefined))});
   }
   section.notes.push_back(std::to_string(scores.frames) + " frames, " +
-                          std::to_string(scores.undefined_frames) +
-                          " without a usable image; true contacts: " + scores.contacts +
+                          std::to_string(scores.undefined_frames) + " without a usable image, " +
+                          std::to_string(scores.flagged_frames) +
+                          " flagged (they count); true contacts: " + scores.contacts +
                           ". `ertbench list` says what the metrics are.");
   Table table;
   table.sections.push_back(std::move(section));
@@ -284,6 +293,7 @@ Action add_score(CLI::App& command) {
       "Example:\n  ertbench reconstruct --solver gn.json --input test.h5 --output images.h5\n"
       "  ertbench score images.h5 test.h5 --json scores.json\n"
       "See docs/own_frames.md.");
+  refuse_empty_values(command);
   return [arguments] { return score(*arguments); };
 }
 

@@ -7,6 +7,7 @@
 
 #include "bench/run/accuracy_stage.h"
 #include "core/files.h"
+#include "core/hdf5_file.h"
 #include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
@@ -97,6 +98,29 @@ TEST(ScoreSet, AsksForFramesThatStandAloneAtOnce) {
   EXPECT_EQ(sequences.size(), 0);
   EXPECT_EQ(solver.calls, 1);
   EXPECT_TRUE(solver.frames.empty());
+}
+
+TEST(ScoreSet, FlagsFramesOfFilesThatTheSheetCannotGive) {
+  const TemporaryFolder folder("score_set");
+  const json given = json::parse(R"({"count": 4, "grid": 24, "snr_db": 50, "snr_basis": "absolute",
+      "scenes": {"contacts": 1, "radius": 0.2, "conductivity_ratio": 0.5}})");
+  generate_dataset(dataset_spec_from_json(JsonObject(given, "test", ""), {}, "test"),
+                   folder / "set.h5");
+  {
+    Hdf5File file = Hdf5File::open_writable(folder / "set.h5");
+    file.write_rows("/voltages", 2, 1000 * file.read_rows("/voltages", 2, 1));
+    file.write_checksum();
+    file.close();
+  }
+  const DatasetFile set(folder / "set.h5");
+  ScoreRequest request;
+  const Counting solver;
+  EXPECT_EQ(score_set(solver, set, set.sensor(), request).frames->at("status"), json({0, 0, 0, 0}));
+  request.judge_frames = true;
+  const ScoredFrames scored = score_set(solver, set, set.sensor(), request);
+  EXPECT_EQ(scored.frames->at("status"), json({0, 0, 3, 0}));
+  EXPECT_EQ(scored.frames->at("reasons"), json({0, 0, 32, 0}));
+  EXPECT_EQ(scored.row.suspect_frames, 1);
 }
 
 }  // namespace

@@ -100,6 +100,34 @@ TEST(Calibration, NamesDeadAndFloatingElectrodes) {
   EXPECT_EQ(calibrate(sensor, frames).dead_electrodes, (std::vector<int>{3, 10}));
 }
 
+TEST(Calibration, FramesUnlikeTheOthersAreNamed) {
+  const Sensor sensor;
+  const Frames quiet = frames_without_contact(sensor, 1, 0.18);
+  EXPECT_EQ(check_quiet(sensor, quiet).refused, "") << "a drift is said, not refused";
+  Frames frames = quiet;
+  frames.row(17) *= 1000;
+  frames.row(30) += testing::changes_by_discs(sensor, {{0.5, 0.5}}).row(0);
+  const QuietCheck check = check_quiet(sensor, frames_without_contact(sensor, 1, 0));
+  EXPECT_TRUE(check.unlike.empty()) << check.refused;
+  EXPECT_EQ(check_quiet(sensor, frames).unlike, (std::vector<Eigen::Index>{17}))
+      << "a touch is less than this drift";
+  frames = frames_without_contact(sensor, 1, 0);
+  frames.row(17) *= 1000;
+  frames.row(30) += testing::changes_by_discs(sensor, {{0.5, 0.5}}).row(0);
+  const QuietCheck two = check_quiet(sensor, frames);
+  EXPECT_EQ(two.unlike, (std::vector<Eigen::Index>{17, 30}));
+  EXPECT_NE(two.refused.find("17 (its level is"), std::string::npos) << two.refused;
+  EXPECT_NE(check_quiet(sensor, frames.row(0).replicate(40, 1)).refused.find("repeat"),
+            std::string::npos);
+
+  EXPECT_NEAR(calibrate(sensor, frames).level, 1, 1e-4) << "the reference is a median";
+  EXPECT_NE(warnings_of(calibrate(sensor, quiet)).at(0).find("drift by 18.0 %"), std::string::npos);
+  frames = frames_without_contact(sensor, 1, 0);
+  frames.col(5).setZero();
+  EXPECT_NE(warnings_of(calibrate(sensor, frames)).at(0).find("channel 5 (drive 0, measurement 7)"),
+            std::string::npos);
+}
+
 TEST(Calibration, IsReadAsItWasWritten) {
   const TemporaryFolder folder("calibration");
   const Sensor sensor;

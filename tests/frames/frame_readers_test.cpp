@@ -212,13 +212,56 @@ TEST(FrameReaders, TextThatIsNoTableIsRefusedWithItsPlace) {
       {"a,b\n1,2\n3,x\n", "t: line 3, column 2: must be a number, is \"x\""},
       {"1,2\n3\n", "line 2: has 1 numbers, the lines before have 2"},
       {"1 2\n3 inf\n", "line 2, column 2: is not finite"},
-      {"1,2\n\"3\",4,\n5,,6\n", "line 3"}};
+      {"1,2\n\"3\",4,\n5,,6\n", "line 3"},
+      {"bad,2\n3,4\n", "line 1, column 1: must be a number, is \"bad\""},
+      {"1,bad\n3,4\n", "line 1, column 2: must be a number, is \"bad\""}};
   for (const auto& [text, message] : cases) {
     const std::string why = why_refused([&, t = text] { numbers_of_text(t, "t"); });
     EXPECT_NE(why.find(message), std::string::npos) << why;
   }
   EXPECT_EQ(numbers_of_text("\xef\xbb\xbfname;other\r\n+1.5;2e-3\r\n", "t"),
             (RowMajorMatrix(1, 2) << 1.5, 2e-3).finished());
+  // The titles that pandas gives columns without names; an order of channels is none.
+  EXPECT_EQ(numbers_of_text("0,1,2,3,4,5,6,7\n1,1,1,1,1,1,1,1\n", "t"), RowMajorMatrix::Ones(1, 8));
+  EXPECT_EQ(numbers_of_text("0,1,2,3,4,5,6,8\n", "t").rows(), 1);
+  EXPECT_EQ(numbers_of_text("0 1\n0 2\n", "t").rows(), 2);
+}
+
+TEST(FrameReaders, ShapesThatContradictTheOrderAreRefused) {
+  const TemporaryFolder folder("shapes");
+  const Frames frames = channels_of_maps({});
+  const auto refused = [&](std::vector<std::uint64_t> shape, const std::string& channels = "") {
+    shape.insert(shape.begin(), 3);
+    Hdf5File file = Hdf5File::create(folder / "frames.h5");
+    file.create_dataset("/voltages", shape);
+    file.write_rows("/voltages", 0, frames);
+    file.close();
+    return why_refused([&] { OwnFrames read(options_for(folder / "frames.h5", channels)); });
+  };
+  EXPECT_EQ(refused({208}), "");
+  EXPECT_EQ(refused({16, 13}), "");
+  EXPECT_EQ(refused({16, 13}, "rotating"), "");
+  EXPECT_NE(refused({13, 16}).find("drives and measurements are exchanged"), std::string::npos);
+  EXPECT_NE(refused({13, 16}, "measure-major").find("[N, 16, 13]"), std::string::npos);
+  EXPECT_NE(refused({8, 26}).find("are no drives and measurements"), std::string::npos);
+  EXPECT_NE(refused({208, 1}).find("as [N, 208]"), std::string::npos);
+}
+
+TEST(FrameReaders, ASquareTableMustBeDeclaredAndTurnsItsReferenceToo) {
+  const TemporaryFolder folder("square");
+  RowMajorMatrix table(208, 208);
+  for (Eigen::Index i = 0; i < table.size(); ++i) table.data()[i] = static_cast<double>(i);
+  Hdf5File file = Hdf5File::create(folder / "frames.h5");
+  file.write_matrix("/voltages", table);
+  file.write_matrix("/reference_voltages", 0.5 * table);
+  file.close();
+  OwnFramesOptions options = options_for(folder / "frames.h5");
+  EXPECT_NE(why_refused([&] { OwnFrames read(options); }).find("--transposed=false"),
+            std::string::npos);
+  options.file.transposed = false;
+  EXPECT_EQ(OwnFrames(options).changes(2, 1), 0.5 * table.row(2));
+  options.file.transposed = true;
+  EXPECT_EQ(OwnFrames(options).changes(2, 1), 0.5 * table.col(2).transpose());
 }
 
 TEST(FrameReaders, WrongColumnsAndOrdersAreRefusedWithARemedy) {

@@ -141,6 +141,36 @@ TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
   EXPECT_EQ(run_program(folder.path(), command + " --force").exit_code, 0);
 }
 
+TEST(FramesProgram, FramesOfAnotherUnitOrReferenceAreFlaggedWithTheReason) {
+  const TemporaryFolder folder("flagged");
+  Frames frames = measured_frames({});
+  Frames references = frames.row(0).replicate(frames.rows(), 1);
+  frames.row(21) *= 1000;
+  frames.row(3) *= -1;
+  references.row(7) *= 3;
+  {
+    Hdf5File file = Hdf5File::create(folder / "frames.h5");
+    file.write_matrix("/voltages", frames);
+    file.write_matrix("/reference_voltages", references);
+    file.close();
+  }
+  write_text(folder / "gn.json", solver);
+  const Outcome outcome = run_program(
+      folder.path(), "reconstruct --solver gn.json --input frames.h5 --output images.h5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  for (const char* text : {"3 suspect", "frame 3: its voltages have the opposite sign",
+                           "frame 7: its own reference is unlike", "(millivolts for volts?)"}) {
+    EXPECT_NE(outcome.output.find(text), std::string::npos) << outcome.output;
+  }
+  const Hdf5File images = Hdf5File::open(folder / "images.h5");
+  const Eigen::VectorXd reason = images.read_vector("/reason");
+  EXPECT_EQ(reason[21], 32);
+  EXPECT_EQ(reason[3], 16);
+  EXPECT_EQ(static_cast<int>(reason[7]) & 128, 128);
+  EXPECT_EQ((reason.array() != 0).count(), 3);
+  EXPECT_EQ(images.read_vector("/status")[21], 3);
+}
+
 TEST(FramesProgram, WrongUseEndsWithCodeTwoAndARemedy) {
   const TemporaryFolder folder("wrong");
   write_csv(folder / "frames.csv", measured_frames({}));
@@ -175,6 +205,9 @@ TEST(FramesProgram, WrongUseEndsWithCodeTwoAndARemedy) {
       {"calibrate frames.csv --rows five --out c.json", "--rows: must be FIRST-LAST"},
       {"calibrate shuffled.csv --out c.json", "nothing was calibrated"},
       {"calibrate frames.csv --out gn.json", "is no calibration"},
+      {start + "frames.csv --background 0-19 --csv o.h5" + to, "o.h5: is the input o.h5"},
+      {start + "frames.csv --background 0-19 --csv o.png --png o.png" + to, "o.png: is the input"},
+      {start + "frames.csv --background ''" + to, "--background: must not be empty"},
       {"score frames.csv frames.csv", "frames.csv: cannot be opened as HDF5"},
   };
   for (const auto& [arguments, message] : calls) {
@@ -298,6 +331,40 @@ TEST(FramesProgram, ScoresAreThoseOfARun) {
   const Outcome fewer = run_program(folder.path(), "score fewer.h5 bare.h5");
   EXPECT_EQ(fewer.exit_code, 2);
   EXPECT_NE(fewer.output.find("holds 39 images"), std::string::npos) << fewer.output;
+
+  // Truths and images that contradict the sensor or each other.
+  const auto refused = [&](const char* name, const RowMajorMatrix& truth, double status,
+                           const Sensor& sensor) {
+    Hdf5File file = Hdf5File::create(folder / name);
+    for (const char* dataset : {"/conductivity", "/conductivity_change"}) {
+      file.create_dataset(dataset, {40, 24, 24});
+      file.write_rows(dataset, 0, truth);
+    }
+    file.write_vector("/status", Eigen::VectorXd::Constant(40, status));
+    file.write_text("/", "sensor", to_json(sensor).dump());
+    file.close();
+    const std::string images = status == 0 && sensor == Sensor{} ? "perfect.h5" : name;
+    const std::string true_images = images == name ? "bare.h5 --sensor d2s.json" : name;
+    return run_program(folder.path(), "score " + images + " " + true_images).output;
+  };
+  write_text(folder / "d2s.json", to_json(Sensor{}).dump());
+  const RowMajorMatrix truth = Hdf5File::open(folder / "bare.h5").read_rows("/conductivity", 0, 40);
+  const auto uniform = [&](double value) -> RowMajorMatrix {
+    return RowMajorMatrix::Constant(40, 576, value);
+  };
+  Sensor wide;
+  wide.background = 0.12;
+  for (const auto& [output, message] :
+       {std::pair(refused("a.h5", -truth, 0, {}), "it cannot be negative"),
+        {refused("b.h5", 100 * truth, 0, {}), "not 0.06 S/m, the background"},
+        {refused("c.h5", uniform(0), 0, {}), "has the median 0 S/m"},
+        {refused("d.h5", uniform(0.07), 0, {}), "is uniform at 0.07 S/m"},
+        {refused("e.h5", truth, 9, {}), "has the status 9"},
+        {refused("f.h5", truth, 2.5, {}), "has the status 2.5"},
+        {refused("g.h5", truth, 0, wide), "\"background\" 0.12, that of d2s.json 0.06"}}) {
+    EXPECT_NE(output.find(message), std::string::npos) << output;
+  }
+  EXPECT_NE(best.dump().find("PE (sheet 2 × 2)"), std::string::npos);
 }
 
 /// The first block of code in a language on the page.

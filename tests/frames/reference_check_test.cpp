@@ -7,7 +7,9 @@
 
 #include <numeric>
 
+#include "core/json.h"
 #include "frames/channels.h"
+#include "frames/twin_places.h"
 #include "tests/forward/disc_sheet.h"
 #include "tests/frames/frames_testing.h"
 
@@ -226,6 +228,63 @@ TEST(ReferenceCheck, DeadElectrodesAreNamedAndNoReasonToStop) {
   EXPECT_EQ(verdict.state, State::sound) << verdict.text();
   ASSERT_EQ(verdict.notes.size(), 1u) << verdict.text();
   EXPECT_EQ(verdict.notes[0], "electrode 6 reads zero");
+}
+
+TEST(ReferenceCheck, DeadChannelsAndUnexplainedChangesAreNoted) {
+  const Sensor sensor;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 1e-6);
+  Eigen::VectorXd reference = reference_with_gains(sensor, random);
+  const Eigen::RowVectorXd disc = testing::changes_by_discs(sensor, {{0.4, 0.2}}).row(0);
+  Frames changes(20, sensor.channels());
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    changes.row(f) = f < 10 ? 0 * disc : disc;
+    for (double& v : changes.row(f)) v += noise(random);
+  }
+  EXPECT_TRUE(check_reference(sensor, reference, changes).notes.empty());
+
+  Frames dead = changes;
+  dead.col(40).setZero();
+  const std::string text = check_reference(sensor, reference, dead).text();
+  EXPECT_NE(text.find("note: channel 40 (drive 3, measurement "), std::string::npos) << text;
+  reference[40] = 0;
+  EXPECT_NE(check_reference(sensor, reference, {}).text().find("is dead"), std::string::npos);
+
+  // The same changes in channels of no known order.
+  Frames shuffled = changes;
+  std::vector<int> order(static_cast<std::size_t>(changes.cols()));
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), random);
+  shuffled = changes(Eigen::all, order);
+  EXPECT_NE(check_reference(sensor, reference, shuffled).text().find("contacts explain only"),
+            std::string::npos);
+}
+
+TEST(TwinPlaces, OppositeDriveAndMeasurementShowEachContactTwice) {
+  const auto sensor_with = [](const char* drive, const char* measurement) {
+    const nlohmann::json json = {{"shape", "disc"},
+                                 {"diameter_mm", 300},
+                                 {"electrode_count", 16},
+                                 {"drive", drive},
+                                 {"measurement", measurement}};
+    return sensor_from_json(JsonObject(json, "test", ""));
+  };
+  const Sensor opposite = sensor_with("opposite", "opposite");
+  const auto twins = twin_symmetries(opposite);
+  ASSERT_EQ(twins.size(), 1u);
+  EXPECT_EQ(twins[0], -Eigen::Matrix2d::Identity());
+  // By the model with whole contacts, which the symmetry of the pattern makes exact.
+  const RowMajorMatrix two = testing::changes_by_discs(opposite, {{0.4, 0.2}, {-0.4, -0.2}});
+  EXPECT_LT((two.row(0) - two.row(1)).norm(), 1e-6 * two.row(0).norm());
+  const ReferenceVerdict verdict =
+      check_reference(opposite, BorderModel(opposite).reference_voltages(), {});
+  EXPECT_NE(verdict.text().find("(x, y) and (-x, -y) from the sheet's centre give the same"),
+            std::string::npos)
+      << verdict.text();
+  for (const Sensor& other : {Sensor{}, testing::disc_sensor(), sensor_with("opposite", "adjacent"),
+                              sensor_with("adjacent", "adjacent")}) {
+    EXPECT_TRUE(twin_symmetries(other).empty());
+  }
 }
 
 TEST(ContactSpan, HoldsContactsAndHardlyAnythingElse) {
