@@ -28,7 +28,8 @@ constexpr std::chrono::milliseconds pause_of_sender{200};
 /// A stream of bytes behind a descriptor.
 class ByteSource final : public LiveSource {
  public:
-  ByteSource(int descriptor, bool owned, std::string name, int channels, FrameFormat format)
+  ByteSource(int descriptor, bool owned, std::string name, FrameColumns channels,
+             FrameFormat format)
       : descriptor_(descriptor), owned_(owned), name_(std::move(name)), parser_(channels, format) {}
   ByteSource(const ByteSource&) = delete;
   ByteSource& operator=(const ByteSource&) = delete;
@@ -87,14 +88,15 @@ speed_t speed_of(int baud) {
 
 }  // namespace
 
-std::unique_ptr<LiveSource> open_standard_input(int channels, FrameFormat format) {
+std::unique_ptr<LiveSource> open_standard_input(FrameColumns channels, FrameFormat format) {
   if (::isatty(STDIN_FILENO) == 1) {
     throw InputError("--input -: standard input is a terminal; pipe frames into the program");
   }
   return std::make_unique<ByteSource>(STDIN_FILENO, false, "standard input", channels, format);
 }
 
-std::unique_ptr<LiveSource> open_serial(const InputPlace& place, int channels, FrameFormat format) {
+std::unique_ptr<LiveSource> open_serial(const InputPlace& place, FrameColumns channels,
+                                        FrameFormat format) {
   const speed_t speed = speed_of(place.baud);
   const std::string name = printable_path(place.name);
   const int descriptor = ::open(place.name.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
@@ -196,7 +198,7 @@ constexpr int receive_buffer_bytes = 1 << 20;
 /// Reads one frame from each datagram.
 class UdpSource final : public LiveSource {
  public:
-  UdpSource(int descriptor, int channels, FrameFormat format)
+  UdpSource(int descriptor, FrameColumns channels, FrameFormat format)
       : descriptor_(descriptor), parser_(channels, format) {}
   UdpSource(const UdpSource&) = delete;
   UdpSource& operator=(const UdpSource&) = delete;
@@ -241,7 +243,8 @@ class UdpSource final : public LiveSource {
 
 }  // namespace
 
-std::unique_ptr<LiveSource> open_udp(const InputPlace& place, int channels, FrameFormat format) {
+std::unique_ptr<LiveSource> open_udp(const InputPlace& place, FrameColumns channels,
+                                     FrameFormat format) {
   const std::string name =
       "--input udp://" + printable(place.name) + ":" + std::to_string(place.port);
   addrinfo hints{};

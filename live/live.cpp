@@ -28,12 +28,15 @@ constexpr double damage_said_every_s = 1;
 /// The reader thread's side: numbers frames, stamps them and puts them into the mailbox.
 class StreamReader final : public FrameSink {
  public:
-  StreamReader(Mailbox& mailbox, LiveRecord* record, SteadyClock::time_point start)
-      : mailbox_(mailbox), record_(record), start_(start) {}
+  StreamReader(const ChannelMap& map, Mailbox& mailbox, LiveRecord* record,
+               SteadyClock::time_point start)
+      : map_(map), mailbox_(mailbox), record_(record), start_(start) {}
 
   void frame(std::span<const double> voltages) override {
-    ArrivedFrame frame{came_++, SteadyClock::now(),
-                       Eigen::Map<const Eigen::RowVectorXd>(voltages.data(), std::ssize(voltages))};
+    const SteadyClock::time_point arrived = SteadyClock::now();
+    ArrivedFrame frame{
+        came_++, arrived,
+        map_.apply(Eigen::Map<const Eigen::RowVectorXd>(voltages.data(), std::ssize(voltages)))};
     const std::chrono::duration<double> time = frame.arrived - start_;
     if (record_) record_->came(frame, time.count());
     mailbox_.put(std::move(frame));
@@ -47,6 +50,7 @@ class StreamReader final : public FrameSink {
   }
 
  private:
+  const ChannelMap& map_;
   Mailbox& mailbox_;
   LiveRecord* record_;
   SteadyClock::time_point start_;
@@ -62,6 +66,7 @@ class Stream {
         stop_(stop),
         solver_(*setup.solver),
         source_(*setup.source),
+        map_(setup.map),
         state_(state),
         mailbox_(options.places, options.lossless),
         output_(stop) {
@@ -71,7 +76,7 @@ class Stream {
   }
 
   LiveSummary run(const std::string& parameters) {
-    reader_.emplace(mailbox_, record_ ? &*record_ : nullptr, start_);
+    reader_.emplace(map_, mailbox_, record_ ? &*record_ : nullptr, start_);
     std::exception_ptr input_failure;
     std::exception_ptr failure;
     std::string why;
@@ -156,7 +161,7 @@ class Stream {
     if (background_sum_.size() == 0) background_sum_.setZero(frame.voltages.size());
     background_sum_ += frame.voltages;
     if (++background_frames_ < options_.background) return;
-    solver_.set_reference(background_sum_ / background_frames_);
+    take_reference(solver_, background_sum_ / background_frames_, options_);
     say({{"event", "background"}, {"frames", background_frames_}, {"time_s", now_s()}});
   }
 
@@ -236,6 +241,7 @@ class Stream {
   Stop& stop_;
   LiveSolver& solver_;
   LiveSource& source_;
+  const ChannelMap& map_;
   LiveState& state_;
   Mailbox mailbox_;
   std::optional<LiveRecord> record_;

@@ -251,16 +251,18 @@ Frames changes_of(const FramesOfFile& frames, const Sensor& sensor, const std::s
 
 }  // namespace
 
-void FramesOfFile::require(const Sensor& expected, const std::string& file) const {
+void FramesOfFile::require(const Sensor& expected, const std::string& file,
+                           Eigen::Index columns) const {
   if (sensor && !(*sensor == expected)) {
     throw InputError(file + ": its frames are of another sensor than the solver's");
   }
   const Eigen::Index channels =
       voltages.size() == 0 && reference ? reference->size() : voltages.cols();
-  if (channels != expected.channels()) {
+  if (columns == 0) columns = expected.channels();
+  if (channels != columns) {
     throw InputError(file + ": its frames have " + std::to_string(channels) +
-                     " channels, those of the solver's sensor " +
-                     std::to_string(expected.channels()) + "; name theirs by --sensor");
+                     " channels, those of the solver's sensor " + std::to_string(columns) +
+                     "; name theirs by --sensor");
   }
 }
 

@@ -95,8 +95,9 @@ struct FramesOfFile {
   std::vector<double> times_s;   ///< [frames] `/time`; empty if the file has none
   std::optional<Sensor> sensor;  ///< attribute "sensor"; files of instruments have none
 
-  /// Throws InputError, naming `file`, if the sensor or the number of channels does not fit.
-  void require(const Sensor& expected, const std::string& file) const;
+  /// Throws InputError, naming `file`, if the sensor or the number of columns does not fit; without
+  /// `columns` it is that of the sensor's channels.
+  void require(const Sensor& expected, const std::string& file, Eigen::Index columns = 0) const;
 };
 FramesOfFile read_frames_of(const std::string& file, const std::string& option);
 

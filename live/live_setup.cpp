@@ -17,6 +17,7 @@
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
+#include "frames/reference_check.h"
 #include "live/live_record.h"
 #include "solvers/registry/registry.h"
 
@@ -25,6 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+constexpr double most_volts = 1000;
 
 /// A fitted solver with its sensor, model and contact rule.
 struct ReadySolver {
@@ -127,7 +130,7 @@ Sensor sensor_for_file(const LiveOptions& options, const std::optional<FramesOfF
 
 /// The voltages without contact [channels] V; nothing if they are the mean of the first frames.
 std::optional<Eigen::RowVectorXd> reference_for(const LiveOptions& options,
-                                                const ReadySolver& ready,
+                                                const ReadySolver& ready, const ChannelMap& map,
                                                 const std::optional<FramesOfFile>& replay) {
   if (options.background > 0) return std::nullopt;
   if (options.reference == "model") {
@@ -147,16 +150,16 @@ std::optional<Eigen::RowVectorXd> reference_for(const LiveOptions& options,
         "the voltages of the untouched skin are not known: give --background N (the "
         "first N frames), --reference FILE.h5 or --reference model");
   }
-  if (found->size() != ready.sensor.channels()) {
+  if (found->size() != map.columns) {
     throw InputError("--reference: has " + std::to_string(found->size()) +
-                     " voltages, the sensor " + std::to_string(ready.sensor.channels()) +
-                     " channels");
+                     " voltages, a frame of the sensor " + std::to_string(map.columns) +
+                     " columns");
   }
-  return found;
+  return map.apply(*found);
 }
 
 std::unique_ptr<LiveSource> source_for(const LiveOptions& options, const InputPlace& place,
-                                       int channels, std::optional<FramesOfFile>& replay) {
+                                       FrameColumns channels, std::optional<FramesOfFile>& replay) {
   switch (place.kind) {
     case InputPlace::Kind::standard_input:
       return open_standard_input(channels, options.format);
@@ -167,7 +170,7 @@ std::unique_ptr<LiveSource> source_for(const LiveOptions& options, const InputPl
     case InputPlace::Kind::replay:
       break;
   }
-  return replay_of(std::move(replay->voltages), options.repeat, place.rate);
+  return replay_of(std::move(replay->voltages), channels, options.repeat, place.rate);
 }
 
 std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& place) {
@@ -182,6 +185,18 @@ std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& pla
 
 }  // namespace
 
+void take_reference(LiveSolver& solver, const Eigen::RowVectorXd& reference,
+                    const LiveOptions& options) {
+  solver.set_reference(reference);
+  const ReferenceVerdict verdict =
+      check_reference(solver.sensor(), reference.transpose(), Frames(0, reference.size()));
+  const bool sound = verdict.state == ReferenceVerdict::State::sound;
+  const bool mends = settle(verdict, "--reference", options.fix, options.force);
+  if (mends) solver.mend(verdict);
+  if (sound && verdict.notes.empty()) return;
+  spdlog::warn("{}{}", verdict.text(), mends ? "\n  the frames are read so (--fix)" : "");
+}
+
 LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   const InputPlace place = input_place(options.input);
   if (!options.plugin.empty()) registry.add_library(options.plugin);
@@ -190,18 +205,20 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
                           ? solver_of_file(options, sensor_for_file(options, replay), registry)
                           : solver_of_experiment(options, registry);
   const Sensor& sensor = ready.sensor;
-  if (replay) replay->require(sensor, place.name);
-  const std::optional<Eigen::RowVectorXd> reference = reference_for(options, ready, replay);
+  LiveSetup out;
+  out.map = channel_map(sensor, options.channels, options.unit);
+  if (replay) replay->require(sensor, place.name, out.map.columns);
+  const std::optional<Eigen::RowVectorXd> reference =
+      reference_for(options, ready, out.map, replay);
 
   if (options.floor) ready.rule.floor = *options.floor / sensor.background;
-  LiveSetup out;
   out.files = files_of(options, place);
   out.solver_name = ready.name;
   out.parameters = json_text(printable_json(ready.solver->parameters()));
   out.checked = ready.solver->fit_report().frame_check.empty();
   out.solver = std::make_unique<LiveSolver>(
       sensor, std::shared_ptr<Solver>(std::move(ready.solver)), ready.rule);
-  if (reference) out.solver->set_reference(*reference);
+  if (reference) take_reference(*out.solver, *reference, options);
   if (!options.quiet.empty()) {
     const QuietFrames quiet = read_quiet(options.quiet, sensor);
     out.solver->learn_quiet(quiet.changes, quiet.runs, options.false_alarms_per_hour);
@@ -210,7 +227,8 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
     const ForceFrames known = read_forces(options.forces, sensor);
     out.solver->learn_forces(known.changes, known.forces_N);
   }
-  out.source = source_for(options, place, sensor.channels(), replay);
+  const double most = most_volts / std::abs(out.map.entries.front().factor);
+  out.source = source_for(options, place, {static_cast<int>(out.map.columns), most}, replay);
   if (options.lossless && !out.source->can_wait()) {
     throw InputError("--lossless: this sender does not wait; use it with - or replay: only");
   }

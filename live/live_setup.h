@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "frames/channels.h"
 #include "live/live_solver.h"
 #include "live/live_source.h"
 
@@ -21,6 +22,10 @@ struct LiveOptions {
   std::optional<double> floor;  ///< least change of a contact, S/m; nothing: the experiment's
   std::string sensor;  ///< JSON file; empty: the experiment's, the replayed file's or the default
   std::string input = "-";
+  std::string channels;  ///< order of the sender's columns (channel_map)
+  std::string unit;      ///< the sender's: "V", "mV" or "uV"
+  bool fix = false;      ///< mend the frames as check_reference proposes
+  bool force = false;    ///< image the frames whatever it finds
   FrameFormat format = FrameFormat::detect;
   std::string reference;  ///< HDF5 file, or "model"; empty: the replayed file's
   int background = 0;     ///< number of first frames whose mean is the reference; 0: none
@@ -45,9 +50,15 @@ struct LiveSetup {
   std::string parameters;   ///< the solver's, JSON
   std::unique_ptr<LiveSolver> solver;
   std::unique_ptr<LiveSource> source;
+  ChannelMap map;                            ///< from the sender's columns to channels in V
   bool checked = true;                       ///< frames are checked for noise and range
   std::vector<std::filesystem::path> files;  ///< its inputs, which must not be overwritten
 };
+
+/// Sets the reference [channels] V and compares it with the model of the sensor, as `reconstruct`
+/// does: mends the frames if the options say so, warns of what is odd, or throws InputError.
+void take_reference(LiveSolver& solver, const Eigen::RowVectorXd& reference,
+                    const LiveOptions& options);
 
 /// Reads, fits and opens all of it. A solver of an experiment comes from the cache, or is fitted
 /// and cached; a solver file has a "checkpoint" or its type needs no data, as for `reconstruct`.

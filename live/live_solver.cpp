@@ -105,6 +105,24 @@ LiveSolver::LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solve
   begin_sequence();
 }
 
+void LiveSolver::set_reference(const Eigen::RowVectorXd& voltages) {
+  reference_ = voltages;
+  expected_ = mended(Frames(voltages));
+}
+
+void LiveSolver::mend(const ReferenceVerdict& verdict) {
+  from_ = verdict.from;
+  factor_ = verdict.factor;
+  expected_ = mended(Frames(reference_));
+}
+
+Frames LiveSolver::mended(FramesView changes) const {
+  if (from_.empty()) return changes;
+  Frames out = changes(Eigen::all, from_);
+  out.array().rowwise() *= factor_.transpose().array();
+  return out;
+}
+
 void LiveSolver::begin_sequence() { stream_ = solver_->open_stream(); }
 
 void LiveSolver::image() {
@@ -132,7 +150,7 @@ void LiveSolver::learn_forces(FramesView changes, const std::vector<double>& for
   std::vector<KnownTouch> touches;
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     begin_sequence();  // each is a touch of its own
-    change_ = changes.row(f);
+    change_ = mended(changes.middleRows(f, 1));
     image();
     touches.push_back({answer_.reading, forces_N[static_cast<std::size_t>(f)]});
   }
@@ -146,7 +164,7 @@ void LiveSolver::learn_quiet(FramesView changes, const FrameRuns& runs,
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     const auto number = static_cast<std::size_t>(f);
     if (std::binary_search(runs.first.begin(), runs.first.end(), number)) begin_sequence();
-    change_ = changes.row(f);
+    change_ = mended(changes.middleRows(f, 1));
     image();
     readings.push_back(answer_.reading);
   }
@@ -158,8 +176,9 @@ const LiveAnswer& LiveSolver::answer(const Eigen::Ref<const Eigen::RowVectorXd>&
                                      double time_s) {
   const SteadyClock::time_point start = SteadyClock::now();
   change_ = voltages - reference_;
+  if (!from_.empty()) change_ = mended(change_);
   image();
-  report(bounds_.judge(change_.row(0), reference_, answer_.report.dead), answer_.report);
+  report(bounds_.judge(change_.row(0), expected_.row(0), answer_.report.dead), answer_.report);
   answer_.solver_s = seconds_since(start);
   answer_.tracks = tracker_.update(time_s, timed_contacts(found_[0], *sensor_.sheet));
   answer_.force_N = forces_ ? forces_->force_N(answer_.reading) : std::nullopt;

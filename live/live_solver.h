@@ -11,6 +11,7 @@
 #include "bench/studies/sensitivity.h"
 #include "forward/sheet/sensor.h"
 #include "frames/frame_bounds.h"
+#include "frames/reference_check.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -83,8 +84,10 @@ class LiveSolver {
   LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solver, const ContactRule& rule);
 
   /// `voltages` [channels] V without contact; must be set before the first frame.
-  void set_reference(const Eigen::RowVectorXd& voltages) { reference_ = voltages; }
-  const Eigen::RowVectorXd& reference() const { return reference_; }
+  void set_reference(const Eigen::RowVectorXd& voltages);
+  const Eigen::RowVectorXd& reference() const { return reference_; }  ///< as set
+  /// From now on frames and reference are read as the verdict on the reference says.
+  void mend(const ReferenceVerdict& verdict);
 
   /// Calibrates forces with frames of one touch each; `changes` [frames, channels] V from their
   /// reference, `forces_N` [frames].
@@ -100,6 +103,7 @@ class LiveSolver {
   bool knows_forces() const { return forces_ != nullptr; }
 
  private:
+  Frames mended(FramesView changes) const;
   /// Computes image, report and contacts of the frame in `change_` into `answer_`; solvers with a
   /// stream of their own start from the last frame.
   void image();
@@ -117,6 +121,9 @@ class LiveSolver {
   std::unique_ptr<CollisionSignal> collision_;
   Tracker tracker_;
   Eigen::RowVectorXd reference_;
+  Frames expected_;        ///< [1, channels] V, the reference after mending
+  std::vector<int> from_;  ///< as in ReferenceVerdict; empty if nothing is mended
+  Eigen::VectorXd factor_;
   Frames change_;
   std::vector<std::vector<FoundContact>> found_;
   LiveAnswer answer_;

@@ -1,7 +1,6 @@
 #include "live/live_source.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -9,12 +8,12 @@
 #include <utility>
 
 #include "core/seconds.h"
+#include "frames/frame_source.h"
 #include "live/line_output.h"
 
 namespace ertbench {
 namespace {
 
-constexpr double most_volts = 1000;
 /// Enough bytes to tell text from doubles, some of which are not printable.
 constexpr std::size_t bytes_to_detect = 32;
 /// Longest accepted line, for each channel: a number takes two dozen.
@@ -49,14 +48,6 @@ bool read_numbers(std::string_view text, std::vector<double>& values) {
   }
 }
 
-/// Column titles begin with a letter and are neither "nan" nor "inf".
-bool looks_like_titles(std::string_view text) {
-  double value = 0;
-  const bool letter =
-      !text.empty() && (std::isalpha(static_cast<unsigned char>(text[0])) != 0 || text[0] == '"');
-  return letter && std::from_chars(text.data(), text.data() + text.size(), value).ec != std::errc();
-}
-
 }  // namespace
 
 const char* name_of(Damage damage) {
@@ -78,18 +69,19 @@ std::optional<FrameFormat> frame_format_named(std::string_view name) {
   return std::nullopt;
 }
 
-void offer_frame(std::span<const double> voltages, int channels, FrameSink& sink) {
-  if (std::ssize(voltages) != channels) {
+void offer_frame(std::span<const double> voltages, FrameColumns channels, FrameSink& sink) {
+  if (std::ssize(voltages) != channels.count) {
     sink.damaged(Damage::length);
   } else if (!std::all_of(voltages.begin(), voltages.end(),
-                          [](double v) { return std::abs(v) <= most_volts; })) {
+                          [&](double v) { return std::abs(v) <= channels.most; })) {
     sink.damaged(Damage::value);
   } else {
     sink.frame(voltages);
   }
 }
 
-FrameParser::FrameParser(int channels, FrameFormat format) : channels_(channels), format_(format) {}
+FrameParser::FrameParser(FrameColumns channels, FrameFormat format)
+    : channels_(channels), format_(format) {}
 
 void FrameParser::feed(std::string_view bytes, FrameSink& sink) {
   buffer_.append(bytes);
@@ -106,7 +98,7 @@ void FrameParser::feed(std::string_view bytes, FrameSink& sink) {
 }
 
 void FrameParser::feed_binary(FrameSink& sink) {
-  const std::size_t size = sizeof(double) * static_cast<std::size_t>(channels_);
+  const std::size_t size = sizeof(double) * static_cast<std::size_t>(channels_.count);
   std::size_t at = 0;
   for (; at + size <= buffer_.size(); at += size) {
     binary(std::string_view(buffer_).substr(at, size), sink);
@@ -125,7 +117,8 @@ void FrameParser::feed_lines(FrameSink& sink) {
     at = end + 1;
   }
   buffer_.erase(0, at);
-  if (buffer_.size() <= most_line_bytes_per_channel * static_cast<std::size_t>(channels_)) return;
+  if (buffer_.size() <= most_line_bytes_per_channel * static_cast<std::size_t>(channels_.count))
+    return;
   buffer_.clear();
   if (!overlong_) sink.damaged(Damage::length);
   overlong_ = true;
@@ -134,7 +127,7 @@ void FrameParser::feed_lines(FrameSink& sink) {
 void FrameParser::line(std::string_view text, FrameSink& sink) {
   while (!text.empty() && is_separator(text.front())) text.remove_prefix(1);
   const bool first = std::exchange(first_line_, false);
-  if (text.empty() || text[0] == '#' || (first && looks_like_titles(text))) return;
+  if (text.empty() || text[0] == '#' || (first && is_title_line(text))) return;
   values_.clear();
   if (!read_numbers(text, values_)) return sink.damaged(Damage::text);
   offer_frame(values_, channels_, sink);
@@ -163,7 +156,7 @@ void FrameParser::end(FrameSink& sink) {
 }
 
 void FrameParser::datagram(std::string_view bytes, FrameSink& sink) {
-  const std::size_t size = sizeof(double) * static_cast<std::size_t>(channels_);
+  const std::size_t size = sizeof(double) * static_cast<std::size_t>(channels_.count);
   if (format_ != FrameFormat::csv && bytes.size() == size && !is_text(bytes)) {
     binary(bytes, sink);
   } else if (format_ != FrameFormat::binary && !bytes.empty() && is_text(bytes)) {
@@ -179,14 +172,14 @@ namespace {
 /// Sends frames at their times; a reader that falls behind gets the late ones at once.
 class ReplaySource final : public LiveSource {
  public:
-  ReplaySource(RowMajorMatrix voltages, int repeat, std::optional<double> rate)
-      : voltages_(std::move(voltages)), repeat_(repeat), rate_(rate) {}
+  ReplaySource(RowMajorMatrix voltages, FrameColumns channels, int repeat,
+               std::optional<double> rate)
+      : voltages_(std::move(voltages)), channels_(channels), repeat_(repeat), rate_(rate) {}
 
   bool can_wait() const override { return true; }
 
   std::string run(FrameSink& sink, Stop& stop) override {
     const SteadyClock::time_point start = SteadyClock::now();
-    const auto channels = static_cast<std::size_t>(voltages_.cols());
     const auto total =
         static_cast<std::uint64_t>(voltages_.rows()) * static_cast<std::uint64_t>(repeat_);
     for (std::uint64_t number = 0; number < total; ++number) {
@@ -197,22 +190,24 @@ class ReplaySource final : public LiveSource {
         if (stop.wait(-1, due - SteadyClock::now()) == Stop::Event::stopped) return "";
       } while (SteadyClock::now() < due);
       const auto row = static_cast<Eigen::Index>(number) % voltages_.rows();
-      offer_frame({voltages_.row(row).data(), channels}, static_cast<int>(channels), sink);
+      offer_frame({voltages_.row(row).data(), static_cast<std::size_t>(voltages_.cols())},
+                  channels_, sink);
     }
     return "the file ended";
   }
 
  private:
   RowMajorMatrix voltages_;
+  FrameColumns channels_;
   int repeat_;
   std::optional<double> rate_;
 };
 
 }  // namespace
 
-std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, int repeat,
+std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, FrameColumns channels, int repeat,
                                       std::optional<double> rate) {
-  return std::make_unique<ReplaySource>(std::move(voltages), repeat, rate);
+  return std::make_unique<ReplaySource>(std::move(voltages), channels, repeat, rate);
 }
 
 }  // namespace ertbench

@@ -25,10 +25,18 @@ enum class Damage {
 inline constexpr std::array all_damages = {Damage::length, Damage::text, Damage::value};
 const char* name_of(Damage damage);
 
+/// What a frame of the sender looks like.
+struct FrameColumns {
+  // NOLINTNEXTLINE(google-explicit-constructor): a number of columns in V is the usual case.
+  FrameColumns(int number, double most_value = 1000) : count(number), most(most_value) {}
+  int count;
+  double most;  ///< largest absolute value: 1 kV in the sender's unit
+};
+
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
-  /// `voltages` [channels] V, all usable; valid during the call.
+  /// `voltages` [columns] as sent, all usable; valid during the call.
   virtual void frame(std::span<const double> voltages) = 0;
   virtual void damaged(Damage damage) = 0;
 };
@@ -38,7 +46,7 @@ class FrameSink {
 enum class FrameFormat { detect, binary, csv };
 
 /// Hands a usable frame to `sink`, or reports its damage.
-void offer_frame(std::span<const double> voltages, int channels, FrameSink& sink);
+void offer_frame(std::span<const double> voltages, FrameColumns channels, FrameSink& sink);
 
 /// Finds frames in a stream of bytes that may be cut anywhere. Not thread-safe.
 ///
@@ -46,7 +54,7 @@ void offer_frame(std::span<const double> voltages, int channels, FrameSink& sink
 /// `pause`. Empty lines, those that begin with '#' and a first line of column titles are skipped.
 class FrameParser {
  public:
-  FrameParser(int channels, FrameFormat format);
+  FrameParser(FrameColumns channels, FrameFormat format);
 
   void feed(std::string_view bytes, FrameSink& sink);
   /// Call when the sender has paused: an incomplete binary frame is damaged.
@@ -63,7 +71,7 @@ class FrameParser {
   void line(std::string_view text, FrameSink& sink);
   void binary(std::string_view bytes, FrameSink& sink);
 
-  int channels_;
+  FrameColumns channels_;
   FrameFormat format_;
   std::string buffer_;  ///< bytes of the next frame
   std::vector<double> values_;
@@ -106,11 +114,13 @@ InputPlace input_place(const std::string& text);
 std::pair<std::string, int> host_and_port(const std::string& text, const std::string& option);
 
 // All throw InputError if the place cannot be used.
-std::unique_ptr<LiveSource> open_standard_input(int channels, FrameFormat format);
-std::unique_ptr<LiveSource> open_serial(const InputPlace& place, int channels, FrameFormat format);
-std::unique_ptr<LiveSource> open_udp(const InputPlace& place, int channels, FrameFormat format);
-/// `voltages` [frames, channels] V may hold values that are not finite; sent `repeat` times.
-std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, int repeat,
+std::unique_ptr<LiveSource> open_standard_input(FrameColumns channels, FrameFormat format);
+std::unique_ptr<LiveSource> open_serial(const InputPlace& place, FrameColumns channels,
+                                        FrameFormat format);
+std::unique_ptr<LiveSource> open_udp(const InputPlace& place, FrameColumns channels,
+                                     FrameFormat format);
+/// `voltages` [frames, columns] may hold values that are not finite; sent `repeat` times.
+std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, FrameColumns channels, int repeat,
                                       std::optional<double> rate);
 
 }  // namespace ertbench

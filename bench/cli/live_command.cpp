@@ -62,6 +62,14 @@ static Action add_live(CLI::App& command) {
       ->required();
   command.add_option("--format", arguments->format, "detect, binary or csv (default: detect)")
       ->check(CLI::IsMember({"detect", "binary", "csv"}));
+  command.add_option("--channels", options.channels,
+                     "Order of the sender's columns, as for `reconstruct` (default: the sensor's)");
+  command.add_option("--unit", options.unit, "Of the sender: V, mV or uV (default: V)");
+  command.add_flag(
+      "--fix", options.fix,
+      "Where the reference is not what the sensor's model expects, read the frames as\n"
+      "would mend it");
+  command.add_flag("--force", options.force, "Image the frames whatever the check says");
   command.add_option("--sensor", options.sensor,
                      "Sensor, JSON (default: the experiment's, the file's, 16 electrodes)");
   command.add_option("--reference", options.reference,
@@ -110,6 +118,7 @@ static Action add_live(CLI::App& command) {
       "  ertbench generate experiments/quick.json --dataset test --out test.h5\n"
       "  ertbench live --solver gn.json --input replay:test.h5@125 --http 127.0.0.1:8080\n"
       "A line of JSON for each frame goes to standard output. See docs/live.md.");
+  refuse_empty_values(command);
   return [arguments] { return live(*arguments); };
 }
 

@@ -197,6 +197,75 @@ TEST(LiveProgram, TheFirstFramesMayBeTheReference) {
   EXPECT_LT(largest[0], 1e-9 * largest[1]);
 }
 
+TEST(LiveProgram, UnitsAndOrdersAreDeclaredAndCheckedAsByReconstruct) {
+  const LiveFolder folder;
+  const Sensor sensor;
+  const Eigen::RowVectorXd reference =
+      Hdf5File::open(folder / "frames.h5").read_vector("/reference_voltages").transpose();
+  // Three frames without contact, then one, by full maps in mV.
+  const std::vector<int> drives_and_measurements = [&] {
+    std::vector<int> places;
+    const auto measurements = static_cast<int>(measurement_pairs(sensor).size());
+    for (const Channel& channel : channels_of(sensor)) {
+      places.push_back(channel.drive * measurements + channel.measurement);
+    }
+    return places;
+  }();
+  const auto line = [&](const Eigen::RowVectorXd& voltages, double factor, bool full) {
+    std::vector<double> values(full ? drive_pairs(sensor).size() * measurement_pairs(sensor).size()
+                                    : static_cast<std::size_t>(voltages.size()));
+    for (Eigen::Index c = 0; c < voltages.size(); ++c) {
+      const auto place =
+          full ? drives_and_measurements[static_cast<std::size_t>(c)] : static_cast<int>(c);
+      values[static_cast<std::size_t>(place)] = factor * voltages[c];
+    }
+    std::string out;
+    for (const double value : values) out += (out.empty() ? "" : ",") + std::to_string(value);
+    return out + "\n";
+  };
+  const auto run = [&](const std::vector<std::string>& more,
+                       const std::vector<std::string>& lines) {
+    std::vector<std::string> arguments = {"live", "--solver",     "gn.json", "--input",
+                                          "-",    "--background", "3",       "--lossless"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    RunningProgram program(folder.path(), arguments);
+    for (const std::string& text : lines) program.write(text);
+    program.close_input();
+    const std::vector<json> answers = answers_of(program.lines());
+    const int code = program.exit_code();
+    return std::tuple(answers, code, program.errors());
+  };
+  const auto lines = [&](double factor, bool full) {
+    std::vector<std::string> out(3, line(reference, factor, full));
+    out.push_back(line(folder.voltages.row(1), factor, full));
+    return out;
+  };
+  const auto [right, code, errors] = run({"--channels", "full", "--unit", "mV"}, lines(1e3, true));
+  EXPECT_EQ(code, 0) << errors;
+  ASSERT_EQ(right.size(), 1u) << errors;
+  EXPECT_EQ(right[0].at("status"), "ok") << right[0];
+
+  const auto [none, wrong, why] = run({}, lines(1e3, false));
+  EXPECT_EQ(wrong, 2);
+  EXPECT_TRUE(none.empty());
+  EXPECT_NE(why.find("millivolts for volts"), std::string::npos) << why;
+  const auto [mended, fixed_code, said] = run({"--fix"}, lines(1e3, false));
+  EXPECT_EQ(fixed_code, 0) << said;
+  ASSERT_EQ(mended.size(), 1u) << said;
+  EXPECT_EQ(mended[0].at("status"), "ok");
+  EXPECT_NEAR(mended[0].at("signal").get<double>(), right[0].at("signal").get<double>(),
+              0.02 * right[0].at("signal").get<double>());
+
+  // The unit of a single frame.
+  std::vector<std::string> mixed = lines(1, false);
+  mixed.back() = lines(1e3, false).back();
+  const auto [flagged, ended, log] = run({}, mixed);
+  EXPECT_EQ(ended, 0) << log;
+  ASSERT_EQ(flagged.size(), 1u) << log;
+  EXPECT_EQ(flagged[0].at("status"), "suspect");
+  EXPECT_EQ(flagged[0].at("reasons"), json({"impossible level"}));
+}
+
 /// A port of UDP that nobody has at this moment.
 int free_port() {
   const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);

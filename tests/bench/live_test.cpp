@@ -92,6 +92,17 @@ TEST(FrameParser, CountsDamagedLinesAndGoesOn) {
   EXPECT_EQ(sink.damages_of(Damage::value), 3);
 }
 
+TEST(FrameParser, OnlyAFirstLineWithoutNumbersIsOneOfTitles) {
+  for (const auto& [first, damaged] :
+       {std::pair("a,b,c,d\n", 0), {"bad,2,3,4\n", 1}, {"\"x\",2,3,4\n", 1}}) {
+    Collected sink;
+    FrameParser parser(channels, FrameFormat::csv);
+    parser.feed(first + lines_of(three_frames(), ","), sink);
+    EXPECT_EQ(sink.frames, three_frames()) << first;
+    EXPECT_EQ(sink.damages_of(Damage::text), damaged) << first;
+  }
+}
+
 TEST(FrameParser, ALineWithoutAnEndIsGivenUp) {
   Collected sink;
   FrameParser parser(channels, FrameFormat::csv);
