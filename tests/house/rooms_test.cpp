@@ -76,7 +76,7 @@ TEST(Rooms, IncludeOnlyWhatTheTableAllows) {
   const fs::path root = ERTBENCH_SOURCE_DIR;
   int files = 0;
   for (const char* top :
-       {"core", "forward", "solvers", "models", "frames", "limit", "live", "bench"}) {
+       {"core", "forward", "solvers", "models", "frames", "limit", "live", "bench", "python"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const fs::path extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp") continue;

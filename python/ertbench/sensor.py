@@ -1,0 +1,102 @@
+"""Sensors: the sheet, its electrodes and the pairs that drive and measure."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Tuple
+
+import numpy as np
+
+from . import _core
+
+
+def _folders() -> list:
+    return [Path(__file__).parent / "sensors", Path(_core.project_folder) / "sensors"]
+
+
+class Sensor(_core.Sensor):
+    """A resistive sheet with electrodes on its border.
+
+    Sensor()                       EIDORS's d2s: a square of 200 mm with 16 point electrodes
+    Sensor("disc_16")              a built-in one (`Sensor.names()`)
+    Sensor("my_sensor.json")       a file; docs/sensor.md tells its keys
+    Sensor(shape="disc", diameter_mm=230, electrode_count=16, drive={"skip": 3})
+
+    Keywords are the keys of such a file; with a name or file they replace its own.
+
+    Attributes: shape; channels, the length of a frame; electrodes, their number; image_shape (rows,
+    columns); background, S/m; drive_current, A; size_mm (width, height); x_mm [columns] and y_mm
+    [rows], the pixels' centres from the middle of the sheet; on_sheet [rows, columns] bool;
+    electrodes_mm [electrodes, 2]; channel_electrodes [channels, 4], the electrodes of each channel's
+    drive (out of the first, into the second) and measurement (first less second), from 0;
+    reciprocal_pairs [n, 2], channels that read the same voltage by reciprocity.
+
+    Raises InputError for an unknown name or key and for values out of range.
+    """
+
+    def __init__(self, name: "str | os.PathLike | None" = None, **keywords: Any):
+        spec, source = {}, "Sensor"
+        if name is not None:
+            source = str(self._file(name))
+            _core.Sensor(Path(source).read_text(), source)  # says what is wrong in the file itself
+            spec = json.loads(Path(source).read_text())
+        spec.update(keywords)
+        try:
+            text = json.dumps(spec, default=_plain)
+        except TypeError as error:
+            raise _core.InputError(f"Sensor: {error}; numbers, text and lists are taken") from None
+        super().__init__(text, source)
+
+    @staticmethod
+    def names() -> list:
+        """Names of the built-in sensors."""
+        files = {file.stem for folder in _folders() for file in folder.glob("*.json")}
+        return sorted(files - {"schema"})
+
+    @staticmethod
+    def _file(name) -> Path:
+        path = Path(name)
+        if path.is_file():
+            return path
+        for folder in _folders():
+            if path.suffix == "" and (folder / f"{path}.json").is_file():
+                return folder / f"{path}.json"
+        raise _core.InputError(f"Sensor: there is no file \"{name}\", nor a built-in sensor of that "
+                               f"name; built in are {', '.join(Sensor.names())}")
+
+    @classmethod
+    def _of(cls, text: str) -> "Sensor":
+        return cls(**json.loads(text))
+
+    def symmetries(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Rotations and reflections that map electrodes onto electrodes, the identity first.
+
+        Returns pixels [n, rows * columns] and channels [n, channels]: the k-th symmetry maps an
+        image to image.ravel()[pixels[k]] and its frame to frame[channels[k]].
+        """
+        return super().symmetries()
+
+    def __reduce__(self):
+        return (Sensor._of, (self.to_json(),))
+
+    def __hash__(self):
+        return hash(self.to_json())
+
+    def __repr__(self) -> str:
+        width, height = self.size_mm
+        return (f"<Sensor: {self.shape} {width:g} x {height:g} mm, {self.electrodes} electrodes, "
+                f"{self.channels} channels>")
+
+
+def _plain(value):
+    """NumPy's numbers and arrays as JSON."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no value of a sensor")
+
+
+def own(sensor: "_core.Sensor | Sensor") -> Sensor:
+    """The class of this file for a sensor that came from C++."""
+    return sensor if isinstance(sensor, Sensor) else Sensor._of(sensor.to_json())
