@@ -2,16 +2,16 @@
 
     pip install --no-build-isolation ./python
 
-Nothing is downloaded: the Debian packages that `./ertbench` installs, pybind11-dev, libpython3-dev and
-python3-numpy must be there. $ERTBENCH_BUILD names the build folder, by default build/python of the
-sources; libraries that `./ertbench` has built already are not taken, as they may have been built for
-another Python. $ERTBENCH_MODELS=OFF leaves out the learned solvers, which need libtorch.
+Nothing is downloaded: what `./ertbench` installs, pybind11-dev, libpython3-dev and python3-numpy must
+be there. Libraries that `./ertbench` has built are taken; without them the build, in build/python, takes
+some minutes. $ERTBENCH_BUILD names another build folder.
 """
 
 import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 from setuptools import Distribution, setup
@@ -30,23 +30,34 @@ class BuildByCMake(build_py):
         if not (ROOT / "CMakePresets.json").is_file():
             sys.exit("ertbench: the package is built inside a clone of the project, of which "
                      f"{ROOT} is none")
-        build = Path(os.environ.get("ERTBENCH_BUILD", ROOT / "build" / "python"))
-        models = os.environ.get("ERTBENCH_MODELS", "ON")
-        subprocess.run(["cmake", "--preset", "release", "-B", build, f"-DERTBENCH_MODELS={models}",
-                        "-DBUILD_TESTING=OFF", "-DERTBENCH_BENCHMARKS=OFF",
-                        f"-DPython3_EXECUTABLE={sys.executable}"], cwd=ROOT, check=True)
-        targets = ["ertbench_python"] + (["ertbench_models"] if models == "ON" else [])
-        made = subprocess.run(["cmake", "--build", build, "--target", *targets], cwd=ROOT)
+        build = Path(os.environ.get("ERTBENCH_BUILD", self.built_before() or ROOT / "build/python"))
+        if not (build / "CMakeCache.txt").is_file():
+            subprocess.run(["cmake", "--preset", "release", "-B", build, "-DBUILD_TESTING=OFF",
+                            "-DERTBENCH_BENCHMARKS=OFF", f"-DPython3_EXECUTABLE={sys.executable}"],
+                           cwd=ROOT, check=True)
+        subprocess.run(["cmake", build], check=True)  # finds what was installed since
+        made = subprocess.run(["cmake", "--build", build, "--target", "ertbench_python",
+                               "ertbench_models"])
         if made.returncode != 0:
             sys.exit("ertbench: the module was not built; it needs pybind11-dev, libpython3-dev and "
                      "what ./ertbench installs")
         package = Path(self.build_lib) / "ertbench"
         shutil.rmtree(package, ignore_errors=True)
         shutil.copytree(build / "python" / "ertbench", package)
-        names = ["core/libertbench_core.so", "forward/libertbench_forward.so",
-                 "solvers/libertbench_solvers.so", "bench/libertbench_bench.so"]
-        for name in names + (["bench/libertbench_models.so"] if models == "ON" else []):
-            shutil.copy2(build / name, package)
+        for name in ("core/libertbench_core", "forward/libertbench_forward",
+                     "solvers/libertbench_solvers", "bench/libertbench_bench",
+                     "bench/libertbench_models"):
+            shutil.copy2(build / (name + ".so"), package)
+
+    @staticmethod
+    def built_before():
+        """The launcher's build, if it is for this Python; else None."""
+        suffix = sysconfig.get_config_var("EXT_SUFFIX")
+        asked = "import sysconfig; print(sysconfig.get_config_var('EXT_SUFFIX'), end='')"
+        debian = subprocess.run(["/usr/bin/python3", "-c", asked], capture_output=True, text=True)
+        release = ROOT / "build" / "release"
+        fits = debian.stdout == suffix and (release / "CMakeCache.txt").is_file()
+        return release if fits else None
 
 
 setup(packages=["ertbench"], distclass=WithModule, cmdclass={"build_py": BuildByCMake})
