@@ -112,24 +112,6 @@ struct PageTexts {
   }
 };
 
-/// Leaves in `made` what readers of results/published/NAME need.
-void prune(const fs::path& made, const fs::path& project, const fs::path& published) {
-  constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json",
-                                         "load.json"};
-  const PageTexts texts(project, published);
-  const std::vector<fs::directory_entry> entries(fs::recursive_directory_iterator(made), {});
-  for (const fs::directory_entry& entry : entries) {
-    if (entry.is_directory()) continue;
-    const std::string file = fs::relative(entry.path(), made).string();
-    const bool kept = std::find(std::begin(always), std::end(always), file) != std::end(always) ||
-                      texts.name(published.filename().string(), file);
-    if (!kept) fs::remove(entry.path());
-  }
-  for (const fs::directory_entry& entry : entries) {
-    if (entry.is_directory() && fs::is_empty(entry.path())) fs::remove(entry.path());
-  }
-}
-
 /// Removes the lists by position and by candidate, of which no page shows a value.
 void drop_long_lists(json& value) {
   if (value.is_object()) {
@@ -203,6 +185,23 @@ int make_load(const Experiment& experiment, SolverRegistry& registry, const Cach
 }
 
 }  // namespace
+
+void prune(const fs::path& made, const fs::path& project, const fs::path& published) {
+  constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json",
+                                         "load.json"};
+  const PageTexts texts(project, published);
+  const std::vector<fs::directory_entry> entries(fs::recursive_directory_iterator(made), {});
+  for (const fs::directory_entry& entry : entries) {
+    if (entry.is_directory()) continue;
+    const std::string file = fs::relative(entry.path(), made).string();
+    const bool kept = std::find(std::begin(always), std::end(always), file) != std::end(always) ||
+                      texts.name(published.filename().string(), file);
+    if (!kept) fs::remove(entry.path());
+  }
+  for (const fs::directory_entry& entry : entries) {
+    if (entry.is_directory() && fs::is_empty(entry.path())) fs::remove(entry.path());
+  }
+}
 
 void require_committed(const fs::path& project) {
   std::vector<std::string> changes;

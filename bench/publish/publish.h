@@ -29,6 +29,11 @@ void require_committed(const std::filesystem::path& project);
 int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
                        const std::filesystem::path& project, const Cache& cache, int jobs);
 
+/// Leaves in the folder `made` what readers of results/published/NAME, the folder `published`,
+/// need: summary.json, table.md, and the files that a page of the project names.
+void prune(const std::filesystem::path& made, const std::filesystem::path& project,
+           const std::filesystem::path& published);
+
 /// Throws InputError naming the first solver that lost time to other work of the machine while it
 /// was measured; `published` is the folder that the message names.
 void require_undisturbed(const LoadResults& results, const std::filesystem::path& published);

@@ -82,11 +82,6 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   const auto run = testing::run_program(project(), "run e.json --out results/e");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   testing::write_text(project() / "results/published/e/old.svg", "from before");
-  // Of the logs of trainings those stay that a page names.
-  testing::write_text(project() / "docs/a.md", "e/training/my net.csv");
-  std::filesystem::create_directories(project() / "results/e/training");
-  testing::write_text(project() / "results/e/training/my net.csv", "epoch\n");
-  testing::write_text(project() / "results/e/training/other.csv", "epoch\n");
   EXPECT_EQ(publish_experiment(experiment, registry, project(), Cache(project() / "cache"), 1), 0);
   // What an interrupted call has left is no page.
   testing::write_text(project() / "results/published/e.part/README.md.in", "{{nothing}}\n");
@@ -97,8 +92,6 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   EXPECT_TRUE(std::filesystem::exists(published / "table.md"));
   EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
   EXPECT_FALSE(std::filesystem::exists(published / "report.html"));  // no page names it
-  EXPECT_TRUE(std::filesystem::exists(published / "training/my net.csv"));
-  EXPECT_FALSE(std::filesystem::exists(published / "training/other.csv"));
   // Shorter, with the same numbers.
   const auto whole = project() / "results/e";
   EXPECT_LT(std::filesystem::file_size(published / "summary.json"),
@@ -110,6 +103,20 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3f\n", rie);
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
+}
+
+TEST_F(PublishTest, KeepsTheNestedFilesThatPagesName) {
+  testing::write_text(project() / "docs/a.md", "[log](../results/published/e/training/my net.csv)");
+  const auto made = project() / "made";
+  std::filesystem::create_directories(made / "maps");
+  std::filesystem::create_directories(made / "training");
+  for (const char* name : {"summary.json", "training/my net.csv", "training/net.csv", "maps/a.csv"})
+    testing::write_text(made / name, "text");
+  prune(made, project(), project() / "results/published/e");
+  EXPECT_TRUE(std::filesystem::exists(made / "summary.json"));
+  EXPECT_TRUE(std::filesystem::exists(made / "training/my net.csv"));
+  EXPECT_FALSE(std::filesystem::exists(made / "training/net.csv"));
+  EXPECT_FALSE(std::filesystem::exists(made / "maps"));
 }
 
 TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
