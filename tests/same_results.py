@@ -1,9 +1,16 @@
+#!/usr/bin/env python3
 """Whether two runs left the same: every file byte by byte, but for what no two runs share, the times
-that they took and when. Used by tests/failures and tests/kills."""
+that they took and when. Used by tests/failures and tests/kills.
+
+  tests/same_results.py BEFORE AFTER      are the numbers of every summary.json below BEFORE, times
+                                          included, those below AFTER? Lists may have been removed
+"""
 import csv
 import io
 import json
+import pathlib
 import re
+import sys
 
 # In JSON, wherever they stand; a checksum is also that of the times.
 TIMES = {"fit_s", "date", "measured", "rendered", "busy_cores", "earlier_s", "peak_rss_mb", "latency_us", "frames_per_s",
@@ -74,3 +81,54 @@ def differences(expected, found):
         elif comparable(files[name]) != comparable(others[name]):
             lines.append(f"{name} differs")
     return lines
+
+
+# What metrics were called before, by what they are called now.
+RENAMED = {"found": "detected", "ghosts": "false_positives"}
+
+
+def changes(before, after, place, compared):
+    """The places of values that are not the same in two summaries. What is lost counts too, but for
+    lists, words and what a training ran on, which publishing may leave out. Adds the number of values to `compared`."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        renamed = {RENAMED.get(key, key): value for key, value in after.items()}
+        for key, value in before.items():
+            key = RENAMED.get(key, key)
+            if key in renamed:
+                yield from changes(value, renamed[key], f"{place}/{key}", compared)
+            elif key != "runtime" and not isinstance(value, (list, str)):
+                yield f"{place}/{key} is lost"
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        for number, (old, new) in enumerate(zip(before, after)):
+            yield from changes(old, new, f"{place}/{number}", compared)
+    else:
+        compared.append(place)
+        if before != after:
+            yield f"{place} differs"
+
+
+def changed_summaries(before, after):
+    """Compares every summary.json below `before` with that at the same place below `after`: what was
+    measured and what studies and charts say of it. Returns lines, the last with how much it was."""
+    lines, compared = [], []
+    files = sorted(pathlib.Path(before).rglob("summary.json"))
+    for file in files:
+        name = file.relative_to(before)
+        if not (pathlib.Path(after) / name).exists():
+            lines.append(f"{name} is missing")
+            continue
+        parts = []
+        for content in (file, pathlib.Path(after) / name):
+            summary = json.loads(content.read_bytes())
+            parts.append({key: summary.get(key, {}) for key in ("studies", "speed_accuracy")})
+            parts[-1]["rows"] = {f"{row['dataset']}, {row['label']}": row for row in summary["rows"]}
+        lines += [f"{name}: {one}" for one in changes(*parts, "", compared)]
+    return lines + [f"{len(files)} summaries, {len(compared)} values, {len(lines)} changed or lost"]
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    found = changed_summaries(*sys.argv[1:])
+    print("\n".join(found))
+    sys.exit(1 if len(found) > 1 or found[0].startswith("0 ") else 0)
