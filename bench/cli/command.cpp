@@ -15,6 +15,7 @@ namespace ertbench {
 std::span<const Command> commands() {
   static constexpr Command all[] = {
       {"run", add_run},
+      {"report", add_report},
       {"check", nullptr, "tools", "Run an experiment and compare with its baseline"},
       {"generate", add_generate},
       {"reconstruct", add_reconstruct},

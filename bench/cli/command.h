@@ -24,6 +24,7 @@ ExitCode run_command_line(int argc, char** argv);
 
 // The commands of the program itself; the others are in parts (bench/features/parts.h).
 Action add_run(CLI::App& command);
+Action add_report(CLI::App& command);
 Action add_trial(CLI::App& command);
 Action add_generate(CLI::App& command);
 Action add_cache(CLI::App& command);

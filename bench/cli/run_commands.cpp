@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/cli/command.h"
@@ -8,6 +9,7 @@
 #include "bench/features/features.h"
 #include "bench/record/cache.h"
 #include "bench/run/runner.h"
+#include "bench/run/summary_report.h"
 #include "bench/run/timing_stage.h"
 #include "bench/run/trial.h"
 #include "core/errors.h"
@@ -195,6 +197,28 @@ Action add_run(CLI::App& command) {
   return [arguments, jobs] {
     arguments->jobs_given = jobs->count() > 0;
     return run(*arguments);
+  };
+}
+
+Action add_report(CLI::App& command) {
+  const auto results = std::make_shared<std::string>();
+  const auto out = std::make_shared<std::string>();
+  command.description("Make the page, the tables and the charts of a result from its summary.json");
+  command.add_option("RESULTS", *results, "Folder with a summary.json")->required();
+  command.add_option("--out", *out, "New or empty folder")->required();
+  command.footer(
+      "Example:\n  ertbench report results/published/table_c1 --out report\n"
+      "Writes report.html, table.md, table.csv, table.tex and the charts as SVG and PNG. It needs "
+      "no\n"
+      "dataset and fits nothing; what a summary does not hold, such as example images, is named.");
+  return [results, out] {
+    const SummaryReport report = report_summary(*results, *out, chart_types());
+    std::printf("Report in %s\n", printable_path(*out).c_str());
+    if (!report.elsewhere.empty()) {
+      std::printf("Not in summary.json and so left out: %s; `%s` makes them\n",
+                  list_of(report.elsewhere).c_str(), printable(report.command, 1000).c_str());
+    }
+    return report.undrawn > 0 ? trial_failed : done;
   };
 }
 

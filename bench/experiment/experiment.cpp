@@ -234,15 +234,25 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.keep_explained =
       std::any_of(experiment.studies.begin(), experiment.studies.end(),
                   [](const StudySpec& study) { return study.type == "consistency"; });
-  read_right_sizing(root, experiment);
   read_figure(root, experiment);
+  read_presentation(root, experiment, charts, registry);
+  experiment.ladders = read_ladders(root, experiment, registry, check);
+  root.finish();
+  return experiment;
+}
+
+void read_presentation(JsonObject& root, Experiment& experiment, const ChartTypes& charts,
+                       SolverRegistry& registry) {
+  read_right_sizing(root, experiment);
   read_published(root, experiment);
   if (root.has("charts") && !charts.empty()) {
     experiment.charts = read_charts(root, experiment, charts, registry);
   }
-  experiment.ladders = read_ladders(root, experiment, registry, check);
-  root.finish();
-  return experiment;
+  nlohmann::json kept = nlohmann::json::object();
+  for (const char* key : {"charts", "published", "right_sizing"}) {
+    if (root.has(key)) kept[key] = root.raw(key);
+  }
+  experiment.presentation = kept;
 }
 
 nlohmann::ordered_json experiment_settings_schema() {

@@ -92,6 +92,9 @@ struct Experiment {
   std::optional<RightSizing> right_sizing;
   std::optional<Ladders> ladders;
   std::optional<Folds> folds;
+  /// How the results are shown: "charts", "published" and "right_sizing" as the file has them, for
+  /// summary.json.
+  JsonValue presentation;
 
   const DatasetSpec* find_dataset(const std::string& dataset) const;
   std::vector<const DatasetSpec*> datasets() const;  ///< all of them
@@ -112,6 +115,12 @@ enum class SolverCheck { all, none };
 Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& registry,
                            const ChartTypes& charts, SolverCheck check = SolverCheck::all,
                            const std::vector<std::string>& overrides = {});
+
+/// Reads "right_sizing", "published" and "charts" of a file, or of what a summary.json keeps of it
+/// (Experiment::presentation), and keeps them. Datasets, solvers and timing must have been read.
+/// Throws InputError.
+void read_presentation(JsonObject& root, Experiment& experiment, const ChartTypes& charts,
+                       SolverRegistry& registry);
 
 /// The schema of "timing", "contacts", "check" and the limits of a trial.
 nlohmann::ordered_json experiment_settings_schema();

@@ -35,17 +35,39 @@ std::string text_of(const Builds& builds) {
   return out;
 }
 
-nlohmann::json to_json(const Builds& builds) {
-  nlohmann::json out = nlohmann::json::object();
-  for (const auto& [stage, stamps] : builds) {
-    for (const BuildStamp& stamp : stamps) out[stage].push_back(to_json(stamp));
+namespace {
+
+using nlohmann::json;
+
+json to_json(const std::vector<BuildStamp>& stamps) {
+  json out = json::array();
+  for (const BuildStamp& stamp : stamps) out.push_back(to_json(stamp));
+  return out;
+}
+
+std::vector<BuildStamp> stamps_from(const json& list) {
+  std::vector<BuildStamp> out;
+  for (const json& stamp : list) {
+    if (auto build = build_stamp_from_json(stamp)) out.push_back(std::move(*build));
   }
   return out;
 }
 
-namespace {
+}  // namespace
 
-using nlohmann::json;
+json to_json(const Builds& builds) {
+  json out = json::object();
+  for (const auto& [stage, stamps] : builds) out[stage] = to_json(stamps);
+  return out;
+}
+
+Builds builds_from_json(const json& builds) {
+  Builds out;
+  for (const auto& [stage, stamps] : builds.items()) out[stage] = stamps_from(stamps);
+  return out;
+}
+
+namespace {
 
 json or_null(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? json(*value) : json(nullptr);
@@ -86,25 +108,11 @@ json to_json(const LatencySummary& latency) {
   return out;
 }
 
-json to_json(const std::vector<BuildStamp>& stamps) {
-  json out = json::array();
-  for (const BuildStamp& stamp : stamps) out.push_back(to_json(stamp));
-  return out;
-}
-
 json to_json(const RowBuilds& builds) {
   json out = to_json(builds.scored.front());
   out["scored"] = to_json(builds.scored);
   out["fitted"] = to_json(builds.fitted);
   out["timed"] = to_json(builds.timed);
-  return out;
-}
-
-std::vector<BuildStamp> stamps_from(const json& list) {
-  std::vector<BuildStamp> out;
-  for (const json& stamp : list) {
-    if (auto build = build_stamp_from_json(stamp)) out.push_back(std::move(*build));
-  }
   return out;
 }
 

@@ -46,6 +46,8 @@ std::string text_of(const Builds& builds);
 
 /// `{"accuracy": [{"commit", ...}], "fits": [...], ...}`
 nlohmann::json to_json(const Builds& builds);
+/// The inverse. What is no stamp is left out.
+Builds builds_from_json(const nlohmann::json& builds);
 
 class JsonObject;
 

@@ -25,6 +25,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 /// Nothing where the file is no longer there.
 MissedPromise missed_promise_in(const fs::path& file, const DatasetSpec& spec) {
@@ -96,6 +97,31 @@ void write_differences(const ExperimentResults& results, const fs::path& folder)
   write_file_atomically(folder / "differences.md", markdown_of(difference_table(differences)));
 }
 
+/// What `ertbench report` needs beside the rows, with the names of what it cannot make again.
+json presentation(const Experiment& experiment, const ExperimentResults& results,
+                  const TableText& text, bool trained) {
+  json out = *experiment.presentation;
+  for (const DatasetSpec& test : experiment.tests) {
+    out["test_sets"].push_back(
+        {{"name", test.name}, {"description", text.dataset_descriptions.at(test.name)}});
+  }
+  for (const auto& trials : experiment.rows()) {
+    const SolverEntry& entry = trials.front();
+    json& solver = out["solvers"].emplace_back(json{{"label", entry.label}});
+    if (entry.family != entry.label) solver["family"] = entry.family;
+    if (entry.sweep) solver["sweep"] = *entry.sweep;
+    if (entry.break_even_reference) solver["break_even_reference"] = true;
+  }
+  json& absent = out["elsewhere"] = json::array();
+  if (!results.frames.empty()) absent.push_back("differences");
+  if (!experiment.figure_scenes.empty()) absent.push_back("reconstructions");
+  if (trained) absent.push_back("training");
+  if (experiment.ladders) absent.push_back("ladders");
+  if (experiment.folds) absent.push_back("folds");
+  for (const StudyOutcome& study : results.studies) absent.push_back(study.name);
+  return out;
+}
+
 /// What stands around the tables of a result, but for the builds.
 TableText table_text(const Experiment& experiment, const nlohmann::json& summary) {
   TableText text;
@@ -112,14 +138,8 @@ TableText table_text(const Experiment& experiment, const nlohmann::json& summary
   return text;
 }
 
-/// What the page has beside the rows, their tables and charts.
-struct BesideRows {
-  std::vector<ReportFigure> training_curves;
-  std::vector<ReportSection> sections;
-  std::vector<std::string> undrawn;  ///< figures that could not be drawn
-};
+}  // namespace
 
-/// The tables, the charts, the page and summary.json. Returns how many figures could not be drawn.
 std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow>& rows,
                        const TableText& text, BesideRows beside, nlohmann::json summary,
                        const fs::path& folder) {
@@ -143,8 +163,6 @@ std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow
   write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
   return beside.undrawn.size();
 }
-
-}  // namespace
 
 std::size_t write_results(const Experiment& experiment, const Cache& cache,
                           const ExperimentResults& results,
@@ -181,6 +199,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
     if (!figure->drawn) undrawn.push_back("training/" + label);
     training_curves.push_back(*figure);
   }
+  summary["presentation"] = presentation(experiment, results, text, !training_curves.empty());
   for (const StudyOutcome& study : results.studies) {
     summary["studies"][study.name] = study.result->summary();
     summary["studies"][study.name]["type"] = study.type;

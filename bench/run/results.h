@@ -9,8 +9,23 @@
 #include "bench/record/cache.h"
 #include "bench/record/experiment_results.h"
 #include "bench/report/report.h"
+#include "bench/report/result_table.h"
 
 namespace ertbench {
+
+/// What the page has beside the rows, their tables and charts.
+struct BesideRows {
+  std::vector<ReportFigure> training_curves;
+  std::vector<ReportSection> sections;
+  std::vector<std::string> undrawn;  ///< figures that could not be drawn
+};
+
+/// Writes what is made of rows alone: table.md, table.csv, table.tex, the experiment's charts, and
+/// with what there is beside them report.html and summary.json. `summary` has all but the rows and
+/// what follows from them. Returns how many figures could not be drawn.
+std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                       const TableText& text, BesideRows beside, nlohmann::json summary,
+                       const std::filesystem::path& folder);
 
 /// summary.json, table.md, table.csv, table.tex, differences.md, differences.csv, the figure of
 /// reconstructions, the charts that the experiment asks for, those of the training, and report.html
