@@ -56,10 +56,7 @@ double Colour::lightness() const {
   return light > 0.008856 ? 1.16 * std::cbrt(light) - 0.16 : 9.033 * light;
 }
 
-Colour Colour::towards_black(double fraction) const {
-  return {red * (1 - fraction), green * (1 - fraction), blue * (1 - fraction)};
-}
-
+Colour Colour::towards_black(double fraction) const { return mixed(*this, {0, 0, 0}, fraction); }
 Colour Colour::towards_white(double fraction) const { return mixed(*this, {1, 1, 1}, fraction); }
 
 Colour Colour::for_text() const {

@@ -144,10 +144,10 @@ void print_titles(Canvas& canvas, const SceneLayout& layout,
   }
 }
 
-std::string caption(const ReconstructionFigure& figure, const FigureColumn& column, int scene) {
+std::string caption(const FigureColumn& column, int scene) {
   if (column.errors.empty()) return "";
   const auto& error = column.errors[static_cast<std::size_t>(scene)];
-  return figure.error_name + " " + (error ? three_digits(*error) : "—");
+  return "rel. error " + (error ? three_digits(*error) : "—");
 }
 
 }  // namespace
@@ -185,7 +185,7 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
       if (column.failure.empty()) {
         image = columns[static_cast<std::size_t>(c)].row(scene);
         if (!image.array().isFinite().any()) panel.inside = "undefined";
-        panel.below = caption(figure, column, scene);
+        panel.below = caption(column, scene);
       }
       plot_panel(canvas, panels, layout, panel, image);
     }

@@ -25,7 +25,6 @@ struct ReconstructionFigure {
   bool truth_is_known = true;           ///< else the truth's column says so
   std::vector<std::string> row_labels;  ///< [scenes]: "scene 12"
   std::vector<FigureColumn> columns;
-  std::string error_name = "rel. error";  ///< what `errors` is
 };
 
 /// Draws `stem`.svg and `stem`.png: a row for each scene, in the columns the truth and each solver;

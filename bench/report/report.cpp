@@ -151,8 +151,8 @@ class Page {
             "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
             "img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\"/>\n"
             "<title>"
-         << html_escaped(title) << "</title>\n<style>" << kReportStyle
-         << "</style>\n</head>\n<body>\n<main>\n";
+         << html_escaped(title) << "</title>\n<style>\n"
+         << report_style() << "</style>\n</head>\n<body>\n<main>\n";
   }
 
   void contents(const std::vector<ReportSection>& sections) {
