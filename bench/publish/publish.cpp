@@ -132,6 +132,29 @@ void shorten_summary(const fs::path& file) {
   write_file_atomically(file, json_text(summary) + "\n");
 }
 
+/// Gives a picture a palette, of the most colours with which its file is small enough.
+void shrink_picture(const fs::path& picture) {
+  const TemporaryFolder folder;
+  const fs::path smaller = folder.path() / "smaller.png";
+  for (const char* colours : {"128", "64", "32"}) {
+    ChildProcess pngquant({"pngquant", "--force", "--strip", "--nofs", "--output", smaller.string(),
+                           colours, "--", picture.string()},
+                          {folder.path() / "log"}, {60});
+    if (!pngquant.wait().ok()) {
+      throw InputError(picture.string() +
+                       ": pngquant, which Debian's package of that name has, could not give it a "
+                       "palette: " +
+                       one_line(contents_of(folder.path() / "log"), 200));
+    }
+    if (fs::file_size(smaller) <= most_picture_bytes) {
+      return write_file_atomically(picture, contents_of(smaller));
+    }
+  }
+  throw InputError(picture.string() + ": it has more than " +
+                   std::to_string(most_picture_bytes / 1000) +
+                   " kB even with 32 colours; draw it smaller, or name it on no page");
+}
+
 /// Puts `made` in the place of `published` in one step, with the templates of pages that stand
 /// there and their pages.
 void replace_folder(const fs::path& published, const fs::path& made) {
@@ -240,6 +263,9 @@ int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
   require_drawn(made, published);
   prune(made, project, published);
   shorten_summary(made / "summary.json");
+  for (const auto& entry : fs::recursive_directory_iterator(made)) {
+    if (entry.path().extension() == ".png") shrink_picture(entry.path());
+  }
   replace_folder(published, made);
   return failures;
 }

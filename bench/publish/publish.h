@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "bench/experiment/experiment.h"
@@ -10,6 +11,9 @@ namespace ertbench {
 class SolverRegistry;
 struct LoadResults;
 
+/// Largest picture that is published.
+inline constexpr std::uintmax_t most_picture_bytes = 150 * 1000;
+
 /// Throws InputError where the project's tree differs from its last commit, where the program was
 /// built of other sources, or where there is no git. Changes below results/published and of the
 /// rendered pages do not count: publishing makes them.
@@ -17,15 +21,16 @@ void require_committed(const std::filesystem::path& project);
 
 /// Runs what is missing of the experiment, with `jobs` processes at a time, and puts its results
 /// into results/published/NAME of the project, whole or not at all: summary.json, table.md, and of
-/// the rest what a page of the project links to or takes numbers from; templates of pages in that
-/// folder stay. The experiment's "made_by" says which command's results these are; rates of frames
-/// are measured anew each time. `registry`: that the experiment was read with.
+/// the rest what a page of the project links to or takes numbers from; pictures have a palette;
+/// templates of pages in that folder stay. The experiment's "made_by" says which command's results
+/// these are; rates of frames are measured anew each time. `registry`: that the experiment was read
+/// with.
 ///
 /// Which earlier records may be reused is up to the cache (Reuse::clean: none of a build whose
 /// sources were not committed). Returns the number of jobs that failed; they stay in the results
-/// with their reason. Throws InputError where a figure could not be drawn, the machine was too busy
-/// to measure rates, or published limits (`ertbench limit`) would be lost. What was published
-/// before then stays.
+/// with their reason. Throws InputError where a figure could not be drawn or is too large, the
+/// machine was too busy to measure rates, or published limits (`ertbench limit`) would be lost.
+/// What was published before then stays.
 int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
                        const std::filesystem::path& project, const Cache& cache, int jobs);
 

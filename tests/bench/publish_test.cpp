@@ -134,6 +134,11 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
   const auto published = project() / "results/published/e";
   EXPECT_EQ(testing::read_text(published / "fidelity.csv"),
             testing::read_text(project() / "results/e/fidelity.csv"));
+  // The picture has a palette: type 3 of PNG's header.
+  const std::string picture = testing::read_text(published / "fidelity.png");
+  ASSERT_GT(picture.size(), 26u);
+  EXPECT_EQ(picture[25], 3);
+  EXPECT_LE(picture.size(), most_picture_bytes);
   EXPECT_TRUE(std::filesystem::exists(published / "provenance.json"));
   EXPECT_FALSE(std::filesystem::exists(published / "summary.json"));
   // Without its figure it is not published, and what was published stays.

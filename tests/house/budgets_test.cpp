@@ -25,6 +25,7 @@ struct Budgets {
   std::uintmax_t tree_mb = 40;      ///< all tracked files
   std::uintmax_t results_mb = 16;   ///< results/ without networks
   std::uintmax_t networks_mb = 16;  ///< results/networks
+  std::uintmax_t picture_kb = 150;  ///< any PNG
 } constexpr budgets;
 
 constexpr std::uintmax_t megabyte = 1000 * 1000;
@@ -86,6 +87,9 @@ TEST(Budgets, OfTheTreeAreKept) {
   for (const std::string& file : project_files()) {
     const std::uintmax_t size = fs::file_size(fs::path(ERTBENCH_SOURCE_DIR) / file);
     tree += size;
+    if (file.ends_with(".png")) {
+      EXPECT_LE(size, budgets.picture_kb * 1000) << file;
+    }
     if (file.starts_with("results/networks/") || file.starts_with("results/baselines/networks/")) {
       networks += size;
     } else if (file.starts_with("results/")) {
