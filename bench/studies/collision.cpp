@@ -5,7 +5,9 @@
 #include <functional>
 #include <limits>
 
+#include "core/lists.h"
 #include "core/text.h"
+
 namespace ertbench {
 namespace {
 
@@ -104,19 +106,16 @@ DetectorSignals without_regions(DetectorSignals signals) {
 
 /// The law and the noise of the sets, by role where they differ.
 std::string collision_condition(const StudyInput& input) {
-  std::vector<std::string> noises;
-  std::string listed;
+  std::vector<std::string> noises, listed;
   for (const char* role : collision_roles) {
     noises.push_back(noise_text(input.set_spec(input.spec.roles.at(role)).noise));
-    listed += (listed.empty() ? "" : ", ") + std::string(role) + " " + noises.back();
+    listed.push_back(role + (" " + noises.back()));
   }
-  const bool same = std::count(noises.begin(), noises.end(), noises.front()) ==
-                    static_cast<std::ptrdiff_t>(noises.size());
-  return input.law() + " law, " + (same ? noises.front() : listed);
+  return input.law() + " law, " + (distinct(noises).size() == 1 ? noises.front() : joined(listed));
 }
 
 bool has_readings(const StudyInput& input, const std::string& label) {
-  return std::all_of(std::begin(collision_roles), std::end(collision_roles), [&](const char* role) {
+  return std::ranges::all_of(collision_roles, [&](const char* role) {
     return input.readings(label, input.spec.roles.at(role)) != nullptr;
   });
 }

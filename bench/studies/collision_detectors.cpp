@@ -256,9 +256,7 @@ std::optional<std::size_t> reference_bin(const std::vector<Detector>& detectors)
   const auto distance = [](const CountedShare& sum) {
     return std::abs(sum.count / static_cast<double>(sum.total) - 0.5);
   };
-  const auto best = std::min_element(
-      sums.begin(), sums.end(),
-      [&](const CountedShare& a, const CountedShare& b) { return distance(a) < distance(b); });
+  const auto best = std::ranges::min_element(sums, {}, distance);
   return static_cast<std::size_t>(best - sums.begin());
 }
 

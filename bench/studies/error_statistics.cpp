@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -9,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
@@ -82,8 +84,7 @@ std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view n
   if (values_.empty()) return std::nullopt;
   GroupedErrors own = compact();
   std::vector<Value>& sorted = own.values_;
-  std::sort(sorted.begin(), sorted.end(),
-            [](const Value& a, const Value& b) { return a.error < b.error; });
+  std::ranges::sort(sorted, {}, &Value::error);
   std::vector<double> counts(own.groups_, 0);
   for (const Value& value : sorted) counts[value.group] += 1;
   // A group that was drawn several times counts as often; the errors stay sorted.
@@ -109,19 +110,12 @@ std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view n
 
 std::optional<double> GroupedErrors::worst() const {
   if (values_.empty()) return std::nullopt;
-  return std::max_element(values_.begin(), values_.end(),
-                          [](const Value& a, const Value& b) { return a.error < b.error; })
-      ->error;
+  return std::ranges::max(values_, {}, &Value::error).error;
 }
 
 namespace {
 
 constexpr double isotonic_bin = 20;  ///< trials
-
-void sort_trials(std::vector<Trial>& trials) {
-  std::stable_sort(trials.begin(), trials.end(),
-                   [](const Trial& a, const Trial& b) { return a.value < b.value; });
-}
 
 /// Trials as regression takes them: weight, mean value and share of successes.
 struct PooledTrials {
@@ -224,7 +218,7 @@ std::optional<Estimate> CountedShare::share() const {
 }
 
 std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_trials) {
-  sort_trials(trials);
+  std::ranges::stable_sort(trials, {}, &Trial::value);
   const std::size_t most = trials.size() / static_cast<std::size_t>(least_trials);
   const std::size_t count =
       std::max<std::size_t>(std::min(static_cast<std::size_t>(bins), most), 1);
@@ -245,7 +239,7 @@ std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_
 std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
                                       const std::string& name) {
   if (static_cast<double>(trials.size()) < 2 * isotonic_bin) return std::nullopt;
-  sort_trials(trials);
+  std::ranges::stable_sort(trials, {}, &Trial::value);
   LeastFound out;
   for (std::size_t t = 0; t < static_cast<std::size_t>(isotonic_bin); ++t) {
     out.reach.low += trials[t].value;
@@ -257,7 +251,7 @@ std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
   // Groups are numbered anew, so that only those that have trials here are drawn.
   std::vector<std::size_t> groups;
   for (const Trial& trial : trials) groups.push_back(trial.group);
-  std::sort(groups.begin(), groups.end());
+  std::ranges::sort(groups);
   groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
   for (Trial& trial : trials) {
     const auto at = std::lower_bound(groups.begin(), groups.end(), trial.group);
@@ -323,11 +317,9 @@ std::vector<int> area_orbits(const Sheet& sheet, int areas) {
     const double y = std::abs(area / areas - (areas - 1) / 2.0);
     return std::pair(std::max(x, y), std::hypot(x, y));
   };
-  std::vector<int> firsts = least;
-  std::sort(firsts.begin(), firsts.end());
-  firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
-  std::stable_sort(firsts.begin(), firsts.end(),
-                   [&](int a, int b) { return outward(a) > outward(b); });
+  std::vector<int> firsts = distinct(least);
+  std::ranges::sort(firsts);
+  std::ranges::stable_sort(firsts, std::greater<>(), outward);
   std::vector<int> orbits;
   for (const int area : least) {
     orbits.push_back(

@@ -11,9 +11,8 @@ namespace ertbench {
 namespace {
 
 std::size_t force_index(const std::vector<double>& forces, double force) {
-  const auto found = std::min_element(forces.begin(), forces.end(), [&](double a, double b) {
-    return std::abs(a - force) < std::abs(b - force);
-  });
+  const auto found =
+      std::ranges::min_element(forces, {}, [&](double one) { return std::abs(one - force); });
   return static_cast<std::size_t>(found - forces.begin());
 }
 

@@ -213,9 +213,7 @@ TableSection targets_gap_table(const TargetCircumstances& circumstances,
     row.push_back(resolvable);
     for (const auto& entry : bins) {
       const auto& own = solver.gaps.bins;
-      const double low_mm = entry.second.low_mm;
-      const auto found = std::find_if(own.begin(), own.end(),
-                                      [&](const GapBin& one) { return one.low_mm == low_mm; });
+      const auto found = std::ranges::find(own, entry.first, &GapBin::low_mm);
       row.push_back(found == own.end() ? Cell("—") : estimate_cell(found->told_apart, 2));
     }
   }

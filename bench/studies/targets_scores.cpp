@@ -281,8 +281,7 @@ std::vector<GapTrial> gap_trials(std::span<const TargetFrame> frames,
   }
   std::vector<GapTrial> trials;
   for (const auto& [scene, trial] : by_scene) trials.push_back(trial);
-  std::stable_sort(trials.begin(), trials.end(),
-                   [](const GapTrial& a, const GapTrial& b) { return a.gap_mm < b.gap_mm; });
+  std::ranges::stable_sort(trials, {}, &GapTrial::gap_mm);
   return trials;
 }
 
