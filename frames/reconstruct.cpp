@@ -53,8 +53,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t streamed_frames = 1024;
-constexpr Eigen::Index most_written = 8;  ///< contacts written per frame
-constexpr Eigen::Index contact_columns = 6;
+constexpr Eigen::Index most_written = written_contacts[0];
+constexpr Eigen::Index contact_columns = written_contacts[1];
 
 std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const OwnFrames& frames,
                                     SolverRegistry& registry) {
@@ -183,7 +183,8 @@ void add_twins(const Sensor& sensor, const std::vector<Eigen::Matrix2d>& twins,
   }
 }
 
-/// The rows of /contacts, [frames, most_written * contact_columns].
+}  // namespace
+
 RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
                            const std::vector<Eigen::Matrix2d>& twins, const Frames& changes) {
   std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
@@ -207,6 +208,8 @@ RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
   }
   return out;
 }
+
+namespace {
 
 /// Writes /level if the solver estimates it: the change of the whole sheet beside the image's.
 void write_level(Hdf5File& out, const RowMajorMatrix& level) {

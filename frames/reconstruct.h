@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "frames/own_frames.h"
+#include "solvers/solver.h"
 
 namespace ertbench {
 
@@ -21,6 +22,15 @@ std::vector<std::filesystem::path> reconstruction_inputs(const std::filesystem::
                                                          const std::filesystem::path& frames);
 
 class SolverRegistry;
+
+/// Most contacts of a frame that are written, and numbers of each: x and y of the centre, mm from
+/// the middle of the sheet; radius of the disc of its area, mm; largest change of the conductivity,
+/// S/m; standard deviations of x and y, mm, 0 if the solver gives none.
+inline constexpr std::array<Eigen::Index, 2> written_contacts = {8, 6};
+/// The contacts of frames [frames, channels] in V as such rows, [frames, 8 * 6], the strongest
+/// first, NaN where there is none. Behind each contact stand its twins (twin_symmetries).
+RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
+                           const std::vector<Eigen::Matrix2d>& twins, const Frames& changes);
 
 struct ReconstructOptions {
   /// A file with one entry of an experiment's "solvers" list; its `"checkpoint"` names the file of

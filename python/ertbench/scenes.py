@@ -16,15 +16,19 @@ from .shapes import Contact, Disc, Ellipse, Polygon, Rectangle, scenes_text
 
 @dataclass(eq=False)
 class SceneSet:
-    """N scenes with their voltages, as `Scenes.draw` makes them and files hold them."""
+    """N scenes with their voltages, as `Scenes.draw` makes them and files hold them.
+
+    One of your own: SceneSet(sensor, voltages, images, reference), to train on or to score with; its
+    contacts are not known.
+    """
 
     sensor: Sensor
     voltages: np.ndarray  #: [N, channels] V, with noise
-    clean_voltages: np.ndarray  #: [N, channels] V, without
     images: np.ndarray  #: [N, rows, columns] S/m, the true conductivities
     reference: np.ndarray  #: [channels] V, of the sheet without contact
-    _contacts: np.ndarray = field(repr=False)
-    _vertices: np.ndarray = field(repr=False)
+    clean_voltages: Optional[np.ndarray] = None  #: [N, channels] V, without noise, where known
+    _contacts: Optional[np.ndarray] = field(default=None, repr=False)
+    _vertices: Optional[np.ndarray] = field(default=None, repr=False)
     _recipe: str = field(default="", repr=False)
     _name: str = field(default="", repr=False)
 
@@ -52,12 +56,16 @@ class SceneSet:
         of the sheet; half sizes along both axes, mm (NaN of a polygon); angle, rad; conductivity
         over the background's.
         """
+        if self._contacts is None:
+            raise _core.InputError("contacts: are not known of a set that was put together")
         contacts = self._contacts.copy()
         contacts[..., 1:5] *= self.sensor.unit_mm
         return contacts
 
     def scene(self, index: int) -> List[Contact]:
         """The contacts of one scene, which `ForwardModel.voltages` takes, in domain units."""
+        if self._contacts is None or self._vertices is None:
+            raise _core.InputError("contacts: are not known of a set that was put together")
         scene: List[Contact] = []
         for row, corners in zip(self._contacts[index], self._vertices[index]):
             kind, x, y, a, b, angle, ratio = row.tolist()
@@ -74,18 +82,20 @@ class SceneSet:
         return scene
 
     def save(self, file: Union[str, os.PathLike], threads: int = 0) -> None:
-        """Writes the set as HDF5, the same bytes of data as `ertbench generate` does.
+        """Writes the set as HDF5; of a drawn one the same numbers as `ertbench generate` does.
 
-        Overwrites only a dataset. Raises InputError where the set was not drawn but put together.
+        Overwrites only a dataset. Raises InputError where arrays do not go together.
         """
         if not self._recipe:
-            raise _core.InputError("save: only sets that Scenes.draw made know how to be written")
+            _core.write_scenes(self.sensor, self.voltages, self.images, self.reference,
+                               os.fspath(file))
+            return
         _core.generate(self.sensor, self._recipe, self._name, os.fspath(file), threads)
 
 
 def _set_of(sensor: Sensor, arrays: dict, recipe: str, name: str) -> SceneSet:
-    return SceneSet(sensor, arrays["voltages"], arrays["clean_voltages"], arrays["images"],
-                    arrays["reference"], arrays["contacts"], arrays["vertices"], recipe, name)
+    return SceneSet(sensor, arrays["voltages"], arrays["images"], arrays["reference"],
+                    arrays["clean_voltages"], arrays["contacts"], arrays["vertices"], recipe, name)
 
 
 class Scenes:

@@ -133,9 +133,8 @@ def _others_like(scenes: SceneSet) -> SceneSet:
         return scenes
     spec["count"] = max(200, len(scenes) // 10)
     name = scenes._name + "-validation"
-    return SceneSet(scenes.sensor, scenes.voltages[:0], scenes.clean_voltages[:0], scenes.images[:0],
-                    scenes.reference, scenes._contacts[:0], scenes._vertices[:0], json.dumps(spec),
-                    name)
+    return SceneSet(scenes.sensor, scenes.voltages[:0], scenes.images[:0], scenes.reference,
+                    _recipe=json.dumps(spec), _name=name)
 
 
 def _progress(progress):

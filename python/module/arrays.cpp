@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <mutex>
 #include <string_view>
 
 #include "core/errors.h"
@@ -93,6 +94,18 @@ Array array_of(const Eigen::Ref<const RowMajorMatrix>& rows, std::vector<py::ssi
   Eigen::Map<RowMajorMatrix>(out.mutable_data(), rows.rows(), rows.cols()) = rows;
   return out;
 }
+
+namespace {
+
+std::recursive_mutex hdf5_turns;  // a progress report may save a solver
+
+}  // namespace
+
+Hdf5Turn::Hdf5Turn() {
+  const py::gil_scoped_release unlocked;
+  hdf5_turns.lock();
+}
+Hdf5Turn::~Hdf5Turn() { hdf5_turns.unlock(); }
 
 void check_signals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();

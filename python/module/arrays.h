@@ -55,6 +55,16 @@ int threads_of(int given);
 void for_blocks(Eigen::Index count, Eigen::Index block, int threads,
                 const std::function<void(Eigen::Index begin, Eigen::Index end)>& work);
 
+/// A turn with the HDF5 library, which serves one thread at a time. Waits for it without Python's
+/// lock, so that whoever has the turn may take that.
+class Hdf5Turn {
+ public:
+  Hdf5Turn();
+  ~Hdf5Turn();
+  Hdf5Turn(const Hdf5Turn&) = delete;
+  Hdf5Turn& operator=(const Hdf5Turn&) = delete;
+};
+
 /// Throws what a signal handler of Python's raised, such as KeyboardInterrupt.
 void check_signals();
 

@@ -14,6 +14,7 @@ namespace {
 py::dict read_frames(const std::string& input, const Sensor* sensor, const std::string& unit,
                      const std::string& channels, const std::string& dataset, bool transposed,
                      const std::string& background, bool fix, bool force) {
+  const Hdf5Turn turn;
   const TemporaryFolder folder("python");
   OwnFramesOptions options;
   options.input = input;

@@ -1,5 +1,8 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/files.h"
+#include "core/hdf5_file.h"
 #include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
@@ -70,18 +73,57 @@ py::dict draw(const Sensor& sensor, const std::string& text, const std::string& 
   return arrays.dict(recorded_reference(spec.faults, model.reference_voltages()));
 }
 
-/// Writes the set as the program's `generate` does. Keeps Python's lock but for signals: the HDF5
-/// library serves one thread at a time.
+/// Writes the set as the program's `generate` does.
 void generate(const Sensor& sensor, const std::string& text, const std::string& name,
               const std::string& file, int threads) {
+  const DatasetSpec spec = spec_of(sensor, text, name);
+  threads = threads_of(threads);
+  const Hdf5Turn turn;
+  const py::gil_scoped_release unlocked;
   require_dataset_output(file, {});
-  generate_dataset(spec_of(sensor, text, name), file,
-                   {threads_of(threads), [](std::uint64_t, std::uint64_t) { check_signals(); }});
+  generate_dataset(spec, file, {threads, [](std::uint64_t, std::uint64_t) {
+                                  const py::gil_scoped_acquire locked;
+                                  check_signals();
+                                }});
+}
+
+/// Writes a set that was put together, [N, ...] each, without contacts, noise or a recipe.
+void write_scenes(const Sensor& sensor, const py::object& voltages, const py::object& images,
+                  const py::object& reference, const std::string& path) {
+  namespace layout = dataset_layout;
+  const Rows frames = rows_of(voltages, "voltages", {sensor.channels()}, "V");
+  const Rows truths =
+      rows_of(images, "images", {sensor.image_rows(), sensor.image_columns()}, "S/m");
+  const Rows zero = rows_of(reference, "reference", {sensor.channels()}, "V");
+  if (frames.count != truths.count || frames.single || truths.single || !zero.single) {
+    throw InputError("SceneSet: voltages and images must be as many, got " +
+                     shape_text(frames.array) + " and " + shape_text(truths.array));
+  }
+  const Hdf5Turn turn;
+  require_dataset_output(path, {});
+  replace_file(path, [&](const std::filesystem::path& aside) {
+    Hdf5File file = Hdf5File::create(aside);
+    const auto count = static_cast<std::uint64_t>(frames.count);
+    file.write_matrix(layout::voltages, frames.view());
+    file.write_matrix(layout::clean_voltages, frames.view());
+    file.write_vector(layout::reference_voltages, zero.view().row(0).transpose());
+    file.create_dataset(layout::conductivity,
+                        {count, static_cast<std::uint64_t>(sensor.image_rows()),
+                         static_cast<std::uint64_t>(sensor.image_columns())});
+    file.write_rows(layout::conductivity, 0, truths.view());
+    file.create_dataset(layout::contacts, {count, 1, layout::contact_columns});
+    file.write_rows(layout::contacts, 0,
+                    RowMajorMatrix::Constant(frames.count, layout::contact_columns, std::nan("")));
+    file.write_text("/", "sensor", json_text(to_json(sensor)));
+    file.write_text("/", layout::truth, "images");
+    file.close();
+  });
 }
 
 /// Reads a dataset file: its sensor, its arrays, and what made it, as JSON text ("" if unknown).
 py::tuple read_scenes(const std::string& path) {
   constexpr std::uint64_t rows_at_once = 4096;
+  const Hdf5Turn turn;
   const DatasetFile file(path);
   const Sensor& sensor = file.sensor();
   std::string spec_text, name;
@@ -117,7 +159,11 @@ py::tuple read_scenes(const std::string& path) {
     arrays.put(first, block);
     check_signals();
   }
-  return py::make_tuple(sensor, spec_text, name, arrays.dict(file.reference_voltages()));
+  py::dict out = arrays.dict(file.reference_voltages());
+  for (const char* part : {"contacts", "vertices"}) {
+    if (!file.truth().places) out[part] = py::none();
+  }
+  return py::make_tuple(sensor, spec_text, name, out);
 }
 
 }  // namespace
@@ -125,6 +171,7 @@ py::tuple read_scenes(const std::string& path) {
 void bind_scenes(py::module_& module) {
   module.def("draw", &draw);
   module.def("generate", &generate);
+  module.def("write_scenes", &write_scenes);
   module.def("read_scenes", &read_scenes);
 }
 

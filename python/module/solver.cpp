@@ -13,6 +13,8 @@
 #include "core/json.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/sheet_model.h"
+#include "frames/reconstruct.h"
+#include "frames/twin_places.h"
 #include "python/module/arrays.h"
 #include "solvers/registry/registry.h"
 #include "solvers/solver_file.h"
@@ -53,6 +55,7 @@ class PySolver {
            const std::optional<std::string>& validation, int threads, const py::object& progress) {
     std::unique_ptr<Solver> solver = make();
     solver->check(sensor);
+    const Hdf5Turn turn;
     const TemporaryFolder work("python");
     FitInput input;
     input.sensor = sensor;
@@ -62,16 +65,22 @@ class PySolver {
     input.work_folder = work.path();
     input.threads = threads_of(threads);
     input.progress = [&](std::uint64_t done, std::uint64_t total, const std::string& said) {
+      const py::gil_scoped_acquire locked;
       check_signals();
       if (!progress.is_none()) progress(done, total, said);
     };
-    solver->fit(input);
-    take(std::move(solver), sensor,
-         input.training ? input.training->reference_voltages() : uniform_reference(sensor));
+    Eigen::VectorXd reference;
+    {
+      const py::gil_scoped_release unlocked;
+      solver->fit(input);
+      reference = input.training ? input.training->reference_voltages() : uniform_reference(sensor);
+    }
+    take(std::move(solver), sensor, reference);
   }
 
   void save(const std::string& file) const {
     require_fitted();
+    const Hdf5Turn turn;
     require_output(file, {}, {"fitted solver", [](const fs::path& there) {
                                 try {
                                   return Hdf5File::open(there).has_attribute("/", "solver");
@@ -91,6 +100,7 @@ class PySolver {
 
   /// Loads a file that `save` or a run wrote.
   void load(const std::string& file) {
+    const Hdf5Turn turn;
     std::optional<Sensor> sensor;
     Eigen::VectorXd reference;
     {
@@ -136,31 +146,16 @@ class PySolver {
           "contacts: this solver makes images alone; \"contacts\" and "
           "\"kernel-ridge\" find contacts themselves");
     }
-    constexpr Eigen::Index most = 8, columns = 6;
     const Rows rows = changes_of(frames);
     const Eigen::RowVectorXd zero = reference_of(frames, reference);
-    Array out = rows.make({most, columns});
-    Eigen::Map<RowMajorMatrix> table(out.mutable_data(), rows.count, most * columns);
-    table.setConstant(std::nan(""));
-    const double unit_mm = sensor_.sheet->unit_mm();
-    const Eigen::Vector2d middle = sensor_.sheet->bounds().center();
+    Array out = rows.make({written_contacts[0], written_contacts[1]});
+    Eigen::Map<RowMajorMatrix> table(out.mutable_data(), rows.count,
+                                     written_contacts[0] * written_contacts[1]);
+    const std::vector<Eigen::Matrix2d> twins = twin_symmetries(sensor_);
     for_blocks(rows.count, 16, threads, [&](auto begin, auto end) {
       Frames changes = rows.view().middleRows(begin, end - begin);
       if (zero.size() > 0) changes.rowwise() -= zero;
-      std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(end - begin));
-      finder->find_contacts(changes, found);
-      for (Eigen::Index i = begin; i < end; ++i) {
-        Eigen::Index column = 0;
-        for (const FoundContact& contact : found[static_cast<std::size_t>(i - begin)]) {
-          if (column == most * columns) break;
-          const Eigen::Vector2d place = unit_mm * (contact.place - middle);
-          const Eigen::Vector2d deviation = unit_mm * contact.place_deviation;
-          table.row(i).segment<columns>(column) << place.x(), place.y(),
-              unit_mm * std::sqrt(contact.area / std::numbers::pi), contact.peak, deviation.x(),
-              deviation.y();
-          column += columns;
-        }
-      }
+      table.middleRows(begin, end - begin) = contacts_of(*finder, sensor_, twins, changes);
     });
     return out;
   }
@@ -259,6 +254,7 @@ py::dict solver_types() {
 /// Type, parameters of the fit and, where Python wrote it, the whole specification of a solver
 /// file.
 std::string specification_of(const std::string& file) {
+  const Hdf5Turn turn;
   const Hdf5File in = Hdf5File::open(file);
   if (!in.has_attribute("/", "solver")) {
     throw InputError(file + ": is no fitted solver; those that Solver.save and a run write are");

@@ -139,4 +139,9 @@ def test_fresh_scenes_for_networks(scenes):
     changes, images = next(batches)
     assert changes.shape == (16, 208) and images.shape == (16, 24, 24)
     assert changes.dtype == torch.float32
+    # Frames and images belong together: a linear method images them, whatever their symmetry.
+    solver = eb.Solver("one-step-gn", prior="noser", regularisation=0.3).fit(scenes.sensor)
+    made = solver.reconstruct(changes.numpy(), reference=0)[0]
+    for image, true in zip(made.reshape(16, -1), images.numpy().reshape(16, -1)):
+        assert np.corrcoef(image, true)[0, 1] > 0.3
     assert not torch.equal(next(batches)[0], changes)

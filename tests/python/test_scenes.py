@@ -70,6 +70,20 @@ def test_may_be_listed(sensor, tmp_path):
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(listed)).images, listed.images)
 
 
+def test_may_be_put_together(sensor, drawn, tmp_path, refused):
+    own = eb.SceneSet(sensor, drawn.voltages, drawn.images, drawn.reference)
+    own.save(tmp_path / "own.h5")
+    again = eb.read_scenes(tmp_path / "own.h5")
+    np.testing.assert_array_equal(again.voltages, drawn.voltages)
+    np.testing.assert_array_equal(again.images, drawn.images)
+    assert again._contacts is None
+    chosen = eb.Solver("one-step-gn", prior="noser", regularisation="auto").fit(own, own)
+    assert eb.score(chosen.reconstruct(own)[0], own)["relative_error"].mean() < 0.85
+    assert "contacts: are not known" in refused(own.scene, 0)
+    wrong = eb.SceneSet(sensor, drawn.voltages, drawn.images[:3], drawn.reference)
+    assert "as many, got [60, 208] and [3, 24, 24]" in refused(wrong.save, tmp_path / "own.h5")
+
+
 def test_say_what_would_be_right(sensor, scenes, drawn, tmp_path, refused):
     assert '/scenes/radiusmm: unknown key; did you mean "radius_mm"?' in refused(
         eb.Scenes, sensor, radiusmm=3)

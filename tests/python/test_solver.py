@@ -159,6 +159,28 @@ except KeyboardInterrupt:
     assert child.communicate(timeout=20)[0] == "interrupted\n"
 
 
+def test_a_network_is_trained_and_interrupted(scenes, drawn):
+    train = scenes.draw(100, 50, seed=9)
+    reports = []
+    try:
+        net = eb.Solver("lean-net", width=8, epochs=1).fit(
+            train, progress=lambda done, total, text: reports.append(done))
+    except eb.InputError as error:
+        if "libertbench_models.so" in str(error):
+            pytest.skip("the learned solvers are not built")
+        raise
+    assert reports
+    images = net.reconstruct(drawn.voltages)[0]
+    again = pickle.loads(pickle.dumps(net)).reconstruct(drawn.voltages)[0]
+    np.testing.assert_array_equal(again, images)
+
+    def interrupt(*_):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        eb.Solver("lean-net", width=8, epochs=1000).fit(train, progress=interrupt)
+
+
 def test_lists_its_types():
     types = eb.solver_types()
     assert {"one-step-gn", "tsvd", "pdipm", "contacts", "lean-net", "dd-ert"} <= set(types)
