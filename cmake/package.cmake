@@ -47,7 +47,8 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config.cmake
 install(FILES CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # Files that the installed program looks for (project_folder).
 install(DIRECTORY sensors experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench)
-install(DIRECTORY results/networks DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench/results OPTIONAL)
+install(DIRECTORY results/networks DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench/results
+  PATTERN make EXCLUDE)
 
 # The Debian package, by `cpack -G DEB` in a build folder. That of the preset `package` runs on any x86-64
 # processor with AVX2, that of `release` on processors like the one that it was built on.

@@ -17,6 +17,8 @@
 #include "forward/data/dataset_file.h"
 #include "frames/calibration.h"
 #include "frames/twin_places.h"
+#include "solvers/check/stored_solver.h"
+#include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -38,12 +40,12 @@ void require_image_output(const fs::path& output, const std::vector<fs::path>& i
   require_output(output, inputs, {"file of images (/conductivity_change)", holds_images});
 }
 
-std::vector<fs::path> reconstruction_inputs(const fs::path& spec_file, const fs::path& frames) {
-  std::vector<fs::path> inputs = {spec_file, frames};
-  const nlohmann::json spec = read_json_file(spec_file);
-  if (spec.is_object() && spec.contains("checkpoint")) {
-    const fs::path checkpoint = JsonObject(spec, spec_file.string(), "").text("checkpoint");
-    inputs.push_back(spec_file.parent_path() / checkpoint);
+std::vector<fs::path> reconstruction_inputs(const std::string& solver, const fs::path& frames) {
+  const NamedSolver named = read_named_solver(solver);
+  std::vector<fs::path> inputs = {named.source, frames};
+  if (named.entry->is_object() && named.entry->contains("checkpoint")) {
+    JsonObject object(*named.entry, named.source, "");
+    inputs.push_back(fitted_file(object.text("checkpoint"), object.folder()));
   }
   return inputs;
 }
@@ -56,35 +58,18 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
-std::unique_ptr<Solver> solver_from(const fs::path& spec_file, const OwnFrames& frames,
+std::unique_ptr<Solver> solver_from(const std::string& file_or_name, const OwnFrames& frames,
                                     SolverRegistry& registry) {
-  const Sensor& sensor = frames.sensor();
-  json spec = read_json_file(spec_file);
-  std::optional<fs::path> checkpoint;
-  if (spec.is_object() && spec.contains("checkpoint")) {
-    checkpoint = JsonObject(spec, spec_file.string(), "").text("checkpoint");
-    if (checkpoint->is_relative()) checkpoint = spec_file.parent_path() / *checkpoint;
-    spec.erase("checkpoint");
+  const NamedSolver named = read_named_solver(file_or_name);
+  FitInput fit;
+  fit.sensor = frames.sensor();
+  const TemporaryFolder folder("reconstruct");
+  std::optional<DatasetFile> set;
+  if (frames.calibration() && !named.entry->contains("checkpoint")) {
+    write_calibrated_set(*frames.calibration(), fit.sensor, folder / "calibrated.h5", fit.threads);
+    fit.validation = &set.emplace(folder / "calibrated.h5");
   }
-  std::unique_ptr<Solver> solver = registry.make(JsonObject(spec, spec_file.string(), ""));
-  if (checkpoint) {
-    solver->load(*checkpoint, sensor);
-  } else {
-    FitInput fit;
-    fit.sensor = sensor;
-    const TemporaryFolder folder("reconstruct");
-    std::optional<DatasetFile> set;
-    if (frames.calibration()) {
-      write_calibrated_set(*frames.calibration(), sensor, folder / "calibrated.h5", fit.threads);
-      fit.validation = &set.emplace(folder / "calibrated.h5");
-    }
-    try {
-      solver->fit(fit);
-    } catch (const InputError& e) {
-      throw InputError(spec_file.string() + ": " + e.what());
-    }
-  }
-  return solver;
+  return fitted_solver(named, fit, registry);
 }
 
 void count_report(const FrameReport& report, ReconstructSummary& summary) {
@@ -338,8 +323,8 @@ ReconstructSummary reconstruct_file(const ReconstructOptions& options, SolverReg
   if (!outcome.finished || outcome.messages.empty()) {
     std::error_code ignored;
     fs::remove(aside, ignored);
-    throw InputError(options.solver.string() + ": the solver ended its process (" +
-                     outcome.end.text() + "); " + output.string() + " was not written");
+    throw InputError(options.solver + ": the solver ended its process (" + outcome.end.text() +
+                     "); " + output.string() + " was not written");
   }
   const json said = parse_json(outcome.messages.back(), "what the solver's process said");
   if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());

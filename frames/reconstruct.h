@@ -17,8 +17,8 @@ namespace ertbench {
 void require_image_output(const std::filesystem::path& output,
                           const std::vector<std::filesystem::path>& inputs);
 
-/// Input files of a reconstruction: the solver's specification, its checkpoint, the frames.
-std::vector<std::filesystem::path> reconstruction_inputs(const std::filesystem::path& spec_file,
+/// Input files of a reconstruction: the solver's entry, its checkpoint, the frames.
+std::vector<std::filesystem::path> reconstruction_inputs(const std::string& solver,
                                                          const std::filesystem::path& frames);
 
 class SolverRegistry;
@@ -33,11 +33,11 @@ RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
                            const std::vector<Eigen::Matrix2d>& twins, const Frames& changes);
 
 struct ReconstructOptions {
-  /// A file with one entry of an experiment's "solvers" list; its `"checkpoint"` names the file of
-  /// a fitted solver, relative to this file. Without a checkpoint but with a calibration the solver
-  /// is fitted on scenes with the measured noise (write_calibrated_set), so that it can choose
-  /// "auto" parameters and check frames.
-  std::filesystem::path solver;
+  /// A file with one entry of an experiment's "solvers" list, or the name of a stored solver
+  /// (read_named_solver). Without a checkpoint but with a calibration the solver is fitted on
+  /// scenes with the measured noise (write_calibrated_set), so that it can choose "auto" parameters
+  /// and check frames.
+  std::string solver;
   OwnFramesOptions frames;
   std::filesystem::path output;
   bool fix = false;    ///< mend the frames as check_reference proposes

@@ -19,6 +19,7 @@
 #include "forward/data/scene_model.h"
 #include "frames/reference_check.h"
 #include "live/live_record.h"
+#include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -79,36 +80,19 @@ ReadySolver solver_of_experiment(const LiveOptions& options, SolverRegistry& reg
   return out;
 }
 
-ReadySolver solver_of_file(const LiveOptions& options, const Sensor& sensor,
-                           SolverRegistry& registry) {
-  const fs::path file = options.solver;
-  json spec = read_json_file(file);
-  std::optional<fs::path> checkpoint;
-  if (spec.is_object() && spec.contains("checkpoint")) {
-    checkpoint = JsonObject(spec, file.string(), "").text("checkpoint");
-    if (checkpoint->is_relative()) checkpoint = file.parent_path() / *checkpoint;
-    spec.erase("checkpoint");
-  }
+ReadySolver solver_of_entry(const LiveOptions& options, const Sensor& sensor,
+                            SolverRegistry& registry) {
   registry.allow_plugins();
-  ReadySolver out;
-  out.sensor = sensor;
-  out.solver = registry.make(JsonObject(spec, file.string(), ""));
-  out.name = spec.at("type").get<std::string>();
-  if (checkpoint) {
-    out.solver->load(*checkpoint, sensor);
-    return out;
-  }
   const TemporaryFolder folder("live");
   FitInput fit;
   fit.sensor = sensor;
   fit.threads = options.threads;
   fit.work_folder = folder.path();
-  try {
-    out.solver->check(sensor);
-    out.solver->fit(fit);
-  } catch (const InputError& e) {
-    throw InputError(file.string() + ": " + e.what());
-  }
+  const NamedSolver named = read_named_solver(options.solver);
+  ReadySolver out;
+  out.sensor = sensor;
+  out.solver = fitted_solver(named, fit, registry);
+  out.name = named.entry->value("label", named.entry->at("type").get<std::string>());
   return out;
 }
 
@@ -202,7 +186,7 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   if (!options.plugin.empty()) registry.add_library(options.plugin);
   std::optional<FramesOfFile> replay = replayed(place);
   ReadySolver ready = options.experiment.empty()
-                          ? solver_of_file(options, sensor_for_file(options, replay), registry)
+                          ? solver_of_entry(options, sensor_for_file(options, replay), registry)
                           : solver_of_experiment(options, registry);
   const Sensor& sensor = ready.sensor;
   LiveSetup out;

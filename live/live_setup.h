@@ -16,7 +16,9 @@ class SolverRegistry;
 
 /// Options of `ertbench live`.
 struct LiveOptions {
-  std::string solver;           ///< file of one entry of "solvers"; with `experiment` a label in it
+  /// File of one entry of "solvers" or name of a stored solver (read_named_solver); with
+  /// `experiment` a label in it.
+  std::string solver;
   std::string experiment;       ///< may be empty
   std::string plugin;           ///< library of the user's own solvers; may be empty
   std::optional<double> floor;  ///< least change of a contact, S/m; nothing: the experiment's

@@ -9,9 +9,12 @@
 #include "bench/experiment/experiment_json.h"
 #include "bench/features/features.h"
 #include "bench/record/cache.h"
+#include "bench/report/row_remarks.h"
 #include "bench/run/datasets.h"
 #include "bench/run/timing_stage.h"
 #include "bench/score/metrics.h"
+#include "bench/speed/speed_accuracy.h"
+#include "bench/table/table.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/files.h"
@@ -19,6 +22,7 @@
 #include "core/process.h"
 #include "core/text.h"
 #include "forward/data/generate.h"
+#include "solvers/check/stored_solver.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -168,7 +172,43 @@ struct ListArguments {
   std::string type;
   std::string schema;
   bool as_json = false;
+  bool fitted = false;
 };
+
+/// The card's row in the table of fitted solvers, and what it says below.
+void add_card(const std::string& name, TableSection& section) {
+  const fs::path file = stored_solver_file(name, ".json");
+  const json content = read_json_file(file);
+  JsonObject card(content, file.string(), "");
+  JsonObject error = card.object("relative_error");
+  const std::vector<double> ci95 = error.numbers("ci95", 2);
+  JsonObject latency = card.object("latency_us");
+  const bool busy = latency.object("machine").number("busy_cores") >= least_disturbing_cores;
+  section.rows.push_back(
+      {name, printable(card.text("type")),
+       fixed(error.number("mean"), 3) + " " + interval_text(fixed(ci95[0], 3), fixed(ci95[1], 3)),
+       time_text(latency.number("p50")) + " / " + time_text(latency.number("p99")) +
+           (busy ? " *" : ""),
+       fixed(static_cast<double>(fs::file_size(stored_solver_file(name))) / 1000, 0)});
+  section.notes.push_back(
+      name + ": " + printable(card.text("trained_on"), most_described) +
+      ". Fails beyond: " + printable(card.text("fails_beyond"), most_described) + ".");
+}
+
+void print_fitted() {
+  TableSection section;
+  section.columns = {Column("name", Align::left), Column("method", Align::left),
+                     "relative error [95 %]", "a frame, p50 / p99", "kB"};
+  for (const std::string& name : stored_solver_names()) add_card(name, section);
+  section.notes.emplace_back(
+      "For the default sensor, by name: `--solver NAME`, in an experiment \"checkpoint\": "
+      "\"NAME\". "
+      "Fails: on more than 5 % of single discs. *: timed while other processes kept the machine "
+      "busy, which lengthens p99 above all.");
+  Table table;
+  table.sections.push_back(std::move(section));
+  std::printf("%s", terminal_of(table).c_str());
+}
 
 void print_solver(SolverRegistry& registry, const std::string& type) {
   const SolverInfo* info = registry.find(type);
@@ -269,6 +309,10 @@ ExitCode list(const ListArguments& arguments) {
     write_file_atomically(arguments.schema, updated_schema(arguments.schema));
     return done;
   }
+  if (arguments.fitted) {
+    print_fitted();
+    return done;
+  }
   SolverRegistry registry;
   if (arguments.as_json) {
     print_json(registry, arguments);
@@ -285,13 +329,18 @@ ExitCode list(const ListArguments& arguments) {
 
 Action add_list(CLI::App& command) {
   const auto arguments = std::make_shared<ListArguments>();
-  command.description("Solvers with their parameters; metrics; experiments");
+  command.description("Solvers with their parameters; metrics; experiments; fitted solvers");
   command.add_option("TYPE", arguments->type, "Only the solver of this type");
-  command.add_flag("--json", arguments->as_json, "For programs");
+  CLI::Option* json = command.add_flag("--json", arguments->as_json, "For programs");
+  command
+      .add_flag("--fitted", arguments->fitted,
+                "The fitted solvers of results/networks, which need no training")
+      ->excludes(json);
   command.add_option("--schema", arguments->schema,
                      "Bring a JSON schema, such as experiments/schema.json, up to date with\n"
                      "the program's types, ranges and defaults");
-  command.footer("Examples:\n  ertbench list\n  ertbench list dd-ert --json");
+  command.footer(
+      "Examples:\n  ertbench list\n  ertbench list dd-ert --json\n  ertbench list --fitted");
   return [arguments] { return list(*arguments); };
 }
 

@@ -167,7 +167,9 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
 Action add_reconstruct(CLI::App& command) {
   const auto arguments = std::make_shared<ReconstructArguments>();
   command.description("Images from a file of frames");
-  command.add_option("--solver", arguments->solver, "One entry of a \"solvers\" list, JSON")
+  command
+      .add_option("--solver", arguments->solver,
+                  "One entry of a \"solvers\" list, JSON, or a name that `list --fitted` shows")
       ->required();
   command
       .add_option("--input", arguments->input,
@@ -203,6 +205,7 @@ Action add_reconstruct(CLI::App& command) {
       "Example:\n  echo '{\"type\": \"one-step-gn\", \"prior\": \"noser\", \"lambda\": 0.1}' > "
       "gn.json\n"
       "  ertbench reconstruct --solver gn.json --input test.h5 --output images.h5\n"
+      "  ertbench reconstruct --solver lean-net-8 --input test.h5 --output images.h5\n"
       "  ertbench reconstruct --solver gn.json --input frames.csv --unit mV --background 0-19 \\\n"
       "    --output images.h5 --png images.png\n"
       "See docs/own_frames.md.");

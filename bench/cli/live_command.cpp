@@ -51,7 +51,8 @@ static Action add_live(CLI::App& command) {
   LiveOptions& options = arguments->options;
   command
       .add_option("--solver", options.solver,
-                  "One entry of a \"solvers\" list, JSON; with --experiment a label in it")
+                  "One entry of a \"solvers\" list, JSON, or a name that `list --fitted`\n"
+                  "shows; with --experiment a label in it")
       ->required();
   command.add_option("--experiment", options.experiment,
                      "Experiment whose solver it is, from the cache or fitted and put there");

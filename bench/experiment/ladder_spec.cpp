@@ -143,6 +143,9 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
     if (entry == experiment.solvers.end()) {
       object.fail("solver", "no solver is labelled \"" + printable(label) + "\"");
     }
+    if (entry->spec->contains("checkpoint")) {
+      object.fail("solver", "\"" + label + "\" is fitted (\"checkpoint\"); name another");
+    }
     const SolverInfo* info = check == SolverCheck::all ? registry.find(entry->type) : nullptr;
     for (const std::string& pointer : axis.vary) {
       if (is_of_training(pointer)) {

@@ -129,7 +129,7 @@ FoldRun run_of(const Folds& folds, int fold, std::uint64_t presses, const Solver
   try {
     const FittedSolver fitted = fitted_solver(recipe, context.cache, context.registry,
                                               context.threads, context.progress_file);
-    run.fit_s = fitted.fit_s;
+    run.fit_s = fitted.fit_s.value_or(0);
     ContactRule rule = experiment.contacts.rule();
     if (!fitted.solver->contact_finder()) {
       const DatasetFile validation = context.cache.open_dataset(*recipe.validation);

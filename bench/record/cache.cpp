@@ -15,12 +15,14 @@
 #include "core/errors.h"
 #include "core/json.h"
 #include "forward/data/dataset_file.h"
+#include "solvers/check/stored_solver.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
 
 /// The files among the words of a value, a string or a list of strings, in the order of the words.
+/// Instead of a file a word may name a stored solver.
 std::vector<std::filesystem::path> files_named(const nlohmann::json& value,
                                                const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
@@ -29,6 +31,7 @@ std::vector<std::filesystem::path> files_named(const nlohmann::json& value,
     if (!word.is_string() || word.get_ref<const std::string&>().empty()) continue;
     std::filesystem::path file = folder / word.get<std::string>();
     std::error_code error;
+    if (!std::filesystem::exists(file, error)) file = stored_solver_file(word.get<std::string>());
     if (std::filesystem::is_regular_file(file, error)) files.push_back(std::move(file));
   }
   return files;

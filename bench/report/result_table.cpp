@@ -136,7 +136,8 @@ std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows
     cells.push_back(short_cell(time));
     if (time && timed_elsewhere(row, usual)) cells.back().text += " †";
   }
-  cells.push_back(short_cell(row.fit_s));
+  const bool stored = row.parameters->contains("checkpoint");
+  cells.push_back(stored ? Cell("stored") : short_cell(row.fit_s));
   cells.push_back(number_cell(row.peak_rss_mb, 0));
   const bool reconstructed = row.frames > 0;
   cells.emplace_back(reconstructed ? std::to_string(row.undefined_frames) + " / " +
@@ -237,7 +238,8 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
   out.push_back(
       "p50, p99: time from the raw voltages to the image of one frame, one thread" +
       (usual.empty() ? "" : " of " + printable(usual)) +
-      ". frames/s: throughput with a batch. fit: preparation before the first frame, once. "
+      ". frames/s: throughput with a batch. fit: preparation before the first frame, once (stored: "
+      "loaded already fitted). "
       "memory: the most that the process of the solver held.");
   if (has_pipes(rows)) {
     out.emplace_back(

@@ -299,7 +299,7 @@ json AccuracyStage::run(const Job& job, const JobContext& context) const {
                     context.threads, context.progress_file);
   const FitReport report = fitted.solver->fit_report();
   json record = {{"schema", record_schema},
-                 {"fit_s", fitted.fit_s},
+                 {"fit_s", fitted.fit_s ? json(*fitted.fit_s) : json()},
                  {"fit_build", to_json(*fitted.build)},
                  {"fit_report", {{"status", report.status}, {"message", report.message}}}};
   json parameters = fitted.solver->parameters();

@@ -132,7 +132,7 @@ bool load(const FitRecipe& recipe, const BuildStamp& now, const fs::path& file, 
       why = "its file has been changed since it was written";
     }
     if (why.empty()) {
-      out.fit_s = note.at("fit_s").get<double>();
+      if (!note.at("fit_s").is_null()) out.fit_s = note.at("fit_s").get<double>();
       out.solver->load(file, recipe.sensor);
       return true;
     }
@@ -163,6 +163,7 @@ void fit(const FitRecipe& recipe, const Cache& cache, const fs::path& work_folde
     progress.update(done, total, text);
   };
   out.solver->fit(input);
+  if (recipe.entry.spec->contains("checkpoint")) return;
   out.fit_s = seconds_since(start) + out.solver->fit_report().earlier_s;
 }
 
@@ -172,7 +173,7 @@ void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fit
   aside += ".part";  // the lock on the work folder keeps others away
   replace_file(
       file, [&](const fs::path& place) { fitted.solver->save(place); }, aside);
-  json note = {{"fit_s", fitted.fit_s},
+  json note = {{"fit_s", fitted.fit_s ? json(*fitted.fit_s) : json()},
                {"build", to_json(*fitted.build)},
                {"parameters", fitted.solver->parameters()},
                {"threads", threads},

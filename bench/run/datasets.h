@@ -25,7 +25,8 @@ class SolverRegistry;
 
 struct FittedSolver {
   std::unique_ptr<Solver> solver;
-  double fit_s = 0;                      ///< what fitting took, now or in an earlier run
+  /// What fitting took, now or in an earlier run; nothing if it was loaded from its "checkpoint".
+  std::optional<double> fit_s;
   std::optional<BuildStamp> build = {};  ///< the build that fitted it
 };
 

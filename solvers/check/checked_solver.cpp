@@ -14,6 +14,7 @@
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/channel_mask.h"
+#include "solvers/check/stored_solver.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -156,27 +157,58 @@ FrameCheck check_from(const std::optional<Eigen::VectorXd>& numbers, const Senso
 
 }  // namespace
 
-CheckedSolver::CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames)
-    : type_(std::move(type)), inner_(std::move(inner)), check_frames_(check_frames) {}
+CheckedSolver::CheckedSolver(std::string type, JsonObject& own)
+    : type_(std::move(type)),
+      entry_(own.value()),
+      check_frames_(own.boolean_or("inference_check", true)) {
+  if (!own.has("checkpoint")) return;
+  const std::string word = own.text("checkpoint");
+  try {
+    stored_ = fitted_file(word, own.folder());
+  } catch (const InputError& error) {
+    own.fail("checkpoint", error.what());
+  }
+}
 
 std::unique_ptr<Solver> CheckedSolver::make(const std::string& type, const SolverInfo& info,
                                             JsonObject parameters) {
-  const bool check_frames = parameters.boolean_or("inference_check", true);
-  return std::unique_ptr<Solver>(
-      new CheckedSolver(type, info.make(std::move(parameters)), check_frames));
+  std::unique_ptr<CheckedSolver> solver(new CheckedSolver(type, parameters));
+  solver->inner_ = info.make(std::move(parameters));
+  return solver;
 }
 
 std::vector<ParameterInfo> CheckedSolver::own_parameters() {
   return {{"inference_check",
            "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
            "suspect; default true",
-           ParameterRole::inference}};
+           ParameterRole::inference},
+          {"checkpoint",
+           "the file of a fitted solver, relative to this one, or a name that `ertbench list "
+           "--fitted` shows; it is loaded in place of a fit",
+           ParameterRole::file}};
 }
 
 nlohmann::json CheckedSolver::parameters() const {
   nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
+  if (!stored_.empty()) out["checkpoint"] = printable_json(entry_->at("checkpoint"), most_said);
   return out;
+}
+
+void CheckedSolver::check(const Sensor& sensor) const {
+  if (stored_.empty()) return inner_->check(sensor);
+  const CheckedFile of_this_sensor(stored_, {type_, sensor});
+}
+
+void CheckedSolver::require_stored_parameters() const {
+  const nlohmann::json stored = inner_->parameters();
+  for (const auto& [name, value] : entry_->items()) {
+    const bool free = value == "auto" || name.starts_with("inference_");
+    if (free || !stored.contains(name) || stored.at(name) == value) continue;
+    throw InputError(stored_.string() + ": was fitted with \"" + printable(name) +
+                     "\": " + json_shown(stored.at(name)) + ", not with " + json_shown(value) +
+                     "; remove it beside \"checkpoint\"");
+  }
 }
 
 FitReport CheckedSolver::fit_report() const {
@@ -191,6 +223,11 @@ FitReport CheckedSolver::fit_report() const {
 
 void CheckedSolver::fit(const FitInput& input) {
   ready_ = false;
+  if (!stored_.empty()) {
+    load(stored_, input.sensor);
+    require_stored_parameters();
+    return;
+  }
   for (const DatasetFile* set : {input.training, input.validation}) {
     if (set && set->sensor() != input.sensor) {
       throw InputError(set->path().string() + ": is of another sensor; generate it for this one");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/files.h"
+#include "core/json.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/check/frame_check.h"
 #include "solvers/solver.h"
@@ -59,6 +60,7 @@ class CheckedFile {
 /// - Flags frames that should not be trusted by a FrameCheck, which is fitted with the solver and
 ///   kept in its file. A solver that asks for it gets the dead electrodes before it reconstructs.
 /// - Refuses files of another type of solver, and files and datasets of another sensor.
+/// - Loads the file that its parameter "checkpoint" names in place of a fit.
 ///
 /// Allocates nothing and adds 1 us to a frame, except when contacts are detected in a frame with
 /// dead electrodes.
@@ -67,12 +69,13 @@ class CheckedSolver final : public Solver {
   /// Reads its own keys from the object and leaves the rest to `info.make`.
   static std::unique_ptr<Solver> make(const std::string& type, const SolverInfo& info,
                                       JsonObject parameters);
-  /// Parameters of the wrapper: "inference_check".
+  /// Parameters of the wrapper: "inference_check", "checkpoint".
   static std::vector<ParameterInfo> own_parameters();
 
   nlohmann::json parameters() const override;
-  void check(const Sensor& sensor) const override { inner_->check(sensor); }
-  bool needs_training() const override { return inner_->needs_training(); }
+  void check(const Sensor& sensor) const override;
+  bool needs_training() const override { return stored_.empty() && inner_->needs_training(); }
+  /// With a checkpoint only the sensor of the input is used.
   void fit(const FitInput& input) override;
   /// The solver's report, and whether the frame check could be fitted (FrameCheck::has_limits).
   FitReport fit_report() const override;
@@ -90,7 +93,7 @@ class CheckedSolver final : public Solver {
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  CheckedSolver(std::string type, std::unique_ptr<Solver> inner, bool check_frames);
+  CheckedSolver(std::string type, JsonObject& own);
 
   class Stream;
   class MaskingFinder;
@@ -104,11 +107,15 @@ class CheckedSolver final : public Solver {
   /// A copy of the frames with zeros in the masked channels; no value if all of those are finite.
   std::optional<Frames> without_masked(FramesView changes) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
+  /// Throws InputError if a parameter of the entry is not the one that the stored solver has.
+  void require_stored_parameters() const;
 
   std::string type_;
   std::unique_ptr<Solver> inner_;
-  bool check_frames_;   ///< "inference_check"
-  bool ready_ = false;  ///< fitted or loaded
+  JsonValue entry_;               ///< as written
+  std::filesystem::path stored_;  ///< the file of its "checkpoint"; empty: it is fitted
+  bool check_frames_;             ///< "inference_check"
+  bool ready_ = false;            ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;
   std::vector<Eigen::Index> off_sheet_;  ///< pixels without any sheet, zero in every image

@@ -34,6 +34,9 @@ endforeach()
 if(NOT IS_DIRECTORY ${WORK}/home/.cache/ertbench/datasets)
   message(FATAL_ERROR "the datasets are not in the user's cache")
 endif()
+# A fitted solver by its name.
+run(${program} generate ${usr}/share/ertbench/experiments/quick.json --dataset test --out ${WORK}/test.h5)
+run(${program} reconstruct --solver lean-net-8 --input ${WORK}/test.h5 --output ${WORK}/images.h5)
 # Each part is found; a command of every part says what it does.
 foreach(command limit live check)
   run(${program} ${command} --help)

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/json.h"
+#include "solvers/solver.h"
+
+namespace ertbench {
+
+class SolverRegistry;
+
+/// An entry of a "solvers" list and its file, for messages.
+struct NamedSolver {
+  JsonValue entry;
+  std::string source;
+};
+
+/// Reads the value of `--solver`: a JSON file with one entry, or else the name of a stored solver
+/// (solvers/check/stored_solver.h). Throws InputError, which names the nearest stored solver, if
+/// there is neither.
+NamedSolver read_named_solver(const std::string& file_or_name);
+
+/// Makes the solver and fits it, or loads its checkpoint. Throws InputError naming its file.
+std::unique_ptr<Solver> fitted_solver(const NamedSolver& named, const FitInput& input,
+                                      SolverRegistry& registry);
+
+}  // namespace ertbench
