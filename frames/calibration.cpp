@@ -67,8 +67,8 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
   Calibration out;
   out.sensor = sensor;
   out.frames = static_cast<int>(count);
-  const Eigen::RowVectorXd mean = median_of_rows(frames);
-  out.reference = mean.transpose();
+  const Eigen::RowVectorXd mean = frames.colwise().mean();
+  out.reference = median_of_rows(frames).transpose();
   const Frames rest = frames.rowwise() - mean;
   const auto freedom = static_cast<double>(count - 1);
   out.noise = (rest.colwise().squaredNorm() / freedom).cwiseSqrt().transpose();

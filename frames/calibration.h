@@ -19,7 +19,7 @@ struct Calibration {
   Sensor sensor;              ///< as given
   int frames = 0;             ///< number of frames used
   Eigen::VectorXd reference;  ///< [channels] V, median of the frames
-  /// [channels] V, standard deviation about the median. It includes slow changes, as changes from a
+  /// [channels] V, standard deviation about the mean. It includes slow changes, as changes from a
   /// reference taken once do.
   Eigen::VectorXd noise;
   /// [channels] V, white part of the noise: rms of successive differences over the root of two.

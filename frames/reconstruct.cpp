@@ -380,9 +380,9 @@ CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path&
   Frames voltages = frames.voltages(first, count);
   const QuietCheck quiet = check_quiet(frames.sensor(), voltages);
   if (!quiet.refused.empty() && (!force || quiet.unlike.empty())) {
-    throw InputError(options.input.string() + ": " + quiet.refused +
+    throw InputError(options.input.string() + ": " + quiet.refused + "; nothing was calibrated" +
                      (quiet.unlike.empty() ? ""
-                                           : "; choose others by --rows, or --force leaves "
+                                           : ": choose others by --rows, or --force leaves "
                                              "them out"));
   }
   CalibrationOutcome outcome;

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/statistics.h"
+#include "forward/sheet/sensor.h"
 #include "tests/bench/live_testing.h"
 
 namespace ertbench {

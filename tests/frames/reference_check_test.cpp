@@ -273,9 +273,9 @@ TEST(TwinPlaces, OppositeDriveAndMeasurementShowEachContactTwice) {
   const auto twins = twin_symmetries(opposite);
   ASSERT_EQ(twins.size(), 1u);
   EXPECT_EQ(twins[0], -Eigen::Matrix2d::Identity());
-  // By the model with whole contacts, which the symmetry of the pattern makes exact.
+  // By the model with whole contacts, whose borders are resolved to half a per cent.
   const RowMajorMatrix two = testing::changes_by_discs(opposite, {{0.4, 0.2}, {-0.4, -0.2}});
-  EXPECT_LT((two.row(0) - two.row(1)).norm(), 1e-6 * two.row(0).norm());
+  EXPECT_LT((two.row(0) - two.row(1)).norm(), 0.01 * two.row(0).norm());
   const ReferenceVerdict verdict =
       check_reference(opposite, BorderModel(opposite).reference_voltages(), {});
   EXPECT_NE(verdict.text().find("(x, y) and (-x, -y) from the sheet's centre give the same"),
