@@ -86,7 +86,6 @@ class LatencyHistogram {
 
   void add(double seconds);
   std::uint64_t count() const { return count_; }
-  double largest_s() const { return largest_s_; }
 
   /// The upper end of the class of the nearest rank, capped by the largest latency: at most 2.3 %
   /// too large. Nothing if there is no latency. `share` 0 ... 1.

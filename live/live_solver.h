@@ -100,7 +100,6 @@ class LiveSolver {
 
   const Sensor& sensor() const { return sensor_; }
   const CollisionSignal* collision() const { return collision_.get(); }
-  bool knows_forces() const { return forces_ != nullptr; }
 
  private:
   Frames mended(FramesView changes) const;

@@ -148,7 +148,6 @@ class PlanBuilder {
   void widen_border(int value, int border);
   template <typename Step, typename... Arguments>
   void step(Arguments&&... arguments);
-  void make_like(const std::vector<int>& inputs);
 
   bool bfloat16_;
   std::vector<MapLayout> values_;

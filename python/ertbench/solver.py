@@ -158,16 +158,9 @@ def load(name: Union[str, os.PathLike]) -> Solver:
     """Loads a fitted solver: a file, or the name of one that comes with ertbench ("lean-net-8").
 
     A file is one that `Solver.save` or a run wrote, or a JSON specification whose "checkpoint" names
-    one. Raises InputError where there is none.
+    one or its name. Raises InputError where there is none.
     """
-    path = Path(name)
-    networks = Path(_core.project_folder) / "results" / "networks"
-    candidates = [path] + [networks / f"{name}{end}" for end in (".json", ".h5", "")]
-    file = next((one for one in candidates if one.is_file()), None)
-    if file is None:
-        there = sorted({one.stem for one in networks.glob("*.*") if one.suffix in (".json", ".h5")})
-        raise _core.InputError(f"load: there is no file \"{name}\"; solvers that come with ertbench: "
-                               + (", ".join(there) or f"none in {networks}"))
+    file = Path(_core.fitted_file(os.fspath(name)))
     if file.suffix == ".json":
         spec = json.loads(file.read_text())
         checkpoint = spec.pop("checkpoint", None)
@@ -175,7 +168,7 @@ def load(name: Union[str, os.PathLike]) -> Solver:
             raise _core.InputError(f"{file}: /checkpoint: is missing; it names the file of the "
                                    "fitted solver")
         solver = _of_specification(json.dumps(spec))
-        solver._load(str(file.parent / checkpoint))
+        solver._load(_core.fitted_file(checkpoint, str(file.parent)))
         return solver
     solver = _of_specification(_core.specification_of(str(file)))
     solver._load(str(file))

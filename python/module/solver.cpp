@@ -16,6 +16,7 @@
 #include "frames/reconstruct.h"
 #include "frames/twin_places.h"
 #include "python/module/arrays.h"
+#include "solvers/check/stored_solver.h"
 #include "solvers/registry/registry.h"
 #include "solvers/solver_file.h"
 
@@ -271,6 +272,12 @@ std::string specification_of(const std::string& file) {
 void bind_solver(py::module_& module) {
   module.def("solver_types", &solver_types);
   module.def("specification_of", &specification_of);
+  module.def(
+      "fitted_file",
+      [](const std::string& word, const std::string& folder) {
+        return fitted_file(word, folder).string();
+      },
+      py::arg("file_or_name"), py::arg("folder") = "");
   py::class_<PySolver>(module, "Solver")
       .def(py::init<const std::string&>())
       .def("_fit", &PySolver::fit)

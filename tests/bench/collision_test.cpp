@@ -1,3 +1,5 @@
+#include "bench/studies/collision.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 #include <stdexcept>
 
 #include "bench/studies/alarm_thresholds.h"
-#include "bench/studies/collision.h"
 #include "bench/studies/error_statistics.h"
 #include "core/random.h"
 

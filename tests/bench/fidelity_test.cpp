@@ -1,10 +1,11 @@
+#include "bench/fidelity/fidelity.h"
+
 #include <gtest/gtest.h>
 
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "bench/fidelity/fidelity.h"
 #include "tests/bench/small_experiment.h"
 #include "tests/under_sanitizers.h"
 
