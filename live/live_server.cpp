@@ -2,7 +2,9 @@
 
 #include <arpa/inet.h>
 
+#include <algorithm>
 #include <atomic>
+#include <string_view>
 #include <thread>
 
 #include "core/errors.h"
@@ -29,10 +31,25 @@ class WatcherPlace {
   std::atomic<int>& watchers_;
 };
 
-/// "127.0.0.1" of "127.0.0.1:8080", "::1" of "[::1]:8080".
+/// "127.0.0.1" of "127.0.0.1:8080", "::1" of "[::1]:8080"; nothing where what follows is no port.
 std::string host_of(const std::string& header) {
-  if (header.starts_with('[')) return header.substr(1, header.find(']') - 1);
-  return header.substr(0, header.find(':'));
+  const bool bracketed = header.starts_with('[');
+  const std::size_t end = std::min(header.find(bracketed ? ']' : ':'), header.size());
+  std::string_view rest = std::string_view(header).substr(end);
+  if (bracketed && rest.starts_with(']')) rest.remove_prefix(1);
+  const bool port = rest.starts_with(':') && rest.size() > 1 &&
+                    rest.find_first_not_of("0123456789", 1) == std::string_view::npos;
+  if (!rest.empty() && !port) return {};
+  return header.substr(bracketed ? 1 : 0, end - (bracketed ? 1 : 0));
+}
+
+/// The status by which a request is refused, or 0.
+int refused(const httplib::Request& request, bool loopback_only) {
+  if (request.get_header_value_count("Host") != 1) return 400;
+  if (loopback_only && !is_loopback(host_of(request.get_header_value("Host")))) return 403;
+  if (request.method != "GET" && request.method != "HEAD") return 405;
+  // Many ranges of one page would be many times its size.
+  return request.has_header("Range") ? 416 : 0;
 }
 
 }  // namespace
@@ -97,17 +114,14 @@ void LiveServer::Parts::add_pages() {
        {"Referrer-Policy", "no-referrer"}});
   server.set_pre_routing_handler(
       [this](const httplib::Request& request, httplib::Response& response) {
-        if (is_loopback(options.host) && !is_loopback(host_of(request.get_header_value("Host")))) {
-          response.status = 403;
+        const int status = refused(request, is_loopback(options.host));
+        if (status == 0) return httplib::Server::HandlerResponse::Unhandled;
+        response.status = status;
+        if (status == 403) {
           response.set_content("ask for this machine by its address\n", "text/plain");
-          return httplib::Server::HandlerResponse::Handled;
         }
-        if (request.method != "GET" && request.method != "HEAD") {
-          response.status = 405;
-          response.set_header("Allow", "GET, HEAD");
-          return httplib::Server::HandlerResponse::Handled;
-        }
-        return httplib::Server::HandlerResponse::Unhandled;
+        if (status == 405) response.set_header("Allow", "GET, HEAD");
+        return httplib::Server::HandlerResponse::Handled;
       });
   server.Get("/", [](const httplib::Request&, httplib::Response& response) {
     response.set_content(live_page(), "text/html; charset=utf-8");

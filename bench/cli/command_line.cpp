@@ -5,9 +5,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <sstream>
 #include <string_view>
@@ -181,6 +183,17 @@ constexpr const char* no_memory =
   std::abort();
 }
 
+/// Throws InputError if something that was printed got lost, as on a full disk.
+void require_output_written() {
+  std::cout.flush();
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && std::ferror(stdout) == 0 && std::cout) return;
+  throw InputError("the standard output could not be written" +
+                   (errno != 0 ? " (" + std::generic_category().message(errno) + ")" : "") +
+                   "; part of it is lost, print it again to where there is room");
+}
+
 }  // namespace
 
 ExitCode run_command_line(int argc, char** argv) {
@@ -191,7 +204,9 @@ ExitCode run_command_line(int argc, char** argv) {
   try {
     spdlog::set_default_logger(spdlog::stderr_color_mt("ertbench"));
     spdlog::set_formatter(std::make_unique<PrintableLines>());
-    return parse_and_run(argc, argv);
+    const ExitCode code = parse_and_run(argc, argv);
+    require_output_written();
+    return code;
   } catch (const PartMissing& e) {
     build_and_call_again(e.part(), argv);
     say("ertbench: ", e.what(), "");

@@ -1,9 +1,15 @@
 #include "bench/run/runner.h"
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -15,7 +21,9 @@
 #include "bench/run/results.h"
 #include "bench/run/stage.h"
 #include "core/build_stamp.h"
+#include "core/errors.h"
 #include "core/files.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -163,11 +171,52 @@ ExperimentResults gather(const Stages& stages, const Experiment& experiment, con
   return results;
 }
 
+/// The folder of results while a run writes into it.
+class TakenFolder {
+ public:
+  /// Throws InputError if the folder has files that no run made, or another run writes into it.
+  explicit TakenFolder(const fs::path& out) {
+    constexpr const char* ours[] = {"records", limit_file, "load.json", ".ertbench-check"};
+    const auto has = [&](const char* name) { return fs::exists(out / name); };
+    if (fs::exists(out) && !fs::is_empty(out) &&
+        std::none_of(std::begin(ours), std::end(ours), has)) {
+      throw InputError(printable_path(out.string()) +
+                       ": has files that are not of a run; name an empty or a new folder by --out");
+    }
+    fs::create_directories(out / "records");
+    const std::string file = (out / "records/running").string();
+    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor_ < 0) {
+      throw InputError(printable_path(file) + ": cannot be written: " + std::strerror(errno) +
+                       "; check that the folder is writable");
+    }
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      char process[24] = {};
+      static_cast<void>(::pread(descriptor_, process, sizeof process - 1, 0));
+      ::close(descriptor_);
+      throw InputError(printable_path(out.string()) + ": process " + printable(process) +
+                       " is running into this folder; wait for its end, or name another by --out");
+    }
+    const std::string own = std::to_string(::getpid());
+    static_cast<void>(::ftruncate(descriptor_, 0));
+    static_cast<void>(::pwrite(descriptor_, own.data(), own.size(), 0));
+  }
+  TakenFolder(const TakenFolder&) = delete;
+  TakenFolder& operator=(const TakenFolder&) = delete;
+  ~TakenFolder() {
+    static_cast<void>(::ftruncate(descriptor_, 0));
+    ::close(descriptor_);
+  }
+
+ private:
+  int descriptor_ = -1;
+};
+
 }  // namespace
 
 ExperimentResults run_stages(const Stages& stages, const Experiment& experiment, const Cache& cache,
                              const RunOptions& options) {
-  fs::create_directories(options.out / "records");
+  const TakenFolder taken(options.out);
   if (options.fresh) forget(stages, experiment, cache, options);
   if (std::any_of(stages.begin(), stages.end(),
                   [](const auto& stage) { return stage->reads_datasets(); })) {

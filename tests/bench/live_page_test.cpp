@@ -129,6 +129,15 @@ TEST(LivePage, NothingCanBeWrittenAndNothingComesFromElsewhere) {
   const auto rebound = client.Get("/state", {{"Host", "evil.example"}});
   ASSERT_TRUE(rebound);
   EXPECT_EQ(rebound->status, 403);
+  const auto disguised = client.Get("/state", {{"Host", "127.0.0.1:80@evil.example"}});
+  ASSERT_TRUE(disguised);
+  EXPECT_EQ(disguised->status, 403);
+  const auto twice = client.Get("/state", {{"Host", "127.0.0.1"}, {"Host", "evil.example"}});
+  ASSERT_TRUE(twice);
+  EXPECT_EQ(twice->status, 400);
+  const auto pieces = client.Get("/", {{"Range", "bytes=0-9,0-9,0-9"}});
+  ASSERT_TRUE(pieces);
+  EXPECT_EQ(pieces->status, 416);
 }
 
 TEST(LivePage, MoreClientsThanMayWatchAreToldSo) {
