@@ -1,15 +1,15 @@
 # How the rooms of a library are compiled.
 
-# The headers that nearly every file reads are precompiled. A room is one translation unit with
-# ERTBENCH_UNITY: its files then share the instances of templates, of which compiling them one by one
-# mostly consists.
+# A room is one translation unit with ERTBENCH_UNITY: its files then share the reading of headers and
+# the instances of templates, which are nine tenths of compiling them one by one. Without it, for work
+# on single files, the headers that nearly every file reads are precompiled.
 function(ertbench_rooms target)
-  target_precompile_headers(${target} PRIVATE
-    <Eigen/Dense> <nlohmann/json.hpp>
-    <algorithm> <array> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional> <map>
-    <memory> <optional> <set> <span> <sstream> <stdexcept> <string> <string_view> <utility>
-    <vector>)
   if(NOT ERTBENCH_UNITY)
+    target_precompile_headers(${target} PRIVATE
+      <Eigen/Dense> <nlohmann/json.hpp>
+      <algorithm> <array> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional> <map>
+      <memory> <optional> <set> <span> <sstream> <stdexcept> <string> <string_view> <utility>
+      <vector>)
     return()
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
