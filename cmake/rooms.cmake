@@ -3,6 +3,7 @@
 # A room is one translation unit with ERTBENCH_UNITY: its files then share the reading of headers and
 # the instances of templates, which are nine tenths of compiling them one by one. Without it, for work
 # on single files, the headers that nearly every file reads are precompiled.
+# Rooms that are named behind the target are one unit together.
 function(ertbench_rooms target)
   if(NOT ERTBENCH_UNITY)
     target_precompile_headers(${target} PRIVATE
@@ -20,6 +21,9 @@ function(ertbench_rooms target)
     get_filename_component(source ${source} ABSOLUTE)
     get_filename_component(folder ${source} DIRECTORY)
     get_filename_component(room ${folder} NAME)
+    if(room IN_LIST ARGN)
+      set(room shared)
+    endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
   endforeach()
 endfunction()

@@ -8,6 +8,8 @@
 #include <set>
 
 #include "bench/experiment/solver_entry.h"
+#include "core/errors.h"
+#include "core/text.h"
 #include "frames/channels.h"
 
 namespace ertbench {
@@ -52,7 +54,16 @@ std::string list_of(const std::vector<std::string>& names) {
 }
 
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
-  return out.empty() ? std::filesystem::path("results") / experiment : std::filesystem::path(out);
+  if (out.empty()) return std::filesystem::path("results") / experiment;
+  const std::filesystem::path folder = out;
+  // What earlier runs, limits, rates and checks have left.
+  const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
+  if (!has("records") && !has("limit.json") && !has("load.json") && !has(".ertbench-check") &&
+      std::filesystem::exists(folder) && !std::filesystem::is_empty(folder)) {
+    throw InputError("--out " + printable_path(out) +
+                     ": has files that are not of a run; name an empty or a new folder");
+  }
+  return folder;
 }
 
 void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions>& options) {

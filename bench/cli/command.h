@@ -46,7 +46,8 @@ void add_experiment(CLI::App& command, std::string& file);
 std::string list_of(const std::vector<std::string>& names);
 /// Whether a label of --only means the entry: it is its own, or that of its whole sweep.
 bool is_named(const SolverEntry& entry, const std::string& label);
-/// `out`, or results/`experiment` where it is empty.
+/// `out`, or results/`experiment` where it is empty. Throws InputError if `out` has files that no
+/// command of this program left there.
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment);
 
 /// The options by which `reconstruct` and `calibrate` are told how frames are declared. Files are

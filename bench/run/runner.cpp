@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -174,15 +173,8 @@ ExperimentResults gather(const Stages& stages, const Experiment& experiment, con
 /// The folder of results while a run writes into it.
 class TakenFolder {
  public:
-  /// Throws InputError if the folder has files that no run made, or another run writes into it.
+  /// Throws InputError if another run writes into it.
   explicit TakenFolder(const fs::path& out) {
-    constexpr const char* ours[] = {"records", limit_file, "load.json", ".ertbench-check"};
-    const auto has = [&](const char* name) { return fs::exists(out / name); };
-    if (fs::exists(out) && !fs::is_empty(out) &&
-        std::none_of(std::begin(ours), std::end(ours), has)) {
-      throw InputError(printable_path(out.string()) +
-                       ": has files that are not of a run; name an empty or a new folder by --out");
-    }
     fs::create_directories(out / "records");
     const std::string file = (out / "records/running").string();
     descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);

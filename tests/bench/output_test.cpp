@@ -35,7 +35,7 @@ TEST_F(OutputFolder, OfOtherFilesIsRefusedAndKept) {
   testing::write_text(out() / "table.md", "mine");
   const testing::Outcome outcome = run();
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.output.find("out: has files that are not of a run"), std::string::npos)
+  EXPECT_NE(outcome.output.find("--out out: has files that are not of a run"), std::string::npos)
       << outcome.output;
   EXPECT_EQ(testing::read_text(out() / "table.md"), "mine");
   EXPECT_FALSE(fs::exists(out() / "records"));
