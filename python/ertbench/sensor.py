@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
-from . import _core
+from . import _core, eidors, exchange
 
 
 def _folders() -> list:
@@ -69,6 +69,53 @@ class Sensor(_core.Sensor):
     @classmethod
     def _of(cls, text: str) -> "Sensor":
         return cls(**json.loads(text))
+
+    @classmethod
+    def from_eidors(cls, file: "str | os.PathLike", unit: Optional[str] = None, variable: str = "",
+                    **keywords: Any) -> "Sensor":
+        """The sensor of an EIDORS forward model in a .mat file, by SciPy.
+
+        Sensor.from_eidors("fmdl.mat", unit="m")            the mesh is in metres ("cm", "mm")
+        Sensor.from_eidors("fmdl.mat", diameter_mm=230)     ... in any unit: a disc (side_mm, sides_mm)
+        Sensor.from_eidors("tank3d.mat", shape="disc", diameter_mm=230)   its stimulation alone
+
+        Takes from stimulation drives, measurements and current; from nodes, elems and electrode a
+        disc or a rectangle, and electrodes that are points or, with several nodes, complete. variable:
+        the fmdl, img or inv_model, where the file holds several. Frames of the model, [channels] in
+        EIDORS's order and sign, are frames of the sensor. Keywords are those of Sensor and replace what
+        the model says; `background`, S/m, is none of its fields.
+
+        Raises InputError for drives and measurements that a sensor does not have: of other than two
+        electrodes, of several currents, rotating with the drive, or not the same for all drives.
+        """
+        return cls(**eidors.keys(file, unit, variable, keywords))
+
+    @classmethod
+    def from_pyeit(cls, protocol: Any, name: "str | os.PathLike | None" = None,
+                   **keywords: Any) -> "Sensor":
+        """A sensor with the channels of a pyEIT protocol, on the sheet that Sensor(name, ...) has.
+
+        protocol: ex_mat [drives, 2]; meas_mat [channels, 3], or [drives, measurements, 2] as pyEIT has
+        it until 1.2.4. Frames of pyEIT's forward model are frames of the sensor, in order and sign. Its
+        currents are 1 A, and its circle's electrodes begin at the left: give drive_current and
+        electrode_places_mm if these matter.
+
+        Raises InputError as from_eidors does.
+        """
+        if name is None and not any(key.startswith("electrode_p") for key in keywords):
+            rows = exchange.read_protocol(protocol)
+            most = max(rows[0].max(), rows[1][:, :2].max())
+            keywords.setdefault("electrode_count", int(most) + 1)
+        sheet = cls(name, **keywords)
+        return cls(name, **{**exchange.pyeit_keys(protocol, sheet.electrodes), **keywords})
+
+    def to_pyeit(self) -> Any:
+        """A PyEITProtocol with the sensor's channels, in order and sign; without pyEIT its arrays.
+
+        ex_mat [drives, 2], meas_mat [channels, 3] ([drives, measurements, 2] of a pyEIT that has it
+        so), keep_ba [drives * measuring pairs] bool, which picks the channels from a frame of all.
+        """
+        return exchange.to_pyeit(self)
 
     def symmetries(self) -> Tuple[np.ndarray, np.ndarray]:
         """Rotations and reflections that map electrodes onto electrodes, the identity first.
