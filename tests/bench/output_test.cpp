@@ -48,8 +48,8 @@ TEST_F(OutputFolder, IsUsedAgainByTheNextRun) {
 
 TEST_F(OutputFolder, IsOfOneRunAtATime) {
   fs::create_directories(out() / "records");
-  testing::write_text(out() / "records/running", "4711");
-  const int other = ::open((out() / "records/running").c_str(), O_RDWR | O_CLOEXEC);
+  testing::write_text(out() / ".running", "4711");
+  const int other = ::open((out() / ".running").c_str(), O_RDWR | O_CLOEXEC);
   ASSERT_EQ(::flock(other, LOCK_EX | LOCK_NB), 0);
   const testing::Outcome outcome = run();
   EXPECT_EQ(outcome.exit_code, 2);

@@ -182,6 +182,7 @@ TEST(Program, AnAbsentOrBrokenPluginCostsOnlyItsSolvers) {
   experiment["solvers"] = {{{"type", "tsvd"}, {"rank", 30}}, {{"type", "dd-ert"}}};
   write_text(folder / "small.json", experiment.dump());
   write_text(folder / "learned.json", R"({"type": "dd-ert", "checkpoint": "net.fitted"})");
+  write_text(folder / "net.fitted", "read by the plugin alone");
   ASSERT_EQ(run_program(folder.path(), "generate small.json --dataset test --out t.h5", program)
                 .exit_code,
             0);
