@@ -2,7 +2,7 @@
 # commands that compile them must be the same but for the path: a checkout may lie anywhere.
 function(compile_commands variable folder)
   file(COPY ${SOURCE}/core ${SOURCE}/forward ${SOURCE}/solvers ${SOURCE}/frames ${SOURCE}/limit
-    ${SOURCE}/live ${SOURCE}/bench ${SOURCE}/cmake
+    ${SOURCE}/live ${SOURCE}/bench ${SOURCE}/python ${SOURCE}/cmake
     ${SOURCE}/CMakeLists.txt ${SOURCE}/CMakePresets.json ${SOURCE}/LICENSE ${SOURCE}/CITATION.cff ${SOURCE}/CHANGELOG.md
     DESTINATION ${folder})
   # Benchmarks, learned solvers and tests are found slowly, and lie in folders of their own.
@@ -22,7 +22,7 @@ endfunction()
 file(REMOVE_RECURSE ${WORK})
 compile_commands(plain ${WORK}/ertbench)
 compile_commands(named ${WORK}/check/benchmarks/bench/charts/ertbench)
-if(NOT plain MATCHES "/bench/CMakeFiles/ertbench_text")
+if(NOT plain MATCHES "/bench/CMakeFiles/ertbench_bench")
   message(FATAL_ERROR "no commands of bench/ among:\n${plain}")
 endif()
 if(NOT plain STREQUAL named)
