@@ -53,13 +53,18 @@ install(DIRECTORY results/networks DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench
 # The Debian package, by `cpack -G DEB` in a build folder. That of the preset `package` runs on any x86-64
 # processor with AVX2, that of `release` on processors like the one that it was built on.
 set(debian ${CMAKE_CURRENT_BINARY_DIR}/debian)
+set(maintainer "The ertbench authors <ertbench@users.noreply.github.com>")
+if(DEFINED ENV{DEBEMAIL})  # whoever packs it
+  set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+endif()
 file(WRITE ${debian}/changelog "ertbench (${PROJECT_VERSION}) unstable; urgency=medium
 
   * Release ${PROJECT_VERSION}; CHANGELOG.md of the sources tells what is new.
 
- -- The ertbench authors <ertbench@localhost>  Sat, 21 Nov 2026 12:00:00 +0000
+ -- ${maintainer}  Sat, 21 Nov 2026 12:00:00 +0000
 ")
 execute_process(COMMAND gzip -9nf ${debian}/changelog)
+file(WRITE ${debian}/triggers "activate-noawait ldconfig\n")
 file(READ LICENSE license)
 string(REGEX REPLACE "\n" "\n " license "${license}")
 string(REPLACE "\n \n" "\n .\n" license "${license}")
@@ -76,7 +81,7 @@ install(FILES ${debian}/copyright ${debian}/changelog.gz DESTINATION ${CMAKE_INS
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME ertbench)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
-set(CPACK_PACKAGE_CONTACT "The ertbench authors <ertbench@localhost>")
+set(CPACK_PACKAGE_CONTACT "${maintainer}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
@@ -88,6 +93,7 @@ set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "reconstruction methods of tomographic tact
  tomography for robotic skins, driven by JSON experiments. The package has the
  program, its libraries and headers, sensors, experiments and fitted networks.")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${debian}/triggers)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/core ${CMAKE_BINARY_DIR}/forward
   ${CMAKE_BINARY_DIR}/solvers ${CMAKE_BINARY_DIR}/bench)

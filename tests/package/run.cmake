@@ -1,4 +1,4 @@
-# Packs the build BUILD as a Debian package, unpacks it under WORK/root, and runs a small form of the quick
+# Packs the build BUILD as a Debian package (without errors of lintian, where that is), unpacks it under WORK/root, and runs a small form of the quick
 # experiment by the program in it, in a home of its own.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -17,6 +17,10 @@ foreach(needed "Section: science" "libhdf5" "libtorch" "liblapack3" "gnuplot-nox
     message(FATAL_ERROR "the package says nothing of \"${needed}\":\n${output}")
   endif()
 endforeach()
+find_program(lintian lintian)
+if(lintian)
+  run(${lintian} --allow-root --fail-on error ${package})
+endif()
 run(dpkg-deb -x ${package} ${WORK}/root)
 
 set(usr ${WORK}/root/usr)
