@@ -106,7 +106,9 @@ Comparisons comparisons_of(const Experiment& experiment, SolverRegistry& registr
   Comparisons out;
   for (const SolverEntry& entry : experiment.solvers) {
     const SolverInfo* info = registry.find(entry.type);
-    out[entry.label] = info ? info->comparison : ImageComparison::rounding;
+    // A stored solver is trained by no check.
+    const bool trained = info && !entry.spec->contains("checkpoint");
+    out[entry.label] = trained ? info->comparison : ImageComparison::rounding;
   }
   return out;
 }

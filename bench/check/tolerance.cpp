@@ -106,7 +106,8 @@ Tolerance tolerance_of(const ResultRow& row, std::optional<ImageComparison> imag
     case ImageComparison::duality_gap:
       return {ToleranceClass::interior_point, of_duality_gap(row)};
     default:
-      return {ToleranceClass::linear, linear_images};
+      return {ToleranceClass::linear,
+              row.parameters->contains("checkpoint") ? stored_image_tolerance : linear_images};
   }
 }
 

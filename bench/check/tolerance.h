@@ -18,7 +18,8 @@ enum class ToleranceClass {
   exact,
   /// A linear image (ImageComparison::rounding): FMA and other kernels change the last bits of
   /// voltages and matrix, and the means by 1e-15 to 1e-13. An "auto" parameter keeps its value to
-  /// 1e-14, because the errors that its choice compares differ by more.
+  /// 1e-14, because the errors that its choice compares differ by more. With the tolerance of
+  /// stored images also a solver that is loaded ("checkpoint"), whatever it is.
   linear,
   /// An iteration that stops when a duality gap falls below a tolerance: last bits may move the end
   /// of a frame to the iterate before or after.

@@ -89,7 +89,7 @@ SummaryReport report_summary(const fs::path& results, const fs::path& out,
   text.published = experiment.published;
   text.command = summary.text("command");
   if (summary.has("builds")) text.builds = builds_from_json(summary.object("builds").value());
-  summary.object("provenance").object("datasets");
+  summary.object("provenance").object("datasets");  // the page needs them
   std::vector<ResultRow> rows;
   for (JsonObject& row : summary.objects("rows")) {
     rows.push_back(result_row_from_json(std::move(row)));

@@ -128,5 +128,20 @@ TEST(StoredSolver, IsRefusedWhereItWouldHaveToBeFitted) {
       << other.output;
 }
 
+TEST(StoredSolver, IsComparedByACheckAsItIsAndNotOverTrainings) {
+  const TemporaryFolder folder("compared");
+  json experiment = small_experiment();
+  experiment["solvers"] = {{{"type", "lean-net"}, {"checkpoint", "lean-net-8"}}};
+  write_text(folder / "e.json", experiment.dump());
+  const std::string check = "check e.json --baseline e.baseline --out check";
+  const Outcome made = run_program(folder.path(), check + " --update");
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const json baseline = json::parse(read_text(folder / "e.baseline"));
+  EXPECT_EQ(row_of(baseline, "lean-net").at("tolerance").at("class"), "linear") << baseline.dump();
+  EXPECT_EQ(row_of(baseline, "lean-net").at("tolerance").at("relative"), 1e-4);
+  const Outcome same = run_program(folder.path(), check);
+  EXPECT_EQ(same.exit_code, 0) << same.output;
+}
+
 }  // namespace
 }  // namespace ertbench::testing
