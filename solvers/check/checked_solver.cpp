@@ -160,7 +160,8 @@ FrameCheck check_from(const std::optional<Eigen::VectorXd>& numbers, const Senso
 CheckedSolver::CheckedSolver(std::string type, JsonObject& own)
     : type_(std::move(type)),
       entry_(own.value()),
-      check_frames_(own.boolean_or("inference_check", true)) {
+      check_frames_(own.boolean_or("inference_check", true)),
+      imputes_(own.boolean_or("inference_imputation", true)) {
   if (!own.has("checkpoint")) return;
   const std::string word = own.text("checkpoint");
   try {
@@ -182,6 +183,10 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
            "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
            "suspect; default true",
            ParameterRole::inference},
+          {"inference_imputation",
+           "replace the channels of dead electrodes by their mean given the live ones, for solvers "
+           "that do not mask them themselves; needs inference_check; default true",
+           ParameterRole::inference},
           {"checkpoint",
            "the file of a fitted solver, relative to this one, or a name that `ertbench list "
            "--fitted` shows; it is loaded in place of a fit",
@@ -191,6 +196,7 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
 nlohmann::json CheckedSolver::parameters() const {
   nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
+  if (!imputes_) out["inference_imputation"] = false;
   if (!stored_.empty()) out["checkpoint"] = printable_json(entry_->at("checkpoint"), most_said);
   return out;
 }
@@ -345,36 +351,54 @@ void CheckedSolver::reconstruct_with(FrameStream* stream, FramesView changes, Im
 
 void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, ImagesView images,
                                       std::span<FrameReport> reports) const {
-  const auto verdict_of = [&](Eigen::Index f) { return check_.judge(changes.row(f).data()); };
-  if (masked_.detect) {
-    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-      const FrameCheck::Verdict verdict = verdict_of(f);
-      reports[static_cast<std::size_t>(f)].reasons = verdict.reasons;
-      reports[static_cast<std::size_t>(f)].dead = verdict.dead;
-    }
+  // A frame is judged without allocation after a thread's first one.
+  static thread_local std::vector<FrameCheck::Verdict> kept;
+  std::vector<FrameCheck::Verdict> verdicts = std::move(kept);
+  verdicts.assign(reports.size(), {});
+  for (std::size_t f = 0; (check_frames_ || masked_.detect) && f < reports.size(); ++f) {
+    verdicts[f] = check_.judge(changes.row(static_cast<Eigen::Index>(f)).data());
+    if (!masked_.detect) continue;
+    reports[f].reasons = verdicts[f].reasons;
+    reports[f].dead = verdicts[f].dead;
   }
   const std::optional<Frames> cleared = without_masked(changes);
-  const FramesView given = cleared ? FramesView(*cleared) : changes;
+  const std::optional<Frames> imputed =
+      with_imputed(cleared ? FramesView(*cleared) : changes, verdicts);
+  const FramesView given = imputed   ? FramesView(*imputed)
+                           : cleared ? FramesView(*cleared)
+                                     : changes;
   if (stream != nullptr) {
     stream->reconstruct(given, images, reports);
   } else {
     inner_->reconstruct(given, images, reports);
   }
   for (const Eigen::Index pixel : off_sheet_) images.col(pixel).setZero();
-  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-    FrameReport& report = reports[static_cast<std::size_t>(f)];
-    const FrameCheck::Verdict before = {static_cast<std::uint8_t>(report.reasons & ~unexplained),
-                                        report.dead};
+  for (std::size_t f = 0; f < reports.size(); ++f) {
+    FrameReport& report = reports[f];
     report.reasons &= check_frames_ ? unexplained : 0;
     if (report.reasons != 0 && report.status == FrameStatus::ok) {
       report.status = FrameStatus::suspect;
     }
     report.dead = 0;
-    if (!is_finite(changes, images, f)) report.status = FrameStatus::undefined;
+    if (!is_finite(changes, images, static_cast<Eigen::Index>(f))) {
+      report.status = FrameStatus::undefined;
+    }
     if (report.status == FrameStatus::undefined || !check_frames_) continue;
-    const FrameCheck::Verdict verdict = masked_.detect ? before : verdict_of(f);
-    FrameCheck::report(verdict, masked_.detect && verdict.dead != 0, report);
+    FrameCheck::report(verdicts[f], masked_.detect && verdicts[f].dead != 0, report);
   }
+  kept = std::move(verdicts);
+}
+
+std::optional<Frames> CheckedSolver::with_imputed(
+    FramesView changes, const std::vector<FrameCheck::Verdict>& verdicts) const {
+  std::optional<Frames> out;
+  if (masked_.detect || !imputes_) return out;
+  for (std::size_t f = 0; f < verdicts.size(); ++f) {
+    if (verdicts[f].dead == 0) continue;
+    if (!out) out = changes;
+    check_.impute(out->row(static_cast<Eigen::Index>(f)).data(), verdicts[f].dead);
+  }
+  return out;
 }
 
 std::optional<Frames> CheckedSolver::without_masked(FramesView changes) const {

@@ -58,7 +58,8 @@ class CheckedFile {
 /// - Reports a frame as undefined if it or its image is not finite; channels that the solver masks
 ///   in every frame may read anything.
 /// - Flags frames that should not be trusted by a FrameCheck, which is fitted with the solver and
-///   kept in its file. A solver that asks for it gets the dead electrodes before it reconstructs.
+///   kept in its file. A solver that asks for it gets the dead electrodes before it reconstructs;
+///   any other gets frames whose dead channels are replaced by their mean given the live ones.
 /// - Refuses files of another type of solver, and files and datasets of another sensor.
 /// - Loads the file that its parameter "checkpoint" names in place of a fit.
 ///
@@ -69,7 +70,7 @@ class CheckedSolver final : public Solver {
   /// Reads its own keys from the object and leaves the rest to `info.make`.
   static std::unique_ptr<Solver> make(const std::string& type, const SolverInfo& info,
                                       JsonObject parameters);
-  /// Parameters of the wrapper: "inference_check", "checkpoint".
+  /// Parameters of the wrapper: "inference_check", "inference_imputation", "checkpoint".
   static std::vector<ParameterInfo> own_parameters();
 
   nlohmann::json parameters() const override;
@@ -106,6 +107,10 @@ class CheckedSolver final : public Solver {
   bool is_finite(const FramesView& changes, const ImagesView& images, Eigen::Index frame) const;
   /// A copy of the frames with zeros in the masked channels; no value if all of those are finite.
   std::optional<Frames> without_masked(FramesView changes) const;
+  /// A copy of the frames with the channels of dead electrodes imputed where those are to be and
+  /// can be; no value if no electrode is dead.
+  std::optional<Frames> with_imputed(FramesView changes,
+                                     const std::vector<FrameCheck::Verdict>& verdicts) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
   /// Throws InputError if a parameter of the entry is not the one that the stored solver has.
   void require_stored_parameters() const;
@@ -115,6 +120,7 @@ class CheckedSolver final : public Solver {
   JsonValue entry_;               ///< as written
   std::filesystem::path stored_;  ///< the file of its "checkpoint"; empty: it is fitted
   bool check_frames_;             ///< "inference_check"
+  bool imputes_;                  ///< "inference_imputation"
   bool ready_ = false;            ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;

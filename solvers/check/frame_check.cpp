@@ -353,6 +353,35 @@ void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report
   }
 }
 
+void FrameCheck::impute(double* change, ElectrodeSet dead) const {
+  if (!has_limits()) return;
+  std::vector<Eigen::Index> live;
+  std::vector<Eigen::Index> lost;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    (pair_electrodes_[p] & dead ? lost : live).push_back(static_cast<Eigen::Index>(p));
+  }
+  if (live.size() < static_cast<std::size_t>(least_pairs)) return;
+  Eigen::VectorXd means(along_reference_.size());
+  split(change, means.data());
+  // Shapes have the second moments B B^T + residual / pairs, with the directions' deviations in B.
+  Eigen::MatrixXd moments(means.size(), directions_.rows.rows() + 1);
+  moments << directions_.mean,
+      directions_.rows.transpose() *
+          directions_.inverse_power.cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd known = moments(live, Eigen::all);
+  const Eigen::VectorXd seen = means(live);
+  const double signal =
+      seen.squaredNorm() * static_cast<double>(means.size()) / static_cast<double>(seen.size());
+  const double residual = (outside_.a + outside_.b * signal) / (signal + least_size_);
+  Eigen::MatrixXd normal = known.transpose() * known;
+  normal.diagonal().array() += residual / static_cast<double>(means.size());
+  const Eigen::VectorXd along = normal.llt().solve(known.transpose() * seen);
+  for (const Eigen::Index p : lost) {
+    const auto& [a, b] = pairs_[static_cast<std::size_t>(p)];
+    change[a] = change[b] = moments.row(p).dot(along) / std::numbers::sqrt2;
+  }
+}
+
 }  // namespace ertbench
 
 // Packing of a FrameCheck into one vector of numbers.

@@ -115,6 +115,11 @@ class FrameCheck {
   /// the dead electrodes. A status of the solver takes precedence, except that a frame with a dead
   /// electrode that did not converge becomes suspect.
   static void report(const Verdict& verdict, bool masked, FrameReport& report);
+  /// Replaces the channels of the `dead` electrodes in a frame [channels], contiguous, by their
+  /// mean given the others, if frames are Gaussian with the second moments of those of the fit at
+  /// the frame's own size. Leaves the frame as it is without a fit (has_limits) or with fewer than
+  /// twelve pairs left.
+  void impute(double* change, ElectrodeSet dead) const;
 
  private:
   void set_sensor(const Sensor& sensor, ElectrodeSet masked);

@@ -9,6 +9,7 @@
 #include "core/json.h"
 #include "forward/border/contact_electrodes.h"
 #include "forward/sheet/sensor.h"
+#include "solvers/nuisances.h"
 
 namespace ertbench {
 
@@ -44,31 +45,10 @@ struct ContactPrior {
 nlohmann::json to_json(const ContactPrior& prior);
 ContactPrior contact_prior_from_json(JsonObject object);
 
-/// Nuisance parameters of every frame, as standard deviations. Their effect on the voltages is
-/// taken as linear, so that integrating over them only changes the covariance of the noise. (The
-/// common factor of gain and level is estimated and removed from the frame until that holds, see
+/// W [pairs, pairs], 1/V, with W C W' = 1 and C = noise^2 / 2 + N N' / 2 for the means of
+/// reciprocal pairs; N are the nuisances' columns, `noise` that of a channel, V. (The common factor
+/// of gain and level is estimated and removed from the frame until it acts linearly, see
 /// ContactSolver.)
-///
-///     C = noise^2 / 2 + sum n n' deviation^2  over the columns n of derivatives.
-struct Nuisances {
-  double gain = 0;  ///< common relative gain of current and amplifiers
-  /// Relative change of the whole sheet's conductivity, such as from water around it. It acts on
-  /// the voltages as a gain of 1 / (1 + level) and can be separated from one only by the priors.
-  double level = 0;
-  double gradient = 0;    ///< of the background in x and in y, relative per domain unit
-  double electrodes = 0;  ///< displacement of each electrode along the border, domain units
-
-  /// Deviation of the factor common to all voltages.
-  double factor() const { return std::hypot(gain, level); }
-  bool any() const { return factor() > 0 || gradient > 0 || electrodes > 0; }
-
-  /// The optional `"nuisances": {"gain", "level", "gradient", "electrodes"}`, numbers > 0.
-  static Nuisances from_json(JsonObject& parameters);
-  void add_to(nlohmann::json& parameters) const;
-};
-
-/// W [pairs, pairs], 1/V, with W C W' = 1 for the means of reciprocal pairs; `noise` of a channel,
-/// V.
 Eigen::MatrixXd whitening_of(const Sensor& sensor, double noise, const Nuisances& nuisances);
 
 }  // namespace ertbench

@@ -380,10 +380,7 @@ std::vector<SolverType> contact_solvers() {
        "above, where that is known; default none"},
       {"image",
        "\"mean\" (the default) of the posterior, or \"most-likely\": the contacts of its maximum"},
-      {"nuisances",
-       "unknowns beside the contacts, by their standard deviations: {\"gain\": relative, "
-       "\"level\": of the whole sheet's conductivity, relative, \"gradient\": relative per domain "
-       "unit, \"electrodes\": domain units}; default none"},
+      Nuisances::parameter(),
       ChannelMask::parameter()};
   info.make = make_from_json<ContactSolver>;
   info.probes = {"{}", R"({"shape": "disc", "prior": "training", "image": "most-likely"})"};

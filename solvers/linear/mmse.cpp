@@ -18,6 +18,18 @@ Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixX
   return solved.transpose();
 }
 
+namespace {
+
+/// N N^T [pairs, pairs] V^2.
+Eigen::MatrixXd covariance_of(const Nuisances& nuisances, const Sensor& sensor) {
+  const Eigen::Index pairs = Reciprocity(sensor).pairs();
+  if (!nuisances.any()) return Eigen::MatrixXd::Zero(pairs, pairs);
+  const Eigen::MatrixXd columns = nuisances.columns(sensor);
+  return columns * columns.transpose();
+}
+
+}  // namespace
+
 LinearMmse::LinearMmse(JsonObject parameters)
     : LinearSolver(LinearInference::from_json(parameters)) {
   read(std::move(parameters));
@@ -28,6 +40,7 @@ void LinearMmse::read(JsonObject parameters) {
   ridge_ = read_weight(parameters, "ridge");
   symmetries_ = parameters.boolean_or("symmetries", true);
   choice_ = read_chosen(parameters, ridge_.value);
+  nuisances_ = Nuisances::from_json(parameters);
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
@@ -41,6 +54,7 @@ nlohmann::json LinearMmse::parameters() const {
 nlohmann::json LinearMmse::fit_parameters() const {
   nlohmann::json out = {{"components", 1}, {"ridge", "auto"}, {"symmetries", symmetries_}};
   if (ridge_.value) out["ridge"] = *ridge_.value;
+  nuisances_.add_to(out);
   mask().add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
@@ -49,7 +63,7 @@ nlohmann::json LinearMmse::fit_parameters() const {
 void LinearMmse::fit(const FitInput& input) {
   set_sensor(input.sensor);
   JointMoments moments = moments_of(TrainingScenes(input, type, symmetries_), {}, true);
-  changes_ = std::move(moments.changes);
+  changes_ = std::move(moments.changes) + covariance_of(nuisances_, sensor());
   cross_ = std::move(moments.cross);
   const std::vector<Eigen::Index> kept = kept_pairs();
   const Eigen::MatrixXd changes = changes_(kept, kept);
@@ -121,6 +135,7 @@ void MixtureMmse::read(JsonObject parameters) {
   ridge_ = read_weight(parameters, "ridge");
   symmetries_ = parameters.boolean_or("symmetries", true);
   choice_ = read_chosen(parameters, ridge_.value);
+  nuisances_ = Nuisances::from_json(parameters);
   mask_ = ChannelMask::from_json(parameters);
   parameters.finish();
 }
@@ -129,6 +144,7 @@ nlohmann::json MixtureMmse::parameters() const {
   nlohmann::json out = {
       {"components", components_}, {"ridge", "auto"}, {"symmetries", symmetries_}};
   if (ridge_.value) out["ridge"] = *ridge_.value;
+  nuisances_.add_to(out);
   mask_.add_to(out);
   if (choice_) out["chosen"] = to_json(*choice_);
   return out;
@@ -148,6 +164,8 @@ void MixtureMmse::set_mean() {
 void MixtureMmse::fit(const FitInput& input) {
   set_sensor(input.sensor);
   mixture_ = fit_mixture(TrainingScenes(input, type, symmetries_), components_);
+  const Eigen::MatrixXd nuisances = covariance_of(nuisances_, sensor_);
+  for (GaussianMixture::Component& c : mixture_.components) c.changes += nuisances;
   if (ridge_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, ridge_.place);
     const auto error_of = [&](double ridge) {

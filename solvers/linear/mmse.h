@@ -8,6 +8,7 @@
 #include "solvers/channel_mask.h"
 #include "solvers/linear/linear_solver.h"
 #include "solvers/linear/mixture.h"
+#include "solvers/nuisances.h"
 #include "solvers/parameter_choice.h"
 #include "solvers/solver.h"
 
@@ -31,13 +32,13 @@ Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixX
 /// voltages include noise and follow no linear model. (From C_xx by the Jacobian,
 /// C_xx J^T (J C_xx J^T + noise)^-1, the mean relative error is .77 instead of .62 on one to three
 /// contacts.) `ridge` is additional noise, relative to the mean square of the changes; it trades
-/// errors of strong contacts for errors of weak ones.
+/// errors of strong contacts for errors of weak ones. Nuisances add N N^T to E[d d^T].
 class LinearMmse final : public LinearSolver {
  public:
   static constexpr const char* type = "lmmse";
 
-  /// `{"components": 1, "ridge": > 0 | "auto", "symmetries": bool}` and what LinearInference and
-  /// ChannelMask read.
+  /// `{"components": 1, "ridge": > 0 | "auto", "symmetries": bool}` and what Nuisances,
+  /// LinearInference and ChannelMask read.
   explicit LinearMmse(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -55,6 +56,7 @@ class LinearMmse final : public LinearSolver {
   bool symmetries_ = true;
   Tunable ridge_;
   std::optional<ParameterChoice> choice_;
+  Nuisances nuisances_;
   // Second moments of all pairs, for frames with dead electrodes.
   Eigen::MatrixXd changes_;  ///< [pairs, pairs]
   Eigen::MatrixXd cross_;    ///< [pixels, pairs]
@@ -72,8 +74,8 @@ class MixtureMmse final : public Solver {
  public:
   static constexpr const char* type = "lmmse";
 
-  /// `{"components": 2 ... 1024, "ridge": > 0 | "auto", "symmetries": bool}` and what ChannelMask
-  /// reads.
+  /// `{"components": 2 ... 1024, "ridge": > 0 | "auto", "symmetries": bool}` and what Nuisances and
+  /// ChannelMask read.
   explicit MixtureMmse(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -98,6 +100,7 @@ class MixtureMmse final : public Solver {
   bool symmetries_ = true;
   Tunable ridge_;
   std::optional<ParameterChoice> choice_;
+  Nuisances nuisances_;
   ChannelMask mask_;
   Sensor sensor_;
   Reciprocity reciprocity_;

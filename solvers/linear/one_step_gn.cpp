@@ -184,8 +184,8 @@ SolverInfo linear_mmse() {
        {"ridge",
         "noise beyond that of the training set, relative to the mean square of the changes, > 0 or "
         "\"auto\" (the default)"},
-       {"symmetries",
-        "learn from the scenes turned by the sensor's symmetries, too; default true"}});
+       {"symmetries", "learn from the scenes turned by the sensor's symmetries, too; default true"},
+       Nuisances::parameter()});
   info.make = make_mmse;
   info.probes = {"{}", R"({"components": 2})"};
   return info;

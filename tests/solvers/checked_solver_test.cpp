@@ -34,6 +34,7 @@ struct Behaviour {
   int fits = 0;
   std::vector<Eigen::Index> blocks;  ///< frames of each call
   std::vector<ElectrodeSet> dead;    ///< of each frame, as the solver was told
+  Frames frames;                     ///< of the last call
 };
 
 class Puppet final : public Solver {
@@ -45,6 +46,7 @@ class Puppet final : public Solver {
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override {
     behaviour_.blocks.push_back(changes.rows());
+    behaviour_.frames = changes;
     for (const FrameReport& report : reports) behaviour_.dead.push_back(report.dead);
     behaviour_.image(images, reports);
   }
@@ -123,6 +125,26 @@ TEST(CheckedSolver, JudgesTheFramesOfASolverThatKnowsNothingOfIt) {
     EXPECT_EQ(report.status, FrameStatus::ok);
     EXPECT_EQ(report.reasons, 0);
   }
+}
+
+TEST(CheckedSolver, ImputesTheChannelsOfDeadElectrodesForASolverThatDoesNotMaskThem) {
+  Behaviour behaviour;
+  const std::unique_ptr<Solver> solver = fitted_puppet(behaviour);
+  Frames changes = fresh_changes(4);
+  const Frames sound = changes;
+  read_zero(changes.row(1), 1u << 4);
+  read_zero(changes.row(2), 1u << 4 | 1u << 9 | 1u << 13);
+  const Reconstruction out = reconstruct(*solver, changes);
+  EXPECT_EQ(out.reports[1].status, FrameStatus::suspect);
+  EXPECT_EQ(out.reports[1].reasons, dead_electrode);
+  ASSERT_EQ(behaviour.frames.rows(), 4);
+  EXPECT_EQ(behaviour.frames.row(0), sound.row(0));
+  EXPECT_EQ(behaviour.frames.row(3), sound.row(3));
+  const auto error = [&](Eigen::Index f) { return (behaviour.frames - sound).row(f).norm(); };
+  EXPECT_LT(error(1), (changes - sound).row(1).norm() / 10);
+  EXPECT_LT(error(2), (changes - sound).row(2).norm() / 10);
+  reconstruct(*fitted_puppet(behaviour, {{"inference_imputation", false}}), changes);
+  EXPECT_EQ(behaviour.frames, changes);
 }
 
 TEST(CheckedSolver, TellsASolverThatAsksWhichElectrodesAreDead) {

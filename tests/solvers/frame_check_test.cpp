@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <stdexcept>
 
 #include "forward/fem/forward_model.h"
@@ -74,6 +75,31 @@ TEST_F(Check, FindsElectrodesThatFloat) {
              pairs_without({}, verdict.dead) == pairs_without({}, dead);
   }
   EXPECT_GE(found, 396);
+}
+
+TEST_F(Check, ImputesDeadChannelsNearerThanTheMean) {
+  // Without any knowledge the error is the change itself.
+  const std::map<int, double> most = {{1, 0.5}, {2, 0.7}, {4, 0.85}};
+  for (const auto& [count, limit] : most) {
+    const Frames truth = fresh_changes(200);
+    Frames changes = truth;
+    RandomStream random(3, 0, 0, Purpose::scene);
+    double error = 0;
+    double lost = 0;
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      const ElectrodeSet dead = random_electrodes(count, random);
+      read_zero(changes.row(f), dead);
+      const Eigen::RowVectorXd broken = changes.row(f);
+      check().impute(changes.row(f).data(), dead);
+      const Eigen::ArrayXd same = (broken.array() == changes.row(f).array()).cast<double>();
+      error += (changes.row(f) - truth.row(f)).squaredNorm();
+      lost += ((1 - same) * truth.row(f).transpose().array()).square().sum();
+      // Live channels keep their readings.
+      const auto left = pairs_without({}, dead);
+      EXPECT_GE(same.sum(), 2 * static_cast<double>(left.size()));
+    }
+    EXPECT_LT(error, limit * lost) << count;
+  }
 }
 
 TEST_F(Check, FindsNoiseAboveWhatItKnows) {

@@ -8,6 +8,7 @@
 
 #include "core/errors.h"
 #include "core/random.h"
+#include "forward/border/border_model.h"
 #include "forward/data/generate.h"
 #include "forward/fem/forward_model.h"
 #include "solvers/linear/mixture.h"
@@ -126,6 +127,43 @@ TEST(Lmmse, TurnsItsImageWithTheFrame) {
     const Frames turned = changes(Eigen::all, turn.channels);
     const Images expected = images(Eigen::all, turn.pixels);
     EXPECT_LT(relative_difference(reconstruct(*solver, turned).images, expected), 1e-8);
+  }
+}
+
+TEST(Lmmse, SeesContactsBesideNuisancesOfItsCovariance) {
+  // A sheet of 10 % less conductivity, and one electrode moved by 5 mm of 200 since the reference,
+  // both exact. Without the nuisances they are the image.
+  const FitInput input = Sets::get().input();
+  const DatasetFile& set = *input.validation;
+  const Frames sound = set.voltages(0, set.size());
+  const Images truth = set.conductivity(0, set.size()).array() - input.sensor.background;
+  const Eigen::RowVectorXd reference = set.reference_voltages().transpose();
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(16);
+  moved[5] = 0.05;
+  const Eigen::RowVectorXd by_move = (BorderModel(input.sensor, moved).reference_voltages() -
+                                      BorderModel(input.sensor).reference_voltages())
+                                         .transpose();
+  const Frames level = (sound / 0.9).rowwise() - reference;
+  const Frames displaced = sound.rowwise() - (reference - by_move);
+  const Frames clean = sound.rowwise() - reference;
+  const json deviations = {{"level", 0.1}, {"electrodes", 0.03}};
+  for (const int components : {1, 4}) {
+    const json spec = {{"type", "lmmse"}, {"ridge", 1e-5}, {"components", components}};
+    json with = spec;
+    with["nuisances"] = deviations;
+    const auto plain = Sets::get().fit(spec);
+    const auto rugged = Sets::get().fit(with);
+    const auto error = [&](const Solver& solver, const Frames& frames) {
+      return (reconstruct(solver, frames).images - truth).norm() / truth.norm();
+    };
+    const double usual = error(*plain, clean);
+    EXPECT_LT(error(*rugged, clean), 1.25 * usual);
+    for (const Frames* frames : {&level, &displaced}) {
+                << error(*rugged, *frames) << "\n";
+      EXPECT_GT(error(*plain, *frames), 1.2 * usual);
+      EXPECT_LT(error(*rugged, *frames), 1.1 * error(*rugged, clean));
+    }
+    EXPECT_EQ(rugged->parameters().at("nuisances").at("level"), 0.1);
   }
 }
 
