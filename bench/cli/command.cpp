@@ -58,7 +58,7 @@ std::filesystem::path result_folder(const std::string& out, const std::string& e
   const std::filesystem::path folder = out;
   // What earlier runs, limits, rates and checks have left.
   const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
-  if (!has("records") && !has("limit.json") && !has("load.json") && !has(".ertbench-check") &&
+  if (!has("records") && !has("limit.json") && !has(".ertbench-check") &&
       std::filesystem::exists(folder) && !std::filesystem::is_empty(folder)) {
     throw InputError("--out " + printable_path(out) +
                      ": has files that are not of a run; name an empty or a new folder");

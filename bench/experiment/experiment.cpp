@@ -220,7 +220,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   root.has("$schema");  // for editors
   experiment.title = root.text_or("title", experiment.name);
   experiment.question = root.text_or("question", experiment.title);
-  experiment.made_by = root.choice_or("made_by", "run", {"run", "fidelity", "timing load"});
+  experiment.made_by = root.choice_or("made_by", "run", {"run", "fidelity"});
   if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
   const auto calibration = read_calibration_of(root, experiment);
   read_datasets(root.object("datasets"), experiment);

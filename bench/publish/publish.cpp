@@ -12,7 +12,6 @@
 #include "bench/pages/page.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
-#include "bench/speed/load_run.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/files.h"
@@ -196,22 +195,10 @@ int make_results(const Experiment& experiment, const fs::path& project, const Ca
   return results.failures;
 }
 
-/// Writes what `ertbench timing load` makes into `made`.
-int make_load(const Experiment& experiment, SolverRegistry& registry, const Cache& cache,
-              const fs::path& published, const fs::path& made) {
-  const LoadResults results = run_load(experiment, cache, registry, {});
-  require_undisturbed(results, published);
-  write_load(results, made);
-  return static_cast<int>(
-      std::count_if(results.solvers.begin(), results.solvers.end(),
-                    [](const SolverLoad& solver) { return !solver.failure.empty(); }));
-}
-
 }  // namespace
 
 void prune(const fs::path& made, const fs::path& project, const fs::path& published) {
-  constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json",
-                                         "load.json"};
+  constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json"};
   const PageTexts texts(project, published);
   const std::vector<fs::directory_entry> entries(fs::recursive_directory_iterator(made), {});
   for (const fs::directory_entry& entry : entries) {
@@ -257,9 +244,7 @@ int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
                        const fs::path& project, const Cache& cache, int jobs) {
   const fs::path published = project / "results/published" / experiment.name;
   const fs::path made = empty_part_of(published);
-  const int failures = experiment.made_by == "timing load"
-                           ? make_load(experiment, registry, cache, published, made)
-                           : make_results(experiment, project, cache, jobs, published, made);
+  const int failures = make_results(experiment, project, cache, jobs, published, made);
   require_drawn(made, published);
   prune(made, project, published);
   shorten_summary(made / "summary.json");
@@ -268,21 +253,6 @@ int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
   }
   replace_folder(published, made);
   return failures;
-}
-
-void require_undisturbed(const LoadResults& results, const fs::path& published) {
-  const auto busy = std::find_if(results.solvers.begin(), results.solvers.end(),
-                                 [](const SolverLoad& solver) { return solver.busy(); });
-  if (busy == results.solvers.end()) return;
-  throw InputError(published.string() + ": \"" + busy->label + "\" lost " +
-                   fixed(100 * busy->lost_share, 0) +
-                   " % of its time to other work of the machine, so that its rates are too low; "
-                   "leave the machine idle and publish again. What was published before is as it "
-                   "was");
-}
-
-void publish_pages(const fs::path& project) {
-  for (const auto& [page, text] : rendered_pages(project)) write_file_atomically(page, text);
 }
 
 }  // namespace ertbench

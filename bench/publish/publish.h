@@ -9,7 +9,6 @@
 namespace ertbench {
 
 class SolverRegistry;
-struct LoadResults;
 
 /// Largest picture that is published.
 inline constexpr std::uintmax_t most_picture_bytes = 150 * 1000;
@@ -38,10 +37,6 @@ int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
 /// need: summary.json, table.md, and the files that a page of the project names.
 void prune(const std::filesystem::path& made, const std::filesystem::path& project,
            const std::filesystem::path& published);
-
-/// Throws InputError naming the first solver that lost time to other work of the machine while it
-/// was measured; `published` is the folder that the message names.
-void require_undisturbed(const LoadResults& results, const std::filesystem::path& published);
 
 /// Renders every page of the project. All of them or none: throws InputError naming the first place
 /// that cannot be rendered.

@@ -5,7 +5,6 @@
 #include <cstdlib>
 
 #include "bench/features/features.h"
-#include "bench/speed/load_run.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "solvers/registry/registry.h"
@@ -153,41 +152,6 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
   }
   EXPECT_EQ(testing::read_text(published / "fidelity.png"), drawn);
   EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
-}
-
-TEST_F(PublishTest, PutsRatesOfFramesIntoTheirPlaceWithWhatFailed) {
-  nlohmann::json small = testing::small_experiment();
-  small["made_by"] = "timing load";
-  small["plugins"] = {ERTBENCH_MISBEHAVING_PLUGIN};
-  small["solvers"] = {{{"type", "misbehaving"}, {"label", "lost"}, {"how", "crash"}}};
-  testing::write_text(project() / "e.json", small.dump());
-  SolverRegistry registry;
-  const Experiment experiment =
-      read_experiment(project() / "e.json", registry, {}, SolverCheck::none);
-  EXPECT_EQ(publish_experiment(experiment, registry, project(), Cache(project() / "cache"), 1), 1);
-  const auto published = project() / "results/published/e";
-  const nlohmann::json load = nlohmann::json::parse(testing::read_text(published / "load.json"));
-  ASSERT_EQ(load.at("rows").size(), 1u);
-  const auto failure = load.at("rows").at(0).at("failure").get<std::string>();
-  EXPECT_NE(failure.find("Aborted"), std::string::npos) << failure;
-  EXPECT_TRUE(std::filesystem::exists(published / "README.md.in"));
-}
-
-TEST(PublishLoad, RefusesRatesThatWereTakenOnABusyMachine) {
-  LoadResults results;
-  results.solvers.resize(2);
-  results.solvers[0].label = "calm";
-  results.solvers[0].lost_share = 0.01;
-  results.solvers[1].label = "disturbed";
-  EXPECT_NO_THROW(require_undisturbed(results, "published/load"));
-  results.solvers[1].lost_share = 0.07;
-  try {
-    require_undisturbed(results, "published/load");
-    FAIL() << "accepted";
-  } catch (const InputError& e) {
-    EXPECT_EQ(std::string(e.what()).find("published/load: \"disturbed\" lost 7 % of its time"), 0U)
-        << e.what();
-  }
 }
 
 }  // namespace
