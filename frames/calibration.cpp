@@ -52,7 +52,7 @@ double reciprocity_error_of(const Sensor& sensor, const Eigen::VectorXd& referen
   double means = 0;
   for (const auto& [a, b] : reciprocal_pairs(sensor)) {
     differences += std::pow(reference[a] - reference[b], 2);
-    means += std::pow((reference[a] + reference[b]) / 2, 2);
+    if (a != b) means += std::pow((reference[a] + reference[b]) / 2, 2);
   }
   return means > 0 ? std::sqrt(differences / means) : 0;
 }

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "core/errors.h"
 #include "core/text.h"
+#include "forward/sheet/sensor_json.h"
 #include "frames/frame_source.h"
 
 namespace ertbench {
@@ -109,10 +112,9 @@ ChannelMap map_of_places(const std::string& order, Eigen::Index columns,
 
 /// The map for columns [drives][electrodes].
 ChannelMap map_of_potentials(const Sensor& sensor) {
-  const auto drives = drive_pairs(sensor);
   const auto measured = measurement_pairs(sensor);
   const Eigen::Index electrodes = sensor.electrode_count;
-  ChannelMap map{"potentials", static_cast<Eigen::Index>(drives.size()) * electrodes, {}};
+  ChannelMap map{"potentials", sensor.drives() * electrodes, {}};
   for (const Channel& channel : channels_of(sensor)) {
     const auto& [first, second] = measured[static_cast<std::size_t>(channel.measurement)];
     map.entries.push_back(
@@ -123,8 +125,6 @@ ChannelMap map_of_potentials(const Sensor& sensor) {
 
 /// The map by the injections that the file lists, in either direction; unused ones are ignored.
 ChannelMap map_of_injections(const Sensor& sensor, const FrameSource& source) {
-  const auto drives = drive_pairs(sensor);
-  const auto measured = measurement_pairs(sensor);
   const std::vector<Injection> injections = source.injections();
   const std::vector<int> electrodes = source.electrodes();
   const auto column_of = [&](int electrode) {
@@ -137,8 +137,8 @@ ChannelMap map_of_injections(const Sensor& sensor, const FrameSource& source) {
     return static_cast<Eigen::Index>(found - electrodes.begin());
   };
   ChannelMap map{"injections of the file", source.columns(), {}};
-  for (const Channel& channel : channels_of(sensor)) {
-    const auto& [sink, entry] = drives[static_cast<std::size_t>(channel.drive)];
+  for (const auto& [drive, measurement] : electrodes_of_channels(sensor)) {
+    const auto& [sink, entry] = drive;
     Eigen::Index run = -1;
     double sign = 1;
     for (std::size_t i = 0; i < injections.size(); ++i) {
@@ -152,9 +152,69 @@ ChannelMap map_of_injections(const Sensor& sensor, const FrameSource& source) {
                        std::to_string(sink + 1) + " and " + std::to_string(entry + 1) +
                        ", which the sensor drives; name the --sensor of the recording");
     }
-    const auto& [first, second] = measured[static_cast<std::size_t>(channel.measurement)];
+    const auto& [first, second] = measurement;
     const Eigen::Index begin = run * static_cast<Eigen::Index>(electrodes.size());
     map.entries.push_back({begin + column_of(first), begin + column_of(second), sign});
+  }
+  return map;
+}
+
+using ColumnsByElectrodes = std::map<ChannelElectrodes, Eigen::Index>;
+
+ColumnsByElectrodes columns_by_electrodes(const std::vector<ChannelElectrodes>& named) {
+  ColumnsByElectrodes out;
+  Eigen::Index column = 0;
+  for (const ChannelElectrodes& one : named) out.try_emplace(one, column++);
+  return out;
+}
+
+/// Column and sign of a channel, whose pairs may be reversed there; nothing if it has no column.
+std::optional<std::pair<Eigen::Index, double>> find_column(const ColumnsByElectrodes& columns,
+                                                           const ChannelElectrodes& channel) {
+  const auto turned = [](const ElectrodePair& pair, bool turn) {
+    return turn ? ElectrodePair{pair.second, pair.first} : pair;
+  };
+  for (const bool drive : {false, true}) {
+    for (const bool measurement : {false, true}) {
+      const auto found =
+          columns.find({turned(channel.drive, drive), turned(channel.measurement, measurement)});
+      if (found != columns.end())
+        return std::pair(found->second, drive == measurement ? 1.0 : -1.0);
+    }
+  }
+  return std::nullopt;
+}
+
+/// The electrodes of the columns as the source or the file `order` names them; may be empty.
+std::vector<ChannelElectrodes> named_columns(const Sensor& sensor, const FrameSource& source,
+                                             const std::string& order) {
+  if (order.empty()) return source.channels();
+  std::error_code error;
+  const bool is_list = std::filesystem::is_regular_file(order, error) &&
+                       numbers_of_text(text_of_file(order), order).cols() == 4;
+  return is_list ? read_channels(order, sensor.electrode_count) : std::vector<ChannelElectrodes>();
+}
+
+ChannelMap map_of_electrodes(const Sensor& sensor, const FrameSource& source,
+                             const std::vector<ChannelElectrodes>& named,
+                             const std::string& order) {
+  if (std::ssize(named) != source.columns()) {
+    throw InputError(order + ": names " + std::to_string(named.size()) + " channels, " +
+                     source_name(source) + " has " + std::to_string(source.columns()) + " columns");
+  }
+  const ColumnsByElectrodes columns = columns_by_electrodes(named);
+  ChannelMap map{order, source.columns(), {}};
+  for (const ChannelElectrodes& channel : electrodes_of_channels(sensor)) {
+    const auto found = find_column(columns, channel);
+    if (!found) {
+      const auto& [drive, measurement] = channel;
+      throw InputError(order + ": no column has drive " + std::to_string(drive.first) + ", " +
+                       std::to_string(drive.second) + " and measurement " +
+                       std::to_string(measurement.first) + ", " +
+                       std::to_string(measurement.second) +
+                       " (electrodes from 0), a channel of the sensor");
+    }
+    map.entries.push_back({found->first, -1, found->second});
   }
   return map;
 }
@@ -202,12 +262,19 @@ ChannelMap map_of_lines(const Sensor& sensor, const FrameSource& source,
 }
 
 ChannelMap map_in_volts(const Sensor& sensor, const FrameSource& source, const std::string& order) {
-  const auto drives = static_cast<Eigen::Index>(drive_pairs(sensor).size());
-  const auto measurements = static_cast<Eigen::Index>(measurement_pairs(sensor).size());
+  const Eigen::Index drives = sensor.drives();
+  const Eigen::Index measurements = sensor.measurements();
   const Eigen::Index channels = sensor.channels();
   if (order.empty() && !source.injections().empty()) return map_of_injections(sensor, source);
+  if (const auto named = named_columns(sensor, source, order); !named.empty()) {
+    return map_of_electrodes(sensor, source, named,
+                             order.empty() ? "the columns' electrodes" : order);
+  }
   std::string name = order;
-  if (order.empty()) name = source.columns() == drives * measurements ? "full" : "drive-major";
+  if (order.empty()) {
+    const bool is_full = source.columns() == drives * measurements;
+    name = is_full && source.columns() != channels ? "full" : "drive-major";
+  }
   const auto require = [&](Eigen::Index columns) {
     if (source.columns() != columns) refuse_columns(source, columns, order);
   };
@@ -247,9 +314,21 @@ ChannelMap map_in_volts(const Sensor& sensor, const FrameSource& source, const s
 
 std::span<const NamedOrder> named_orders() { return orders; }
 
+Sensor sensor_of_columns(const Sensor& sensor, const FrameSource& source,
+                         const std::string& order) {
+  const std::vector<ChannelElectrodes> named = named_columns(sensor, source, order);
+  if (named.empty() || !sensor.listed_channels.empty()) return sensor;
+  const ColumnsByElectrodes columns = columns_by_electrodes(named);
+  const std::vector<ChannelElectrodes> own = electrodes_of_channels(sensor);
+  const bool covers = std::all_of(own.begin(), own.end(), [&](const ChannelElectrodes& channel) {
+    return find_column(columns, channel).has_value();
+  });
+  return covers ? sensor : with_channels(sensor, named);
+}
+
 std::vector<int> places_in_order(const Sensor& sensor, const std::string& name) {
   const std::vector<Channel> channels = channels_of(sensor);
-  const auto measurements = static_cast<int>(measurement_pairs(sensor).size());
+  const int measurements = sensor.measurements();
   std::vector<int> file(channels.size());  // the channels in the order of the file
   for (std::size_t c = 0; c < file.size(); ++c) file[c] = static_cast<int>(c);
   const auto channel = [&](int c) { return channels[static_cast<std::size_t>(c)]; };
@@ -285,8 +364,8 @@ void require_shape(const Sensor& sensor, const FrameSource& source, const Channe
   const auto is_order = [&](const NamedOrder& order) { return order.name == map.order; };
   if (shape.empty() || std::none_of(std::begin(orders), std::end(orders), is_order)) return;
   const bool by_measurement = map.order.find("measure-major") != std::string::npos;
-  const std::size_t first =
-      by_measurement ? measurement_pairs(sensor).size() : drive_pairs(sensor).size();
+  const auto first =
+      static_cast<std::uint64_t>(by_measurement ? sensor.measurements() : sensor.drives());
   if (shape[0] == first) return;
   const auto text = [](std::uint64_t a, std::uint64_t b) {
     return "[N, " + std::to_string(a) + ", " + std::to_string(b) + "]";
@@ -315,12 +394,11 @@ ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const st
 
 ChannelMap channel_map(const Sensor& sensor, const std::string& order, const std::string& unit) {
   Eigen::Index columns = sensor.channels();
-  const auto drives = static_cast<Eigen::Index>(drive_pairs(sensor).size());
   std::error_code error;
   if (order.starts_with("full")) {
-    columns = drives * static_cast<Eigen::Index>(measurement_pairs(sensor).size());
+    columns = Eigen::Index{sensor.drives()} * sensor.measurements();
   } else if (order == "potentials") {
-    columns = drives * sensor.electrode_count;
+    columns = Eigen::Index{sensor.drives()} * sensor.electrode_count;
   } else if (std::filesystem::is_regular_file(order, error)) {
     columns = numbers_of_text(text_of_file(order), order).rows();
   }

@@ -52,12 +52,18 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name);
 
 /// Makes the map of a declared `order`. It is a name, a text file or, beginning with "/", a dataset
 /// of the frames' file. Files and datasets have a line "drive measurement" or "drive measurement
-/// sign" for each column, counted from 0; columns that are no channels are dropped. If `order` is
-/// empty, the number of columns decides between the sensor's own order and "full", and `.eit`
-/// files' injections give theirs. `unit` is "V", "mV" or "uV". Throws InputError if the columns do
-/// not fit, or a channel is missing or comes twice.
+/// sign" for each column, counted from 0, or, in a file, "a b m n" of electrodes (read_channels);
+/// columns that are no channels are dropped. If `order` is empty, the number of columns decides
+/// between the sensor's own order and "full", and `.eit` files' injections give theirs. `unit` is
+/// "V", "mV" or "uV". Throws InputError if the columns do not fit, or a channel is missing or comes
+/// twice.
 ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
                        const std::string& unit);
+
+/// The sensor for columns whose electrodes the source names, or the file `order` with a line "a b m
+/// n" for each (read_channels): itself if it lists its channels or if all of them are among the
+/// columns, in either direction of the pairs; else with those channels.
+Sensor sensor_of_columns(const Sensor& sensor, const FrameSource& source, const std::string& order);
 
 /// The same for frames of a stream, whose number of columns is that of the order; without an order
 /// it is the sensor's own.

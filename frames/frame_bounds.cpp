@@ -6,6 +6,7 @@
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/border/border_model.h"
+#include "solvers/channel_mask.h"
 
 namespace ertbench {
 namespace {
@@ -54,17 +55,7 @@ std::string FrameVerdict::text() const {
   return out;
 }
 
-FrameBounds::FrameBounds(const Sensor& sensor) {
-  const auto drives = drive_pairs(sensor);
-  const auto measured = measurement_pairs(sensor);
-  for (const Channel& channel : channels_of(sensor)) {
-    ElectrodeSet used = 0;
-    for (const auto& [a, b] : {drives[static_cast<std::size_t>(channel.drive)],
-                               measured[static_cast<std::size_t>(channel.measurement)]}) {
-      used |= ElectrodeSet{1} << a | ElectrodeSet{1} << b;
-    }
-    electrodes_.push_back(used);
-  }
+FrameBounds::FrameBounds(const Sensor& sensor) : electrodes_(electrode_sets_of_channels(sensor)) {
   const BorderModel model(sensor);
   const Eigen::RowVectorXd reference = model.reference_voltages().transpose();
   const double inner = sensor.sheet->inner_radius();

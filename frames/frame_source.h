@@ -50,6 +50,9 @@ class FrameSource {
   virtual RowMajorMatrix reference() const { return {}; }
   /// The sensor named in the file.
   virtual std::optional<Sensor> sensor() const { return std::nullopt; }
+  /// The electrodes, counted from 0, of each column of a file that names them; `current` enters at
+  /// the second electrode of a drive. Empty if it does not.
+  virtual std::vector<ChannelElectrodes> channels() const { return {}; }
   /// For columns of potentials: the current of each run of columns, and the electrode, counted from
   /// 0, of each column of a run. Empty if columns are voltages of pairs.
   virtual std::vector<Injection> injections() const { return {}; }

@@ -68,6 +68,7 @@ OwnFrames::OwnFrames(const OwnFramesOptions& options)
     require_calibration_of(*calibration_, sensor_, options_.calibration);
     sensor_.background = calibration_->background;
   }
+  sensor_ = sensor_of_columns(sensor_, *source_, options_.channels);
   map_ = channel_map(sensor_, *source_, options_.channels, options_.unit);
   require_declared_rows();
   take_reference();

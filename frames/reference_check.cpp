@@ -17,16 +17,13 @@ namespace ertbench {
 std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
                                               const std::function<bool(Eigen::Index)>& is_bad) {
   constexpr double nearly_all = 0.8;
-  const auto drives = drive_pairs(sensor);
-  const auto measured = measurement_pairs(sensor);
-  const std::vector<Channel> channels = channels_of(sensor);
+  const std::vector<ChannelElectrodes> channels = electrodes_of_channels(sensor);
   const auto electrodes = static_cast<std::size_t>(sensor.electrode_count);
   std::vector<int> used(electrodes, 0);
   std::vector<int> bad(electrodes, 0);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const bool channel_is_bad = is_bad(static_cast<Eigen::Index>(c));
-    for (const auto& pair : {drives[static_cast<std::size_t>(channels[c].drive)],
-                             measured[static_cast<std::size_t>(channels[c].measurement)]}) {
+    for (const auto& pair : {channels[c].drive, channels[c].measurement}) {
       for (const int e : {pair.first, pair.second}) {
         ++used[static_cast<std::size_t>(e)];
         bad[static_cast<std::size_t>(e)] += channel_is_bad;
@@ -175,13 +172,15 @@ Frames telling_frames(const Eigen::VectorXd& reference, const Frames& changes) {
 /// channels differ by or, if that is less, what the frames with the least change have.
 double noise_share(const Sensor& sensor, const Eigen::VectorXd& reference, const Frames& changes,
                    const Frames& telling) {
-  const auto pairs = reciprocal_pairs(sensor);
   double differences = 0;
-  for (const auto& [a, b] : pairs) differences += (telling.col(a) - telling.col(b)).squaredNorm();
-  const double by_pairs = pairs.empty() ? 1
-                                        : differences * static_cast<double>(telling.cols()) /
-                                              static_cast<double>(2 * std::ssize(pairs)) /
-                                              static_cast<double>(telling.rows());
+  double doubles = 0;
+  for (const auto& [a, b] : reciprocal_pairs(sensor)) {
+    differences += (telling.col(a) - telling.col(b)).squaredNorm();
+    doubles += a != b;
+  }
+  const double by_pairs = doubles == 0 ? 1
+                                       : differences * static_cast<double>(telling.cols()) /
+                                             (2 * doubles) / static_cast<double>(telling.rows());
   const double least = changes.rowwise().norm().minCoeff() / reference.norm() / telling_change;
   return std::min({1.0, by_pairs, least * least});
 }

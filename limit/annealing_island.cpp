@@ -141,17 +141,18 @@ std::optional<JointStep::Local> JointStep::around(const SceneDraw& scene, const 
   if (!by_quantity) return std::nullopt;
   const Eigen::MatrixXd slopes = *by_quantity / fit.noise;
   Eigen::VectorXd rest(model_.pairs());
-  // The mean of two channels has half the variance of one.
-  const double weight = pairs_[0][0] == pairs_[0][1] ? 1 : 2;
+  Eigen::VectorXd weights(rest.size());  // the mean of two channels has half the variance of one
   for (Eigen::Index p = 0; p < rest.size(); ++p) {
     const auto [a, b] = pairs_[static_cast<std::size_t>(p)];
     rest[p] = (fit.rest[a] + fit.rest[b]) / 2;
+    weights[p] = a == b ? 1 : 2;
   }
   const Eigen::VectorXd widths = widths_of(scene, prior_);
-  Eigen::MatrixXd precision = heat * weight * slopes.transpose() * slopes;
+  Eigen::MatrixXd precision = heat * slopes.transpose() * weights.asDiagonal() * slopes;
   precision.diagonal().array() += 1 / widths.array().square();
   Local out;
-  out.mean = precision.llt().solve(heat * weight * slopes.transpose() * rest) * (scale * scale / 2);
+  out.mean = precision.llt().solve(heat * slopes.transpose() * weights.asDiagonal() * rest) *
+             (scale * scale / 2);
   const double farthest = (out.mean.array().abs() / widths.array()).maxCoeff();
   if (!std::isfinite(farthest)) return std::nullopt;
   out.mean *= std::min(1.0, widest_drift / std::max(farthest, 1e-300));

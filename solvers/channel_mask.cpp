@@ -12,16 +12,20 @@ namespace ertbench {
 
 int size_of(ElectrodeSet electrodes) { return std::popcount(electrodes); }
 
+std::vector<ElectrodeSet> electrode_sets_of_channels(const Sensor& sensor) {
+  std::vector<ElectrodeSet> out;
+  for (const auto& [drive, measurement] : electrodes_of_channels(sensor)) {
+    out.push_back(ElectrodeSet{1} << drive.first | ElectrodeSet{1} << drive.second |
+                  ElectrodeSet{1} << measurement.first | ElectrodeSet{1} << measurement.second);
+  }
+  return out;
+}
+
 std::vector<ElectrodeSet> electrodes_of_pairs(const Sensor& sensor) {
-  const SensorPairs pairs(sensor);
-  const auto both = [&](int pair) {
-    const ElectrodePair& electrodes = pairs.pairs[static_cast<std::size_t>(pair)];
-    return ElectrodeSet{1} << electrodes.first | ElectrodeSet{1} << electrodes.second;
-  };
+  const std::vector<ElectrodeSet> of_channels = electrode_sets_of_channels(sensor);
   std::vector<ElectrodeSet> out;
   for (const auto& pair : reciprocal_pairs(sensor)) {
-    const auto& [measurement, drive] = pairs.channels[static_cast<std::size_t>(pair[0])];
-    out.push_back(both(drive) | both(measurement));
+    out.push_back(of_channels[static_cast<std::size_t>(pair[0])]);
   }
   return out;
 }
@@ -102,7 +106,7 @@ Eigen::VectorXd Reciprocity::reduce(const Eigen::Ref<const Eigen::RowVectorXd>& 
   // Halved first, so that frames near the largest double do not overflow in the sum.
   for (Eigen::Index i = 0; i < pairs(); ++i) {
     const auto& [a, b] = pairs_[static_cast<std::size_t>(i)];
-    reduced[i] = single_ ? frame[a] : (frame[a] / 2 + frame[b] / 2) * std::numbers::sqrt2;
+    reduced[i] = (frame[a] / 2 + frame[b] / 2) * of_mean(i);
   }
   return reduced;
 }
@@ -111,11 +115,7 @@ Eigen::MatrixXd Reciprocity::reduce_rows(const RowMajorMatrix& jacobian) const {
   Eigen::MatrixXd reduced(pairs(), jacobian.cols());
   for (Eigen::Index i = 0; i < pairs(); ++i) {
     const auto& [a, b] = pairs_[static_cast<std::size_t>(i)];
-    if (single_) {
-      reduced.row(i) = jacobian.row(a);
-    } else {
-      reduced.row(i) = (jacobian.row(a) + jacobian.row(b)) / std::numbers::sqrt2;
-    }
+    reduced.row(i) = (jacobian.row(a) + jacobian.row(b)) * (of_mean(i) / 2);
   }
   return reduced;
 }

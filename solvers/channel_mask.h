@@ -16,6 +16,8 @@ namespace ertbench {
 
 int size_of(ElectrodeSet electrodes);
 
+/// Electrodes that each channel drives or measures with.
+std::vector<ElectrodeSet> electrode_sets_of_channels(const Sensor& sensor);
 /// Electrodes that each reciprocal pair drives or measures with, in the order of
 /// `reciprocal_pairs`; both channels of a pair use the same ones.
 std::vector<ElectrodeSet> electrodes_of_pairs(const Sensor& sensor);
@@ -51,19 +53,22 @@ struct ChannelMask : MaskedChannels {
 /// whose last term does not depend on the image. J' has the singular values of J, and J'^T J' =
 /// J^T J.
 ///
-/// If the channels of a sensor have no partners (see reciprocal_pairs), every channel is a pair of
-/// its own, {c, c}, with J' = J_c and d' = d_c.
+/// A channel without a partner (see reciprocal_pairs) is a pair of its own, {c, c}, with J' = J_c
+/// and d' = d_c.
 class Reciprocity {
  public:
   Reciprocity() = default;
   explicit Reciprocity(const Sensor& sensor)
-      : pairs_(reciprocal_pairs(sensor)), single_(!is_reciprocal(sensor)) {}
+      : pairs_(reciprocal_pairs(sensor)),
+        doubles_(static_cast<std::size_t>(sensor.channels()) - pairs_.size()) {}
 
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
 
-  Eigen::Index channels() const { return single_ ? pairs() : 2 * pairs(); }
+  Eigen::Index channels() const { return pairs() + static_cast<Eigen::Index>(doubles_); }
   /// True if every channel is a pair of its own.
-  bool single() const { return single_; }
+  bool single() const { return doubles_ == 0; }
+  /// d' over the mean of a pair's channels: sqrt(2), 1 for a single channel.
+  double of_mean(Eigen::Index pair) const { return is_double(pair) ? std::numbers::sqrt2 : 1; }
 
   /// The two channels of a pair.
   const std::array<int, 2>& pair(Eigen::Index index) const {
@@ -74,13 +79,12 @@ class Reciprocity {
   /// are contiguous.
   template <typename Scalar>
   void sum(const double* frame, Scalar* sums) const {
-    if (single_) {
-      for (const auto& pair : pairs_) {
-        *sums++ = static_cast<Scalar>(std::numbers::sqrt2 * frame[pair[0]]);
-      }
-      return;
+    for (std::size_t i = 0; i < doubles_; ++i) {
+      *sums++ = static_cast<Scalar>(frame[pairs_[i][0]] + frame[pairs_[i][1]]);
     }
-    for (const auto& [a, b] : pairs_) *sums++ = static_cast<Scalar>(frame[a] + frame[b]);
+    for (std::size_t i = doubles_; i < pairs_.size(); ++i) {
+      *sums++ = static_cast<Scalar>(std::numbers::sqrt2 * frame[pairs_[i][0]]);
+    }
   }
   /// d' of one frame [channels] -> [pairs].
   Eigen::VectorXd reduce(const Eigen::Ref<const Eigen::RowVectorXd>& frame) const;
@@ -88,8 +92,10 @@ class Reciprocity {
   Eigen::MatrixXd reduce_rows(const RowMajorMatrix& jacobian) const;
 
  private:
+  bool is_double(Eigen::Index pair) const { return static_cast<std::size_t>(pair) < doubles_; }
+
   std::vector<std::array<int, 2>> pairs_;
-  bool single_ = false;
+  std::size_t doubles_ = 0;  ///< pairs of two channels, which come first
 };
 
 }  // namespace ertbench

@@ -78,6 +78,7 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
     potentials = shared * system.potentials;
   } else {
     potentials = nodes_.pair_rows(system.potentials);
+    if (nodes_.by_nodes()) density = nodes_.pair_rows(density.transpose()).transpose().eval();
   }
   const MatrixXd transposed = factor.transpose().solve(potentials.transpose());
   const ArrayXd jump = system.right - system.left;
@@ -158,16 +159,16 @@ class FieldProducts {
   explicit FieldProducts(const Sensor& sensor)
       : sheet_(*sensor.sheet),
         nodes_(sensor, Eigen::VectorXd::Zero(sensor.electrode_count)),
-        scale_(sensor.drive_current / (sensor.background * sensor.background)) {
+        background_(sensor.background) {
     for (Index n = 0; n < nodes_.nodes(); ++n) {
       places_.emplace_back(nodes_.places(0, n), nodes_.places(1, n));
     }
-    const auto pairs = static_cast<Index>(nodes_.pairs.size());
     by_node_.resize(nodes_.nodes(), 2);
-    by_pair_.resize(pairs, 2);
-    // [pairs, nodes] distribution of each pair's current.
-    shares_ = nodes_.pair_rows(Eigen::MatrixXd::Identity(nodes_.nodes(), nodes_.nodes()));
-    sum_.resize(pairs, pairs);
+    // [electrodes, nodes] distribution of each electrode's current.
+    shares_ = Eigen::MatrixXd::Identity(nodes_.nodes(), nodes_.nodes());
+    if (nodes_.currents.size() > 0) shares_ = nodes_.currents.transpose();
+    by_electrode_.resize(shares_.rows(), 2);
+    sum_.resize(shares_.rows(), shares_.rows());
   }
 
   /// Integral over the part of the box on the sheet, [channels].
@@ -185,10 +186,11 @@ class FieldProducts {
 
  private:
   Eigen::VectorXd of_channels() const {
+    const MatrixXd by_pairs = nodes_.differences(nodes_.differences(sum_).transpose());
     Eigen::VectorXd out(static_cast<Index>(nodes_.channels.size()));
     for (std::size_t c = 0; c < nodes_.channels.size(); ++c) {
       const auto& [measurement, drive] = nodes_.channels[c];
-      out[static_cast<Index>(c)] = scale_ * sum_(measurement, drive);
+      out[static_cast<Index>(c)] = nodes_.volts[c] / background_ * by_pairs(measurement, drive);
     }
     return out;
   }
@@ -241,17 +243,17 @@ class FieldProducts {
       const Complex field = -point.first / (std::numbers::pi * (point.w - places_[n]));
       by_node_.row(static_cast<Index>(n)) << field.real(), field.imag();
     }
-    by_pair_.noalias() = shares_ * by_node_;
-    sum_.noalias() += weight * by_pair_ * by_pair_.transpose();
+    by_electrode_.noalias() = shares_ * by_node_;
+    sum_.noalias() += weight * by_electrode_ * by_electrode_.transpose();
   }
 
   const Sheet& sheet_;
   DiscElectrodes nodes_;
-  double scale_;
+  double background_;
   std::vector<Complex> places_;
   Eigen::MatrixXd shares_;
   Eigen::MatrixX2d by_node_;
-  Eigen::MatrixX2d by_pair_;
+  Eigen::MatrixX2d by_electrode_;
   Eigen::MatrixXd sum_;
 };
 

@@ -39,8 +39,7 @@ VectorXd BorderModel::voltages(const MatrixXd& impedance) const {
   VectorXd out(static_cast<Index>(nodes_.channels.size()));
   for (std::size_t c = 0; c < nodes_.channels.size(); ++c) {
     const auto& [measurement, drive] = nodes_.channels[c];
-    out[static_cast<Index>(c)] =
-        -sensor_.drive_current / sensor_.background * impedance(measurement, drive);
+    out[static_cast<Index>(c)] = -nodes_.volts[c] * impedance(measurement, drive);
   }
   return out;
 }
@@ -78,12 +77,13 @@ MatrixXd BorderModel::source_potentials(const ArrayXd& source,
 
 MatrixXd BorderModel::impedance_change(const BorderSystem& system, const MatrixXd& own,
                                        const MatrixXd& density) const {
-  if (!nodes_.is_complete()) {
+  if (!nodes_.by_nodes()) {
     MatrixXd impedance = nodes_.pair_matrix(own);
     impedance += nodes_.pair_rows(system.potentials * density);
     return impedance;
   }
   const MatrixXd by_nodes = own + system.potentials * density;
+  if (!nodes_.is_complete()) return nodes_.pair_matrix(by_nodes);
   const MatrixXd currents = nodes_.currents_where(by_nodes);
   return nodes_.pair_rows(nodes_.differences((by_nodes * currents).transpose()).transpose());
 }
@@ -124,7 +124,7 @@ BorderModel::Solution BorderModel::reciprocal_mean(const MatrixXd& impedance,
     // The value with drive and measurement exchanged, even if that is no channel.
     const double exchanged =
         a != b ? solution.change[b]
-               : -sensor_.drive_current / sensor_.background * impedance(drive, measurement);
+               : -nodes_.volts[static_cast<std::size_t>(a)] * impedance(drive, measurement);
     const double difference = solution.change[a] - exchanged;
     const double mean = exchanged + share * difference;
     asymmetry += (a != b ? 4 : 2) * share * (1 - share) * difference * difference;

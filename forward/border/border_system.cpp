@@ -354,7 +354,7 @@ BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
     drives(region.electrodes, Eigen::all) +=
         region.charges.transpose() * share.matrix().asDiagonal();
   }
-  system.slopes = nodes.is_complete() ? drives : nodes.pair_rows(drives);
+  system.slopes = nodes.by_nodes() ? drives : nodes.pair_rows(drives);
   return system;
 }
 

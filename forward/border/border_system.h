@@ -74,8 +74,8 @@ struct BorderSystem {
   BorderPoints points;
   Eigen::ArrayXd left, right;  ///< [points] conductivity / background on either side
   Eigen::MatrixXd matrix;      ///< [points, points]
-  /// Fields across the borders: [pairs, points] of unit currents through pairs; in the complete
-  /// model [nodes, points] of unit currents into nodes, whose distribution depends on the scene.
+  /// Fields across the borders: [pairs, points] of unit currents through pairs or, where these are
+  /// many and in the complete model, [nodes, points] of unit currents into nodes.
   Eigen::MatrixXd slopes;
   Eigen::MatrixXd potentials;  ///< [nodes, points] at the electrodes' nodes due to points' charges
   std::vector<ScreenedRegion> screened;

@@ -201,6 +201,8 @@ DiscElectrodes::DiscElectrodes(const Sensor& sensor, const VectorXd& displacemen
   SensorPairs of_sensor(sensor);
   pairs = std::move(of_sensor.pairs);
   channels = std::move(of_sensor.channels);
+  volts = std::move(of_sensor.currents);
+  for (double& value : volts) value /= sensor.background;
   if (sensor.electrode_model == ElectrodeModel::point) {
     potentials = neumann;
     return;

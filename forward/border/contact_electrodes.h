@@ -83,9 +83,12 @@ struct DiscElectrodes {
 
   std::vector<ElectrodePair> pairs;          ///< as in SensorPairs
   std::vector<std::array<int, 2>> channels;  ///< as in SensorPairs
+  std::vector<double> volts;                 ///< [channels] I/c0, V
 
   Eigen::Index nodes() const { return places.cols(); }
   bool is_complete() const { return with_contacts.size() > 0; }
+  /// True if a system is solved for unit currents into nodes instead of through pairs.
+  bool by_nodes() const { return is_complete() || std::ssize(pairs) > nodes(); }
 
   /// Rows by electrode [L, n] to rows by pair [pairs, n]: second less first.
   Eigen::MatrixXd differences(const Eigen::MatrixXd& rows) const;

@@ -39,6 +39,7 @@ EllipseModel::EllipseModel(const Sensor& sensor, const Options& options)
   }
   for (const auto& pair : reciprocal_pairs(sensor)) {
     pairs_.push_back(nodes_.channels[static_cast<std::size_t>(pair[0])]);
+    volts_.push_back(nodes_.volts[static_cast<std::size_t>(pair[0])]);
   }
   for (int n = least_points; n <= std::max(options.most_points, least_points); n += 2) {
     differentiation_[static_cast<std::size_t>(n)] = closed_differentiation(n) / (2 * pi);
@@ -145,10 +146,9 @@ void EllipseModel::evaluate(Workspace& workspace, Eigen::Ref<Eigen::VectorXd> ch
   const Eigen::Map<const RowMajor> potential(m.potential.data(), m.points, stride_);
   m.impedance.resize(stride_, stride_);
   m.impedance.noalias() = potential.transpose().lazyProduct(density);
-  const double volts = -sensor_.drive_current / sensor_.background;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const auto& [a, b] = pairs_[p];
-    change[static_cast<Index>(p)] = volts / 2 * (m.impedance(a, b) + m.impedance(b, a));
+    change[static_cast<Index>(p)] = -volts_[p] / 2 * (m.impedance(a, b) + m.impedance(b, a));
   }
 }
 
@@ -224,7 +224,6 @@ void EllipseModel::derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd>
   std::copy_n(m.potential.begin(), static_cast<std::ptrdiff_t>(wide) * m.points,
               m.solution.begin());
   m.matrix.solve_transposed(m.solution, stride_);
-  const double volts = sensor_.drive_current / sensor_.background;
   m.products.resize(strains * wide * wide);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (std::size_t k = 0; k < m.borders.size(); ++k) {
@@ -247,7 +246,7 @@ void EllipseModel::derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd>
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       const auto& [a, b] = pairs_[p];
       columns(static_cast<Index>(p), EllipticContact::parameters - 1) =
-          volts / 2 * (m.impedance(a, b) + m.impedance(b, a));
+          volts_[p] / 2 * (m.impedance(a, b) + m.impedance(b, a));
     }
     along.noalias() = differentiation_[static_cast<std::size_t>(border.count)].lazyProduct(u);
     const double step = 2 * pi / border.count;
@@ -274,7 +273,7 @@ void EllipseModel::derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd>
       Eigen::Matrix<double, 1, strains> by_strain;
       for (int strain = 0; strain < strains; ++strain) {
         by_strain[strain] =
-            volts *
+            volts_[p] *
             m.products[static_cast<std::size_t>((strain * stride_ + least) * stride_ + most)];
       }
       columns.row(static_cast<Index>(p)).head<strains>() = by_strain * to_parameters;

@@ -80,6 +80,7 @@ class EllipseModel {
   int stride_ = 0;                         ///< pairs of electrodes, rounded up to whole vectors
   std::vector<double> x_, y_;              ///< [nodes] on the unit circle
   std::vector<std::array<int, 2>> pairs_;  ///< measurement and drive of each reciprocal pair
+  std::vector<double> volts_;              ///< [pairs] I/c0, V
   std::vector<Eigen::MatrixXd> differentiation_;           ///< d/dt at n equal parameters, by n
   std::vector<std::vector<std::complex<double>>> halves_;  ///< exp(i pi k / n), by n
 };

@@ -93,7 +93,7 @@ struct ForwardModel::Parts {
     for (std::size_t c = 0; c < pairs.channels.size(); ++c) {
       const auto& [measurement, drive] = pairs.channels[c];
       out[static_cast<Eigen::Index>(c)] =
-          -sensor.drive_current / sensor.background * impedance(measurement, drive);
+          -pairs.currents[c] / sensor.background * impedance(measurement, drive);
     }
     return out;
   }
@@ -211,7 +211,7 @@ RowMajorMatrix ForwardModel::Parts::fields_of(const Eigen::VectorXd& ratio) cons
 /// the products of the differences along them.
 RowMajorMatrix ForwardModel::Parts::jacobian_from(const RowMajorMatrix& fields) const {
   const int side = columns + 1;
-  const double scale = 0.5 * sensor.drive_current / (sensor.background * sensor.background);
+  const double scale = 0.5 / (sensor.background * sensor.background);
   RowMajorMatrix jacobian(static_cast<Eigen::Index>(pairs.channels.size()), columns * rows);
   const auto count = static_cast<Eigen::Index>(pairs.pairs.size());
   RowMajorMatrix differences(4, count);
@@ -226,7 +226,7 @@ RowMajorMatrix ForwardModel::Parts::jacobian_from(const RowMajorMatrix& fields) 
       products.noalias() = scale * differences.transpose() * differences;
       for (std::size_t c = 0; c < pairs.channels.size(); ++c) {
         jacobian(static_cast<Eigen::Index>(c), column + columns * row) =
-            products(pairs.channels[c][0], pairs.channels[c][1]);
+            pairs.currents[c] * products(pairs.channels[c][0], pairs.channels[c][1]);
       }
     }
   }

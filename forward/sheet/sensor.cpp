@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <numeric>
 #include <utility>
 
 #include "core/errors.h"
@@ -107,6 +107,17 @@ bool share_electrode(const ElectrodePair& a, const ElectrodePair& b) {
 
 }  // namespace
 
+double Sensor::current_of(int drive_pair) const {
+  return drive_currents.empty() ? drive_current
+                                : drive_currents[static_cast<std::size_t>(drive_pair)];
+}
+
+void Sensor::set_currents(std::vector<double> by_drive_pair) {
+  drive_currents = std::move(by_drive_pair);
+  drive_current = std::accumulate(drive_currents.begin(), drive_currents.end(), 0.0) /
+                  static_cast<double>(drive_currents.size());
+}
+
 int Sensor::channels() const {
   if (is_adjacent() && !measures_driven) return electrode_count * (electrode_count - 3);
   return static_cast<int>(channels_of(*this).size());
@@ -141,6 +152,7 @@ bool Sensor::operator==(const Sensor& other) const {
          electrode_model == other.electrode_model && electrode_width == other.electrode_width &&
          contact_impedance == other.contact_impedance && drive == other.drive &&
          measurement == other.measurement && measures_driven == other.measures_driven &&
+         listed_channels == other.listed_channels && drive_currents == other.drive_currents &&
          sheet->name() == other.sheet->name() && sheet->unit_mm() == other.sheet->unit_mm() &&
          sheet->size_mm() == other.sheet->size_mm() && skin == other.skin;
 }
@@ -153,19 +165,24 @@ std::vector<ElectrodePair> measurement_pairs(const Sensor& sensor) {
   return pairs_of(sensor.measurement, sensor.electrode_count);
 }
 
-SensorPairs::SensorPairs(const Sensor& sensor) : pairs(drive_pairs(sensor)) {
-  const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
-  int first_measurement = 0;
-  if (measurements != pairs) {
-    first_measurement = static_cast<int>(pairs.size());
-    pairs.insert(pairs.end(), measurements.begin(), measurements.end());
+SensorPairs::SensorPairs(const Sensor& sensor) {
+  std::map<ElectrodePair, int> index;
+  const auto place_of = [&](const ElectrodePair& pair) {
+    const auto [found, is_new] = index.try_emplace(pair, static_cast<int>(pairs.size()));
+    if (is_new) pairs.push_back(pair);
+    return found->second;
+  };
+  for (const ElectrodePair& drive : drive_pairs(sensor)) place_of(drive);
+  for (const ChannelElectrodes& channel : electrodes_of_channels(sensor)) {
+    channels.push_back({place_of(channel.measurement), place_of(channel.drive)});
   }
   for (const Channel& channel : channels_of(sensor)) {
-    channels.push_back({first_measurement + channel.measurement, channel.drive});
+    currents.push_back(sensor.current_of(channel.drive));
   }
 }
 
 std::vector<Channel> channels_of(const Sensor& sensor) {
+  if (!sensor.listed_channels.empty()) return sensor.listed_channels;
   std::vector<Channel> channels;
   const std::vector<ElectrodePair> drives = drive_pairs(sensor);
   const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
@@ -180,32 +197,111 @@ std::vector<Channel> channels_of(const Sensor& sensor) {
   return channels;
 }
 
-std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
-  const std::vector<Channel> channels = channels_of(sensor);
-  const int count = sensor.measurements();
-  std::vector<std::array<int, 2>> pairs;
-  if (!is_reciprocal(sensor)) {
-    for (int c = 0; c < static_cast<int>(channels.size()); ++c) pairs.push_back({c, c});
-    return pairs;
+std::vector<ChannelElectrodes> electrodes_of_channels(const Sensor& sensor) {
+  const std::vector<ElectrodePair> drives = drive_pairs(sensor);
+  const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
+  std::vector<ChannelElectrodes> out;
+  for (const Channel& channel : channels_of(sensor)) {
+    out.push_back({drives[static_cast<std::size_t>(channel.drive)],
+                   measurements[static_cast<std::size_t>(channel.measurement)]});
   }
-  std::vector<int> index(static_cast<std::size_t>(count * count), -1);
-  for (int c = 0; c < static_cast<int>(channels.size()); ++c) {
-    const Channel& channel = channels[static_cast<std::size_t>(c)];
-    index[static_cast<std::size_t>(channel.drive * count + channel.measurement)] = c;
-  }
-  for (int c = 0; c < static_cast<int>(channels.size()); ++c) {
-    const Channel& channel = channels[static_cast<std::size_t>(c)];
-    if (channel.drive < channel.measurement) {
-      pairs.push_back(
-          {c, index[static_cast<std::size_t>(channel.measurement * count + channel.drive)]});
-    }
-  }
-  return pairs;
+  return out;
 }
 
-bool is_reciprocal(const Sensor& sensor) {
-  if (sensor.is_adjacent()) return !sensor.measures_driven;
-  return !sensor.measures_driven && drive_pairs(sensor) == measurement_pairs(sensor);
+namespace {
+
+/// What is wrong with a channel of a list; empty if nothing is.
+std::string fault_of(const Sensor& sensor, const ChannelElectrodes& channel) {
+  const auto& [drive, measurement] = channel;
+  for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
+    if (e < 0 || e >= sensor.electrode_count) {
+      return "names an electrode that the sensor does not have, which has " +
+             std::to_string(sensor.electrode_count);
+    }
+  }
+  if (drive.first == drive.second || measurement.first == measurement.second) {
+    return "drives or measures between an electrode and itself";
+  }
+  if (sensor.electrode_model == ElectrodeModel::point && share_electrode(drive, measurement)) {
+    return "measures at a driven point, where the potential is infinite; leave it out or add "
+           "\"electrode_model\"";
+  }
+  return "";
+}
+
+}  // namespace
+
+Sensor with_channels(Sensor sensor, const std::vector<ChannelElectrodes>& channels) {
+  constexpr std::size_t fewest = 4;
+  constexpr std::size_t most = 4096;
+  if (channels.size() < fewest || channels.size() > most) {
+    throw InputError("a list of channels must hold 4 to 4096, holds " +
+                     std::to_string(channels.size()));
+  }
+  std::map<ElectrodePair, double> currents;
+  const std::vector<ElectrodePair> old = drive_pairs(sensor);
+  for (int d = 0; d < static_cast<int>(old.size()); ++d) {
+    currents.try_emplace(old[static_cast<std::size_t>(d)], sensor.current_of(d));
+  }
+  const bool differ = !sensor.drive_currents.empty();
+  sensor.drive = sensor.measurement = {PairPattern::Kind::listed, 0, {}};
+  sensor.measures_driven = false;
+  sensor.listed_channels.clear();
+  sensor.drive_currents.clear();
+  std::map<ElectrodePair, int> drives, measurements;
+  const auto place = [](std::map<ElectrodePair, int>& index, PairPattern& pattern,
+                        const ElectrodePair& pair) {
+    const auto [found, is_new] = index.try_emplace(pair, static_cast<int>(index.size()));
+    if (is_new) pattern.listed.push_back(pair);
+    return found->second;
+  };
+  std::map<ChannelElectrodes, std::size_t> seen;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto [same, is_new] = seen.try_emplace(channels[c], c);
+    const std::string fault = is_new ? fault_of(sensor, channels[c])
+                                     : "is the same as channel " + std::to_string(same->second);
+    if (!fault.empty()) throw InputError("channel " + std::to_string(c) + " " + fault);
+    sensor.listed_channels.push_back(
+        {place(drives, sensor.drive, channels[c].drive),
+         place(measurements, sensor.measurement, channels[c].measurement)});
+  }
+  if (!differ) return sensor;
+  std::vector<double> kept;
+  for (const ElectrodePair& drive : sensor.drive.listed) {
+    const auto found = currents.find(drive);
+    kept.push_back(found == currents.end() ? sensor.drive_current : found->second);
+  }
+  sensor.set_currents(std::move(kept));
+  return sensor;
+}
+
+std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
+  const std::vector<ChannelElectrodes> channels = electrodes_of_channels(sensor);
+  const std::vector<double> currents = SensorPairs(sensor).currents;
+  std::map<ChannelElectrodes, int> index;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    index.try_emplace(channels[c], static_cast<int>(c));
+  }
+  std::vector<char> has_partner(channels.size(), 0);
+  std::vector<std::array<int, 2>> pairs;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto& [drive, measurement] = channels[c];
+    for (const ChannelElectrodes& exchanged :
+         {ChannelElectrodes{measurement, drive},
+          ChannelElectrodes{{measurement.second, measurement.first},
+                            {drive.second, drive.first}}}) {
+      const auto found = index.find(exchanged);
+      if (found == index.end()) continue;
+      const auto p = static_cast<std::size_t>(found->second);
+      if (p <= c || has_partner[c] || has_partner[p] || currents[c] != currents[p]) continue;
+      has_partner[c] = has_partner[p] = 1;
+      pairs.push_back({static_cast<int>(c), found->second});
+    }
+  }
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (!has_partner[c]) pairs.push_back({static_cast<int>(c), static_cast<int>(c)});
+  }
+  return pairs;
 }
 
 std::vector<int> channels_in_full_frame(const Sensor& sensor) {
@@ -280,102 +376,6 @@ bool fits_grid(const Sensor& sensor, int grid) {
     return false;
   }
   return true;
-}
-
-namespace {
-
-/// Index that each electrode is mapped to; no value if one falls between two others.
-std::optional<std::vector<int>> electrode_map(const Sensor& sensor, const Eigen::Matrix2d& turn) {
-  const Eigen::Matrix2Xd places = electrode_positions(sensor);
-  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
-  const Eigen::Matrix2Xd turned = (turn * (places.colwise() - middle)).colwise() + middle;
-  std::vector<int> to;
-  for (Eigen::Index e = 0; e < places.cols(); ++e) {
-    Eigen::Index nearest = 0;
-    const double distance =
-        (places.colwise() - turned.col(e)).colwise().squaredNorm().minCoeff(&nearest);
-    if (distance > 1e-18) return std::nullopt;
-    to.push_back(static_cast<int>(nearest));
-  }
-  return to;
-}
-
-/// Index that each pair is mapped to in the same and in the opposite direction; -1 without such a
-/// pair.
-struct PairMap {
-  std::vector<int> same, turned;
-
-  PairMap(const std::vector<ElectrodePair>& pairs, const std::vector<int>& to) {
-    std::map<std::pair<int, int>, int> index;
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      index.try_emplace({pairs[k].first, pairs[k].second}, static_cast<int>(k));
-    }
-    const auto find = [&](int first, int second) {
-      const auto found = index.find({first, second});
-      return found == index.end() ? -1 : found->second;
-    };
-    for (const ElectrodePair& pair : pairs) {
-      const int first = to[static_cast<std::size_t>(pair.first)];
-      const int second = to[static_cast<std::size_t>(pair.second)];
-      same.push_back(find(first, second));
-      turned.push_back(find(second, first));
-    }
-  }
-};
-
-/// No value if a channel is mapped to one that is not measured, or changes its sign. A reflection
-/// swaps neighbours, which changes the signs of both drive and measurement.
-std::optional<std::vector<int>> channel_map(const Sensor& sensor, const std::vector<int>& to) {
-  const std::vector<Channel> channels = channels_of(sensor);
-  const PairMap drives(drive_pairs(sensor), to);
-  const PairMap measurements(measurement_pairs(sensor), to);
-  std::map<std::pair<int, int>, int> index;
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    index[{channels[c].drive, channels[c].measurement}] = static_cast<int>(c);
-  }
-  std::vector<int> from(channels.size(), -1);
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const auto drive = static_cast<std::size_t>(channels[c].drive);
-    const auto measurement = static_cast<std::size_t>(channels[c].measurement);
-    auto found = index.find({drives.same[drive], measurements.same[measurement]});
-    if (found == index.end()) {
-      found = index.find({drives.turned[drive], measurements.turned[measurement]});
-    }
-    if (found == index.end() || from[static_cast<std::size_t>(found->second)] >= 0) {
-      return std::nullopt;
-    }
-    from[static_cast<std::size_t>(found->second)] = static_cast<int>(c);
-  }
-  return from;
-}
-
-std::vector<int> pixel_map(const PixelGrid& pixels, const Eigen::Vector2d& middle,
-                           const Eigen::Matrix2d& turn) {
-  std::vector<int> from(static_cast<std::size_t>(pixels.count()));
-  for (int p = 0; p < pixels.count(); ++p) {
-    const Eigen::Vector2d place =
-        pixels.place(middle + turn * (pixels.centre(p) - middle)).array() - 0.5;
-    const int column = static_cast<int>(std::lround(place.x()));
-    const int row = static_cast<int>(std::lround(place.y()));
-    from[static_cast<std::size_t>(column + pixels.columns() * row)] = p;
-  }
-  return from;
-}
-
-}  // namespace
-
-std::vector<Symmetry> symmetries(const Sensor& sensor) {
-  std::vector<Symmetry> out;
-  const PixelGrid pixels = sensor.image();
-  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
-  for (const Eigen::Matrix2d& turn : sensor.sheet->symmetries()) {
-    const auto to = electrode_map(sensor, turn);
-    if (!to) continue;
-    if (const auto channels = channel_map(sensor, *to)) {
-      out.push_back({pixel_map(pixels, middle, turn), *channels});
-    }
-  }
-  return out;
 }
 
 }  // namespace ertbench

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <compare>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -21,7 +22,22 @@ class JsonObject;
 struct ElectrodePair {
   int first;
   int second;
-  bool operator==(const ElectrodePair&) const = default;
+  auto operator<=>(const ElectrodePair&) const = default;
+};
+
+/// The electrodes of one channel.
+struct ChannelElectrodes {
+  ElectrodePair drive;
+  ElectrodePair measurement;
+  auto operator<=>(const ChannelElectrodes&) const = default;
+};
+
+/// One measured voltage: the indices of the drive pair, 0 ... drives()-1, and of the measuring
+/// pair, 0 ... measurements()-1, of its sensor.
+struct Channel {
+  int drive;
+  int measurement;
+  bool operator==(const Channel&) const = default;
 };
 
 /// Pairs by which a sensor is driven or measured: every electrode k with k + 1 ("adjacent"), with
@@ -81,6 +97,14 @@ struct Sensor {
   /// True if measurements that share an electrode with the drive are channels too; needs electrodes
   /// with a width.
   bool measures_driven = false;
+  /// The channels in their order, of pairs that `drive` and `measurement` list by first appearance
+  /// (see with_channels). Empty: all channels of the patterns.
+  std::vector<Channel> listed_channels = {};
+  /// [drives()] A, of which `drive_current` is the mean; empty: the same for all.
+  std::vector<double> drive_currents = {};
+
+  double current_of(int drive_pair) const;               ///< A
+  void set_currents(std::vector<double> by_drive_pair);  ///< A, with their mean
 
   /// The image has `image_grid` pixels along the longer side of the sheet's bounds; the number
   /// along the other side makes pixels nearly square.
@@ -107,13 +131,6 @@ struct Sensor {
   bool operator==(const Sensor& other) const;
 };
 
-/// One measured voltage: the indices of the drive pair, 0 ... drives()-1, and of the measuring
-/// pair, 0 ... measurements()-1.
-struct Channel {
-  int drive;
-  int measurement;
-};
-
 std::vector<ElectrodePair> drive_pairs(const Sensor& sensor);
 std::vector<ElectrodePair> measurement_pairs(const Sensor& sensor);
 
@@ -124,17 +141,22 @@ struct SensorPairs {
   std::vector<ElectrodePair> pairs;
   /// [channels] indices of the measuring and of the driving pair in that list.
   std::vector<std::array<int, 2>> channels;
+  std::vector<double> currents;  ///< [channels] A
 };
 
-/// The channels in the order of the voltages: drive by drive, measurements ascending.
+/// The channels in the order of the voltages: as listed, or drive by drive, measurements ascending.
 std::vector<Channel> channels_of(const Sensor& sensor);
+std::vector<ChannelElectrodes> electrodes_of_channels(const Sensor& sensor);  ///< in that order
 
-/// By reciprocity V(drive d, measure m) = V(drive m, measure d). If every channel has such a
-/// partner (drives and measurements are the same pairs), returns the two channel indices of each of
-/// the channels()/2 pairs; otherwise {c, c} for every channel c.
+/// The sensor with a list of channels in place of its own; drives that it has keep their currents.
+/// Throws InputError for electrodes that do not exist, pairs of one electrode, a driven point that
+/// is measured, a channel that is listed twice, and for fewer than 4 or more than 4096 channels.
+Sensor with_channels(Sensor sensor, const std::vector<ChannelElectrodes>& channels);
+
+/// By reciprocity V(drive d, measure m) = V(drive m, measure d) at the same current. Returns the
+/// two channel indices of each such pair and after them {c, c} for every channel c without a
+/// partner. Pairs that are reversed are partners if both are.
 std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor);
-/// True if reciprocal_pairs() are pairs of two channels.
-bool is_reciprocal(const Sensor& sensor);
 
 /// For instruments that measure every pair for every drive, including driven electrodes: index
 /// [channels] of each of the sensor's channels in such a frame [drives * measurements], drive by
@@ -171,7 +193,12 @@ bool fits_grid(const Sensor& sensor, int grid);
 ///   "contact_impedance".
 /// - "drive", "measurement": see pair_pattern_from_json; "measurement" is "adjacent" unless "drive"
 ///   is a skip or a list, which it then repeats. "measures_driven": false.
-/// - "drive_current" A, "background" S/m, "image_grid", "skin"; "about", "$schema": ignored.
+/// - "channels": in place of these a list [[a, b, m, n], ...] or the name of a text file with these
+///   four a line, beside the sensor's own: drive a, b and measurement m, n. "count_from": 0 or 1,
+///   the first electrode's number; may be left out if the list names 0 or electrode_count.
+/// - "drive_currents": A, by drive pair in the order of first appearance, in place of
+///   "drive_current" A.
+/// - "background" S/m, "image_grid", "skin"; "about", "$schema": ignored.
 Sensor sensor_from_json(JsonObject object);
 nlohmann::json to_json(const Sensor& sensor);
 

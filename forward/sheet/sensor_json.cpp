@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
+#include <sstream>
 #include <system_error>
 
 #include "core/errors.h"
@@ -120,13 +123,9 @@ void read_electrodes(JsonObject& object, Sensor& sensor) {
     const bool is_disc = sensor.sheet->name() == "disc";
     sensor.electrode_offset = is_disc ? 0 : sensor.electrode_spacing() / 2;
     if (lengths.has("electrode_offset")) {
-      sensor.electrode_offset =
-          lengths.length("electrode_offset", {0, sensor.sheet->border_length()});
-    }
-    if (sensor.electrode_offset >= sensor.electrode_spacing()) {
-      lengths.fail("electrode_offset",
-                   "must be less than the distance between electrodes, " +
-                       lengths.shown("electrode_offset", sensor.electrode_spacing()));
+      const double round = sensor.sheet->border_length();
+      const double offset = lengths.length("electrode_offset", {-1e3 * round, 1e3 * round});
+      sensor.electrode_offset = offset - round * std::floor(offset / round);
     }
   }
   if (object.boolean_or("counterclockwise", false)) turn_round(sensor);
@@ -160,7 +159,86 @@ void read_widths(JsonObject& object, Sensor& sensor) {
   }
 }
 
+/// [[a, b, m, n], ...] to channels; `first` is the first electrode's number, if it is declared.
+std::vector<ChannelElectrodes> channels_from_json(const nlohmann::json& list, int electrodes,
+                                                  std::optional<int> first) {
+  std::vector<std::array<int, 4>> channels;
+  int least = electrodes;
+  int most = 0;
+  for (const nlohmann::json& four : list) {
+    const auto is_whole = [](const nlohmann::json& e) { return e.is_number_integer(); };
+    if (!four.is_array() || four.size() != 4 || !std::all_of(four.begin(), four.end(), is_whole)) {
+      throw InputError(
+          "must be the name of a file or a list of [a, b, m, n], drive and "
+          "measurement, got " +
+          json_shown(four));
+    }
+    channels.push_back(four.get<std::array<int, 4>>());
+    least = std::min(least, *std::min_element(channels.back().begin(), channels.back().end()));
+    most = std::max(most, *std::max_element(channels.back().begin(), channels.back().end()));
+  }
+  const auto span = std::to_string(least) + " to " + std::to_string(most);
+  if (!first && least > 0 && most < electrodes) {
+    throw InputError("names electrodes from " + span +
+                     ", which may be counted from 0 or from 1; "
+                     "say it in the sensor by \"count_from\"");
+  }
+  const int from = first.value_or(least == 0 ? 0 : 1);
+  if (least < from || most >= from + electrodes) {
+    throw InputError("names electrodes from " + span + "; counted from " + std::to_string(from) +
+                     " the sensor has " + std::to_string(from) + " to " +
+                     std::to_string(from + electrodes - 1));
+  }
+  std::vector<ChannelElectrodes> out;
+  for (const auto& [a, b, m, n] : channels)
+    out.push_back({{a - from, b - from}, {m - from, n - from}});
+  return out;
+}
+
+/// The lines of a text file as such a list.
+nlohmann::json lines_of_channels(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw InputError(file.string() + ": cannot be opened; check the name and its rights");
+  nlohmann::json out = nlohmann::json::array();
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::istringstream fields(line);
+    std::array<int, 4> four{};
+    if (!(fields >> std::ws) || fields.peek() == '#') continue;
+    for (int& e : four) fields >> e;
+    std::string rest;
+    if (!fields || fields >> rest) {
+      throw InputError(file.string() + ": line " + std::to_string(number) +
+                       ": must be four whole numbers: drive a, b and measurement m, n");
+    }
+    out.push_back(four);
+  }
+  return out;
+}
+
+void read_channels(JsonObject& object, Sensor& sensor) {
+  for (const char* key : {"drive", "measurement", "measures_driven"}) {
+    if (object.has(key)) object.fail(key, "stands beside \"channels\"; remove one of the two");
+  }
+  std::optional<int> first;
+  if (object.has("count_from")) first = object.integer("count_from", 0, 1);
+  const nlohmann::json& value = object.raw("channels");
+  try {
+    const nlohmann::json list =
+        value.is_string() ? lines_of_channels(object.folder() / value.get<std::string>()) : value;
+    sensor = with_channels(sensor, channels_from_json(list, sensor.electrode_count, first));
+  } catch (const InputError& wrong) {
+    object.fail("channels", wrong.what());
+  }
+}
+
 void read_pattern(JsonObject& object, Sensor& sensor) {
+  if (object.has("channels")) {
+    read_channels(object, sensor);
+    return;
+  }
   const int count = sensor.electrode_count;
   sensor.drive = pair_pattern_from_json(object, "drive", {}, count);
   const bool repeats = sensor.drive.kind != PairPattern::Kind::opposite;
@@ -178,6 +256,21 @@ void read_pattern(JsonObject& object, Sensor& sensor) {
   }
 }
 
+void read_currents(JsonObject& object, Sensor& sensor) {
+  // From the leakage of an insulator to the best of metals, whose voltages and their squares are
+  // numbers of float32 as well.
+  constexpr Range range{1e-9, 100, false, "A"};
+  if (!object.has("drive_currents")) {
+    sensor.drive_current = object.number_or("drive_current", sensor.drive_current, range);
+    return;
+  }
+  if (object.has("drive_current")) {
+    object.fail("drive_current", "stands beside \"drive_currents\"; remove one of the two");
+  }
+  const auto drives = static_cast<std::size_t>(sensor.drives());
+  sensor.set_currents(object.numbers("drive_currents", drives, range));
+}
+
 }  // namespace
 
 Sensor sensor_from_json(JsonObject object) {
@@ -193,10 +286,7 @@ Sensor sensor_from_json(JsonObject object) {
   if (std::min(sensor.image_columns(), sensor.image_rows()) < 4) {
     object.fail("image_grid", "leaves fewer than 4 pixels along the shorter side");
   }
-  // From the leakage of an insulator to the best of metals, whose voltages and their squares are
-  // numbers of float32 as well.
-  sensor.drive_current =
-      object.number_or("drive_current", sensor.drive_current, {1e-9, 100, false, "A"});
+  read_currents(object, sensor);
   sensor.background = object.number_or("background", sensor.background, {1e-9, 1e8, false, "S/m"});
   if (object.has("skin")) {
     if (sensor.sheet->name() != "square") {
@@ -209,9 +299,12 @@ Sensor sensor_from_json(JsonObject object) {
 }
 
 nlohmann::json to_json(const Sensor& sensor) {
-  nlohmann::json json = {{"image_grid", sensor.image_grid},
-                         {"drive_current", sensor.drive_current},
-                         {"background", sensor.background}};
+  nlohmann::json json = {{"image_grid", sensor.image_grid}, {"background", sensor.background}};
+  if (sensor.drive_currents.empty()) {
+    json["drive_current"] = sensor.drive_current;
+  } else {
+    json["drive_currents"] = sensor.drive_currents;
+  }
   if (sensor.electrode_places.empty()) {
     json["electrode_count"] = sensor.electrode_count;
     json["electrode_offset"] = sensor.electrode_offset;
@@ -236,7 +329,13 @@ nlohmann::json to_json(const Sensor& sensor) {
     json["electrode_width"] = sensor.electrode_width;
     if (complete) json["contact_impedance"] = sensor.contact_impedance;
   }
-  if (!sensor.is_adjacent()) {
+  if (!sensor.listed_channels.empty()) {
+    nlohmann::json& list = json["channels"] = nlohmann::json::array();
+    for (const auto& [drive, measurement] : electrodes_of_channels(sensor)) {
+      list.push_back({drive.first, drive.second, measurement.first, measurement.second});
+    }
+    json["count_from"] = 0;
+  } else if (!sensor.is_adjacent()) {
     json["drive"] = to_json(sensor.drive);
     json["measurement"] = to_json(sensor.measurement);
   }
@@ -249,7 +348,11 @@ namespace fs = std::filesystem;
 
 nlohmann::json read_sensor_json(const fs::path& file) {
   nlohmann::json json = read_json_file(file);
-  sensor_from_json(JsonObject(json, file.string(), ""));  // at the file's own places
+  const Sensor sensor = sensor_from_json(JsonObject(json, file.string(), ""));
+  if (json.contains("channels")) {  // a file's are read beside the sensor's, not beside another's
+    const nlohmann::json listed = to_json(sensor);
+    for (const char* key : {"channels", "count_from"}) json[key] = listed.at(key);
+  }
   return json;
 }
 
@@ -271,92 +374,12 @@ fs::path find_sensor_file(const fs::path& named, const fs::path& file) {
                    "sensors/d2s.json");
 }
 
-namespace {
-
-std::string in_mm(const char* key) { return std::string(key) + "_mm"; }
-
-}  // namespace
-
-Range SheetLengths::Form::range(Range domain) const {
-  return {unit * domain.low, unit * domain.high, domain.low_open, unit_name};
-}
-
-bool SheetLengths::has(const char* key) const {
-  const bool domain = object_.has(key);  // both are known keys, whichever of them stands there
-  return object_.has(in_mm(key)) || domain;
-}
-
-SheetLengths::Form SheetLengths::form_of(const char* key) const {
-  const bool domain = object_.has(key);
-  const bool millimetres = object_.has(in_mm(key));
-  if (domain && millimetres) {
-    object_.fail(in_mm(key), "stands beside \"" + std::string(key) +
-                                 "\", which says the same in domain units; remove one of the two");
+std::vector<ChannelElectrodes> read_channels(const fs::path& file, int electrodes) {
+  try {
+    return channels_from_json(lines_of_channels(file), electrodes, std::nullopt);
+  } catch (const InputError& wrong) {
+    throw InputError(file.string() + ": " + wrong.what());
   }
-  if (millimetres) return {in_mm(key), sheet_.unit_mm(), sheet_.bounds().center(), "mm"};
-  return {key, 1, Eigen::Vector2d::Zero(), ""};
-}
-
-double SheetLengths::length(const char* key, Range range) {
-  const Form form = form_of(key);
-  return object_.number(form.key, form.range(range)) / form.unit;
-}
-
-Eigen::Vector2d SheetLengths::lengths(const char* key, Range range) {
-  const Form form = form_of(key);
-  const std::vector<double> two = object_.numbers(form.key, 2, form.range(range));
-  return Eigen::Vector2d(two[0], two[1]) / form.unit;
-}
-
-std::vector<double> SheetLengths::numbers(const char* key, std::size_t least, std::size_t most,
-                                          Range range) {
-  const Form form = form_of(key);
-  const std::size_t size = object_.raw(form.key).size();
-  if (size < least || size > most) {
-    object_.fail(form.key, "must be a list of " + std::to_string(least) + " to " +
-                               std::to_string(most) + " numbers, holds " + std::to_string(size));
-  }
-  std::vector<double> out = object_.numbers(form.key, size, form.range(range));
-  for (double& number : out) number /= form.unit;
-  return out;
-}
-
-std::pair<double, double> SheetLengths::length_interval(const char* key, Range range) {
-  const Form form = form_of(key);
-  const auto [low, high] = object_.interval(form.key, form.range(range));
-  return {low / form.unit, high / form.unit};
-}
-
-Eigen::Vector2d SheetLengths::place(const char* key, Range range) {
-  return form_of(key).origin + lengths(key, range);
-}
-
-std::vector<Eigen::Vector2d> SheetLengths::places(const char* key, std::size_t least,
-                                                  std::size_t most, Range range) {
-  const Form form = form_of(key);
-  std::vector<Eigen::Vector2d> out;
-  for (const auto& [x, y] : object_.points(form.key, least, most, form.range(range))) {
-    out.emplace_back(form.origin + Eigen::Vector2d(x, y) / form.unit);
-  }
-  return out;
-}
-
-std::pair<double, double> SheetLengths::coordinate_interval(const char* key, int axis,
-                                                            Range range) {
-  const double origin = form_of(key).origin[axis];
-  range.low -= origin;
-  range.high -= origin;
-  const auto [low, high] = length_interval(key, range);
-  return {origin + low, origin + high};
-}
-
-void SheetLengths::fail(const char* key, const std::string& message) const {
-  object_.fail(form_of(key).key, message);
-}
-
-std::string SheetLengths::shown(const char* key, double length) const {
-  const Form form = form_of(key);
-  return number_text(form.unit * length) + (*form.unit_name ? " " : "") + form.unit_name;
 }
 
 }  // namespace ertbench

@@ -18,6 +18,9 @@ Sensor read_sensor(const std::filesystem::path& file);
 /// Its content as it stands, checked.
 nlohmann::json read_sensor_json(const std::filesystem::path& file);
 
+/// The lines "a b m n" of a text file (see sensor_from_json); throws InputError at the line.
+std::vector<ChannelElectrodes> read_channels(const std::filesystem::path& file, int electrodes);
+
 /// The file that a "sensor" names in `file`: beside it, in the folder above, or from the working
 /// folder. Throws InputError that names all three where there is none.
 std::filesystem::path find_sensor_file(const std::filesystem::path& named,

@@ -31,16 +31,11 @@ py::array_t<bool> on_sheet(const Sensor& sensor) {
 
 /// [channels, 4]: the two electrodes of the drive, then those of the measurement.
 py::array_t<int> channel_electrodes(const Sensor& sensor) {
-  const std::vector<ElectrodePair> drives = drive_pairs(sensor);
-  const std::vector<ElectrodePair> measurements = measurement_pairs(sensor);
   py::array_t<int> out({sensor.channels(), 4});
   int* next = out.mutable_data();
-  for (const Channel& channel : channels_of(sensor)) {
-    for (const ElectrodePair& pair :
-         {drives[static_cast<std::size_t>(channel.drive)],
-          measurements[static_cast<std::size_t>(channel.measurement)]}) {
-      *next++ = pair.first;
-      *next++ = pair.second;
+  for (const auto& [drive, measurement] : electrodes_of_channels(sensor)) {
+    for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
+      *next++ = e;
     }
   }
   return out;

@@ -138,13 +138,14 @@ FrameCheck::FrameCheck(const FitInput& input, ElectrodeSet masked) {
 
 void FrameCheck::set_sensor(const Sensor& sensor, ElectrodeSet masked) {
   electrode_count_ = sensor.electrode_count;
-  channels_of_pair_ = is_reciprocal(sensor) ? 2 : 1;
+  doubles_ = 0;
   drives_neighbours_ = sensor.is_adjacent();
   const auto all_pairs = reciprocal_pairs(sensor);
   const auto electrodes = electrodes_of_pairs(sensor);
   for (const Eigen::Index kept : pairs_without(sensor, masked)) {
     const auto p = static_cast<std::size_t>(kept);
     pairs_.push_back(all_pairs[p]);
+    doubles_ += all_pairs[p][0] != all_pairs[p][1];
     pair_electrodes_.push_back(electrodes[p]);
   }
   fewest_bad_ = sensor.channels();
@@ -195,7 +196,7 @@ void FrameCheck::fit(const Frames& changes) {
   least_size_ = 4 * usual_noise;
   const Eigen::ArrayXd squares = signal.array() + least_size_;
   shapes.array().colwise() /= squares.sqrt();
-  const double noise = usual_noise / static_cast<double>(pairs) / upper_median_of(squares);
+  const double noise = usual_noise / std::max(1, doubles_) / upper_median_of(squares);
   Eigen::VectorXd outside(count);
   Eigen::VectorXd distance(count);
   Eigen::ArrayXd along(count);
@@ -290,7 +291,7 @@ ElectrodeSet FrameCheck::with_bad_pairs(Bad&& bad) const {
 ElectrodeSet FrameCheck::reading_zero(const double* change) const {
   const Eigen::Map<const Eigen::ArrayXd> frame(change, reference_.size());
   const auto zeros = (frame + reference_).abs() <= nearly_zero_;
-  if (zeros.count() < channels_of_pair_ * fewest_bad_) return 0;
+  if (zeros.count() < fewest_bad_) return 0;
   const auto is_zero = [&](int c) {
     return std::abs(change[c] + reference_[c]) <= nearly_zero_[c];
   };
@@ -298,7 +299,7 @@ ElectrodeSet FrameCheck::reading_zero(const double* change) const {
 }
 
 double FrameCheck::usual_noise(double signal) const {
-  return (noise_.a + noise_.b * signal) * noise_.limit / static_cast<double>(pairs_.size());
+  return (noise_.a + noise_.b * signal) * noise_.limit / std::max(1, doubles_);
 }
 
 ElectrodeSet FrameCheck::floating(const double* change, double signal) const {
@@ -311,6 +312,7 @@ bool FrameCheck::noisy_without(const double* change, ElectrodeSet dead, int leas
   double differences = 0;
   double signal = 0;
   int left = 0;
+  int left_doubles = 0;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     if (pair_electrodes_[p] & dead) continue;
     const auto& [a, b] = pairs_[p];
@@ -319,12 +321,13 @@ bool FrameCheck::noisy_without(const double* change, ElectrodeSet dead, int leas
     differences += square(change[a] - change[b]) / 2;
     signal += square(noise_of_change_ ? mean : mean + reference);
     ++left;
+    left_doubles += a != b;
   }
   if (left < least) return true;
   signal *= static_cast<double>(pairs_.size()) / std::max(left, 1);
   // The channels of a dead electrode may have been the strong ones.
   if (!noise_of_change_) signal = std::max(signal, square(reference_size_));
-  return differences > few_pairs_more * left * usual_noise(signal);
+  return differences > few_pairs_more * left_doubles * usual_noise(signal);
 }
 
 /// Removes every second electrode from each run of dead ones, where both neighbours are dead.

@@ -130,7 +130,8 @@ class FrameCheck {
   template <typename Vector>
   void judge_pairs(const double* change, Vector& means, Verdict& verdict) const;
   ElectrodeSet reading_zero(const double* change) const;
-  /// Usual mean square of a pair's difference, V^2, for pairs whose squares add up to `signal`.
+  /// Usual mean square of the difference of a pair of two, V^2, for pairs whose squares add up to
+  /// `signal`.
   double usual_noise(double signal) const;
   ElectrodeSet floating(const double* change, double signal) const;
   /// True if the noise is above the usual in the pairs without the `dead` electrodes, or if there
@@ -142,7 +143,7 @@ class FrameCheck {
   ElectrodeSet fewest(ElectrodeSet dead) const;
 
   int electrode_count_ = 0;
-  int channels_of_pair_ = 2;                   ///< 1 where channels have no reciprocal partner
+  int doubles_ = 0;                            ///< pairs of two channels, which can tell noise
   bool drives_neighbours_ = true;              ///< by adjacent pairs
   std::vector<std::array<int, 2>> pairs_;      ///< channels of the pairs that are not masked
   std::vector<ElectrodeSet> pair_electrodes_;  ///< of these pairs

@@ -130,7 +130,7 @@ std::optional<double> noise_of_channel(const DatasetFile& set, ElectrodeSet mask
   double count = 0;
   const auto pairs = reciprocal_pairs(set.sensor());
   const auto electrodes = electrodes_of_pairs(set.sensor());
-  const bool single = !is_reciprocal(set.sensor());
+  const bool single = std::ssize(pairs) == set.sensor().channels();
   // Without reciprocal channels the noise is that of the simulated set.
   const Frames clean =
       single ? set.clean_voltages(0, std::min(set.size(), judged_frames)) : Frames();
@@ -141,7 +141,7 @@ std::optional<double> noise_of_channel(const DatasetFile& set, ElectrodeSet mask
       continue;
     }
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-      if ((electrodes[p] & masked) != 0) continue;
+      if ((electrodes[p] & masked) != 0 || pairs[p][0] == pairs[p][1]) continue;
       sum += std::pow(voltages(f, pairs[p][0]) - voltages(f, pairs[p][1]), 2) / 2;
       count += 1;
     }

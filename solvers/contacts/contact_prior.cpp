@@ -121,15 +121,15 @@ using Eigen::VectorXd;
 
 MatrixXd whitening_of(const Sensor& sensor, double noise, const Nuisances& nuisances) {
   const Reciprocity reciprocity(sensor);
-  const Index pairs = reciprocity.pairs();
-  const double averaged = reciprocity.single() ? 1 : 2;  // channels in a mean
-  if (!nuisances.any()) return MatrixXd::Identity(pairs, pairs) * (std::sqrt(averaged) / noise);
-  const MatrixXd columns = nuisances.columns(sensor);
-  const MatrixXd covariance =
-      (MatrixXd::Identity(pairs, pairs) * (noise * noise) + columns * columns.transpose()) /
-      averaged;
+  VectorXd over_mean(reciprocity.pairs());  // d' over the mean of a pair's channels
+  for (Index p = 0; p < over_mean.size(); ++p) over_mean[p] = reciprocity.of_mean(p);
+  const VectorXd precision = over_mean / noise;
+  if (!nuisances.any()) return precision.asDiagonal();
+  const MatrixXd columns = over_mean.cwiseInverse().asDiagonal() * nuisances.columns(sensor);
+  MatrixXd covariance = columns * columns.transpose();
+  covariance.diagonal() += precision.cwiseAbs2().cwiseInverse();
   const Eigen::LLT<MatrixXd> factor(covariance);
-  return factor.matrixL().solve(MatrixXd::Identity(pairs, pairs));
+  return factor.matrixL().solve(MatrixXd::Identity(covariance.rows(), covariance.cols()));
 }
 
 }  // namespace ertbench

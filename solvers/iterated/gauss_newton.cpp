@@ -64,8 +64,9 @@ void GaussNewtonIteration::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
   data_.resize(count);
   modelled_.setZero(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const auto& [a, b] = reciprocity_.pair(kept[static_cast<std::size_t>(i)]);
-    data_[i] = reciprocity_.single() ? change[a] : (change[a] + change[b]) / std::sqrt(2.0);
+    const Eigen::Index p = kept[static_cast<std::size_t>(i)];
+    const auto& [a, b] = reciprocity_.pair(p);
+    data_[i] = (change[a] + change[b]) / 2 * reciprocity_.of_mean(p);
   }
   if (!data_.allFinite()) {
     report.status = FrameStatus::undefined;

@@ -99,17 +99,18 @@ SheetOperator::SheetOperator(const Sensor& sensor)
     : columns_(sensor.image_columns()),
       rows_(sensor.image_rows()),
       edges_(columns_ + 1, rows_ + 1),
-      scale_(std::numbers::sqrt2 * sensor.drive_current / sensor.background),
       stiffness_(columns_ + 1, rows_ + 1),
       weights_(edges_.count()),
       row_products_(rows_ + 1, columns_),
       column_products_(rows_, columns_ + 1) {
   const SensorPairs pairs(sensor);
   for (const auto& pair : reciprocal_pairs(sensor)) {
-    const auto& [measurement, drive] = pairs.channels[static_cast<std::size_t>(pair[0])];
+    const auto c = static_cast<std::size_t>(pair[0]);
+    const auto& [measurement, drive] = pairs.channels[c];
     drives_.push_back({drive, measurement});
+    scales_.push_back((pair[0] != pair[1] ? std::numbers::sqrt2 : 1) * pairs.currents[c] /
+                      sensor.background);
   }
-  if (!is_reciprocal(sensor)) scale_ /= std::numbers::sqrt2;
   const std::vector<int> electrodes = electrode_nodes(sensor, sensor.image_grid);
   const auto count = static_cast<Eigen::Index>(pairs.pairs.size());
   currents_ = RowMajorMatrix::Zero(edges_.pixels(), rounded_up(count));
@@ -148,9 +149,10 @@ void SheetOperator::set_conductivity(const Eigen::VectorXd& ratio) {
 
 void SheetOperator::changes(const std::vector<Eigen::Index>& kept, Eigen::VectorXd& out) const {
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    const auto [drive, measurement] = drives_[static_cast<std::size_t>(kept[i])];
+    const auto p = static_cast<std::size_t>(kept[i]);
+    const auto [drive, measurement] = drives_[p];
     out[static_cast<Eigen::Index>(i)] =
-        -scale_ * (products_(measurement, drive) - uniform_(measurement, drive));
+        -scales_[p] * (products_(measurement, drive) - uniform_(measurement, drive));
   }
 }
 
@@ -171,11 +173,12 @@ void SheetOperator::jacobian(const std::vector<Eigen::Index>& kept, RowMajorMatr
     return Eigen::Map<Eigen::RowVectorXd>(products.data(), products.size());
   };
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    const auto [drive, measurement] = drives_[static_cast<std::size_t>(kept[i])];
+    const auto p = static_cast<std::size_t>(kept[i]);
+    const auto [drive, measurement] = drives_[p];
     flat(row_products_) =
-        (0.5 * scale_) * along_rows_.row(drive).cwiseProduct(along_rows_.row(measurement));
-    flat(column_products_) =
-        (0.5 * scale_) * along_columns_.row(drive).cwiseProduct(along_columns_.row(measurement));
+        (0.5 * scales_[p]) * along_rows_.row(drive).cwiseProduct(along_rows_.row(measurement));
+    flat(column_products_) = (0.5 * scales_[p]) * along_columns_.row(drive).cwiseProduct(
+                                                      along_columns_.row(measurement));
     Eigen::Map<RowMajorMatrix>(out.row(static_cast<Eigen::Index>(i)).data(), m, n) =
         row_products_.topRows(m) + row_products_.bottomRows(m) + column_products_.leftCols(n) +
         column_products_.rightCols(n);

@@ -162,9 +162,9 @@ class SheetOperator {
  private:
   int columns_;
   int rows_;
-  PixelEdges edges_;  ///< of the nodes
-  double scale_;      ///< sqrt(2) I / c0, V; without the root for single channels
+  PixelEdges edges_;                                 ///< of the nodes
   std::vector<std::array<Eigen::Index, 2>> drives_;  ///< drive and measurement of each pair
+  std::vector<double> scales_;  ///< sqrt(2) I / c0, V; without the root for single channels
   GridLaplacian stiffness_;
   Eigen::VectorXd weights_;                        ///< [edges of the nodes]
   RowMajorMatrix currents_;                        ///< P [nodes, pairs rounded up]

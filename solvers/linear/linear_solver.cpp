@@ -65,7 +65,8 @@ void multiply(const ImageMap<Scalar>& map, const StackVector<Scalar, stack_input
 Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciprocity& reciprocity) {
   Eigen::MatrixXd out(columns.rows(), reciprocity.channels());
   for (Eigen::Index p = 0; p < columns.cols(); ++p) {
-    for (const int channel : reciprocity.pair(p)) out.col(channel) = columns.col(p);
+    const double over_sum = std::numbers::sqrt2 / reciprocity.of_mean(p);
+    for (const int channel : reciprocity.pair(p)) out.col(channel) = over_sum * columns.col(p);
   }
   return out;
 }

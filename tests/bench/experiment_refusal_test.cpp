@@ -113,7 +113,6 @@ const Broken broken[] = {
     {"/sensor/electrode_width", "0.1", "/sensor/electrode_width", "point electrodes", false},
     {"/sensor/measures_driven", "true", "/sensor/measures_driven", "infinite", false},
     {"/sensor/drive", "[[0, 16]]", "/sensor/drive", "from 0 to 15", false},
-    {"/sensor/electrode_offset", "0.5", "/sensor/electrode_offset", "less than", false},
     {"/sensor/background", "0", "/sensor/background", "must be from 1e-09 to 1e+08 S/m, got 0"},
     {"/sensor/background", "1e200", "/sensor/background", "to 1e+08 S/m, got 1e+200"},
     {"/sensor/background", "1e-200", "/sensor/background", "from 1e-09"},
