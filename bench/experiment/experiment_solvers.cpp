@@ -256,6 +256,16 @@ std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string&
   return seeds;
 }
 
+/// Puts the seed in the place of "{seed}" in all texts, such as names of files.
+void name_seed(json& value, const std::string& seed) {
+  if (value.is_structured()) {
+    for (json& one : value) name_seed(one, seed);
+  }
+  if (!value.is_string()) return;
+  auto& text = value.get_ref<std::string&>();
+  for (std::size_t at; (at = text.find("{seed}")) != text.npos;) text.replace(at, 6, seed);
+}
+
 /// Why an entry of a type that nobody knows cannot be run: a library that could not say what types
 /// it has may have this one.
 std::optional<Failure> failure_of_type(const SolverRegistry& registry) {
@@ -325,7 +335,10 @@ class EntryReader {
     spec.erase("sweep");
     spec.erase("family");
     if (point.values) spec.update(*point.values);
-    if (seed) spec["seed"] = *seed;
+    if (seed) {
+      spec["seed"] = *seed;
+      name_seed(spec, std::to_string(*seed));
+    }
     entry.spec = std::move(spec);
     return entry;
   }

@@ -132,7 +132,9 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
        {"output",
         "what it gives: \"change\" (of the conductivity, S/m; the default) or \"drop\" (1 - "
         "sigma / background)"},
-       {"precision", "\"float32\" (the default) or \"float64\""}},
+       {"precision", "\"float32\" (the default) or \"float64\""},
+       {"seed", "of the training that made the file; \"{seed}\" in the file's name stands for it",
+        ParameterRole::seed}},
       make_from_json<TorchScriptSolver>};
   script.probes = {};  // its file is part of the key
   registry.add(TorchScriptSolver::type, std::move(script));

@@ -1,6 +1,7 @@
 #include "models/solvers/torch_script_solver.h"
 
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
@@ -56,6 +57,11 @@ TorchScriptSolver::TorchScriptSolver(JsonObject object)
     object.fail("file", printable_path(file_) + " is no file in " +
                             printable_path(object.folder().string()));
   }
+  if (object.has("seed")) seed_ = object.integer("seed", 0, std::numeric_limits<int>::max());
+  if (seed_ && file_.find(std::to_string(*seed_)) == std::string::npos) {
+    object.fail("seed",
+                "the file is the same for every seed; name one of each, \"model-{seed}.pt\"");
+  }
   object.finish();
 }
 
@@ -86,6 +92,7 @@ json TorchScriptSolver::parameters() const {
   if (input_ == Input::given) {
     out["input"] = {{"mean", numbers_json(mean_)}, {"std", numbers_json(std_)}};
   }
+  if (seed_) out["seed"] = *seed_;
   return out;
 }
 

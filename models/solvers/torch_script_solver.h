@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 
 #include "core/json.h"
 #include "solvers/solver.h"
@@ -54,6 +55,7 @@ class TorchScriptSolver final : public Solver {
   Output output_ = Output::change;
   bool float64_ = false;
   std::string place_;  ///< of the entry, for messages
+  std::optional<int> seed_;
 
   Sensor sensor_;
   Eigen::RowVectorXd mean_;  ///< [channels], or one for all; V

@@ -14,6 +14,7 @@
 #include "core/hdf5_file.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/faults.h"
+#include "forward/data/fresh_scenes.h"
 #include "models/training/objective.h"
 
 namespace ertbench {
@@ -21,21 +22,10 @@ namespace {
 
 constexpr std::uint64_t scenes_of_a_block = 1024;
 
-DatasetSpec drawable(const DatasetFile& file) {
-  DatasetSpec spec = file.spec();
-  if (std::holds_alternative<std::vector<Scene>>(spec.scenes) || spec.sequences() ||
-      spec.measured()) {
-    throw InputError(file.path().string() +
-                     ": its scenes are listed, measured or move, so that \"new_scenes\" cannot "
-                     "draw others; leave it out or give the training set a distribution");
-  }
-  return spec;
-}
-
 }  // namespace
 
 EpochScenes::EpochScenes(const DatasetFile& file)
-    : spec_(drawable(file)),
+    : spec_(continued_spec(file)),
       size_(file.size()),
       folder_(std::filesystem::path(file.path()).replace_extension(".epochs")),
       checksum_(Hdf5File::open(file.path()).read_text("/", "checksum")),

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
@@ -164,6 +165,7 @@ bool is_file(const fs::path& file) {
 CommandSolver::CommandSolver(JsonObject object)
     : command_(words_of(object, "command")),
       given_(json::object()),
+      protocol_(object.integer_or("protocol", 1, 1, 2)),
       ready_limit_s_(object.number_or("ready_limit_s", 3600, {0, 1e7, true, "s"})),
       frame_limit_s_(object.number_or("frame_limit_s", 10, {0, 1e7, true, "s"})),
       memory_limit_mb_(object.has("memory_limit_mb") ? object.number("memory_limit_mb", {1, 1e9})
@@ -178,6 +180,7 @@ CommandSolver::CommandSolver(JsonObject object)
       }
     }
   }
+  if (object.has("seed")) seed_ = object.integer("seed", 0, std::numeric_limits<int>::max());
   if (object.has("parameters")) {
     given_ = object.raw("parameters");
     if (!given_.is_object())
@@ -205,6 +208,8 @@ json CommandSolver::parameters() const {
               {"ready_limit_s", ready_limit_s_},
               {"frame_limit_s", frame_limit_s_}};
   if (!files_.is_null()) out["files"] = files_;
+  if (protocol_ > 1) out["protocol"] = protocol_;
+  if (seed_) out["seed"] = *seed_;
   if (memory_limit_mb_ > 0) out["memory_limit_mb"] = memory_limit_mb_;
   return out;
 }
@@ -213,7 +218,7 @@ void CommandSolver::fit(const FitInput& input) {
   const Sensor& sensor = input.sensor;
   const DatasetFile* const set = input.training ? input.training : input.validation;
   const Eigen::VectorXd reference = set ? set->reference_voltages() : uniform_reference(sensor);
-  request_ = {{"protocol", 1},
+  request_ = {{"protocol", protocol_},
               {"sensor", to_json(sensor)},
               {"channels", sensor.channels()},
               {"image", {sensor.image_rows(), sensor.image_columns()}},
@@ -224,6 +229,7 @@ void CommandSolver::fit(const FitInput& input) {
               {"parameters", given_},
               {"work_folder", work_folder(input).string()},
               {"threads", input.threads}};
+  if (seed_) request_["seed"] = *seed_;
   start(sensor);
 }
 
@@ -242,7 +248,20 @@ void CommandSolver::start(const Sensor& sensor) {
   program_ = std::make_unique<Program>(
       name_, [this] { become_program(command_, folder_, request_.at("threads").get<int>()); },
       static_cast<std::uint64_t>(memory_limit_mb_ * (1 << 20)));
+  fresh_.reset();
   program_->send(json_text(request_) + "\n", ready_limit_s_);
+  json said = answer();
+  while (protocol_ > 1 && said.contains("scenes")) {
+    send_scenes(said.at("scenes"));
+    said = answer();
+  }
+  used_ = said.value("parameters", given_);
+  if (!used_.is_object()) used_ = given_;
+  fresh_.reset();
+  exchange_ = std::make_unique<FrameExchange>(*program_, frame_limit_s_);
+}
+
+json CommandSolver::answer() {
   const std::string line = program_->line(ready_limit_s_, most_line_bytes);
   json said;
   try {
@@ -256,15 +275,38 @@ void CommandSolver::start(const Sensor& sensor) {
                           printable(error.is_string() ? error.get<std::string>() : json_text(error),
                                     most_error_text));
   }
-  if (!said.is_object() || !said.contains("ready") || said.at("ready") != true) {
+  const bool asks = protocol_ > 1 && said.is_object() && said.contains("scenes");
+  if (!asks && (!said.is_object() || !said.contains("ready") || said.at("ready") != true)) {
+    const bool ahead = said.is_object() && said.contains("scenes");
     throw FailedTrial("failed", name_ +
                                     ": its first line must be {\"ready\": true, "
                                     "\"parameters\": {...}} or {\"error\": \"...\"}, got «" +
-                                    printable(line, 80) + "»");
+                                    printable(line, 80) + "»" +
+                                    (ahead ? "; scenes need \"protocol\": 2 in its row" : ""));
   }
-  used_ = said.value("parameters", given_);
-  if (!used_.is_object()) used_ = given_;
-  exchange_ = std::make_unique<FrameExchange>(*program_, frame_limit_s_);
+  return said;
+}
+
+void CommandSolver::send_scenes(const json& count) {
+  constexpr std::uint64_t most = 1 << 16;
+  if (!count.is_number_unsigned() || count == 0 || count > most) {
+    throw FailedTrial("failed", name_ + ": \"scenes\" must be 1 to " + std::to_string(most) +
+                                    " at a time, got " + json_shown(count));
+  }
+  const json& train = request_.at("train");
+  if (!train.is_string()) {
+    throw FailedTrial("failed", name_ + ": asks for scenes, but there is no /datasets/train");
+  }
+  if (!fresh_) {
+    fresh_.emplace(DatasetFile(train.get<std::string>()), seed_.value_or(1),
+                   request_.at("threads").get<int>());
+  }
+  const FreshScenes::Block block = fresh_->next(count);
+  for (const RowMajorMatrix* rows : {&block.changes, &block.image_changes}) {
+    program_->send({reinterpret_cast<const char*>(rows->data()),
+                    static_cast<std::size_t>(rows->size()) * sizeof(double)},
+                   ready_limit_s_);
+  }
 }
 
 void CommandSolver::reconstruct(FramesView changes, ImagesView images,
@@ -324,7 +366,9 @@ std::vector<SolverType> external_solvers() {
       {"files", "further files whose contents are part of the fit; default none",
        ParameterRole::file},
       {"parameters", "an object that the program gets as it is; default {}"},
-      {"ready_limit_s", "until it is ready, > 0; default 3600"},
+      {"protocol", "2 for a program that asks for fresh scenes while it fits; default 1"},
+      {"seed", "that the program gets, 0 ... 2147483647; default none", ParameterRole::seed},
+      {"ready_limit_s", "until it is ready, or asks for scenes, > 0; default 3600"},
       {"frame_limit_s", "for each frame, > 0; default 10"},
       {"memory_limit_mb", "of all its processes, 1 ...; default that of the trial"}};
   info.make = make_from_json<CommandSolver>;

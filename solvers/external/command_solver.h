@@ -9,6 +9,7 @@
 
 #include "core/files.h"
 #include "core/json.h"
+#include "forward/data/fresh_scenes.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/external/program.h"
 #include "solvers/solver.h"
@@ -25,14 +26,19 @@ std::unique_ptr<Solver> echo_solver(const Sensor& sensor);
 /// the experiment, and lives as long as the solver. Its standard input and output are binary, its
 /// standard error is its log. It
 ///
-/// 1. reads one line of JSON: `{"protocol": 1, "sensor": {...}, "channels": 208, "image": [24, 24],
+/// 1. reads one line of JSON: `{"protocol": 1 or 2, "sensor": {...}, "channels": 208, "image": [24,
+/// 24],
 ///    "background": 0.06, "reference_voltages": [...], "train": PATH|null, "validation": PATH|null,
 ///    "parameters": {...}, "work_folder": PATH, "threads": N}`; `work_folder` is kept with the fit:
-///    a program that finds its own files there need not fit again;
+///    a program that finds its own files there need not fit again; "seed" if the entry has one;
 /// 2. fits, then writes one line `{"ready": true, "parameters": {...}}`, or `{"error": "..."}`;
 /// 3. until the end of its input: reads a little-endian uint64 n, then n x channels float64
 ///    (changes, V); writes n x pixels float64 (delta sigma, S/m; row 0 at y = -1) and n bytes of
 ///    status (FrameStatus).
+///
+/// By protocol 2 it may write lines `{"scenes": n}` before that of step 2, also ahead of its need.
+/// For each it reads the next n FreshScenes of the training set: n x channels float64, then
+/// n x pixels float64, as in step 3. It must have read all when it is ready.
 ///
 /// Failures of the program (no answer in time, a crash, garbage) throw FailedTrial. The fitted file
 /// holds the line of step 1, with paths relative to that file.
@@ -57,10 +63,15 @@ class CommandSolver final : public Solver {
   /// Folder for the program's files: that of the fit, or a temporary one of this solver.
   std::filesystem::path work_folder(const FitInput& input);
   void start(const Sensor& sensor);
+  /// The next line of the program, which must be an object.
+  nlohmann::json answer();
+  void send_scenes(const nlohmann::json& count);
 
   std::vector<std::string> command_;
   nlohmann::json files_;  ///< null without files
   nlohmann::json given_;  ///< "parameters" of the experiment
+  int protocol_;
+  std::optional<int> seed_;
   double ready_limit_s_;
   double frame_limit_s_;
   double memory_limit_mb_;        ///< 0: the trial's limit
@@ -72,6 +83,7 @@ class CommandSolver final : public Solver {
   nlohmann::json request_;  ///< the line of step 1
   nlohmann::json used_;     ///< the parameters of step 2
   std::unique_ptr<Program> program_;
+  std::optional<FreshScenes> fresh_;  ///< once the program has asked for them
   std::unique_ptr<FrameExchange> exchange_;
 };
 

@@ -177,7 +177,7 @@ std::string Program::line(double limit_s, std::size_t most) {
       fail("failed", "its first line has no end after " + std::to_string(most) +
                          " bytes; it begins «" + printable(rest_, 80) + "»");
     }
-    wait(false, start, limit_s, "was not ready");
+    wait(true, false, start, limit_s, "was not ready");
     char bytes[1 << 12];
     const ssize_t count = ::read(output_, bytes, sizeof bytes);
     if (count > 0) rest_.append(bytes, static_cast<std::size_t>(count));
@@ -194,7 +194,7 @@ void Program::exchange(std::span<const std::string_view> out, std::span<const st
   while (true) {
     const bool writing = !outgoing.done() && write_some(outgoing);
     if (!writing && incoming.done()) break;
-    wait(writing, start, limit_s, "had not answered");
+    wait(!incoming.done(), writing, start, limit_s, "had not answered");
     if (!incoming.done()) read_some(incoming);
   }
   // Checked after the answer, too: text among the images shifts their end.
@@ -247,9 +247,11 @@ void Program::read_some(Incoming& in) {
   }
 }
 
-void Program::wait(bool writing, SteadyClock::time_point start, double limit_s, const char* what) {
+void Program::wait(bool reading, bool writing, SteadyClock::time_point start, double limit_s,
+                   const char* what) {
   const auto events = static_cast<short>(POLLIN);
-  std::array<pollfd, 3> ends = {pollfd{output_, events, 0}, pollfd{errors_, events, 0},
+  std::array<pollfd, 3> ends = {pollfd{reading ? output_ : -1, events, 0},
+                                pollfd{errors_, events, 0},
                                 pollfd{writing ? input_ : -1, POLLOUT, 0}};
   while (true) {
     const double left_s = limit_s - seconds_since(start);

@@ -42,9 +42,10 @@ class Program {
   struct Outgoing;
   struct Incoming;
 
-  /// Waits until the child can be read from or, if `writing`, written to; forwards its standard
-  /// error meanwhile.
-  void wait(bool writing, SteadyClock::time_point start, double limit_s, const char* what);
+  /// Waits until the child can be read from, if `reading`, or written to, if `writing`; forwards
+  /// its standard error meanwhile.
+  void wait(bool reading, bool writing, SteadyClock::time_point start, double limit_s,
+            const char* what);
   /// Returns true if there is more to write.
   bool write_some(Outgoing& out);
   void read_some(Incoming& in);

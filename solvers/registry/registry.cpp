@@ -25,7 +25,9 @@ namespace {
 /// Others rely on it: readers of an experiment on the names, its "seeds" on the parameter "seed",
 /// `ertbench check` on the seeds of what it compares by them.
 void check_registration(const std::string& type, const SolverInfo& info) {
-  if (info.has_seed() != (info.comparison == ImageComparison::seeds)) {
+  const bool by_seeds = info.comparison == ImageComparison::seeds;
+  const bool of_this_program = !info.probes.empty();  // else its images may come out equal
+  if (info.has_seed() != by_seeds && (by_seeds || of_this_program)) {
     throw InputError(type +
                      ": images are to be compared by seeds where a parameter has the role "
                      "seed, and only there; set both or none");

@@ -49,6 +49,25 @@ TEST(Experiment, SeedsAndSweepsBecomeTrials) {
   EXPECT_EQ(*e.solvers[2].sweep, json({{"how", "crash"}, {"level", -0.125}}));
 }
 
+TEST(Experiment, SeedsOfOthersStandInNamesOfFiles) {
+  const TemporaryFolder folder("others");
+  json value = good();
+  value["solvers"] = json::parse(R"([
+      {"type": "torchscript", "file": "model-{seed}.pt", "seeds": [1, 12]},
+      {"type": "command", "command": ["python3", "net.py", "{seed}-{seed}", "{"], "protocol": 2,
+       "seeds": [3]}])");
+  EXPECT_EQ(schema_complaint(value), "");
+  write_text(folder / "e.json", value.dump());
+  SolverRegistry registry;
+  const Experiment e =
+      read_experiment(folder / "e.json", registry, chart_types(), SolverCheck::none);
+  ASSERT_EQ(e.solvers.size(), 3u);
+  EXPECT_EQ(e.rows().size(), 2u);
+  EXPECT_EQ(e.solvers[2].spec->at("command"), json({"python3", "net.py", "3-3", "{"}));
+  EXPECT_EQ(e.solvers[2].spec->at("seed"), 3);
+  EXPECT_EQ(e.solvers[1].spec->at("file"), "model-12.pt");
+}
+
 TEST(Experiment, FamiliesAndSweptListsMakeTheirRows) {
   const TemporaryFolder folder("families");
   json value = good();

@@ -104,6 +104,10 @@ TEST(TorchScript, RefusesWhatDoesNotFit) {
             0u);
   EXPECT_EQ(refusal(module_spec("small.pt", {{"output", "sigma"}})).find("spec.json: /output: "),
             0u);
+  EXPECT_EQ(refusal(module_spec("small.pt", {{"seed", 3}}))
+                .find("spec.json: /seed: the file is the "
+                      "same for every seed"),
+            0u);
   json other = module_spec("small.pt");
   const std::unique_ptr<Solver> solver = make_learned(other);
   FitInput input;

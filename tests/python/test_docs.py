@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs" / "python.md"
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = DOCS / "python.md"
 
 
 def test_the_pages_examples_work(tmp_path, monkeypatch, capsys):
@@ -22,3 +23,9 @@ def test_the_pages_examples_work(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().out
     assert "relative_error" in said and "pressed at" in said
     assert os.path.exists("gn.h5")
+
+
+def test_the_page_of_methods_shows_the_example():
+    page, examples = (DOCS / "your_method.md").read_text(), DOCS.parent / "examples"
+    assert "```python\n" + (examples / "torch_network.py").read_text() + "```" in page
+    assert "```json\n" + (examples / "torch_network.json").read_text() + "```" in page

@@ -1,4 +1,4 @@
-"""Frames of files, scores, experiments, and a method of one's own."""
+"""Frames of files, scores, pictures, and the surface as a whole."""
 
 import json
 import subprocess
@@ -61,50 +61,6 @@ def test_scores_without_contacts(sensor, drawn, refused):
     assert "sensor: must be given" in refused(eb.score, drawn.image_changes, drawn.images)
     assert "must be as many as the truth's 60, got 3" in refused(
         eb.score, drawn.image_changes[:3], drawn)
-
-
-RIDGE = '''
-import numpy as np
-import ertbench as eb
-
-class Ridge:
-    def __init__(self, sensor, ridge):
-        self.ridge = ridge
-    def fit(self, train, validation):
-        changes = train.changes
-        print("a word for the log")
-        gram = changes.T @ changes
-        gram += self.ridge * np.trace(gram) / len(gram) * np.eye(len(gram))
-        self.inverse = np.linalg.solve(gram, changes.T @ train.image_changes.reshape(len(train), -1))
-        self.shape = train.images.shape[1:]
-    def reconstruct(self, changes):
-        return (changes @ self.inverse).reshape(-1, *self.shape)
-
-eb.serve(Ridge)
-'''
-
-
-def test_a_class_becomes_a_row(program, tmp_path, refused, monkeypatch):
-    monkeypatch.setenv("ERTBENCH_CACHE", str(tmp_path / "cache"))
-    (tmp_path / "ridge.py").write_text(RIDGE)
-    row = {"type": "command", "label": "ridge", "command": [sys.executable, "ridge.py"]}
-    kind = {"snr_db": 50, "snr_basis": "absolute", "scenes": {"contacts": [1, 2]}}
-    experiment = {
-        "title": "t", "question": "q?",
-        "datasets": {name: {"count": count, "seed": seed, **kind} for name, count, seed in
-                     (("train", 300, 1), ("validation", 30, 2), ("test", 30, 3))},
-        "solvers": [{"type": "tsvd", "rank": 30}, {**row, "parameters": {"ridge": 1e-4}},
-                    {**row, "label": "wrong", "parameters": {}}]}
-    (tmp_path / "e.json").write_text(json.dumps(experiment))
-    results = eb.run(tmp_path / "e.json", only=["ridge", "wrong"], set={"datasets.test.count": 20},
-                     out=tmp_path / "out")
-    rows = {one["label"]: one for one in results.rows}
-    assert {"truth", "ridge", "wrong"} <= set(rows) and results.failed
-    assert rows["ridge"]["status"] == "ok" and rows["ridge"]["frames"] == 20
-    assert 0 < rows["ridge"]["metrics"]["relative_error"]["mean"] < 1
-    assert "missing 1 required positional argument: 'ridge'" in json.dumps(rows["wrong"])
-    assert "ridge" in results.table
-    assert "nowhere.json" in refused(eb.run, tmp_path / "nowhere.json")
 
 
 def test_the_surface_is_small_and_documented():

@@ -64,7 +64,7 @@ TEST(CommandSolver, TellsTheProgramWhatTheProtocolSays) {
   solver->fit(input);
   std::ifstream in(folder / "fits.txt");
   const json told = json::parse(in);
-  json expected = {{"protocol", 1},
+  json expected = {{"protocol", 1},  // and no "seed", which the entry has not
                    {"sensor", to_json(Sensor{})},
                    {"channels", 208},
                    {"image", {24, 24}},
@@ -128,6 +128,74 @@ TEST(CommandSolver, IsStartedAgainWhereItsProgramFindsItsFiles) {
   EXPECT_FALSE(fs::exists(folder / "x.work"));
 }
 
+/// Examples that a program of protocol 2 has got.
+struct Examples {
+  Frames changes;
+  Images images;
+};
+
+/// What the mode "scenes" has got, 5, 5 and 3 of them.
+Examples examples_of(const DatasetSpec& spec, const json& more = json::object()) {
+  const TemporaryFolder folder("scenes");
+  generate_dataset(spec, folder / "train.h5");
+  const DatasetFile train(folder / "train.h5");
+  FitInput input;
+  input.training = &train;
+  input.work_folder = folder.path();
+  json row = program_of("scenes", {{"protocol", 2}});
+  row.update(more);
+  make_solver(row)->fit(input);
+  std::ifstream in(folder / "scenes.bin", std::ios::binary);
+  Examples out{Frames(13, spec.sensor.channels()), Images(13, spec.sensor.pixels())};
+  Eigen::Index first = 0;
+  for (const Eigen::Index n : {5, 5, 3}) {
+    for (RowMajorMatrix* rows : {&out.changes, &out.images}) {
+      RowMajorMatrix some(n, rows->cols());
+      in.read(reinterpret_cast<char*>(some.data()), some.size() * 8);
+      rows->middleRows(first, n) = some;
+    }
+    first += n;
+  }
+  EXPECT_TRUE(in.good());
+  EXPECT_EQ(in.peek(), std::ifstream::traits_type::eof());
+  return out;
+}
+
+/// Pixels of each image in the order of their values, which no symmetry changes.
+Images sorted_pixels(Images images) {
+  for (auto row : images.rowwise()) std::sort(row.begin(), row.end());
+  return images;
+}
+
+TEST(CommandSolver, SendsFreshScenesToAProgramThatAsks) {
+  DatasetSpec spec = random_contacts(20);
+  spec.noise.snr_db.reset();
+  const Examples clean = examples_of(spec);
+  // Each frame is that of its image, in whatever symmetry both are.
+  const ForwardModel model(Sensor{}, 24);
+  const Images conductivity = clean.images.array() + Sensor{}.background;
+  const Frames frames =
+      model.solve(conductivity).rowwise() - model.reference_voltages().transpose();
+  EXPECT_LT(relative_difference(clean.changes, frames), 1e-9);
+  // They are the scenes behind the set's last, the same for every seed but for their turns.
+  DatasetSpec longer = spec;
+  longer.count = 33;
+  const Images behind =
+      generate_block(longer, SceneModel(Sensor{}, GridSheet{24}), 20, 13).conductivity;
+  const Images truths = behind.array() - Sensor{}.background;
+  EXPECT_LT(relative_difference(sorted_pixels(clean.images), sorted_pixels(truths)), 1e-12);
+  const Examples other = examples_of(spec, {{"seed", 7}});
+  EXPECT_LT(relative_difference(sorted_pixels(other.images), sorted_pixels(truths)), 1e-12);
+  EXPECT_GT(relative_difference(other.images, clean.images), 0.1);
+  // Noise as the set has it, 50 dB.
+  const Examples noisy = examples_of(random_contacts(20));
+  EXPECT_EQ(noisy.images, clean.images);
+  for (int i = 0; i < 13; ++i) {
+    const double signal = (frames.row(i) + model.reference_voltages().transpose()).norm();
+    EXPECT_NEAR(20 * std::log10(signal / (noisy.changes - frames).row(i).norm()), 50, 1e-6) << i;
+  }
+}
+
 TEST(CommandSolver, PassesOnTheStatusOfFrames) {
   const auto solver = fitted(program_of("status"));
   const Reconstruction out = reconstruct(*solver, random_changes(4));
@@ -165,6 +233,9 @@ TEST(CommandSolver, SaysWhatHappenedToItsProgram) {
   expect("short", {{"frame_limit_s", 0.5}}, "timed out", "had not answered");
   expect("long", {}, "failed", "than it was asked for");
   expect("odd-status", {}, "failed", "the status 9");
+  expect("scenes", {}, "failed", "scenes need \"protocol\": 2 in its row");
+  expect("scenes", {{"protocol", 2}}, "failed", "there is no /datasets/train");
+  expect("many-scenes", {{"protocol", 2}}, "failed", "must be 1 to 65536 at a time, got 1048576");
   expect("memory", {{"memory_limit_mb", 200}}, "out of memory", "more than 200 MB");
   json absent = program_of("plain");
   absent["command"][0] = "no-such-program";

@@ -58,6 +58,14 @@ elif mode == "memory":
     hoard = bytearray(600 << 20)
     hoard[:: 1 << 12] = b"x" * len(hoard[:: 1 << 12])
     time.sleep(600)
+elif mode == "scenes":
+    for n in (5, 5, 3):  # all ahead
+        say(json.dumps({"scenes": n}))
+    with open(os.path.join(told["work_folder"], "scenes.bin"), "wb") as file:
+        for n in (5, 5, 3):
+            file.write(whole(8 * n * (channels + pixels)))
+elif mode == "many-scenes":
+    say(json.dumps({"scenes": 1 << 20}))
 elif mode == "leave":
     left = subprocess.Popen(["sleep", "600"], start_new_session=True)
     with open(sys.argv[2], "w") as file:
