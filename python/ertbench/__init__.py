@@ -19,7 +19,9 @@ cores. After a fork, use nothing that was made before it while other threads ran
 are not supported.
 """
 
-from . import plot, torch
+from typing import TYPE_CHECKING, Any
+
+from . import plot
 from ._core import InputError
 from .experiments import Results, run
 from .forward import ForwardModel
@@ -31,9 +33,20 @@ from .serving import serve
 from .shapes import Disc, Ellipse, Polygon, Rectangle
 from .solver import Solver, load, solver_types
 
+if TYPE_CHECKING:
+    from . import torch
+
 __version__ = "0.2.0"
 __all__ = [
     "Disc", "Ellipse", "ForwardModel", "Frames", "InputError", "Polygon", "Rectangle", "Results",
     "Scenes", "SceneSet", "Scores", "Sensor", "Solver", "load", "plot", "read_frames",
     "read_scenes", "run", "score", "serve", "solver_types", "torch",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name != "torch":
+        raise AttributeError(f"module 'ertbench' has no attribute {name!r}")
+    from importlib import import_module
+
+    return import_module(".torch", __name__)  # not before it is asked for: PyTorch takes seconds

@@ -80,7 +80,9 @@ def _dense(matrix) -> np.ndarray:
 def _stimulation(name: str, model) -> Tuple[float, List[Pair], List[List[Pair]], int]:
     """The current, A, the drives and their measurements, and the number of electrodes."""
     electrodes = len(_list(name, model, "electrode"))
-    currents, drives, measured = [], [], []
+    currents: List[float] = []
+    drives: List[Pair] = []
+    measured: List[List[Pair]] = []
     for d, stimulation in enumerate(_list(name, model, "stimulation")):
         place = f"{name}.stimulation({d + 1})"
         stim, rows = (_dense(getattr(stimulation, field, ()))

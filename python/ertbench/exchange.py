@@ -11,7 +11,6 @@ import numpy as np
 from ._core import InputError
 
 Pair = Tuple[int, int]
-Place = Callable[..., str]
 
 
 class Protocol(NamedTuple):
@@ -37,7 +36,7 @@ def share(one: Pair, other: Pair) -> bool:
 
 
 def pattern_keys(drives: List[Pair], measured: List[List[Pair]], electrodes: int,
-                 place: Place) -> Dict[str, Any]:
+                 place: Places) -> Dict[str, Any]:
     """The keys "drive", "measurement" and "measures_driven" of a sensor with these channels.
 
     drives: current leaves the sheet at the first electrode and enters it at the second. measured:
@@ -74,7 +73,7 @@ def pattern_keys(drives: List[Pair], measured: List[List[Pair]], electrodes: int
             "measurement": as_written(pairs, fits), "measures_driven": driven}
 
 
-def _merged(measured: List[List[Pair]], place: Place) -> List[Pair]:
+def _merged(measured: List[List[Pair]], place: Places) -> List[Pair]:
     """All pairs, in an order in which each drive's are in its own."""
     before: Dict[Pair, Dict[Pair, None]] = {}
     order: List[Pair] = []

@@ -74,11 +74,12 @@ class SceneSet:
             if kind == 0:
                 scene.append(Disc((x, y), a, ratio, "domain"))
             elif kind == 3:
-                points = tuple(map(tuple, corners[~np.isnan(corners[:, 0])].tolist()))
-                scene.append(Polygon(points, ratio, "domain"))
+                points = [(px, py) for px, py in corners[~np.isnan(corners[:, 0])].tolist()]
+                scene.append(Polygon(tuple(points), ratio, "domain"))
+            elif kind == 1:
+                scene.append(Ellipse((x, y), (a, b), ratio, angle, "domain"))
             else:
-                scene.append((Ellipse if kind == 1 else Rectangle)((x, y), (a, b), ratio, angle,
-                                                                   "domain"))
+                scene.append(Rectangle((x, y), (a, b), ratio, angle, "domain"))
         return scene
 
     def save(self, file: Union[str, os.PathLike], threads: int = 0) -> None:

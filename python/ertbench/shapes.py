@@ -14,6 +14,12 @@ Point = Tuple[float, float]
 class _Contact:
     """What the shapes share: their form in the program's files, in mm or in domain units."""
 
+    ratio: float
+    unit: str
+
+    def _lengths(self) -> dict:
+        raise NotImplementedError
+
     def _spec(self) -> dict:
         keys = {"shape": type(self).__name__.lower(), "conductivity_ratio": float(self.ratio)}
         unit = self.unit
@@ -21,8 +27,9 @@ class _Contact:
             raise InputError(f'unit: must be "mm" or "domain" (the sheet from -1 to 1), got {unit!r}')
         for key, value in self._lengths().items():
             keys[key + ("_mm" if unit == "mm" else "")] = value
-        if getattr(self, "angle", 0):
-            keys["angle"] = float(self.angle)
+        angle = getattr(self, "angle", 0)
+        if angle:
+            keys["angle"] = float(angle)
         return keys
 
 
@@ -95,7 +102,7 @@ def scenes_text(scenes: Iterable[Sequence[Contact]]) -> str:
     return json.dumps([{"contacts": [one._spec() for one in contacts_of(scene)]} for scene in scenes])
 
 
-def contacts_of(scene: Any) -> List[Contact]:
+def contacts_of(scene: Any) -> List[_Contact]:
     """The contacts of one scene: a contact, or a sequence of them."""
     contacts = [scene] if isinstance(scene, _Contact) else list(scene)
     for contact in contacts:

@@ -50,7 +50,8 @@ class Solver(_core.Solver):
         with tempfile.TemporaryDirectory(prefix="ertbench-") as folder:
             files = Path(folder)
             if isinstance(on, _core.Sensor):
-                sensor, training = on, None
+                sensor: _core.Sensor = on
+                training = None
             else:
                 training = self._file(on, files / "train.h5", threads)
                 sensor = on.sensor if isinstance(on, SceneSet) else _core.read_scenes(training)[0]

@@ -57,6 +57,7 @@ class FreshScenes(IterableDataset):
         scene = np.arange(self.batch) % len(drawn)
         turn = (np.arange(self.batch) // len(drawn) + random.integers(len(self._pixels), size=len(
             drawn))[scene]) % len(self._pixels)
+        assert drawn.clean_voltages is not None  # as of all that are drawn
         voltages = drawn.clean_voltages[scene[:, np.newaxis], self._channels[turn]]
         if self.snr_db is not None:
             noise = random.standard_normal(voltages.shape)
