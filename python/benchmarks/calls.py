@@ -1,13 +1,15 @@
 """What calls from Python cost: prints a table, in Markdown.
 
-    python3 python/benchmarks/calls.py
+    python3 python/benchmarks/calls.py [SCENES]
 
-Beside them: the program `ertbench` where it is found ($ERTBENCH_PROGRAM), and pyEIT where it is
-installed. Each number is the least of several tries, as other programs only add to it.
+Beside them: the program `ertbench` where it is found ($ERTBENCH_PROGRAM). SCENES are drawn and
+generated, 2000 by default. Each number is the least of several tries, as other programs only add to
+it. beside_pyeit.py compares with pyEIT.
 """
 
 import json
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -55,21 +57,8 @@ def program_generates(folder, count):
     return count / least_s(generate, 3)
 
 
-def pyeit_forward(sensor, images):
-    """Frames a second of pyEIT's forward model on a mesh of its own; None without it."""
-    try:
-        from pyeit.eit.fem import EITForward
-        from pyeit.eit.protocol import create
-        from pyeit.mesh import create as mesh
-    except ImportError:
-        return None
-    forward = EITForward(mesh(sensor.electrodes, h0=0.08), create(sensor.electrodes))
-    elements = len(forward.mesh.element)
-    conductivities = np.resize(images, (20, elements))
-    return 20 / least_s(lambda: [forward.solve_eit(perm=one) for one in conductivities], 3)
-
-
 def main():
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
     sensor = eb.Sensor()
     scenes = eb.Scenes(sensor, contacts=(1, 3), name="test")
     drawn = scenes.draw(2000, 50)
@@ -87,15 +76,13 @@ def main():
         ("one-step-gn, one frame", f"{of_a_frame(solver, frames[0]):.1f} us"),
         ("a call as such: one frame of 8 electrodes, 4 x 4 pixels",
          f"{of_a_frame(small, small.reference):.1f} us"),
-        ("drawing exact scenes", f"{2000 / least_s(lambda: scenes.draw(2000, 50), 3):.0f} a second"),
+        ("drawing exact scenes", f"{count / least_s(lambda: scenes.draw(count, 50), 3):.0f} a second"),
     ]
     with tempfile.TemporaryDirectory() as folder:
         try:
-            rows.append(("the same by `ertbench generate`", f"{program_generates(folder, 2000):.0f} a second"))
+            rows.append(("the same by `ertbench generate`", f"{program_generates(folder, count):.0f} a second"))
         except eb.InputError as error:
             rows.append(("`ertbench generate`", str(error)))
-    peer = pyeit_forward(sensor, drawn.images)
-    rows.append(("pyEIT's forward model", f"{peer:.0f} a second" if peer else "not installed"))
     print("| call | |\n|---|---:|")
     for name, value in rows:
         print(f"| {name} | {value} |")
