@@ -4,6 +4,7 @@
 #     add_library(my_solver MODULE my_solver.cpp)
 #     target_link_libraries(my_solver PRIVATE ertbench::solvers)
 include(CMakePackageConfigHelpers)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME program)
 
 set(libraries ertbench_abi ertbench_core ertbench_forward ertbench_solvers)
 foreach(name core forward solvers)
@@ -50,8 +51,9 @@ install(DIRECTORY sensors experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbe
 install(DIRECTORY results/networks DESTINATION ${CMAKE_INSTALL_DATADIR}/ertbench/results
   PATTERN make EXCLUDE)
 
-# The Debian package, by `cpack -G DEB` in a build folder. That of the preset `package` runs on any x86-64
-# processor with AVX2, that of `release` on processors like the one that it was built on.
+# The Debian packages, by `cpack -G DEB` in a build folder: ertbench and, where it was built,
+# python3-ertbench. Those of the preset `package` run on any x86-64 processor with AVX2, those of `release`
+# on processors like the one that they were built on.
 set(debian ${CMAKE_CURRENT_BINARY_DIR}/debian)
 set(maintainer "The ertbench authors <ertbench@users.noreply.github.com>")
 if(DEFINED ENV{DEBEMAIL})  # whoever packs it
@@ -77,8 +79,25 @@ Copyright: 2026, the ertbench authors
 License: BSD-3-Clause
  ${license}")
 install(FILES ${debian}/copyright ${debian}/changelog.gz DESTINATION ${CMAKE_INSTALL_DOCDIR})
+set(CPACK_COMPONENTS_ALL program)
+if(TARGET ertbench_core_module)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  math(EXPR next_minor "${python_minor} + 1")
+  set(modules lib/python3/dist-packages/ertbench)
+  file(RELATIVE_PATH from_modules ${CMAKE_INSTALL_PREFIX}/${modules} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_property(TARGET ertbench_core_module APPEND PROPERTY INSTALL_RPATH "$ORIGIN/${from_modules}")
+  install(TARGETS ertbench_core_module LIBRARY DESTINATION ${modules} COMPONENT python)
+  install(DIRECTORY python/ertbench/ DESTINATION ${modules} COMPONENT python
+    PATTERN __pycache__ EXCLUDE)
+  install(DIRECTORY sensors DESTINATION ${modules} COMPONENT python)
+  install(FILES ${debian}/copyright ${debian}/changelog.gz COMPONENT python
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-ertbench)
+endif()
 
 set(CPACK_GENERATOR DEB)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME ertbench)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-ertbench)
 set(CPACK_PACKAGE_NAME ertbench)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "${maintainer}")
@@ -88,15 +107,22 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "reconstruction methods of tomographic tactile skins, compared
- Datasets, reconstruction methods, accuracy and latency of electrical resistance
- tomography for robotic skins, driven by JSON experiments. The package has the
- program, its libraries and headers, sensors, experiments and fitted networks.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "electrical resistance tomography of robot skins, for NumPy
+The C++ library of ertbench as a Python package: the forward model, scenes, solvers,
+frames of one's own and scores.")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "reconstruction methods of tomographic tactile skins, compared
+Datasets, reconstruction methods, accuracy and latency of electrical resistance
+tomography for robotic skins, driven by JSON experiments. The package has the
+program, its libraries and headers, sensors, experiments and fitted networks.")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${debian}/triggers)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_CONTROL_EXTRA ${debian}/triggers)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/core ${CMAKE_BINARY_DIR}/forward
   ${CMAKE_BINARY_DIR}/solvers ${CMAKE_BINARY_DIR}/bench)
 # Programs and libraries that are looked for at run time. Without OpenBLAS libtorch is ten times slower.
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "gnuplot-nox, fonts-dejavu-core, libopenblas0-openmp")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "gnuplot-nox, fonts-dejavu-core, libopenblas0-openmp")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "ertbench (= ${PROJECT_VERSION}), python3-numpy, \
+python3 (>= 3.${python_minor}), python3 (<< 3.${next_minor})")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-torch, python3-scipy")
 include(CPack)
