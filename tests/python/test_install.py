@@ -29,7 +29,7 @@ def test_pip_installs_what_works_alone(program, tmp_path):
     assert COMMAND in (PROJECT / "docs" / "python.md").read_text()
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run([sys.executable, "-m", *COMMAND.split(), "--target", str(tmp_path / "site"),
-                           "--no-index"], cwd=PROJECT, capture_output=True, text=True,
+                           "--no-index", "--no-deps"], cwd=PROJECT, capture_output=True, text=True,
                           env=dict(environment, ERTBENCH_BUILD=str(build)))
     assert done.returncode == 0, done.stdout + done.stderr
     used = subprocess.run([sys.executable, "-c", USE], cwd=tmp_path, capture_output=True, text=True,
