@@ -73,6 +73,11 @@ def test_the_surface_is_small_and_documented():
                 assert function.__doc__, f"{name}.{member}"
 
 
+def test_does_not_load_pytorch_before_it_is_asked_for():
+    code = "import sys, ertbench as eb; assert 'torch' not in sys.modules; eb.torch.FreshScenes"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_comes_without_warnings_of_pyflakes():
     flakes = [sys.executable, "-m", "pyflakes"]
     if subprocess.run(flakes + ["--version"], capture_output=True).returncode != 0:
