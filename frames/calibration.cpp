@@ -22,6 +22,7 @@ namespace {
 
 constexpr Eigen::Index least_frames = 10;
 constexpr double far_from_others = 5;  ///< relative to the middle frame's distance
+constexpr double rounding = 1e-6;      ///< of a file's numbers, relative
 constexpr std::size_t most_listed = 8;
 constexpr double much_drift = 0.05;
 constexpr double floating_noise = 10;  ///< a floating channel's noise over the median channel's
@@ -103,37 +104,51 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
   return out;
 }
 
-QuietCheck check_quiet(const Sensor& sensor, const Frames& frames) {
+namespace {
+
+/// Frames that are flagged or far from the median, and a sentence about them.
+QuietCheck frames_unlike(const Sensor& sensor, const Frames& frames, std::uint64_t from) {
   QuietCheck out;
   const Eigen::RowVectorXd usual = median_of_rows(frames);
   const FrameBounds bounds(sensor);
   std::vector<double> far;
-  Eigen::Index repeated = 0;
-  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
-    far.push_back((frames.row(f) - usual).norm());
-    repeated += f > 0 && frames.row(f) == frames.row(f - 1);
-  }
-  const double limit = far_from_others * median(far);
+  for (const auto& frame : frames.rowwise()) far.push_back((frame - usual).norm());
+  const double limit = std::max(far_from_others * median(far), rounding * usual.norm());
   std::string list;
   for (Eigen::Index f = 0; f < frames.rows(); ++f) {
     const FrameVerdict verdict = bounds.judge(frames.row(f) - usual, usual);
-    if (verdict.faults == 0 && far[static_cast<std::size_t>(f)] <= limit) continue;
+    const bool fault = verdict.faults != 0 && !verdict.even;  // a drift is another matter
+    if (!fault && far[static_cast<std::size_t>(f)] <= limit) continue;
     out.unlike.push_back(f);
     if (out.unlike.size() > most_listed) continue;
-    list += (list.empty() ? "" : ", ") + std::to_string(f) +
+    list += (list.empty() ? "" : ", ") + std::to_string(from + static_cast<std::uint64_t>(f)) +
             (verdict.faults != 0 ? " (" + verdict.text() + ")" : "");
   }
-  if (2 * repeated >= frames.rows()) {
-    out.unlike.clear();
-    out.refused =
-        "half of the frames or more repeat the one before, so that they know no noise; "
-        "record them anew";
-  } else if (!out.unlike.empty()) {
-    out.refused = "frames are unlike the others, touched or of another unit: " + list +
-                  (out.unlike.size() > most_listed ? ", ..." : "") + " of " +
-                  std::to_string(frames.rows()) + ", counted from 0 in what is read";
-  }
+  if (out.unlike.empty()) return out;
+  out.refused = "frames are unlike the others, touched or of another unit: " + list +
+                (out.unlike.size() > most_listed ? ", ..." : "") + " of " +
+                std::to_string(frames.rows()) + ", counted from 0 in what is read";
   return out;
+}
+
+}  // namespace
+
+QuietCheck check_quiet(const Sensor& sensor, const Frames& frames) {
+  Eigen::Index repeated = 0;
+  for (Eigen::Index f = 1; f < frames.rows(); ++f) repeated += frames.row(f) == frames.row(f - 1);
+  if (2 * repeated < frames.rows()) return frames_unlike(sensor, frames, 0);
+  return {{},
+          "half of the frames or more repeat the one before, so that they know no noise; "
+          "record them anew"};
+}
+
+void require_quiet(const Sensor& sensor, const Frames& frames, const std::string& source,
+                   std::uint64_t from) {
+  if (frames.rows() < 3) return;  // nobody can say which is unlike the other
+  const std::string refused = frames_unlike(sensor, frames, from).refused;
+  if (!refused.empty()) {
+    throw InputError(source + ": " + refused + "; name frames without contact alone");
+  }
 }
 
 std::vector<std::string> warnings_of(const Calibration& calibration) {

@@ -21,6 +21,14 @@ constexpr double margin = 1.5;            ///< of the levels over the discs' ext
 constexpr double change_margin = 3;       // several contacts, closer to electrodes
 constexpr double surely_possible = 0.25;  ///< a relative change that needs no closer look
 constexpr double least_counted = 0.1;     ///< share of the channels without dead electrodes
+constexpr double least_even = 0.05;       ///< change of the level that must have a cause
+/// Median distance of the channels' ratios from the level, over the level's own distance from 1: of
+/// contacts 0.2 and more, of a cup in a tank that changes the level as well.
+constexpr double even_spread = 0.15;
+constexpr double least_explained = 0.75;      ///< share of a change that contacts must explain
+constexpr double one_channels_rest = 0.4;     ///< share of what they do not explain
+constexpr double one_channels_change = 2e-3;  ///< of the reference's norm
+constexpr double one_channels_share = 0.15;   ///< of the change's norm
 
 /// The value that half of the weight does not exceed; `values` are pairs of value and weight.
 double weighted_median(std::vector<std::pair<double, double>>& values) {
@@ -40,9 +48,13 @@ double weighted_median(std::vector<std::pair<double, double>>& values) {
 std::string FrameVerdict::text() const {
   std::string out;
   const auto add = [&](const std::string& part) { out += (out.empty() ? "" : "; ") + part; };
+  if ((faults & dead_electrode) != 0) add("an electrode reads zero in the reference");
   if ((faults & wrong_reference) != 0) add("its own reference is unlike those of other frames");
   if ((faults & turned_sign) != 0) add("its voltages have the opposite sign of the reference's");
-  if ((faults & wrong_level) != 0) {
+  if (even) {
+    add("all its voltages are " + number_text(level) +
+        " times the reference's: another gain or current, or the whole sheet has changed");
+  } else if ((faults & wrong_level) != 0) {
     const double size = std::abs(level);
     const bool thousands = std::abs(std::abs(std::log10(size)) - 3) < 0.5;
     add("its level is " + number_text(level) + " times the reference's" +
@@ -52,10 +64,15 @@ std::string FrameVerdict::text() const {
     add("its change is " + number_text(change) +
         " times the reference, more than any contact on this sheet causes");
   }
+  if ((faults & unexplained) != 0) {
+    add(channel < 0 ? "contacts on this sheet do not explain its change"
+                    : "its channel " + std::to_string(channel) + " does not fit the others");
+  }
   return out;
 }
 
-FrameBounds::FrameBounds(const Sensor& sensor) : electrodes_(electrode_sets_of_channels(sensor)) {
+FrameBounds::FrameBounds(const Sensor& sensor)
+    : span_(sensor), electrodes_(electrode_sets_of_channels(sensor)) {
   const BorderModel model(sensor);
   const Eigen::RowVectorXd reference = model.reference_voltages().transpose();
   const double inner = sensor.sheet->inner_radius();
@@ -81,19 +98,11 @@ FrameBounds::FrameBounds(const Sensor& sensor) : electrodes_(electrode_sets_of_c
   most_change_ *= change_margin;
 }
 
-FrameVerdict FrameBounds::judge(const Eigen::Ref<const Eigen::RowVectorXd>& change,
-                                const Eigen::Ref<const Eigen::RowVectorXd>& reference,
-                                ElectrodeSet dead) const {
-  FrameVerdict verdict;
-  if (!change.allFinite()) return verdict;  // undefined anyway
-  const double size = reference.norm();
-  verdict.change = size > 0 ? change.norm() / size : 0;
-  if (verdict.change < surely_possible && size > 0) {
-    verdict.level = 1 + change.dot(reference) / (size * size);
-    return verdict;
-  }
+void FrameBounds::judge_levels(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                               const Eigen::Ref<const Eigen::RowVectorXd>& reference,
+                               const FrameReport& said, FrameVerdict& verdict) const {
   const auto channels = static_cast<std::size_t>(change.size());
-  const auto live = [&](std::size_t c) { return (electrodes_[c] & dead) == 0; };
+  const auto live = [&](std::size_t c) { return (electrodes_[c] & said.dead) == 0; };
   std::size_t counted = 0;
   for (std::size_t c = 0; c < channels; ++c) counted += live(c);
   const bool all = static_cast<double>(counted) < least_counted * static_cast<double>(channels);
@@ -108,13 +117,61 @@ FrameVerdict FrameBounds::judge(const Eigen::Ref<const Eigen::RowVectorXd>& chan
     if (reference[i] == 0) continue;
     ratios.emplace_back(1 + change[i] / reference[i], std::abs(reference[i]));
   }
+  const bool surely = squares > 0 && verdict.change < surely_possible;
   verdict.level = weighted_median(ratios);
   verdict.change = squares > 0 ? std::sqrt(changes / squares) : 0;
   if (squares == 0) verdict.faults = wrong_reference;
-  if (verdict.level < 0) verdict.faults |= turned_sign;
+  if (!surely && verdict.level < 0) verdict.faults |= turned_sign;
   const double level = std::abs(verdict.level);
-  if (squares > 0 && (level < least_level_ || level > most_level_)) verdict.faults |= wrong_level;
-  if (verdict.faults == 0 && verdict.change > most_change_) verdict.faults = impossible_change;
+  const bool far = squares > 0 && (level < least_level_ || level > most_level_);
+  if (!surely && far) verdict.faults |= wrong_level;
+  if (verdict.faults != 0) return;
+  for (auto& [ratio, weight] : ratios) ratio = std::abs(ratio - verdict.level);
+  verdict.even = std::abs(verdict.level * (1 + said.level) - 1) > least_even &&
+                 weighted_median(ratios) < even_spread * std::abs(verdict.level - 1);
+  if (verdict.even) verdict.faults = wrong_level;
+  if (!verdict.even && verdict.change > most_change_) verdict.faults = impossible_change;
+}
+
+void FrameBounds::judge_rest(const Eigen::Ref<const Eigen::RowVectorXd>& change, double size,
+                             FrameVerdict& verdict) const {
+  const Eigen::RowVectorXd rest = span_.rest(change);
+  const double outside = rest.squaredNorm();
+  Eigen::Index channel = 0;
+  const double largest = rest.cwiseAbs().maxCoeff(&channel);
+  // In noise no channel has so much of it, and contacts leave a seventh of the change at most. By
+  // reciprocity half of a fault stands in the channel itself.
+  if (largest * largest > one_channels_rest * outside && largest > one_channels_change * size &&
+      largest > one_channels_share * change.norm()) {
+    verdict.channel = static_cast<int>(channel);
+    verdict.faults = unexplained;
+  } else if (outside > std::pow(2 * noise_ * size, 2) &&
+             outside > (1 - least_explained) * change.squaredNorm()) {
+    verdict.faults = unexplained;
+  }
+}
+
+void FrameBounds::set_dead(const std::vector<int>& electrodes) {
+  dead_ = 0;
+  for (const int e : electrodes) dead_ |= ElectrodeSet{1} << e;
+}
+
+FrameVerdict FrameBounds::judge(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                                const Eigen::Ref<const Eigen::RowVectorXd>& reference,
+                                const FrameReport& said) const {
+  FrameVerdict verdict;
+  if (!change.allFinite()) return verdict;  // undefined anyway
+  const double size = reference.norm();
+  const double gain = size > 0 ? change.dot(reference) / (size * size) : 0;
+  verdict.change = size > 0 ? change.norm() / size : 0;
+  verdict.level = 1 + gain;
+  if (size == 0 || verdict.change >= surely_possible || std::abs(gain) > least_even / 2) {
+    judge_levels(change, reference, said, verdict);
+  }
+  if ((dead_ & ~said.dead) != 0) verdict.faults |= dead_electrode;
+  if (verdict.faults == 0 && said.dead == 0 && verdict.change > one_channels_change) {
+    judge_rest(change, size, verdict);
+  }
   return verdict;
 }
 
@@ -130,7 +187,10 @@ Eigen::RowVectorXd median_of_rows(const Frames& frames) {
 std::vector<FrameVerdict> FrameBounds::judge_references(const Frames& references) const {
   const Eigen::RowVectorXd usual = median_of_rows(references);
   std::vector<FrameVerdict> out;
-  for (const auto& row : references.rowwise()) out.push_back(judge(row - usual, usual));
+  for (const auto& row : references.rowwise()) {
+    out.push_back(judge(row - usual, usual));
+    if (out.back().even) out.back().faults = 0;  // references of frames are there to follow a drift
+  }
   return out;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/statistics.h"
 #include "core/text.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/channels.h"
@@ -16,14 +17,17 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t looked_at = 1000;  ///< number of frames used by the check
 constexpr std::uint64_t block_frames = 1024;
+constexpr double least_noise = 5e-4, most_noise = 0.02;  ///< of a frame, relative to the reference
 
-/// Mean of frames, read in blocks.
-Frames mean_of_rows(const FrameSource& source, const ChannelMap& map, std::uint64_t first,
-                    std::uint64_t last) {
+/// Mean of frames without contact, read in blocks. Throws InputError for frames unlike the others.
+Frames mean_of_rows(const Sensor& sensor, const FrameSource& source, const ChannelMap& map,
+                    std::uint64_t first, std::uint64_t last) {
   Frames sum = Frames::Zero(1, static_cast<Eigen::Index>(map.entries.size()));
   for (std::uint64_t row = first; row <= last; row += block_frames) {
     const std::uint64_t count = std::min(block_frames, last + 1 - row);
-    sum += map.apply(source.read(row, count)).colwise().sum();
+    const Frames block = map.apply(source.read(row, count));
+    require_quiet(sensor, block, "--background: " + source.files().front().string(), row);
+    sum += block.colwise().sum();
   }
   return sum / static_cast<double>(last + 1 - first);
 }
@@ -129,13 +133,13 @@ Frames OwnFrames::background_rows() {
                        ", which are counted from 0");
     }
     reference_text_ = "mean of the rows " + options_.background + " of the input";
-    return mean_of_rows(*source_, map_, first, last);
+    return mean_of_rows(sensor_, *source_, map_, first, last);
   }
   const auto other = open_frames(options_.background, options_.file);
   const ChannelMap map = channel_map(sensor_, *other, options_.channels, options_.unit);
   reference_text_ =
       "mean of " + std::to_string(other->frames()) + " frames of " + options_.background;
-  return mean_of_rows(*other, map, 0, other->frames() - 1);
+  return mean_of_rows(sensor_, *other, map, 0, other->frames() - 1);
 }
 
 Eigen::RowVectorXd OwnFrames::reference() const { return median_of_rows(references_); }
@@ -157,15 +161,15 @@ Frames OwnFrames::changes(std::uint64_t first, std::uint64_t count) const {
 
 FrameVerdict OwnFrames::judge(std::uint64_t frame,
                               const Eigen::Ref<const Eigen::RowVectorXd>& change,
-                              ElectrodeSet dead) const {
+                              const FrameReport& said) const {
   const bool own = references_.rows() > 1;
   const auto row = own ? static_cast<Eigen::Index>(frame) : 0;
-  FrameVerdict verdict = bounds_->judge(change, references_.row(row), dead);
+  FrameVerdict verdict = bounds_->judge(change, references_.row(row), said);
   if (own && reference_verdicts_[frame].faults != 0) verdict.faults |= wrong_reference;
   return verdict;
 }
 
-ReferenceVerdict OwnFrames::check() const {
+ReferenceVerdict OwnFrames::check() {
   const std::uint64_t count = std::min(looked_at, frames());
   Frames some(static_cast<Eigen::Index>(count), sensor_.channels());
   Eigen::Index possible = 0;
@@ -174,7 +178,19 @@ ReferenceVerdict OwnFrames::check() const {
     some.row(possible) = changes(frame, 1);
     if (judge(frame, some.row(possible)).faults == 0) ++possible;
   }
-  return check_reference(sensor_, reference().transpose(), some.topRows(possible));
+  const Eigen::VectorXd sizes = some.topRows(possible).rowwise().norm();
+  const double size = reference().norm();
+  if (possible > 0 && size > 0) {
+    // A quarter of the frames or more are quiet, or the noise remains unknown.
+    const double noise =
+        interpolated_quantile(std::vector<double>(sizes.begin(), sizes.end()), 0.25) / size;
+    bounds_->set_noise(std::clamp(noise, least_noise, most_noise));
+  }
+  ReferenceVerdict verdict =
+      check_reference(sensor_, reference().transpose(), some.topRows(possible));
+  bounds_->set_dead(verdict.dead);
+  if (verdict.unexplained) bounds_->set_noise(least_noise);
+  return verdict;
 }
 
 void OwnFrames::mend(const ReferenceVerdict& verdict) {

@@ -51,11 +51,11 @@ class OwnFrames {
 
   /// Judges a frame by its change, and its reference if each frame has its own (FrameBounds).
   FrameVerdict judge(std::uint64_t frame, const Eigen::Ref<const Eigen::RowVectorXd>& change,
-                     ElectrodeSet dead = 0) const;
+                     const FrameReport& said = {}) const;
 
   /// Compares the reference with the model of the sensor, using up to a thousand frames spread over
-  /// the file, without those that `judge` flags.
-  ReferenceVerdict check() const;
+  /// the file, without those that `judge` flags; from then on `judge` knows their noise.
+  ReferenceVerdict check();
   /// Applies the verdict's mapping to reference and frames from now on.
   void mend(const ReferenceVerdict& verdict);
 

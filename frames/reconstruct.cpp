@@ -87,7 +87,7 @@ constexpr std::size_t most_said = 8;  ///< frames that a summary describes
 void judge(const OwnFrames& frames, std::uint64_t frame,
            const Eigen::Ref<const Eigen::RowVectorXd>& change, FrameReport& report,
            ReconstructSummary& summary) {
-  const FrameVerdict verdict = frames.judge(frame, change, report.dead);
+  const FrameVerdict verdict = frames.judge(frame, change, report);
   ertbench::report(verdict, report);
   if (verdict.faults == 0 || summary.faults.size() >= most_said) return;
   summary.faults.push_back("frame " + std::to_string(frame) + ": " + verdict.text());
@@ -150,31 +150,13 @@ void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
                  "from it or -1, factor to V");
 }
 
-/// Puts behind each contact its images at which it would give the same voltages.
-void add_twins(const Sensor& sensor, const std::vector<Eigen::Matrix2d>& twins,
-               std::vector<std::vector<FoundContact>>& found) {
-  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
-  for (std::vector<FoundContact>& contacts : found) {
-    std::vector<FoundContact> all;
-    for (const FoundContact& contact : contacts) {
-      all.push_back(contact);
-      for (const Eigen::Matrix2d& twin : twins) {
-        all.push_back(contact);
-        all.back().place = middle + twin * (contact.place - middle);
-        all.back().place_deviation = twin.cwiseAbs() * contact.place_deviation;
-      }
-    }
-    contacts = std::move(all);
-  }
-}
-
 }  // namespace
 
 RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
                            const std::vector<Eigen::Matrix2d>& twins, const Frames& changes) {
   std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
   finder.find_contacts(changes, found);
-  add_twins(sensor, twins, found);
+  for (std::vector<FoundContact>& contacts : found) add_twins(sensor, twins, contacts);
   const double unit_mm = sensor.sheet->unit_mm();
   const Eigen::Vector2d middle = sensor.sheet->bounds().center();
   RowMajorMatrix out =
@@ -329,7 +311,11 @@ ReconstructSummary reconstruct_file(const ReconstructOptions& options, SolverReg
   const json said = parse_json(outcome.messages.back(), "what the solver's process said");
   if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
   if (said.contains("no_memory")) throw std::bad_alloc();
-  if (said.contains("failed")) throw std::runtime_error(said.at("failed").get<std::string>());
+  if (said.contains("failed")) {
+    const std::runtime_error failed(said.at("failed").get<std::string>());
+    blame_plugin(options.solver, options.plugin, failed);
+    throw failed;
+  }
   return summary_from_json(said.at("summary"));
 }
 

@@ -38,6 +38,7 @@ struct ReconstructOptions {
   /// scenes with the measured noise (write_calibrated_set), so that it can choose "auto" parameters
   /// and check frames.
   std::string solver;
+  std::filesystem::path plugin;  ///< library of the user's own solvers, for messages; may be empty
   OwnFramesOptions frames;
   std::filesystem::path output;
   bool fix = false;    ///< mend the frames as check_reference proposes

@@ -70,28 +70,28 @@ std::string text_of_channels(const Sensor& sensor, const std::vector<int>& list)
 
 namespace {
 
-constexpr int discs_across = 11;
-constexpr double disc_radius = 0.08;  ///< of half the sheet's longest side
+constexpr int discs_across = 21;
+constexpr double disc_radii[] = {0.12, 0.05};  ///< of the sheet's inner radius
 constexpr double disc_ratio = 0.5;
 constexpr double resolution = 0.7;
-constexpr double least_value = 0.01;  ///< of the largest singular value
+constexpr double least_value = 0.003;  ///< of the largest singular value
 
 }  // namespace
 
 ContactSpan::ContactSpan(const Sensor& sensor) {
   const BorderModel model(sensor);
-  const Eigen::AlignedBox2d& bounds = sensor.sheet->bounds();
-  const double radius = disc_radius * bounds.sizes().maxCoeff() / 2;
-  const PixelGrid places(bounds, discs_across, discs_across);
+  const PixelGrid places(sensor.sheet->bounds(), discs_across, discs_across);
   std::vector<Eigen::VectorXd> changes;
-  for (int p = 0; p < places.count(); ++p) {
-    const Eigen::Vector2d centre = places.centre(p);
-    if (sensor.sheet->depth(centre) < 1.2 * radius) continue;
-    Contact disc;
-    disc.centre = centre;
-    disc.half_size = {radius, radius};
-    disc.conductivity_ratio = disc_ratio;
-    changes.push_back(model.solve_at({{disc}}, resolution).change);
+  for (const double share : disc_radii) {
+    const double radius = share * sensor.sheet->inner_radius();
+    for (int p = 0; p < places.count(); ++p) {
+      Contact disc;
+      disc.centre = places.centre(p);
+      if (sensor.sheet->depth(disc.centre) < 1.2 * radius) continue;
+      disc.half_size = {radius, radius};
+      disc.conductivity_ratio = disc_ratio;
+      changes.push_back(model.solve_at({{disc}}, resolution).change);
+    }
   }
   Eigen::MatrixXd columns(sensor.channels(), static_cast<Eigen::Index>(changes.size()));
   for (std::size_t i = 0; i < changes.size(); ++i) {
@@ -107,6 +107,10 @@ ContactSpan::ContactSpan(const Sensor& sensor) {
 double ContactSpan::share(const Frames& changes) const {
   const double all = changes.squaredNorm();
   return all > 0 ? (changes * basis_).squaredNorm() / all : 0;
+}
+
+Eigen::RowVectorXd ContactSpan::rest(const Eigen::Ref<const Eigen::RowVectorXd>& change) const {
+  return change - (change * basis_) * basis_.transpose();
 }
 
 namespace {
@@ -316,7 +320,8 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   }
   const double usual = upper_median(ratios);
   std::vector<int> counted;
-  const std::vector<int> dead = electrodes_reading_zero(sensor, reference, usual * expected);
+  const std::vector<int>& dead = verdict.dead =
+      electrodes_reading_zero(sensor, reference, usual * expected);
   const bool some_live = dead.size() < static_cast<std::size_t>(sensor.electrode_count) / 2;
   for (Eigen::Index c = 0; c < channels; ++c) {
     const bool is_zero = std::abs(reference[c]) < nearly_zero * usual * std::abs(expected[c]);
@@ -391,10 +396,11 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   }
   if (frames_tell) {
     const double left = 1 - noise_share(sensor, reference, changes, telling);
-    if (chosen.explained < well_explained * left) {
+    verdict.unexplained = chosen.explained < well_explained * left;
+    if (verdict.unexplained) {
       verdict.notes.push_back("contacts explain only " + percent(chosen.explained) +
                               " of the changes, where noise leaves " + percent(left) +
-                              ": other channels, or no contacts on this sheet; do not trust them");
+                              ": other channels, or no contacts; frames are flagged");
     }
   }
   std::vector<int> constant = channels_that_never_change(changes);

@@ -25,8 +25,9 @@ std::vector<int> channels_that_never_change(const Frames& frames);
 std::string text_of_channels(const Sensor& sensor, const std::vector<int>& channels);
 
 /// The space of voltage changes that contacts can cause: the left singular vectors, with values
-/// above a hundredth of the largest, of the changes by small discs all over the sheet. It has one
-/// or two dozen dimensions, so frames with channels in a wrong order hardly fit.
+/// above three thousandths of the largest, of the changes by small discs all over the sheet. Its
+/// dimensions are a third of the channels or fewer, so frames with channels in a wrong order hardly
+/// fit; several strong contacts do, to two per cent of the squared norm.
 class ContactSpan {
  public:
   explicit ContactSpan(const Sensor& sensor);
@@ -34,6 +35,8 @@ class ContactSpan {
   Eigen::Index directions() const { return basis_.cols(); }
   /// Share of the squared norm of `changes` [frames, channels] inside the span, 0 ... 1.
   double share(const Frames& changes) const;
+  /// The part of a change [channels] outside the span.
+  Eigen::RowVectorXd rest(const Eigen::Ref<const Eigen::RowVectorXd>& change) const;
 
  private:
   Eigen::MatrixXd basis_;  ///< [channels, directions], orthonormal
@@ -53,11 +56,13 @@ struct ReferenceVerdict {
   double mended_misfit = 0;
   /// Level relative to the model's; voltages scale with the current over the conductivity.
   double level = 1;
+  bool unexplained = false;     ///< contacts explain much less of the changes than noise leaves
   bool is_level_alone = false;  ///< only the level is wrong: neither sign, unit nor order
   /// Share of the frames' changes that contacts can cause, before and after mending; 0 if no frame
   /// changes enough.
   double explained = 0;
   double mended_explained = 0;
+  std::vector<int> dead;            ///< electrodes whose channels read zero
   std::vector<std::string> causes;  ///< likely causes, each with its remedy
   /// Channel c of a mended frame is factor[c] times channel from[c] of the original.
   std::vector<int> from;

@@ -1,6 +1,7 @@
 #include "frames/score_images.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -168,6 +169,89 @@ Scene scene_of_image(const Sensor& sensor, ContactReader& reader,
   return scene;
 }
 
+/// What images have in common with their truths that tells of another unit, sign or orientation.
+class ImageLikeness {
+ public:
+  explicit ImageLikeness(const Sensor& sensor) : sensor_(sensor), pixels_(sensor.image()) {}
+
+  /// Both [pixels], changes in S/m.
+  void add(std::uint64_t frame, const Eigen::RowVectorXd& image, const Eigen::RowVectorXd& truth) {
+    const double sizes = image.norm() * truth.norm();
+    if (!(truth.norm() > 0) || !(image.norm() > 0)) return;
+    const double scale = image.norm() / truth.norm();
+    scales_.push_back(scale);
+    if (scale > far) far_.push_back(frame);
+    levels_.push_back(median(std::vector<double>(image.begin(), image.end())) / sensor_.background);
+    const auto there =
+        Eigen::Map<const RowMajorMatrix>(truth.data(), pixels_.rows(), pixels_.columns());
+    const auto here =
+        Eigen::Map<const RowMajorMatrix>(image.data(), pixels_.rows(), pixels_.columns());
+    const auto like = [&](const RowMajorMatrix& other) {
+      return other.size() == here.size() && other.rows() == here.rows()
+                 ? here.cwiseProduct(other).sum() / sizes
+                 : 0;
+    };
+    turned_[0] += like(there);
+    turned_[1] += like(there.colwise().reverse());
+    turned_[2] += like(there.rowwise().reverse());
+    turned_[3] += like(there.reverse());
+    turned_[4] += like(there.transpose());
+    turned_[5] += like(there.transpose().colwise().reverse());
+    turned_[6] += like(there.transpose().rowwise().reverse());
+    turned_[7] += like(there.transpose().reverse());
+  }
+
+  std::vector<std::string> notes() const {
+    std::vector<std::string> out;
+    if (scales_.empty()) return out;
+    const auto count = static_cast<double>(scales_.size());
+    const double as_is = turned_[0] / count;
+    const auto* const best = std::max_element(turned_.begin(), turned_.end());
+    if (-as_is > clearly) {
+      out.emplace_back("the images have the opposite sign of the truths");
+    } else if (*best / count > as_is + clearly) {
+      out.push_back(std::string("the images fit the truths much better ") +
+                    ways[best - turned_.begin()] +
+                    "; row 0 is at the least y, column 0 at the least x");
+    }
+    const double usual = median(scales_);
+    if (usual > far || usual < 1 / far) {
+      out.push_back("the images are " + number_text(usual) +
+                    " times as strong as the truths, in the median: must be S/m");
+    } else if (!far_.empty()) {
+      std::string list;
+      for (std::size_t i = 0; i < std::min<std::size_t>(far_.size(), 8); ++i) {
+        list += (i > 0 ? ", " : " ") + std::to_string(far_[i]);
+      }
+      out.push_back(std::to_string(far_.size()) + " images are more than " + number_text(far) +
+                    " times as strong as their truths: frames" + list);
+    }
+    if (std::abs(median(levels_)) > 0.5) {
+      out.push_back("most pixels of the images are " + number_text(median(levels_)) +
+                    " times the background: are they conductivities and no changes?");
+    }
+    return out;
+  }
+
+ private:
+  static constexpr double clearly = 0.3;  ///< of the correlation
+  static constexpr double far = 30;       ///< factor
+  static constexpr const char* ways[] = {"",
+                                         "with their rows turned round",
+                                         "with their columns turned round",
+                                         "turned by 180 degrees",
+                                         "with rows and columns exchanged",
+                                         "turned by 90 degrees",
+                                         "turned by 90 degrees",
+                                         "mirrored at the other diagonal"};
+
+  Sensor sensor_;
+  PixelGrid pixels_;
+  std::vector<double> scales_, levels_;
+  std::vector<std::uint64_t> far_;
+  std::array<double, 8> turned_{};  ///< sums of correlations
+};
+
 class ScoredFiles {
  public:
   explicit ScoredFiles(const ScoreOptions& options)
@@ -200,6 +284,7 @@ class ScoredFiles {
     const bool has_contacts = truth_.has(layout::contacts);
     out.contacts = has_contacts ? "contacts of the file" : "regions of the true images";
     ContactReader reader(sensor_);
+    ImageLikeness likeness(sensor_);
     std::vector<FrameMetrics> metrics;
     for (std::uint64_t first = 0; first < frames_; first += block) {
       const std::uint64_t count = std::min(block, frames_ - first);
@@ -225,9 +310,12 @@ class ScoredFiles {
             has_contacts ? scenes[static_cast<std::size_t>(i)]
                          : scene_of_image(sensor_, reader, truth.array() - sensor_.background);
         metrics.push_back(frame_metrics(sensor_, truth, changes.row(i), scene));
+        likeness.add(first + static_cast<std::uint64_t>(i), changes.row(i),
+                     truth.array() - sensor_.background);
       }
     }
     out.metrics = summarise(metrics);
+    out.notes = likeness.notes();
     return out;
   }
 
@@ -237,7 +325,10 @@ class ScoredFiles {
     if (!images_.has_attribute("/", "sensor")) return;
     const nlohmann::json expected = to_json(sensor_);
     const nlohmann::json found = to_json(sensor_of(images_));
-    for (const auto& [key, value] : expected.items()) {
+    nlohmann::json either = found;  // the keys of both
+    either.update(expected);
+    for (const auto& [key, unused] : either.items()) {
+      const nlohmann::json value = expected.value(key, nlohmann::json());
       const nlohmann::json other = found.value(key, nlohmann::json());
       const bool near = key == "background" && other < 1.25 * value.get<double>() &&
                         other > value.get<double>() / 1.25;
@@ -339,6 +430,7 @@ nlohmann::json to_json(const ImageScores& scores) {
           {"undefined_frames", scores.undefined_frames},
           {"flagged_frames", scores.flagged_frames},
           {"contacts", scores.contacts},
+          {"notes", scores.notes},
           {"metrics", std::move(metrics)}};
 }
 

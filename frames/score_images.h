@@ -45,6 +45,8 @@ struct ImageScores {
   PerMetric<MetricSummary> metrics;
   /// Source of the true contacts: "contacts of the file" or "regions of the true images".
   std::string contacts;
+  /// Signs that the images are of another unit, sign or orientation than the truths.
+  std::vector<std::string> notes;
 };
 
 /// Scores every image by all metrics. `images`: HDF5 with /conductivity_change or /conductivity,
@@ -55,7 +57,8 @@ struct ImageScores {
 /// no conductivities near the sensor's background, or statuses that do not exist.
 ImageScores score_images(const ScoreOptions& options);
 
-/// `{"schema", "frames", "undefined_frames", "flagged_frames", "contacts", "metrics": {NAME:
+/// `{"schema", "frames", "undefined_frames", "flagged_frames", "contacts", "notes", "metrics":
+/// {NAME:
 /// {"title" with the unit, "mean", "ci95", "median", "count", "undefined"}}}`; null where there is
 /// no value.
 nlohmann::json to_json(const ImageScores& scores);

@@ -25,6 +25,22 @@ std::vector<Eigen::Matrix2d> twin_symmetries(const Sensor& sensor) {
   return out;
 }
 
+void add_twins(const Sensor& sensor, const std::vector<Eigen::Matrix2d>& twins,
+               std::vector<FoundContact>& contacts) {
+  if (twins.empty()) return;
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  std::vector<FoundContact> all;
+  for (const FoundContact& contact : contacts) {
+    all.push_back(contact);
+    for (const Eigen::Matrix2d& twin : twins) {
+      all.push_back(contact);
+      all.back().place = middle + twin * (contact.place - middle);
+      all.back().place_deviation = twin.cwiseAbs() * contact.place_deviation;
+    }
+  }
+  contacts = std::move(all);
+}
+
 std::string text_of_twins(const std::vector<Eigen::Matrix2d>& symmetries) {
   if (symmetries.empty()) return "";
   std::string out = "(x, y)";

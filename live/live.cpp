@@ -11,10 +11,12 @@
 
 #include "core/errors.h"
 #include "core/json.h"
+#include "frames/calibration.h"
 #include "live/line_output.h"
 #include "live/live_record.h"
 #include "live/live_server.h"
 #include "live/live_state.h"
+#include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -24,6 +26,7 @@ using nlohmann::json;
 
 constexpr std::chrono::milliseconds look_around{100};
 constexpr double damage_said_every_s = 1;
+constexpr int most_judged = 1000;  ///< frames without contact
 
 /// The reader thread's side: numbers frames, stamps them and puts them into the mailbox.
 class StreamReader final : public FrameSink {
@@ -158,9 +161,16 @@ class Stream {
   }
 
   void add_background(const ArrivedFrame& frame) {
-    if (background_sum_.size() == 0) background_sum_.setZero(frame.voltages.size());
+    if (background_sum_.size() == 0) {
+      background_sum_.setZero(frame.voltages.size());
+      background_.resize(std::min(options_.background, most_judged), frame.voltages.size());
+    }
+    if (background_frames_ < background_.rows()) {
+      background_.row(background_frames_) = frame.voltages;
+    }
     background_sum_ += frame.voltages;
     if (++background_frames_ < options_.background) return;
+    if (!options_.force) require_quiet(solver_.sensor(), background_, "--background");
     take_reference(solver_, background_sum_ / background_frames_, options_);
     say({{"event", "background"}, {"frames", background_frames_}, {"time_s", now_s()}});
   }
@@ -250,6 +260,7 @@ class Stream {
   LineOutput output_;
   LiveSummary summary_;
   Eigen::RowVectorXd background_sum_;
+  Frames background_;  ///< the first most_judged of them
   int background_frames_ = 0;
   double last_time_s_ = 0;
   double last_heard_s_ = 0;
@@ -272,7 +283,9 @@ std::optional<LiveServerOptions> server_options(const LiveOptions& options) {
 
 }  // namespace
 
-LiveSummary run_live(const LiveOptions& options, SolverRegistry& registry) {
+namespace {
+
+LiveSummary run_stream(const LiveOptions& options, SolverRegistry& registry) {
   const std::optional<LiveServerOptions> http = server_options(options);
   LiveSetup setup = live_setup(options, registry);
   std::signal(SIGPIPE, SIG_IGN);
@@ -298,6 +311,19 @@ LiveSummary run_live(const LiveOptions& options, SolverRegistry& registry) {
                std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
                    .count()}});
   return stream.run(setup.parameters);
+}
+
+}  // namespace
+
+LiveSummary run_live(const LiveOptions& options, SolverRegistry& registry) {
+  try {
+    return run_stream(options, registry);
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::exception& error) {
+    if (options.experiment.empty()) blame_plugin(options.solver, options.plugin, error);
+    throw;
+  }
 }
 
 }  // namespace ertbench

@@ -242,13 +242,6 @@ namespace {
 
 namespace layout = dataset_layout;
 
-Frames changes_of(const FramesOfFile& frames, const Sensor& sensor, const std::string& file) {
-  if (!frames.reference) throw InputError(file + ": has no /reference_voltages [channels] V");
-  frames.require(sensor, file);
-  if (!frames.voltages.allFinite()) throw InputError(file + ": /voltages: must be finite");
-  return frames.voltages.rowwise() - *frames.reference;
-}
-
 }  // namespace
 
 void FramesOfFile::require(const Sensor& expected, const std::string& file,
@@ -289,7 +282,7 @@ FramesOfFile read_frames_of(const std::string& name, const std::string& option) 
 
 std::string quiet_file(const std::string& text) { return text.substr(0, text.rfind('@')); }
 
-QuietFrames read_quiet(const std::string& text, const Sensor& sensor) {
+QuietFrames read_quiet(const std::string& text, const Sensor& sensor, const ChannelMap& map) {
   const std::string name = quiet_file(text);
   double rate = 0;
   if (const auto at = text.rfind('@'); at != std::string::npos) {
@@ -299,9 +292,17 @@ QuietFrames read_quiet(const std::string& text, const Sensor& sensor) {
       throw InputError("--quiet: must be FILE.h5 or FILE.h5@RATE, got \"" + printable(text) + "\"");
     }
   }
-  const FramesOfFile frames = read_frames_of(name, "--quiet");
+  FramesOfFile frames = read_frames_of(name, "--quiet");
+  if (!frames.reference) throw InputError(name + ": has no /reference_voltages [channels] V");
+  frames.require(sensor, name, frames.sensor ? 0 : map.columns);
+  if (!frames.voltages.allFinite()) throw InputError(name + ": /voltages: must be finite");
+  if (!frames.sensor) {
+    frames.voltages = map.apply(frames.voltages);
+    frames.reference = map.apply(*frames.reference);
+  }
   QuietFrames out;
-  out.changes = changes_of(frames, sensor, name);
+  out.changes = frames.voltages.rowwise() - *frames.reference;
+  out.reference = *frames.reference;
   out.runs.first = {0};
   std::vector<double> steps_s;
   for (std::size_t f = 1; f < frames.times_s.size(); ++f) {
@@ -339,10 +340,10 @@ ForceFrames read_forces(const std::string& name, const Sensor& sensor) {
     throw InputError("--forces: " + name + " has no frame with one touch of a known force; " +
                      "generate a set of touches (docs/touch.md)");
   }
+  out.reference = file.reference_voltages().transpose();
   out.changes.resize(std::ssize(rows), voltages.cols());
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    out.changes.row(static_cast<Eigen::Index>(r)) =
-        voltages.row(rows[r]) - file.reference_voltages().transpose();
+    out.changes.row(static_cast<Eigen::Index>(r)) = voltages.row(rows[r]) - out.reference;
   }
   return out;
 }

@@ -16,6 +16,7 @@
 #include "bench/studies/alarm_thresholds.h"
 #include "core/arrays.h"
 #include "forward/sheet/sensor.h"
+#include "frames/channels.h"
 #include "live/line_output.h"
 #include "live/live_solver.h"
 
@@ -103,18 +104,20 @@ FramesOfFile read_frames_of(const std::string& file, const std::string& option);
 
 /// Frames without contact.
 struct QuietFrames {
-  Frames changes;  ///< [frames, channels] V from the file's reference
+  Frames changes;                ///< [frames, channels] V from the file's reference
+  Eigen::RowVectorXd reference;  ///< [channels] V
   FrameRuns runs;
 };
 /// `text` is FILE or FILE@RATE; without a rate it follows from `/time`. A run begins wherever the
-/// time goes back.
-QuietFrames read_quiet(const std::string& text, const Sensor& sensor);
+/// time goes back. Files that name a sensor are in its order and in V, others as `map` says.
+QuietFrames read_quiet(const std::string& text, const Sensor& sensor, const ChannelMap& map);
 /// Returns FILE of such a text.
 std::string quiet_file(const std::string& text);
 
 /// Frames of a dataset with a single touch of known force; the others are left out.
 struct ForceFrames {
   Frames changes;
+  Eigen::RowVectorXd reference;
   std::vector<double> forces_N;
 };
 ForceFrames read_forces(const std::string& file, const Sensor& sensor);

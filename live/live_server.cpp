@@ -1,6 +1,9 @@
 #include "live/live_server.h"
 
 #include <arpa/inet.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -8,16 +11,19 @@
 #include <thread>
 
 #include "core/errors.h"
+#include "core/seconds.h"
 #include "core/text.h"
 #include "live/live_state.h"
 
 namespace ertbench {
 namespace {
 
-constexpr int write_patience_s = 2;
-constexpr int read_patience_s = 2;
+constexpr int write_patience_ms = 2000;
+constexpr int request_patience_ms = 1000;  ///< for all of a request
+constexpr int hurried_patience_ms = 20;    ///< while many others are late
 /// Threads beside those of the watching clients; they serve the page and refuse further clients.
-constexpr int further_threads = 2;
+constexpr int further_threads = 64;
+constexpr int many_late = 32;  ///< connections that have not asked yet
 
 /// Frees a client's place at destruction.
 class WatcherPlace {
@@ -29,6 +35,55 @@ class WatcherPlace {
 
  private:
   std::atomic<int>& watchers_;
+};
+
+bool wait_for(int socket, short event, int patience_ms) {
+  pollfd one{socket, event, 0};
+  return ::poll(&one, 1, std::max(0, patience_ms)) > 0;
+}
+
+/// A connection whose whole request must come in time, however slowly its bytes come.
+class BoundedStream final : public httplib::Stream {
+ public:
+  BoundedStream(socket_t socket, int patience_ms) : socket_(socket), patience_ms_(patience_ms) {}
+
+  bool is_readable() const override { return wait_for(socket_, POLLIN, left_ms()); }
+  bool is_writable() const override { return wait_for(socket_, POLLOUT, write_patience_ms); }
+  ssize_t read(char* bytes, std::size_t size) override {
+    return is_readable() ? ::recv(socket_, bytes, size, MSG_DONTWAIT) : -1;
+  }
+  ssize_t write(const char* bytes, std::size_t size) override {
+    return is_writable() ? ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT) : -1;
+  }
+  void get_remote_ip_and_port(std::string&, int&) const override {}
+  void get_local_ip_and_port(std::string&, int&) const override {}
+  socket_t socket() const override { return socket_; }
+
+ private:
+  int left_ms() const { return patience_ms_ - static_cast<int>(1000 * seconds_since(start_)); }
+
+  socket_t socket_;
+  int patience_ms_;
+  SteadyClock::time_point start_ = SteadyClock::now();
+};
+
+/// Answers one request a connection. Where many connections are late with theirs, further ones must
+/// be quick.
+class BoundedServer final : public httplib::Server {
+  bool process_and_close_socket(socket_t socket) override {
+    const bool hurried = ++late_ > many_late;
+    const bool asked =
+        wait_for(socket, POLLIN, hurried ? hurried_patience_ms : request_patience_ms);
+    BoundedStream stream(socket, hurried ? hurried_patience_ms : request_patience_ms);
+    --late_;
+    bool closed = false;
+    const bool answered = asked && process_request(stream, true, closed, nullptr);
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+    return answered;
+  }
+
+  std::atomic<int> late_ = 0;
 };
 
 /// "127.0.0.1" of "127.0.0.1:8080", "::1" of "[::1]:8080"; nothing where what follows is no port.
@@ -62,7 +117,7 @@ bool is_loopback(const std::string& host) {
 }
 
 struct LiveServer::Parts {
-  httplib::Server server;
+  BoundedServer server;
   LiveState& state;
   LiveServerOptions options;
   std::thread thread;
@@ -101,9 +156,6 @@ void LiveServer::Parts::add_pages() {
   server.new_task_queue = [threads] {
     return new httplib::ThreadPool(static_cast<std::size_t>(threads));
   };
-  server.set_write_timeout(write_patience_s);
-  server.set_read_timeout(read_patience_s);
-  server.set_keep_alive_timeout(1);
   server.set_payload_max_length(0);
   server.set_tcp_nodelay(true);
   server.set_default_headers(

@@ -177,9 +177,22 @@ void take_reference(LiveSolver& solver, const Eigen::RowVectorXd& reference,
   const bool sound = verdict.state == ReferenceVerdict::State::sound;
   const bool mends = settle(verdict, "--reference", options.fix, options.force);
   if (mends) solver.mend(verdict);
+  solver.set_dead(verdict.dead);
   if (sound && verdict.notes.empty()) return;
   spdlog::warn("{}{}", verdict.text(), mends ? "\n  the frames are read so (--fix)" : "");
 }
+
+namespace {
+
+/// Refuses files of other voltages than the model's, which would teach wrong thresholds and forces.
+void require_reference(const Sensor& sensor, const Eigen::RowVectorXd& reference,
+                       const std::string& option, const LiveOptions& options) {
+  if (options.fix) return;  // they are mended with the frames
+  settle(check_reference(sensor, reference.transpose(), Frames(0, reference.size())), option, false,
+         options.force);
+}
+
+}  // namespace
 
 LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   const InputPlace place = input_place(options.input);
@@ -204,11 +217,13 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
       sensor, std::shared_ptr<Solver>(std::move(ready.solver)), ready.rule);
   if (reference) take_reference(*out.solver, *reference, options);
   if (!options.quiet.empty()) {
-    const QuietFrames quiet = read_quiet(options.quiet, sensor);
+    const QuietFrames quiet = read_quiet(options.quiet, sensor, out.map);
+    require_reference(sensor, quiet.reference, "--quiet", options);
     out.solver->learn_quiet(quiet.changes, quiet.runs, options.false_alarms_per_hour);
   }
   if (!options.forces.empty()) {
     const ForceFrames known = read_forces(options.forces, sensor);
+    require_reference(sensor, known.reference, "--forces", options);
     out.solver->learn_forces(known.changes, known.forces_N);
   }
   const double most = most_volts / std::abs(out.map.entries.front().factor);

@@ -96,6 +96,7 @@ LiveSolver::LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solve
     : sensor_(sensor),
       solver_(std::move(solver)),
       bounds_(sensor),
+      twins_(twin_symmetries(sensor)),
       rule_(rule),
       reader_(sensor),
       regions_(std::make_unique<TouchRegions>(sensor)),
@@ -129,6 +130,7 @@ void LiveSolver::image() {
   FrameReport& report = answer_.report;
   report = {};
   found_[0].clear();
+  bool has_places = true;
   stream_->reconstruct(change_, answer_.image, {&report, 1});
   if (!answer_.image.allFinite()) report.status = FrameStatus::undefined;
   if (report.status == FrameStatus::undefined) {
@@ -139,8 +141,10 @@ void LiveSolver::image() {
     finder->find_contacts(change_, found_);
     std::erase_if(found_[0], [](const FoundContact& one) { return !is_whole(one); });
   } else {
+    has_places = false;  // the image shows them all
     reader_.read(rule_, answer_.image.row(0), found_[0]);
   }
+  if (has_places) add_twins(sensor_, twins_, found_[0]);
   answer_.reading = report.status == FrameStatus::undefined
                         ? FrameReading{}
                         : frame_reading(sensor_, answer_.image.row(0), found_[0]);
@@ -178,7 +182,7 @@ const LiveAnswer& LiveSolver::answer(const Eigen::Ref<const Eigen::RowVectorXd>&
   change_ = voltages - reference_;
   if (!from_.empty()) change_ = mended(change_);
   image();
-  report(bounds_.judge(change_.row(0), expected_.row(0), answer_.report.dead), answer_.report);
+  report(bounds_.judge(change_.row(0), expected_.row(0), answer_.report), answer_.report);
   answer_.solver_s = seconds_since(start);
   answer_.tracks = tracker_.update(time_s, timed_contacts(found_[0], *sensor_.sheet));
   answer_.force_N = forces_ ? forces_->force_N(answer_.reading) : std::nullopt;

@@ -12,6 +12,7 @@
 #include "forward/sheet/sensor.h"
 #include "frames/frame_bounds.h"
 #include "frames/reference_check.h"
+#include "frames/twin_places.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -85,6 +86,8 @@ class LiveSolver {
 
   /// `voltages` [channels] V without contact; must be set before the first frame.
   void set_reference(const Eigen::RowVectorXd& voltages);
+  /// From now on frames are flagged whose solver does not know these dead electrodes.
+  void set_dead(const std::vector<int>& electrodes) { bounds_.set_dead(electrodes); }
   const Eigen::RowVectorXd& reference() const { return reference_; }  ///< as set
   /// From now on frames and reference are read as the verdict on the reference says.
   void mend(const ReferenceVerdict& verdict);
@@ -113,6 +116,7 @@ class LiveSolver {
   std::shared_ptr<const Solver> solver_;
   std::unique_ptr<FrameStream> stream_;
   FrameBounds bounds_;
+  std::vector<Eigen::Matrix2d> twins_;  ///< symmetries of the sheet that no voltages show
   ContactRule rule_;
   ContactReader reader_;
   std::unique_ptr<TouchRegions> regions_;

@@ -25,6 +25,12 @@ bool is_text(std::string_view bytes) {
   });
 }
 
+/// A text without the byte order mark that some programs begin it with.
+std::string_view without_mark(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  return text;
+}
+
 bool is_separator(char c) { return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r'; }
 
 /// Appends the numbers of a line to `values`; false if a field is not a number.
@@ -87,8 +93,8 @@ void FrameParser::feed(std::string_view bytes, FrameSink& sink) {
   buffer_.append(bytes);
   if (format_ == FrameFormat::detect) {
     if (buffer_.size() < bytes_to_detect) return;
-    format_ = is_text(std::string_view(buffer_).substr(0, bytes_to_detect)) ? FrameFormat::csv
-                                                                            : FrameFormat::binary;
+    format_ = is_text(without_mark(buffer_).substr(0, bytes_to_detect)) ? FrameFormat::csv
+                                                                        : FrameFormat::binary;
   }
   if (format_ == FrameFormat::binary) {
     feed_binary(sink);
@@ -125,8 +131,9 @@ void FrameParser::feed_lines(FrameSink& sink) {
 }
 
 void FrameParser::line(std::string_view text, FrameSink& sink) {
-  while (!text.empty() && is_separator(text.front())) text.remove_prefix(1);
   const bool first = std::exchange(first_line_, false);
+  if (first) text = without_mark(text);
+  while (!text.empty() && is_separator(text.front())) text.remove_prefix(1);
   if (text.empty() || text[0] == '#' || (first && is_title_line(text))) return;
   values_.clear();
   if (!read_numbers(text, values_)) return sink.damaged(Damage::text);

@@ -132,6 +132,7 @@ void print_summary(const ReconstructArguments& arguments, const ReconstructSumma
 ExitCode reconstruct(const ReconstructArguments& arguments) {
   ReconstructOptions options;
   options.solver = arguments.solver;
+  options.plugin = arguments.plugin;
   options.frames = *arguments.frames;
   options.frames.input = arguments.input;
   options.frames.calibration = arguments.calibration;
@@ -256,6 +257,7 @@ Table table_of(const ImageScores& scores) {
                           std::to_string(scores.flagged_frames) +
                           " flagged (they count); true contacts: " + scores.contacts +
                           ". `ertbench list` says what the metrics are.");
+  for (const std::string& note : scores.notes) section.notes.push_back("warning: " + note);
   Table table;
   table.sections.push_back(std::move(section));
   return table;

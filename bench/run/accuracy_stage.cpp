@@ -195,7 +195,7 @@ ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Senso
       const auto row = static_cast<Eigen::Index>(i);
       const auto image = answers.images.row(row);
       FrameReport& said = answers.reports[i];
-      if (bounds) report(bounds->judge(changes.row(row), reference, said.dead), said);
+      if (bounds) report(bounds->judge(changes.row(row), reference, said), said);
       const bool explains = explained && is_usable(said, image);
       scoring.add(truths.row(row), image, scenes[i], said, answers.contacts[i],
                   explains ? explained->of(changes.row(row), image) : std::nullopt);

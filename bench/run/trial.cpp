@@ -10,6 +10,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/text.h"
+#include "solvers/external/program.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -43,8 +44,10 @@ void run_trial(const Stage& stage, const std::string& name, Experiment& experime
   const JobContext context{experiment, cache, registry, threads,
                            record_file(folder, name, ".progress")};
   try {
-    write_record(record_file(folder, name, written_ending), stage.run(*job, context),
-                 stage.key(experiment, *job), stamp_of_record(experiment, job->entry));
+    const nlohmann::json result = stage.run(*job, context);
+    require_programs_ended_well();
+    write_record(record_file(folder, name, written_ending), result, stage.key(experiment, *job),
+                 stamp_of_record(experiment, job->entry));
   } catch (const FailedTrial& failed) {
     write_file_atomically(
         record_file(folder, name, failure_ending),

@@ -156,6 +156,21 @@ std::vector<Scene> MeasuredFile::scenes_of(const MeasuredFrames& frames, const S
   return scenes;
 }
 
+namespace {
+
+constexpr double most_apart = 0.25;  ///< of references of frames, relative
+
+/// The row whose norm is the middle one.
+Eigen::RowVectorXd middle_row(const RowMajorMatrix& rows) {
+  std::vector<std::pair<double, Eigen::Index>> sizes;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) sizes.emplace_back(rows.row(i).norm(), i);
+  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return rows.row(middle->second);
+}
+
+}  // namespace
+
 MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sensor& sensor,
                                          const std::vector<std::uint64_t>& rows) const {
   Content out;
@@ -163,6 +178,13 @@ MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sen
   if (own_references_) {
     const RowMajorMatrix references = frames.scale * rows_of(layout::reference_voltages, rows);
     out.reference = references.colwise().mean().transpose();
+    const Eigen::RowVectorXd usual = middle_row(references);
+    for (Eigen::Index i = 0; i < references.rows(); ++i) {
+      if ((references.row(i) - usual).norm() <= most_apart * usual.norm()) continue;
+      refuse(file_, layout::reference_voltages,
+             "row " + std::to_string(rows[static_cast<std::size_t>(i)]) +
+                 " is unlike the other frames' references; leave such frames out");
+    }
     out.voltages = (out.voltages - references).rowwise() + out.reference.transpose();
   } else {
     out.reference = frames.scale * file_.read_vector(layout::reference_voltages);

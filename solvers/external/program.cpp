@@ -12,8 +12,11 @@
 #include <cerrno>
 #include <cstdint>
 #include <limits>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/errors.h"
@@ -130,11 +133,39 @@ Program::Program(std::string name, const std::function<void()>& run, std::uint64
   for (const int one : {input_, output_, errors_}) set_nonblocking(one);
 }
 
+namespace {
+
+/// A destructor cannot throw: the first bad end is kept for require_programs_ended_well.
+std::mutex bad_end_mutex;
+std::optional<std::pair<std::string, std::string>> bad_end;  ///< status and message
+
+}  // namespace
+
+void require_programs_ended_well() {
+  const std::lock_guard lock(bad_end_mutex);
+  if (!bad_end) return;
+  const auto [status, message] = *std::exchange(bad_end, std::nullopt);
+  throw FailedTrial(status, message);
+}
+
 Program::~Program() {
-  constexpr double patience_s = 2;
+  constexpr double patience_s = 10;
   try {
+    const bool was_running = !end_;
     end(patience_s);
     pass_on_errors();
+    if (was_running && !failed_ && (ended_by_us_ || !end_->ok())) {
+      const std::lock_guard lock(bad_end_mutex);
+      const std::string how =
+          ended_by_us_ ? "did not end within " + duration_text(patience_s) + " when its input did"
+                       : "ended badly (" + end_->text() + ") after its last answer";
+      const std::string said = last_lines(said_);
+      if (!bad_end) {
+        bad_end = {end_->signal != 0 && !ended_by_us_ ? "crashed" : "failed",
+                   name_ + ": " + how + "; it must end with 0 once its input ends" +
+                       (said.empty() ? "" : "; it said: " + said)};
+      }
+    }
   } catch (...) {  // nothing more can be done about it
   }
   close_end(output_);
@@ -296,6 +327,7 @@ void Program::fail_ended() {
 }
 
 void Program::fail(const std::string& status, const std::string& what) {
+  failed_ = true;
   try {
     if (status == "timed out") end(0);
     pass_on_errors();

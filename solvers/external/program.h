@@ -16,6 +16,11 @@
 
 namespace ertbench {
 
+/// Throws FailedTrial if a program of this process has ended badly after its last answer, when its
+/// Program was destroyed: with another exit code than 0, by a signal, or not at all within ten
+/// seconds of the end of its input. What such a program has answered is no result.
+void require_programs_ended_well();
+
 /// A supervised child process with pipes to its standard input and output. Its failures throw
 /// FailedTrial with the cause and the last lines of its standard error, which is forwarded to ours.
 /// Used by one thread at a time.
@@ -66,6 +71,7 @@ class Program {
   Supervisor supervisor_;
   std::optional<ProcessEnd> end_;
   bool ended_by_us_ = false;
+  bool failed_ = false;  ///< a failure was thrown, which says more than its end
 };
 
 /// Step 3 of the protocol: sends n and n frames, receives n images and n bytes of status. Allocates

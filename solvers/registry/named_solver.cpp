@@ -37,4 +37,14 @@ std::unique_ptr<Solver> fitted_solver(const NamedSolver& named, const FitInput& 
   return solver;
 }
 
+void blame_plugin(const std::string& file_or_name, const fs::path& plugin,
+                  const std::exception& error) {
+  if (plugin.empty()) return;
+  const std::string type = read_named_solver(file_or_name).entry->value("type", "");
+  const SolverRegistry ours;
+  if (ours.is_of_plugin(type) || ours.find_known(type)) return;
+  throw InputError(plugin.string() + ": its solver \"" + type +
+                   "\" threw an exception: " + error.what() + "; ask its authors");
+}
+
 }  // namespace ertbench

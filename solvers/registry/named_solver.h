@@ -1,5 +1,7 @@
 #pragma once
 
+#include <exception>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -24,5 +26,10 @@ NamedSolver read_named_solver(const std::string& file_or_name);
 /// Makes the solver and fits it, or loads its checkpoint. Throws InputError naming its file.
 std::unique_ptr<Solver> fitted_solver(const NamedSolver& named, const FitInput& input,
                                       SolverRegistry& registry);
+
+/// Throws InputError that names `plugin` if the solver is one that this program does not have, so
+/// that `error` is no defect of the program. `plugin` may be empty.
+void blame_plugin(const std::string& file_or_name, const std::filesystem::path& plugin,
+                  const std::exception& error);
 
 }  // namespace ertbench

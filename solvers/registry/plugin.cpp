@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/json.h"
 #include "core/process.h"
 #include "core/text.h"
@@ -135,7 +136,6 @@ std::string abi_in_file(const std::filesystem::path& library) {
   constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 30U;
   constexpr std::size_t most_text = 1000;
   std::error_code error;
-  if (!std::filesystem::is_regular_file(library, error)) return {};
   if (std::filesystem::file_size(library, error) > most_bytes || error) return {};
   std::ifstream in(library, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(in), {});
@@ -175,6 +175,7 @@ std::vector<std::filesystem::path> plugin_folders() {
 }
 
 void register_plugin(const std::filesystem::path& library, SolverRegistry& registry) {
+  require_regular_file(library);  // dlopen would wait at a pipe for ever
   if (const std::string abi = abi_in_file(library); !abi.empty()) require_same_abi(library, abi);
   // An absolute name: dlopen looks for a bare one in the system's folders.
   void* const handle = dlopen(std::filesystem::absolute(library).c_str(), RTLD_NOW | RTLD_LOCAL);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -143,6 +144,23 @@ TEST(HostilePlugin, CannotEndReconstructUnseen) {
         << outcome.output;
     EXPECT_FALSE(fs::exists(folder / "o.h5"));
   }
+  // An exception of its own is no defect of the program.
+  write_text(folder / "s.json", json{{"type", "hostile"}, {"how", "throw"}}.dump());
+  for (const char* command :
+       {"reconstruct --output o.h5 --input t.h5", "live --input replay:t.h5"}) {
+    const Outcome outcome =
+        run_program(folder.path(),
+                    command + std::string(" --solver s.json --plugin ") + ERTBENCH_HOSTILE_PLUGIN);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    EXPECT_NE(outcome.output.find(ERTBENCH_HOSTILE_PLUGIN ": its solver \"hostile\" threw"),
+              std::string::npos)
+        << outcome.output;
+  }
+  ASSERT_EQ(::mkfifo((folder / "pipe.so").c_str(), 0600), 0);
+  const Outcome pipe = run_program(
+      folder.path(), "reconstruct --solver s.json --input t.h5 --output o.h5 --plugin pipe.so");
+  EXPECT_EQ(pipe.exit_code, 2) << pipe.output;
+  EXPECT_NE(pipe.output.find("name a regular file"), std::string::npos) << pipe.output;
 }
 
 TEST(HostilePlugin, EndsWithTheReconstructThatIsTerminated) {

@@ -165,8 +165,8 @@ TEST(LivePage, MoreClientsThanMayWatchAreToldSo) {
   EXPECT_EQ(page->status, 200);
 }
 
-/// A client that asks for events and never reads one, with as small a window as there is.
-int deaf_client(int port) {
+/// A connection that has asked for nothing yet, with as small a window as there is.
+int connection_to(int port) {
   const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int small = 1024;
   ::setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
@@ -175,6 +175,12 @@ int deaf_client(int port) {
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   ::connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address);
+  return descriptor;
+}
+
+/// A client that asks for events and never reads one.
+int deaf_client(int port) {
+  const int descriptor = connection_to(port);
   const std::string request = "GET /events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
   EXPECT_EQ(::send(descriptor, request.data(), request.size(), 0), std::ssize(request));
   return descriptor;
@@ -183,12 +189,7 @@ int deaf_client(int port) {
 TEST(LivePage, AClientThatNeverReadsKeepsNobodyWaiting) {
   const ShownStream stream({"--http-clients", "3"});
   const int deaf = deaf_client(stream.port);
-  const int silent = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);  // asks for nothing at all
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<std::uint16_t>(stream.port));
-  ::connect(silent, reinterpret_cast<sockaddr*>(&address), sizeof address);
+  const int silent = connection_to(stream.port);
   // Far more than buffers hold: 600 frames are 6 s, with 25 states of some kilobytes a second.
   const int before = stream.answered;
   const auto begin = std::chrono::steady_clock::now();
@@ -199,6 +200,27 @@ TEST(LivePage, AClientThatNeverReadsKeepsNobodyWaiting) {
   EXPECT_GE(events_of(stream.client(), 3).size(), 3u);
   ::close(deaf);
   ::close(silent);
+}
+
+TEST(LivePage, ARequestWithoutEndIsEnded) {
+  const ShownStream stream;
+  std::vector<int> idle(100);
+  for (int& one : idle) one = connection_to(stream.port);
+  const int slow = connection_to(stream.port);
+  const std::string request = "GET / HTTP/1.1\r\nX: " + std::string(1000, 'x');
+  bool ended = false;
+  for (std::size_t i = 0; i < request.size() && !ended; ++i) {
+    char answer = 0;
+    ended = ::send(slow, &request[i], 1, MSG_NOSIGNAL) != 1 ||
+            ::recv(slow, &answer, 1, MSG_DONTWAIT) >= 0;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_TRUE(ended) << "a byte every now and then keeps its thread for ever";
+  const auto state = stream.client().Get("/state");
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->status, 200);
+  for (const int one : idle) ::close(one);
+  ::close(slow);
 }
 
 // The browser's clock stands still while a page waits for the network, and the stream's does not:

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "forward/data/scene_distribution.h"
@@ -76,6 +77,40 @@ TEST(FrameBounds, FramesOfAnotherUnitSignOrLevelAreFlaggedUnderAnyContacts) {
             std::string::npos);
 }
 
+TEST(FrameBounds, FramesThatAreAMultipleOrInAnotherOrderAreFlagged) {
+  std::mt19937 random(11);
+  for (const Sensor& sensor : {Sensor{}, testing::disc_sensor()}) {
+    const FrameBounds bounds(sensor);
+    const Eigen::RowVectorXd reference = model_reference(sensor);
+    const RowMajorMatrix changes =
+        testing::changes_by_discs(sensor, {{0.4, -0.3}, {0, 0.1}, {-0.5, 0.2}});
+    for (const auto& change : changes.rowwise()) {
+      for (const double gain : {0.5, 0.8, 1.2, 2.0}) {
+        const Eigen::RowVectorXd voltages = gain * (reference + change);
+        EXPECT_EQ(bounds.judge(voltages - reference, reference).faults, wrong_level) << gain;
+        FrameReport said;  // the solver saw that the sheet has changed as a whole
+        said.level = 1 / gain - 1;
+        if (gain != 2 && gain != 0.5) {
+          EXPECT_EQ(bounds.judge(voltages - reference, reference, said).faults & wrong_level, 0);
+        }
+      }
+      Eigen::RowVectorXd stuck = change;
+      Eigen::Index channel = 0;
+      reference.cwiseAbs().maxCoeff(&channel);
+      stuck[channel] -= reference[channel];
+      const FrameVerdict verdict = bounds.judge(stuck, reference);
+      EXPECT_EQ(verdict.channel, channel) << verdict.text();
+      EXPECT_EQ(verdict.faults, unexplained);
+      Eigen::RowVectorXd voltages = reference + change;
+      std::shuffle(voltages.begin(), voltages.end(), random);
+      EXPECT_NE(bounds.judge(voltages - reference, reference).faults, 0);
+      Eigen::RowVectorXd other = change;
+      std::shuffle(other.begin(), other.end(), random);
+      EXPECT_EQ(bounds.judge(4 * other, reference).faults, unexplained);
+    }
+  }
+}
+
 TEST(FrameBounds, ChannelsOfDeadElectrodesDoNotCount) {
   const Sensor sensor;
   const FrameBounds bounds(sensor);
@@ -84,9 +119,9 @@ TEST(FrameBounds, ChannelsOfDeadElectrodesDoNotCount) {
   const auto measured = measurement_pairs(sensor);
   const std::vector<Channel> channels = channels_of(sensor);
   Eigen::RowVectorXd change = Eigen::RowVectorXd::Zero(reference.size());
-  ElectrodeSet dead = 0;
+  FrameReport said;
   for (const int electrode : {0, 4, 8, 12}) {
-    dead |= ElectrodeSet{1} << electrode;
+    said.dead |= ElectrodeSet{1} << electrode;
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const auto& drive = drives[static_cast<std::size_t>(channels[c].drive)];
       const auto& pair = measured[static_cast<std::size_t>(channels[c].measurement)];
@@ -96,8 +131,9 @@ TEST(FrameBounds, ChannelsOfDeadElectrodesDoNotCount) {
     }
   }
   EXPECT_NE(bounds.judge(change, reference).faults, 0);
-  EXPECT_EQ(bounds.judge(change, reference, dead).faults, 0);
-  EXPECT_NE(bounds.judge(-0.999 * reference, reference, ~ElectrodeSet{0}).faults, 0)
+  EXPECT_EQ(bounds.judge(change, reference, said).faults, 0);
+  said.dead = ~ElectrodeSet{0};
+  EXPECT_NE(bounds.judge(-0.999 * reference, reference, said).faults, 0)
       << "all electrodes seem dead in a frame of a thousandth";
 }
 

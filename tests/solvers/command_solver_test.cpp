@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/errors.h"
+#include "solvers/external/program.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {
@@ -51,6 +52,27 @@ TEST(CommandSolver, HasTheImagesOfItsProgram) {
     const Frames changes = random_matrix(frames, Sensor{}.channels(), 7);
     EXPECT_EQ(reconstruct(*solver, changes).images, expected_images(changes, 2.5)) << frames;
   }
+}
+
+// What it answered may be that of a program that was going wrong.
+TEST(CommandSolver, AnEndBehindTheLastImageCounts) {
+  const auto end_of = [](const std::string& mode) -> std::pair<std::string, std::string> {
+    try {
+      reconstruct(*fitted(program_of(mode)), Frames::Zero(1, Sensor{}.channels()));
+      require_programs_ended_well();
+    } catch (const FailedTrial& failed) {
+      return {failed.status(), failed.what()};
+    }
+    return {"ok", ""};
+  };
+  EXPECT_EQ(end_of("plain").first, "ok");
+  EXPECT_EQ(end_of("die-at-end").first, "crashed");
+  const auto [status, said] = end_of("fail-at-end");
+  EXPECT_EQ(status, "failed");
+  EXPECT_NE(said.find("ended badly (exit code 3) after its last answer"), std::string::npos)
+      << said;
+  EXPECT_NE(end_of("hang-at-end").second.find("did not end within"), std::string::npos);
+  EXPECT_EQ(end_of("plain").first, "ok");
 }
 
 TEST(CommandSolver, TellsTheProgramWhatTheProtocolSays) {

@@ -28,7 +28,11 @@ def say(line):
 def whole(count):
     data = sys.stdin.buffer.read(count)
     if len(data) < count:
-        sys.exit(0)
+        if mode == "die-at-end":
+            os.kill(os.getpid(), signal.SIGSEGV)
+        if mode == "hang-at-end":
+            time.sleep(600)
+        sys.exit(3 if mode == "fail-at-end" else 0)
     return data
 
 
