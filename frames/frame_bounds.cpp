@@ -72,7 +72,7 @@ std::string FrameVerdict::text() const {
 }
 
 FrameBounds::FrameBounds(const Sensor& sensor)
-    : span_(sensor), electrodes_(electrode_sets_of_channels(sensor)) {
+    : electrodes_(electrode_sets_of_channels(sensor)), span_(sensor) {
   const BorderModel model(sensor);
   const Eigen::RowVectorXd reference = model.reference_voltages().transpose();
   const double inner = sensor.sheet->inner_radius();

@@ -37,6 +37,7 @@ Action add_check(CLI::App& command);
 Action add_publish(CLI::App& command);
 Action add_timing(CLI::App& command);
 Action add_fidelity(CLI::App& command);
+Action add_export(CLI::App& command);
 
 // Shared by several commands.
 

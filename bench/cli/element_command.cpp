@@ -79,6 +79,7 @@ extern "C" void ertbench_part_tools(ertbench::Part& part) {
                                          {"publish", add_publish},
                                          {"timing", add_timing},
                                          {"fidelity", add_fidelity},
+                                         {"export", add_export},
                                          {"element", add_element}};
   part.commands = commands;
   part.stages = [](int scenes) {

@@ -129,7 +129,7 @@ void network(benchmark::State& state, const NetworkKind& kind) {
 void plan(benchmark::State& state, const NetworkKind& kind) {
   start_torch(1);
   torch::manual_seed(1);
-  const std::unique_ptr<InferencePlan> one_frame = kind.network()->plan(false);
+  const std::unique_ptr<InferencePlan> one_frame = kind.network()->plan(PlanBuilder());
   const Eigen::VectorXf input = Eigen::VectorXf::Random(Sensor{}.channels());
   Eigen::VectorXf image(Sensor{}.pixels());
   for (auto _ : state) {

@@ -123,27 +123,62 @@ void PlanBuilder::step(Arguments&&... arguments) {
   steps_.push_back(std::make_unique<Step>(std::forward<Arguments>(arguments)...));
 }
 
+void PlanBuilder::record(Layer layer, int value) {
+  if (!recorded_) return;
+  layer.value = value;
+  layer.channels = layout(value).channels;
+  layer.height = layout(value).height;
+  layer.width = layout(value).width;
+  recorded_->push_back(std::move(layer));
+}
+
+Layer PlanBuilder::layer_of(Layer::Kind kind, std::vector<int> inputs,
+                            const ConvolutionWeights& weights, const Activation& activation,
+                            int added) const {
+  if (!recorded_) return {};
+  return {.kind = kind,
+          .inputs = std::move(inputs),
+          .added = added,
+          .kernel = weights.kernel,
+          .stride = weights.stride,
+          .padding = weights.padding,
+          .relu = activation.kind == Activation::Kind::relu,
+          .weights = weights.weights,
+          .bias = weights.bias,
+          .slopes = activation.slopes};
+}
+
 int PlanBuilder::input(int size) {
   require(values_.empty(), "the input comes first");
-  return vector(size);
+  const int out = vector(size);
+  record({}, out);
+  return out;
 }
 
 int PlanBuilder::dense(int from, DenseWeights weights, const Activation& activation) {
   require(layout(from).width == weights.inputs && layout(from).height == 1,
           "sizes of a dense layer");
   const int out = vector(weights.outputs);
+  record({.kind = Layer::Kind::dense,
+          .inputs = {from},
+          .relu = activation.kind == Activation::Kind::relu,
+          .weights = recorded_ ? weights.weights : std::vector<float>(),
+          .bias = weights.bias},
+         out);
   step<DenseStep>(from, out, weights, activation, bfloat16_);
   return out;
 }
 
 int PlanBuilder::gather(int from, std::vector<int> sources) {
   const int out = vector(static_cast<int>(sources.size()));
+  record({.kind = Layer::Kind::gather, .inputs = {from}, .indices = sources}, out);
   step<GatherStep>(from, out, std::move(sources));
   return out;
 }
 
 int PlanBuilder::means_of_pairs(int from, std::vector<int> pairs) {
   const int out = vector(static_cast<int>(pairs.size() / 2));
+  record({.kind = Layer::Kind::means_of_pairs, .inputs = {from}, .indices = pairs}, out);
   step<MeansStep>(from, out, std::move(pairs));
   return out;
 }
@@ -151,6 +186,7 @@ int PlanBuilder::means_of_pairs(int from, std::vector<int> pairs) {
 int PlanBuilder::maps(int from, int channels, int height, int width) {
   require(layout(from).width == channels * height * width, "maps of a vector");
   const int out = add({.channels = channels, .height = height, .width = width, .planar = true});
+  record({.kind = Layer::Kind::maps, .inputs = {from}}, out);
   step<MapsStep>(from, out);
   return out;
 }
@@ -167,6 +203,7 @@ int PlanBuilder::convolution(std::vector<int> inputs, ConvolutionWeights weights
   const int out = add({.channels = weights.outputs,
                        .height = side(from.height, weights),
                        .width = side(from.width, weights)});
+  record(layer_of(Layer::Kind::convolution, inputs, weights, activation, added), out);
   alike_.push_back(inputs);
   step<ConvolutionStep>(std::move(inputs), out, std::move(weights), activation, added,
                         OutputPixels{});
@@ -183,6 +220,7 @@ int PlanBuilder::image_convolution(int from, ConvolutionWeights weights) {
                        .height = side(layout(from).height, weights),
                        .width = side(layout(from).width, weights),
                        .planar = true});
+  record(layer_of(Layer::Kind::convolution, {from}, weights, {}, none), out);
   step<NarrowConvolutionStep>(from, out, std::move(weights));
   return out;
 }
@@ -201,6 +239,7 @@ int PlanBuilder::transposed_convolution(int from, ConvolutionWeights weights,
   const int out = add({.channels = weights.outputs,
                        .height = (small.height - 1) * weights.stride + weights.kernel,
                        .width = (small.width - 1) * weights.stride + weights.kernel});
+  record(layer_of(Layer::Kind::transposed_convolution, {from}, weights, activation, added), out);
   if (overlapping) step<FillStep>(out, weights.bias, added);
   for (int tap = 0; tap < weights.kernel * weights.kernel; ++tap) {
     const OutputPixels pixels{.step = weights.stride,
@@ -218,6 +257,7 @@ int PlanBuilder::pool(int from) {
   require(!large.planar, "pooling of planar maps");
   const int out =
       add({.channels = large.channels, .height = large.height / 2, .width = large.width / 2});
+  record({.kind = Layer::Kind::pool, .inputs = {from}}, out);
   step<PoolStep>(from, out);
   return out;
 }
@@ -232,6 +272,8 @@ int PlanBuilder::attention(int from, int kernel, std::vector<float> weights) {
   MapLayout same = layout(from);
   same.border = 0;
   const int out = add(same);
+  record({.kind = Layer::Kind::attention, .inputs = {from}, .kernel = kernel, .weights = weights},
+         out);
   step<AttentionStep>(from, between, out, kernel, std::move(weights));
   return out;
 }
@@ -241,12 +283,14 @@ int PlanBuilder::shuffle(int from, int added) {
   require(maps.planar && maps.channels == 4 && (added == none || layout(added).planar),
           "maps that are shuffled");
   const int out = add({.height = 2 * maps.height, .width = 2 * maps.width, .planar = true});
+  record({.kind = Layer::Kind::shuffle, .inputs = {from}, .added = added}, out);
   step<ShuffleStep>(from, out, added);
   return out;
 }
 
 int PlanBuilder::sigmoid(int maps) {
   require(layout(maps).planar, "a sigmoid of blocked maps");
+  record({.kind = Layer::Kind::sigmoid, .inputs = {maps}}, maps);
   step<SigmoidStep>(maps);
   return maps;
 }

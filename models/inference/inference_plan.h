@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/layers.h"
 #include "models/inference/vectors.h"
 
 namespace ertbench {
@@ -108,8 +109,10 @@ ConvolutionWeights turned(ConvolutionWeights weights);
 /// network.
 class PlanBuilder {
  public:
-  /// With `bfloat16` the weights of dense layers have that precision; sums stay float32.
-  explicit PlanBuilder(bool bfloat16 = false) : bfloat16_(bfloat16) {}
+  /// With `bfloat16` the weights of dense layers have that precision; sums stay float32. The layers
+  /// are also written to `recorded` unless that is null.
+  explicit PlanBuilder(bool bfloat16 = false, std::vector<Layer>* recorded = nullptr)
+      : bfloat16_(bfloat16), recorded_(recorded) {}
 
   int input(int size);
   int dense(int vector, DenseWeights weights, const Activation& activation);
@@ -146,10 +149,15 @@ class PlanBuilder {
   int add(const MapLayout& layout);
   int vector(int size) { return add({.width = size, .planar = true}); }
   void widen_border(int value, int border);
+  /// Records a layer that makes `value`.
+  void record(Layer layer, int value);
+  Layer layer_of(Layer::Kind kind, std::vector<int> inputs, const ConvolutionWeights& weights,
+                 const Activation& activation, int added) const;
   template <typename Step, typename... Arguments>
   void step(Arguments&&... arguments);
 
   bool bfloat16_;
+  std::vector<Layer>* recorded_;
   std::vector<MapLayout> values_;
   std::vector<std::vector<int>> alike_;  ///< values that must have one border
   std::vector<std::unique_ptr<PlanStep>> steps_;

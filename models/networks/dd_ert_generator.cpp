@@ -181,8 +181,7 @@ torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
   return image_->forward(up_full).to(torch::kFloat32).sigmoid();
 }
 
-std::unique_ptr<InferencePlan> DdErtGenerator::plan(bool bfloat16) const {
-  PlanBuilder plan(bfloat16);
+std::unique_ptr<InferencePlan> DdErtGenerator::plan(PlanBuilder plan) const {
   const auto attend = [&](const SpatialAttention& attention, int maps) {
     return attention.is_empty() ? maps : attention->add_to(plan, maps);
   };

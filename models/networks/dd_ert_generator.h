@@ -77,7 +77,7 @@ class DdErtGenerator final : public Network {
  public:
   DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape);
   torch::Tensor forward(const torch::Tensor& frames) override;
-  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
+  std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
   /// Parameters of the dense layer.
   std::vector<torch::Tensor> slow_parameters() const override {

@@ -139,8 +139,7 @@ torch::Tensor Fcnn::forward(const torch::Tensor& frames) {
   return layers_->forward(frames).view({-1, 1, rows_, columns_});
 }
 
-std::unique_ptr<InferencePlan> Fcnn::plan(bool bfloat16) const {
-  PlanBuilder plan(bfloat16);
+std::unique_ptr<InferencePlan> Fcnn::plan(PlanBuilder plan) const {
   const int image = add_layers(plan, layers_, {plan.input(inputs_)});
   return plan.finish(plan.maps(image, 1, rows_, columns_));
 }
@@ -214,8 +213,7 @@ torch::Tensor Dcnn::forward(const torch::Tensor& frames) {
   return layers_->forward(with_none.index_select(1, source_).view({-1, 1, drives_, measurements_}));
 }
 
-std::unique_ptr<InferencePlan> Dcnn::plan(bool bfloat16) const {
-  PlanBuilder plan(bfloat16);
+std::unique_ptr<InferencePlan> Dcnn::plan(PlanBuilder plan) const {
   const torch::Tensor order = source_.contiguous();
   const std::int64_t* first = order.data_ptr<std::int64_t>();
   std::vector<int> sources;
@@ -255,8 +253,7 @@ torch::Tensor EitNn::forward(const torch::Tensor& frames) {
   return convolutions_->forward(dense_->forward(frames).view({-1, 1, rows_, columns_}));
 }
 
-std::unique_ptr<InferencePlan> EitNn::plan(bool bfloat16) const {
-  PlanBuilder plan(bfloat16);
+std::unique_ptr<InferencePlan> EitNn::plan(PlanBuilder plan) const {
   const int dense = add_layers(plan, dense_, {plan.input(inputs_)});
   return plan.finish(add_layers(plan, convolutions_, {plan.maps(dense, 1, rows_, columns_)}, true));
 }

@@ -33,7 +33,7 @@ class Fcnn final : public Network {
   /// `widths`: of the hidden layers.
   Fcnn(const Sensor& sensor, const std::vector<int>& widths);
   torch::Tensor forward(const torch::Tensor& frames) override;
-  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
+  std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
  private:
   torch::nn::Sequential layers_;
@@ -59,7 +59,7 @@ class Dcnn final : public Network {
   /// `widths`: w0, w1, w2.
   Dcnn(const Sensor& sensor, const std::array<int, 3>& widths);
   torch::Tensor forward(const torch::Tensor& frames) override;
-  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
+  std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
   /// Throws InputError unless the number of electrodes is a multiple of four and the image's grid
   /// 3/2 of it, so that the map can be scaled to the image.
@@ -85,7 +85,7 @@ class EitNn final : public Network {
   EitNn(const Sensor& sensor, const std::vector<int>& dense_widths,
         const std::array<int, 2>& channels);
   torch::Tensor forward(const torch::Tensor& frames) override;
-  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
+  std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
  private:
   torch::nn::Sequential dense_;

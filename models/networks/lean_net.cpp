@@ -121,8 +121,7 @@ torch::Tensor LeanNet::forward(const torch::Tensor& frames) {
   return bounded_ ? image.sigmoid() : image;
 }
 
-std::unique_ptr<InferencePlan> LeanNet::plan(bool bfloat16) const {
-  PlanBuilder plan(bfloat16);
+std::unique_ptr<InferencePlan> LeanNet::plan(PlanBuilder plan) const {
   const Activation relu{Activation::Kind::relu, {}};
   const auto layer = [&](const nn::Sequential& layers, std::size_t index) {
     return weights_of(*layers->ptr(index)->as<nn::Conv2d>(),

@@ -36,7 +36,7 @@ class LeanNet final : public Network {
  public:
   LeanNet(const Sensor& sensor, const LeanShape& shape);
   torch::Tensor forward(const torch::Tensor& frames) override;
-  std::unique_ptr<InferencePlan> plan(bool bfloat16) const override;
+  std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
   /// Parameters of the dense layer.
   std::vector<torch::Tensor> slow_parameters() const override { return start_->parameters(); }

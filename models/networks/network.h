@@ -20,10 +20,10 @@ class Network : public torch::nn::Module {
   /// Parameters with a good initialisation, which learn more slowly than the others.
   virtual std::vector<torch::Tensor> slow_parameters() const { return {}; }
 
-  /// The present network as a plan for the inference of single frames, equal to `forward` in
-  /// evaluation mode up to rounding. With `bfloat16` the weights of dense layers are rounded to
-  /// that. Null if a network has no plan; all of ertbench's have one.
-  virtual std::unique_ptr<InferencePlan> plan(bool /*bfloat16*/) const { return nullptr; }
+  /// The present network as a plan for the inference of single frames, made by `plan`, equal to
+  /// `forward` in evaluation mode up to rounding. Null if a network has no plan; all of ertbench's
+  /// have one.
+  virtual std::unique_ptr<InferencePlan> plan(PlanBuilder /*plan*/) const { return nullptr; }
 };
 
 /// PReLU with a learned slope a for x < 0 in each channel. Built from ReLU, for which libtorch has

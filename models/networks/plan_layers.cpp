@@ -20,12 +20,12 @@ std::vector<float> numbers_of(const torch::Tensor& tensor) {
 }
 
 /// Weights whose first dimension is the outputs, and bias.
-struct Layer {
+struct FoldedLayer {
   torch::Tensor weights;
   torch::Tensor bias;
 
   /// In double precision, so that what is rounded is the product alone.
-  Layer(const torch::Tensor& from, const torch::Tensor& offset)
+  FoldedLayer(const torch::Tensor& from, const torch::Tensor& offset)
       : weights(from.detach().to(torch::kFloat64)),
         bias(offset.defined() ? offset.detach().to(torch::kFloat64)
                               : torch::zeros({from.size(0)}, torch::kFloat64)) {}
@@ -46,7 +46,7 @@ struct Layer {
 
 /// Weights [outputs][inputs][kernel][kernel].
 template <typename Options>
-ConvolutionWeights convolution(const Layer& layer, const Options& options) {
+ConvolutionWeights convolution(const FoldedLayer& layer, const Options& options) {
   ConvolutionWeights out;
   out.outputs = static_cast<int>(layer.weights.size(0));
   out.inputs = static_cast<int>(layer.weights.size(1));
@@ -91,7 +91,7 @@ class Modules {
 }  // namespace
 
 DenseWeights weights_of(const nn::LinearImpl& layer, const nn::BatchNorm1dImpl* normalisation) {
-  Layer folded(layer.weight, layer.bias);
+  FoldedLayer folded(layer.weight, layer.bias);
   folded.fold(normalisation);
   return {static_cast<int>(layer.weight.size(1)), static_cast<int>(layer.weight.size(0)),
           numbers_of(folded.weights), numbers_of(folded.bias)};
@@ -99,14 +99,14 @@ DenseWeights weights_of(const nn::LinearImpl& layer, const nn::BatchNorm1dImpl* 
 
 ConvolutionWeights weights_of(const nn::Conv2dImpl& layer,
                               const nn::BatchNorm2dImpl* normalisation) {
-  Layer folded(layer.weight, layer.bias);
+  FoldedLayer folded(layer.weight, layer.bias);
   folded.fold(normalisation);
   return convolution(folded, layer.options);
 }
 
 ConvolutionWeights weights_of(const nn::ConvTranspose2dImpl& layer,
                               const nn::BatchNorm2dImpl* normalisation) {
-  Layer folded(layer.weight.transpose(0, 1), layer.bias);
+  FoldedLayer folded(layer.weight.transpose(0, 1), layer.bias);
   folded.fold(normalisation);
   return convolution(folded, layer.options);
 }

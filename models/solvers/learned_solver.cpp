@@ -178,7 +178,7 @@ void LearnedSolver::fit(const FitInput& input) {
 void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> network) {
   sensor_ = sensor;
   network_ = std::move(network);
-  plan_ = network_->plan(bfloat16_inference_);
+  plan_ = network_->plan(PlanBuilder(bfloat16_inference_));
   graph_.reset();
   if (!batches_share_weights()) return;
   if (bfloat16_inference_) {  // rounds a copy: the network itself is what `save` writes
@@ -211,6 +211,18 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
     plan_->run(frame.data(), y.data());
     images.row(f) = unit * y.cast<double>();
   }
+}
+
+std::optional<LayerList> LearnedSolver::layers() const {
+  LayerList out;
+  if (!network_ || !network_->plan(PlanBuilder(false, &out.layers))) return std::nullopt;
+  // (-change - mean) scale is (change - (-mean)) (-scale), to the last bit.
+  const Eigen::RowVectorXf shift = -standardisation_.mean;
+  const Eigen::RowVectorXf scale = -standardisation_.scale;
+  out.shift.assign(shift.begin(), shift.end());
+  out.scale.assign(scale.begin(), scale.end());
+  out.unit = -sensor_.background * standardisation_.image;
+  return out;
 }
 
 void LearnedSolver::save(const std::filesystem::path& file) const {

@@ -13,6 +13,7 @@
 #include "models/training/objective.h"
 #include "models/training/standardisation.h"
 #include "models/training/trainer.h"
+#include "solvers/layered_solver.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -39,7 +40,7 @@ RowMajorMatrix spatial_blur(const FitInput& input, std::optional<double> lambda)
 /// by name in `/network` (tensor_file.h), the standardisation [channels] in `/mean` and `/scale`,
 /// and the report of the training as JSON text in the attribute `training`. `load` refuses weights
 /// of another network than the parameters describe, by name.
-class LearnedSolver : public Solver {
+class LearnedSolver : public Solver, public LayeredSolver {
  public:
   /// The settings and, once fitted, the report of the training under "training".
   nlohmann::json parameters() const final;
@@ -49,6 +50,7 @@ class LearnedSolver : public Solver {
   FitReport fit_report() const final;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const final;
+  std::optional<LayerList> layers() const final;
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
   /// Few enough that the feature maps of convolutions stay in the cache.

@@ -88,6 +88,11 @@ class CheckedSolver final : public Solver {
   /// The solver's own, wrapped so that it gets the dead electrodes of each frame if it asks for
   /// them and has streams.
   const ContactFinder* contact_finder() const override;
+  /// The wrapped solver as the interface `Optional`; null if it has none.
+  template <typename Optional>
+  const Optional* inner_as() const {
+    return dynamic_cast<const Optional*>(inner_.get());
+  }
   /// Never null.
   std::unique_ptr<FrameStream> open_stream() const override;
   void save(const std::filesystem::path& file) const override;

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "forward/data/sheet_model.h"
 
@@ -159,6 +160,39 @@ void LinearSolver::mask_dead(FramesView changes, ImagesView images,
     const Eigen::VectorXd weighted = found->second * reciprocity_.reduce(changes.row(f));
     images.row(f).transpose().noalias() = masked_->basis() * weighted;
   }
+}
+
+std::optional<LayerList> LinearSolver::layers() const {
+  if (masked_) {
+    throw InputError(
+        "\"channel_mask\": \"detect\" chooses a matrix for each frame and has no layers; use "
+        "\"none\" or a list of electrodes");
+  }
+  LayerList out;
+  std::vector<int> pairs;
+  for (Eigen::Index p = 0; p < reciprocity_.pairs(); ++p) {
+    pairs.insert(pairs.end(), reciprocity_.pair(p).begin(), reciprocity_.pair(p).end());
+  }
+  out.layers.push_back({.width = static_cast<int>(reciprocity_.channels())});
+  out.layers.push_back({.kind = Layer::Kind::means_of_pairs,
+                        .inputs = {0},
+                        .value = 1,
+                        .width = static_cast<int>(reciprocity_.pairs()),
+                        .indices = std::move(pairs)});
+  const auto multiply = [&](const Rows<float>& matrix) {
+    const int value = static_cast<int>(out.layers.size());
+    out.layers.push_back({.kind = Layer::Kind::dense,
+                          .inputs = {value - 1},
+                          .value = value,
+                          .width = static_cast<int>(matrix.rows()),
+                          .weights = {matrix.data(), matrix.data() + matrix.size()},
+                          .bias = std::vector<float>(static_cast<std::size_t>(matrix.rows()))});
+  };
+  // The map acts on sums of pairs, or on sqrt(2) d.
+  const double of_means = reciprocity_.single() ? std::numbers::sqrt2 : 2;
+  if (map_.factored()) multiply((of_means * map_.right).cast<float>());
+  multiply(((map_.factored() ? 1 : of_means) * map_.left).cast<float>());
+  return out;
 }
 
 void LinearSolver::save_matrix(Hdf5File& file) const {

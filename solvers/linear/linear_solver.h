@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solvers/channel_mask.h"
+#include "solvers/layered_solver.h"
 #include "solvers/linear/masked_inverse.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
@@ -39,7 +40,7 @@ class Hdf5File;
 ///
 /// Columns of channels that are masked in every frame are zero. Frames with detected dead
 /// electrodes are reconstructed a second time by a MaskedInverse.
-class LinearSolver : public Solver {
+class LinearSolver : public Solver, public LayeredSolver {
  public:
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const final;
@@ -47,6 +48,7 @@ class LinearSolver : public Solver {
   Eigen::Index block_frames() const final { return 256; }
   MaskedChannels masked_channels() const final { return mask_; }
   void check(const Sensor& sensor) const override { mask_.check(sensor); }
+  std::optional<LayerList> layers() const final;
 
  protected:
   /// `inference` applies to fitted and to loaded matrices.

@@ -9,6 +9,7 @@
 #include "core/text.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/contacts/contact_solver.h"
+#include "solvers/export/exported_solver.h"
 #include "solvers/external/command_solver.h"
 #include "solvers/iterated/gauss_newton.h"
 #include "solvers/kernel/kernel_ridge.h"
@@ -51,8 +52,14 @@ void check_registration(const std::string& type, const SolverInfo& info) {
 // A type of solvers that the program can name stands in one of these lines, and nowhere else
 // outside its own folder.
 SolverRegistry::SolverRegistry() {
-  for (const auto& types : {linear_solvers(), total_variation_solvers(), iterated_solvers(),
-                            contact_solvers(), kernel_solvers(), external_solvers()}) {
+  const MakeSolver make = [](const JsonObject& entry) {
+    SolverRegistry registry;
+    registry.allow_plugins();
+    return registry.make(entry);
+  };
+  for (const auto& types :
+       {linear_solvers(), total_variation_solvers(), iterated_solvers(), contact_solvers(),
+        kernel_solvers(), external_solvers(), exported_solvers(make)}) {
     for (const SolverType& solver : types) add(solver.name, solver.info);
   }
   for (const char* learned : {"fcnn", "dcnn", "eit-nn", "dd-ert", "lean-net", "torchscript"}) {

@@ -144,7 +144,7 @@ TEST(InferencePlans, AreTheForwardOfEveryNetwork) {
     SCOPED_TRACE(one.name);
     const std::shared_ptr<Network> network = one.make(one.sensor);
     disturb(*network, one.sensor.channels());
-    const auto plan = network->plan(false);
+    const auto plan = network->plan(PlanBuilder());
     ASSERT_TRUE(plan);
     for (int frame = 0; frame < 3; ++frame) {
       const torch::Tensor input = torch::randn({1, one.sensor.channels()});
@@ -165,7 +165,7 @@ TEST(InferencePlans, InBfloat16AreThoseOfRoundedDenseWeights) {
     auto* const normalisation = module->as<nn::BatchNorm1d>();
     if (normalisation) normalisation->running_var.fill_(1 - normalisation->options.eps());
   }
-  const auto plan = network.plan(true);
+  const auto plan = network.plan(PlanBuilder(true));
   const torch::Tensor frame = torch::randn({1, 208});
   const torch::Tensor exact = network.forward(frame).clone();
   for (torch::Tensor& parameter : network.parameters()) {
@@ -179,7 +179,7 @@ TEST(InferencePlans, InBfloat16AreThoseOfRoundedDenseWeights) {
 TEST(InferencePlans, MayBeSharedByThreads) {
   torch::manual_seed(3);
   const DdErtGenerator network(Sensor{}, {.width = 6});
-  const auto plan = network.plan(false);
+  const auto plan = network.plan(PlanBuilder());
   const torch::Tensor frames = torch::randn({40, 208});
   const auto images_of = [&] {
     std::vector<torch::Tensor> images;

@@ -31,8 +31,8 @@ std::string failure(SolverRegistry& registry, const json& spec) {
 TEST(Registry, KnowsTheSolvers) {
   EXPECT_EQ(SolverRegistry().types(),
             (std::vector<std::string>{"one-step-gn", "tsvd", "lmmse", "pdipm", "gauss-newton",
-                                      "contacts", "kernel-ridge", "command", "fcnn", "dcnn",
-                                      "eit-nn", "dd-ert", "lean-net", "torchscript"}));
+                                      "contacts", "kernel-ridge", "command", "exported", "fcnn",
+                                      "dcnn", "eit-nn", "dd-ert", "lean-net", "torchscript"}));
 }
 
 TEST(Registry, DescribesEveryParameterThatASolverReports) {

@@ -1,0 +1,383 @@
+#include "solvers/export/c_source.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "core/text.h"
+#include "forward/data/sheet_model.h"
+#include "solvers/export/quantised.h"
+
+namespace ertbench {
+
+const std::string& c_solver_header();
+const std::string& c_layers();
+const std::string& c_float_kernels();
+const std::string& c_int8_kernels();
+const std::string& c_steps();
+const std::string& c_contacts();
+const std::string& c_example();
+
+namespace {
+
+using StepKind = ExportStep::Kind;
+constexpr std::array<const char*, 3> precisions = {"float32", "float16", "int8"};
+constexpr double empty_image = 1e-9;  ///< share of the background: kEmptyImage of bench/score
+
+std::string c_number(float value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, 8);
+  return std::string(text, end.ptr) + "F";
+}
+std::string c_number(int value) { return std::to_string(value); }
+
+/// `$KEY$` in the text replaced by the value of each key.
+std::string filled(std::string text, const std::map<std::string, std::string>& values) {
+  for (const auto& [key, value] : values) {
+    const std::string mark = "$" + key + "$";
+    for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += value.size()) {
+      text.replace(at, mark.size(), value);
+    }
+  }
+  return text;
+}
+
+/// The part of steps.c.in below the line "//// NAME".
+std::string part(const std::string& name) {
+  const std::string mark = "//// " + name + "\n";
+  const std::size_t at = c_steps().find(mark);
+  if (at == std::string::npos) throw std::logic_error("steps.c.in has no part " + name);
+  const std::size_t first = at + mark.size();
+  return c_steps().substr(first, c_steps().find("//// ", first) - first);
+}
+
+/// Arrays of constants: their definitions, their declarations and their size.
+class Constants {
+ public:
+  template <typename Number>
+  std::string add(const std::string& type, const std::string& name,
+                  const std::vector<Number>& numbers, std::size_t bytes_each) {
+    const std::string begin =
+        "const " + type + " " + name + "[" + std::to_string(numbers.size()) + "]";
+    declarations_ += "extern " + begin + ";\n";
+    definitions_ += "\n" + begin + " = {";
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      definitions_ += i == 0 ? "\n    " : i % 8 == 0 ? ",\n    " : ", ";
+      definitions_ += c_number(numbers[i]);
+    }
+    definitions_ += "\n};\n";
+    bytes_ += bytes_each * numbers.size();
+    return name;
+  }
+  const std::string& declarations() const { return declarations_; }
+  const std::string& definitions() const { return definitions_; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  std::string declarations_;
+  std::string definitions_;
+  std::size_t bytes_ = 0;
+};
+
+/// Outputs that are summed together, as many as the number of outputs allows.
+int group_of(const ExportStep& step) {
+  return step.outputs % 8 == 0 ? 8 : step.outputs % 4 == 0 ? 4 : 1;
+}
+
+/// [outputs][taps and inputs] as [outputs / group][taps and inputs][group].
+template <typename Number>
+std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group) {
+  const std::size_t size = weights.size() / index_of(outputs);
+  std::vector<Number> out;
+  for (int first = 0; first < outputs; first += group) {
+    for (std::size_t i = 0; i < size; ++i) {
+      for (int o = first; o < first + group; ++o) out.push_back(weights[index_of(o) * size + i]);
+    }
+  }
+  return out;
+}
+
+/// Writes one program.
+class Writer {
+ public:
+  Writer(const ExportProgram& program, const CExport& how) : program_(program), how_(how) {
+    if (is_int8()) quantised_ = quantise(program, how.ranges);
+  }
+  std::map<std::string, std::string> files();
+
+ private:
+  bool is_int8() const { return how_.precision == ExportPrecision::int8; }
+  bool is_half() const { return how_.precision == ExportPrecision::float16; }
+  std::string place(int value) const { return std::to_string(program_.value(value).place); }
+  std::string weights(std::size_t index);
+  void add_layer(std::size_t index);
+  void add_call(std::size_t index);
+  void add_steps();
+  void add_input();
+  std::string contact_numbers() const;
+  std::map<std::string, std::string> words();
+  std::string heading(const std::string& what) const {
+    return "/* " + name_ + ": " + what + ", by ertbench export */\n";
+  }
+
+  const ExportProgram& program_;
+  const CExport& how_;
+  std::string name_;
+  QuantisedProgram quantised_;
+  Constants constants_;
+  std::string layers_;  ///< definitions in ert_layers
+  std::string calls_;
+  std::set<std::string> parts_;
+};
+
+std::string Writer::weights(std::size_t index) {
+  const ExportStep& step = program_.steps()[index];
+  const std::string name = "ert_weights_" + std::to_string(index);
+  const int group = group_of(step);
+  if (is_int8()) {
+    const std::vector<std::int8_t> all =
+        grouped(quantised_.steps[index].weights, step.outputs, group);
+    return constants_.add("int8_t", name, std::vector<int>(all.begin(), all.end()), 1);
+  }
+  const std::vector<float> all = grouped(step.weights, step.outputs, group);
+  if (!is_half()) return constants_.add("float", name, all, 4);
+  std::vector<int> halves;
+  for (const float one : all) halves.push_back(Eigen::half(one).x);
+  return constants_.add("uint16_t", name, halves, 2);
+}
+
+void Writer::add_layer(std::size_t index) {
+  const ExportStep& step = program_.steps()[index];
+  const ExportProgram::Value& from = program_.value(step.inputs[0]);
+  const std::string number = std::to_string(index);
+  const auto fields = [](std::initializer_list<std::pair<const char*, int>> pairs) {
+    std::string line = "     ";
+    for (const auto& [key, value] : pairs) {
+      line += " ." + std::string(key) + " = " + std::to_string(value) + ",";
+    }
+    return line + "\n";
+  };
+  layers_ += "  static const ErtLayer layer_" + number + " = {\n";
+  layers_ += fields({{"from", from.place},
+                     {"rows", from.rows},
+                     {"columns", from.columns},
+                     {"channels", from.channels}});
+  layers_ += fields({{"to", program_.value(step.value).place},
+                     {"out_rows", program_.sum_rows(step)},
+                     {"out_columns", program_.sum_columns(step)},
+                     {"outputs", step.outputs}});
+  layers_ += fields({{"kernel", step.kernel},
+                     {"stride", step.stride},
+                     {"padding", step.padding},
+                     {"group", group_of(step)}});
+  layers_ += fields({{"spread", step.spread},
+                     {"row", step.row},
+                     {"column", step.column},
+                     {"positive", step.relu ? 1 : 0}});
+  layers_ += fields({{"added", step.added < 0 ? -1 : program_.value(step.added).place},
+                     {"added_channels", step.added < 0 ? 0 : program_.value(step.added).channels}});
+  layers_ += "      .weights = " + weights(index);
+  if (is_int8()) {
+    const QuantisedProgram::Step& whole = quantised_.steps[index];
+    const auto list = [&](const char* name, const std::vector<std::int32_t>& numbers) {
+      return constants_.add("int32_t", name + number, numbers, 4);
+    };
+    layers_ += ", .bias = " + list("ert_bias_", whole.bias);
+    layers_ += ", .factors = " + list("ert_factors_", whole.factors);
+    if (step.added >= 0) layers_ += ",\n      .added_factors = " + list("ert_added_", whole.added);
+    layers_ += ", .most = " + std::to_string(quantised_.values[index_of(step.value)].most);
+  } else {
+    layers_ += ", .bias = " + constants_.add("float", "ert_bias_" + number, step.bias, 4);
+  }
+  layers_ += "};\n";
+  calls_ += "  ert_convolve(&layer_" + number + ", numbers);\n";
+}
+
+void Writer::add_call(std::size_t index) {
+  const ExportStep& step = program_.steps()[index];
+  const ExportProgram::Value& from = program_.value(step.inputs[0]);
+  const std::string pixels = std::to_string(from.pixels());
+  const std::string channels = std::to_string(from.channels);
+  const std::string in = "(&numbers[" + place(step.inputs[0]) + "], ";
+  const std::string out = "&numbers[" + place(step.value) + "]";
+  switch (step.kind) {
+    case StepKind::convolve:
+      return add_layer(index);
+    case StepKind::sums_of_pairs:
+      parts_.insert("sums");
+      calls_ += "  ert_sum_pairs(" + constants_.add("uint16_t", "ert_pairs", step.indices, 2) +
+                ", " + in.substr(1) + out + ", " + std::to_string(step.indices.size() / 2) + ");\n";
+      return;
+    case StepKind::join: {
+      parts_.insert("join");
+      int first = 0;
+      for (const int input : step.inputs) {
+        const std::string own = std::to_string(program_.value(input).channels);
+        calls_ += "  ert_join(&numbers[" + place(input) + "], " + pixels + ", " + own + ", " + out +
+                  ", " + std::to_string(first) + ", " +
+                  std::to_string(program_.value(step.value).channels) + ");\n";
+        first += program_.value(input).channels;
+      }
+      return;
+    }
+    case StepKind::shuffle:
+      parts_.insert("shuffle");
+      calls_ += "  ert_shuffle" + in + std::to_string(from.rows) + ", " +
+                std::to_string(from.columns) + ", " + out + ");\n";
+      return;
+    case StepKind::sigmoid:
+      parts_.insert("sigmoid");
+      if (is_int8()) return;  // a table, where the image is written
+      calls_ += "  ert_sigmoid" + in + std::to_string(from.size()) + ");\n";
+      return;
+    case StepKind::summarise:
+      parts_.insert("summarise");
+      calls_ += "  ert_summarise" + in + pixels + ", " + channels + ", " + out + ");\n";
+      return;
+    case StepKind::weigh:
+      parts_.insert("weigh");
+      calls_ += "  ert_weigh" + in + "&numbers[" + place(step.inputs[1]) + "], " + pixels + ", " +
+                channels + ", " + out + ");\n";
+      return;
+  }
+}
+
+void Writer::add_input() {
+  if (is_int8() || program_.is_standardised()) {
+    std::vector<float> scale = program_.scale();
+    const auto step = static_cast<float>(is_int8() ? quantised_.values[0].step : 1);
+    for (float& one : scale) one /= step;
+    constants_.add("float", "ert_shift", program_.shift(), 4);
+    constants_.add("float", "ert_scale", scale, 4);
+  }
+  const Eigen::VectorXf reference = uniform_reference(how_.sensor).cast<float>();
+  constants_.add("float", "ert_reference", std::vector<float>(reference.begin(), reference.end()),
+                 4);
+}
+
+std::string Writer::contact_numbers() const {
+  const PixelGrid pixels = how_.sensor.image();
+  const double mm = how_.sensor.sheet->unit_mm();
+  const Eigen::Vector2d first = mm * pixels.centre(0);
+  const Eigen::Vector2d size = mm * pixels.pixel();
+  const double floor = std::max(how_.rule.floor, empty_image) * how_.sensor.background;
+  std::string out;
+  const auto define = [&](const char* name, double value, const char* what) {
+    out += "#define ERT_" + std::string(name) + " " + c_number(static_cast<float>(value)) + " /* " +
+           what + " */\n";
+  };
+  define("THRESHOLD", how_.rule.threshold, "of the largest change: less is no contact");
+  define("FLOOR", floor, "S/m: less is no contact");
+  define("SADDLE", how_.rule.saddle, "of the lower of two summits: less divides them");
+  define("X_MM", first.x(), "centre of the first pixel");
+  define("Y_MM", first.y(), "");
+  define("WIDTH_MM", size.x(), "of a pixel");
+  define("HEIGHT_MM", size.y(), "");
+  return out;
+}
+
+std::map<std::string, std::string> Writer::words() {
+  const bool exponential = parts_.count("sigmoid") > 0 && !is_int8();
+  const std::string library = exponential && is_half() ? "memcpy and expf"
+                              : exponential            ? "expf"
+                              : is_half()              ? "memcpy"
+                                                       : "nothing";
+  const Sensor& sensor = how_.sensor;
+  return {{"NAME", name_},
+          {"PRECISION", name_of(how_.precision)},
+          {"LIBRARY", library},
+          {"CHANNELS", std::to_string(sensor.channels())},
+          {"ROWS", std::to_string(sensor.image_rows())},
+          {"COLUMNS", std::to_string(sensor.image_columns())},
+          {"NUMBERS", std::to_string(program_.memory())},
+          {"NUMBER", is_int8() ? "int16_t" : "float"},
+          {"WEIGHT_BYTES", std::to_string(constants_.bytes())}};
+}
+
+std::map<std::string, std::string> Writer::files() {
+  // A name is text of the user's: what may stand in a comment.
+  for (const char one : how_.name) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(one)) != 0;
+    if (plain || std::strchr("._ -+=,", one)) name_ += one;
+  }
+  for (std::size_t i = 0; i < program_.steps().size(); ++i) add_call(i);
+  add_input();
+  const bool sigmoid = is_int8() && parts_.count("sigmoid") > 0;
+  const double step = is_int8() ? quantised_.values[index_of(program_.output())].step : 1;
+  if (sigmoid) {
+    std::vector<int> table;
+    for (int i = 0; i <= 256; ++i) {
+      table.push_back(static_cast<int>(
+          std::min(65535.0, std::round(65536 / (1 + std::exp(-step * (256 * i - 32768)))))));
+    }
+    constants_.add("uint16_t", "ert_sigmoids", table, 2);
+    parts_.erase("sigmoid");
+  }
+  std::string solver =
+      heading("the layers, the image and the contacts") + "#include \"solver.h\"\n\n";
+  if (parts_.count("sigmoid") > 0) solver += "#include <math.h>\n";
+  if (is_half()) solver += "#include <string.h>\n";
+  solver += "#include \"weights.h\"\n\n";
+  const double unit = program_.unit() * (sigmoid ? std::ldexp(1.0, -24) : step);
+  solver += "#define ERT_UNIT " + c_number(static_cast<float>(unit)) + " /* of the image, S/m */\n";
+  if (is_int8()) {
+    solver +=
+        "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) + "\n";
+  }
+  solver += contact_numbers();
+  const std::string weight = is_int8() ? "int8_t" : is_half() ? "uint16_t" : "float";
+  solver += "\ntypedef " + weight + " ErtWeight;\ntypedef " + (is_int8() ? "int32_t" : "float") +
+            " ErtSum;\n\n";
+  const std::string kernels =
+      is_int8() ? c_int8_kernels()
+                : part(is_half() ? "weight float16" : "weight float32") + c_float_kernels();
+  solver +=
+      filled(c_layers(), {{"FIELDS", is_int8() ? part("fields int8") : ""}, {"KERNELS", kernels}});
+  for (const std::string& name : parts_) solver += "\n" + part(name);
+  solver += "\n" + part(sigmoid     ? "image int8 sigmoid"
+                        : is_int8() ? "image int8"
+                                    : "image float32");
+  solver += "\n" + part(is_int8()                    ? "set int8"
+                        : program_.is_standardised() ? "set float32 standardised"
+                                                     : "set float32");
+  solver += "\nstatic void ert_layers(ErtNumber *numbers, float image[ERT_PIXELS])\n{\n" + layers_ +
+            calls_ + "  ert_write_image(&numbers[" + place(program_.output()) + "], image);\n";
+  const PixelGrid pixels = how_.sensor.image();
+  for (int p = 0; p < pixels.count(); ++p) {
+    if (!pixels.on_sheet(p))
+      solver += "  image[" + std::to_string(p) + "] = 0.0F; /* no sheet */\n";
+  }
+  solver += "}\n\n" + part("calls") + c_contacts();
+  return {
+      {"solver.h", filled(c_solver_header(), words())},
+      {"solver.c", solver},
+      {"weights.h", heading("constants of its layers") +
+                        "#ifndef ERT_WEIGHTS_H\n#define ERT_WEIGHTS_H\n\n#include <stdint.h>\n\n" +
+                        constants_.declarations() + "\n#endif\n"},
+      {"weights.c",
+       heading("constants of its layers") + "#include \"weights.h\"\n" + constants_.definitions()},
+      {"example.c", c_example()}};
+}
+
+}  // namespace
+
+ExportPrecision precision_from_name(const std::string& name) {
+  const auto found = std::find(precisions.begin(), precisions.end(), name);
+  if (found == precisions.end()) throw std::logic_error("no precision " + name);
+  return static_cast<ExportPrecision>(found - precisions.begin());
+}
+
+const char* name_of(ExportPrecision precision) {
+  return precisions[static_cast<std::size_t>(precision)];
+}
+
+std::map<std::string, std::string> c_source(const ExportProgram& program, const CExport& how) {
+  return Writer(program, how).files();
+}
+
+}  // namespace ertbench

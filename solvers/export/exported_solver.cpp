@@ -1,0 +1,220 @@
+#include "solvers/export/exported_solver.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/hdf5_file.h"
+#include "core/process.h"
+#include "core/text.h"
+#include "forward/data/dataset_file.h"
+#include "solvers/check/checked_solver.h"
+#include "solvers/check/stored_solver.h"
+#include "solvers/layered_solver.h"
+#include "solvers/solver_file.h"
+
+namespace ertbench {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+SolverToExport load_to_export(const fs::path& file, const MakeSolver& make) {
+  std::string type;
+  Sensor sensor;
+  {
+    const Hdf5File in = Hdf5File::open(file);
+    if (!in.has_attribute("/", "solver")) {
+      throw InputError(file.string() + ": is not the file of a fitted solver");
+    }
+    type = in.read_text("/", "solver");
+    const json said = json_attribute(in, "sensor");
+    sensor = sensor_from_json(JsonObject(said, file.string(), "/sensor"));
+  }
+  const json entry = {{"type", type}, {"checkpoint", fs::absolute(file).string()}};
+  std::unique_ptr<Solver> solver = make(JsonObject(entry, file.string(), ""));
+  FitInput input;
+  input.sensor = sensor;
+  solver->fit(input);
+  const auto* const checked = dynamic_cast<const CheckedSolver*>(solver.get());
+  const auto* const layered = checked ? checked->inner_as<LayeredSolver>() : nullptr;
+  try {
+    const std::optional<LayerList> list = layered ? layered->layers() : std::nullopt;
+    if (!list) {
+      throw InputError("a " + type +
+                       " has no layers that could be exported; take a linear method " +
+                       "or a network");
+    }
+    return {sensor, std::move(solver), ExportProgram(*list)};
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+}
+
+std::vector<double> calibrate(ExportProgram& program, const Frames& changes) {
+  program.equalise_input(changes);
+  return program.ranges(changes);
+}
+
+namespace {
+
+constexpr Eigen::Index calibration_frames = 200;
+constexpr double compile_limit_s = 600;
+
+/// Calls by names that do not depend on the solver.
+constexpr const char* calls = R"c(#include "solver.h"
+unsigned long ert_state_bytes(void) { return sizeof(ErtSolver); }
+void ert_frame(void *state, const float *changes, float *image)
+{
+  static const float none[ERT_CHANNELS];
+  ert_set_reference((ErtSolver *)state, none);
+  ert_image((ErtSolver *)state, changes, image);
+}
+)c";
+
+std::vector<std::string> compiler() {
+  const char* const chosen = std::getenv("CC");
+  return {
+      chosen && *chosen ? chosen : "cc", "-std=c99", "-O3", "-march=native", "-shared", "-fPIC"};
+}
+
+}  // namespace
+
+/// The compiled code.
+class ExportedSolver::Library {
+ public:
+  explicit Library(const std::map<std::string, std::string>& files) : folder_("export") {
+    for (const auto& [name, text] : files) write_file_atomically(folder_.path() / name, text);
+    write_file_atomically(folder_.path() / "calls.c", calls);
+    std::vector<std::string> words = compiler();
+    words.insert(words.end(), {"-o", "solver.so", "solver.c", "weights.c", "calls.c", "-lm"});
+    const fs::path log = folder_.path() / "compiler.log";
+    const ProcessEnd end =
+        ChildProcess(words, {.log = log, .folder = folder_.path()}, {.time_s = compile_limit_s})
+            .wait();
+    if (!end.ok()) {
+      throw InputError("the C compiler " + printable(words[0]) + ": " + end.text() + ": " +
+                       printable(contents_of(log), 500) + "; install one, or name it in $CC");
+    }
+    handle_ = ::dlopen((folder_.path() / "solver.so").c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle_) throw InputError(std::string("the exported solver: ") + ::dlerror());
+    frame_ = reinterpret_cast<Frame>(::dlsym(handle_, "ert_frame"));
+    const auto bytes = reinterpret_cast<unsigned long (*)()>(::dlsym(handle_, "ert_state_bytes"));
+    state_numbers_ = (bytes() + sizeof(double) - 1) / sizeof(double);
+  }
+  ~Library() {
+    if (handle_) ::dlclose(handle_);
+  }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+
+  void frame(double* state, const float* changes, float* image) const {
+    frame_(state, changes, image);
+  }
+  std::size_t state_numbers() const { return state_numbers_; }  ///< doubles
+
+ private:
+  using Frame = void (*)(void*, const float*, float*);
+  TemporaryFolder folder_;
+  void* handle_ = nullptr;
+  Frame frame_ = nullptr;
+  std::size_t state_numbers_ = 0;
+};
+
+ExportedSolver::ExportedSolver(JsonObject object, MakeSolver make)
+    : of_(object.text("of")), make_(std::move(make)) {
+  try {
+    fitted_ = fitted_file(of_, object.folder());
+  } catch (const InputError& error) {
+    object.fail("of", error.what());
+  }
+  object.choice_or("to", "c", {"c"});
+  precision_ =
+      precision_from_name(object.choice_or("precision", "float32", {"float32", "float16", "int8"}));
+  object.finish();
+}
+
+ExportedSolver::~ExportedSolver() = default;
+
+json ExportedSolver::parameters() const {
+  return {{"of", of_}, {"to", "c"}, {"precision", name_of(precision_)}};
+}
+
+void ExportedSolver::compile(const Sensor& sensor, const Frames& calibration) {
+  library_.reset();
+  SolverToExport exported = load_to_export(fitted_, make_);
+  if (exported.sensor != sensor) {
+    throw InputError(fitted_.string() + ": was fitted for another sensor");
+  }
+  sensor_ = sensor;
+  CExport how{.name = of_, .sensor = sensor, .precision = precision_};
+  if (precision_ == ExportPrecision::int8) {
+    calibration_ = calibration;
+    how.ranges = calibrate(exported.program, calibration);
+  }
+  library_ = std::make_unique<const Library>(c_source(exported.program, how));
+}
+
+void ExportedSolver::fit(const FitInput& input) {
+  Frames changes;
+  if (precision_ == ExportPrecision::int8) {
+    if (!input.validation) {
+      throw InputError("exported: int8 is calibrated on the dataset \"validation\"; add it");
+    }
+    changes = input.validation->voltages(
+        0, std::min<std::uint64_t>(calibration_frames, input.validation->size()));
+    changes.rowwise() -= input.validation->reference_voltages().transpose();
+  }
+  compile(input.sensor, changes);
+}
+
+void ExportedSolver::reconstruct(FramesView changes, ImagesView images,
+                                 std::span<FrameReport>) const {
+  // Buffers of the thread, so that a frame allocates nothing.
+  thread_local std::vector<double> state;
+  thread_local Eigen::RowVectorXf frame;
+  thread_local Eigen::RowVectorXf image;
+  state.resize(std::max(state.size(), library_->state_numbers()));
+  image.resize(images.cols());
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    frame = changes.row(f).cast<float>();
+    library_->frame(state.data(), frame.data(), image.data());
+    images.row(f) = image.cast<double>();
+  }
+}
+
+void ExportedSolver::save(const fs::path& file) const {
+  Hdf5File out = create_solver_file(file, type, sensor_, parameters());
+  if (calibration_.size() > 0) out.write_matrix("/calibration", calibration_);
+  out.close();
+}
+
+void ExportedSolver::load(const fs::path& file, const Sensor& sensor) {
+  const Hdf5File in = open_solver_file(file, type, sensor);
+  Frames changes;
+  if (precision_ == ExportPrecision::int8)
+    changes = in.read_rows("/calibration", 0, in.shape("/calibration").front());
+  compile(sensor, changes);
+}
+
+std::vector<SolverType> exported_solvers(const MakeSolver& make) {
+  SolverInfo info;
+  info.summary = "a fitted solver as `ertbench export` writes it in C, compiled (docs/robot.md)";
+  info.parameters = {
+      {"of", "the fitted solver: a file, or a name that `ertbench list --fitted` shows",
+       ParameterRole::file},
+      {"to", "\"c\""},
+      {"precision",
+       "of weights: \"float32\" (the default), \"float16\", or \"int8\", calibrated on 200 frames "
+       "of the dataset \"validation\""}};
+  info.make = [make](JsonObject object) -> std::unique_ptr<Solver> {
+    return std::make_unique<ExportedSolver>(std::move(object), make);
+  };
+  info.probes = {};  // the file of the fitted solver is part of the key
+  return {{ExportedSolver::type, info}};
+}
+
+}  // namespace ertbench

@@ -1,0 +1,312 @@
+// Exported code is compiled by the system's compilers, called, and held against the program's own
+// images and contacts, and on machines that QEMU has.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "bench/score/image_contacts.h"
+#include "core/errors.h"
+#include "forward/data/generate.h"
+#include "tests/bench/program.h"
+#include "tests/solvers/solver_testing.h"
+
+namespace ertbench::testing {
+namespace {
+
+using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr int frames = 60;
+constexpr int pixels = 576;
+constexpr int most_contacts = 8;  ///< ERT_MOST_CONTACTS
+constexpr int contact_numbers = 1 + 5 * most_contacts;
+
+/// What a shell says to a command in `folder`; its exit code comes first where it is not 0.
+Outcome shell(const fs::path& folder, const std::string& command) {
+  return run_program(folder, "-c " + quoted(command), "/bin/bash");
+}
+
+bool has(const std::string& program) { return shell("/", "command -v " + program).exit_code == 0; }
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+FloatRows floats_of(const fs::path& file, Eigen::Index columns) {
+  const std::string bytes = text_of(file);
+  const auto* first = reinterpret_cast<const float*>(bytes.data());
+  const auto size = static_cast<Eigen::Index>(bytes.size() / sizeof(float));
+  return Eigen::Map<const FloatRows>(first, size / columns, columns);
+}
+
+void write(const fs::path& file, const FloatRows& numbers) {
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(numbers.data()),
+             static_cast<std::streamsize>(sizeof(float)) * numbers.size());
+}
+
+/// Frames of random contacts whose voltages are floats: a dataset, and what the C code reads.
+class Export : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    generate_dataset(random_contacts(frames), path() / "frames.h5");
+    const DatasetFile set(path() / "frames.h5");
+    FloatRows numbers(frames + 1, 208);
+    numbers.row(0) = set.reference_voltages().cast<float>();
+    numbers.bottomRows(frames) = set.voltages(0, frames).cast<float>();
+    write(path() / "frames.bin", numbers);
+    Hdf5File rounded = Hdf5File::create(path() / "rounded.h5");
+    rounded.write_matrix("/voltages", numbers.bottomRows(frames).cast<double>());
+    rounded.write_vector("/reference_voltages", numbers.row(0).cast<double>());
+    rounded.close();
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static fs::path path() { return folder_->path(); }
+
+  /// Exports into a folder of its name and compiles, without a warning, into `program`.
+  static fs::path exported(const std::string& solver, const std::string& precision,
+                           const std::string& compiler = "gcc") {
+    const std::string name = solver + "-" + precision;
+    const Outcome written = run_program(path(), "export " + solver + " --precision " + precision +
+                                                    " --frames frames.h5 --threshold 0.25 --floor 0"
+                                                    " --out " +
+                                                    name);
+    EXPECT_EQ(written.exit_code, 0) << written.output;
+    const Outcome compiled =
+        shell(path() / name, compiler +
+                                 " -std=c99 -O2 -Wall -Wextra -Wconversion -pedantic -Werror -I. " +
+                                 ERTBENCH_SOURCE_DIR
+                                 "/tests/export/check.c solver.c weights.c -lm -o program"
+                                 " && " +
+                                 compiler +
+                                 " -std=c99 -O2 -Wall -Wextra -pedantic -Werror example.c "
+                                 "solver.c weights.c -lm -o example");
+    EXPECT_EQ(compiled.exit_code, 0) << compiler << ": " << compiled.output;
+    return path() / name;
+  }
+  static FloatRows answers(const fs::path& folder) {
+    const Outcome ran = shell(folder, "./program images < ../frames.bin > answers.bin");
+    EXPECT_EQ(ran.exit_code, 0) << ran.output;
+    return floats_of(folder / "answers.bin", pixels + contact_numbers);
+  }
+  /// The program's images of the same frames [frames, pixels].
+  static Eigen::MatrixXd images(const std::string& solver) {
+    const std::string file = solver + ".images.h5";
+    const Outcome ran = run_program(
+        path(), "reconstruct --force --solver " + solver + " --input rounded.h5 --output " + file);
+    EXPECT_EQ(ran.exit_code, 0) << ran.output;
+    return Hdf5File::open(path() / file).read_rows("/conductivity_change", 0, frames);
+  }
+
+  inline static std::unique_ptr<TemporaryFolder> folder_;
+};
+
+void expect_contacts(const Eigen::Ref<const Eigen::RowVectorXf>& numbers,
+                     const std::vector<FoundContact>& contacts) {
+  const Sensor sensor;
+  const double mm = sensor.sheet->unit_mm();
+  ASSERT_EQ(numbers[0], std::min<std::size_t>(contacts.size(), most_contacts));
+  for (int i = 0; i < static_cast<int>(numbers[0]); ++i) {
+    const FoundContact& one = contacts[static_cast<std::size_t>(i)];
+    const auto found = numbers.segment(1 + 5 * i, 5);
+    EXPECT_NEAR(found[0], mm * one.place.x(), 1e-3);
+    EXPECT_NEAR(found[1], mm * one.place.y(), 1e-3);
+    EXPECT_NEAR(found[2], mm * mm * one.strength, 1e-5 * mm * mm * one.strength);
+    EXPECT_NEAR(found[3], one.peak, 1e-6 * one.peak);
+    EXPECT_NEAR(found[4], mm * mm * one.area, 1e-2);
+  }
+}
+
+TEST_F(Export, ImagesAndContactsAreTheProgramsInEachMethod) {
+  for (const std::string solver :
+       {"one-step-gn", "tsvd", "lmmse", "fcnn-288", "eit-nn-288", "lean-net-8"}) {
+    SCOPED_TRACE(solver);
+    const FloatRows found = answers(exported(solver, "float32"));
+    ASSERT_EQ(found.rows(), frames);
+    const Eigen::MatrixXd own = images(solver);
+    for (int f = 0; f < frames; ++f) {
+      const Eigen::RowVectorXd image = found.row(f).head(pixels).cast<double>();
+      EXPECT_LE((image - own.row(f)).norm(), 1e-6 * own.row(f).norm()) << "frame " << f;
+      expect_contacts(found.row(f).tail(contact_numbers), contacts_of_image({}, {}, image));
+    }
+  }
+}
+
+TEST_F(Export, CoarseWeightsCostLittle) {
+  for (const std::string solver : {"tsvd", "lmmse", "fcnn-288", "eit-nn-288", "lean-net-8"}) {
+    SCOPED_TRACE(solver);
+    const Eigen::MatrixXd own = images(solver);
+    // Half precision rounds to 2^-11, 8 bits to 2^-8 of an output's largest weight.
+    for (const auto& [precision, most] : {std::pair{"float16", 0.004}, std::pair{"int8", 0.05}}) {
+      const FloatRows found = answers(exported(solver, precision));
+      ASSERT_EQ(found.rows(), frames);
+      EXPECT_LE(relative_difference(found.leftCols(pixels).cast<double>(), own), most) << precision;
+    }
+  }
+}
+
+TEST_F(Export, CompilesWithoutWarningByClang) {
+  if (!has("clang")) GTEST_SKIP() << "no clang";
+  for (const char* precision : {"float32", "float16", "int8"}) {
+    EXPECT_EQ(answers(exported("lean-net-8", precision, "clang")).rows(), frames);
+  }
+}
+
+TEST_F(Export, ContactsOfAnyImageAreTheRules) {
+  // Noise has dozens of maxima of both signs, and blocks of equal numbers have plateaus.
+  FloatRows given(40, pixels);
+  given = random_matrix(40, pixels, 3).cast<float>();
+  for (int f = 20; f < 40; ++f) {
+    for (int p = 0; p < pixels; ++p) given(f, p) = given(f, (p / 24 / 4 * 24 + p % 24 / 3) * 2);
+  }
+  const fs::path folder = exported("tsvd", "float32");
+  write(folder / "images.bin", given);
+  const Outcome ran = shell(folder, "./program contacts < images.bin > contacts.bin");
+  ASSERT_EQ(ran.exit_code, 0) << ran.output;
+  const FloatRows found = floats_of(folder / "contacts.bin", contact_numbers);
+  ASSERT_EQ(found.rows(), 40);
+  for (int f = 0; f < 40; ++f) {
+    SCOPED_TRACE(f);
+    expect_contacts(found.row(f), contacts_of_image({}, {}, given.row(f).cast<double>()));
+  }
+}
+
+TEST_F(Export, AMatrixIsReadByOthers) {
+  const Outcome written = run_program(path(), "export lmmse --to matrix --out matrix");
+  ASSERT_EQ(written.exit_code, 0) << written.output;
+  const Outcome read = shell(path() / "matrix", R"(python3 -c "
+import ast, struct, zipfile
+with zipfile.ZipFile(\"matrix.npz\") as archive:
+    assert archive.testzip() is None
+    bytes_ = archive.read(\"matrix.npy\")
+size, = struct.unpack(\"<H\", bytes_[8:10])
+header = ast.literal_eval(bytes_[10:10 + size].decode())
+assert header == {\"descr\": \"<f4\", \"fortran_order\": False, \"shape\": (576, 208)}, header
+assert (10 + size) % 64 == 0
+numbers = struct.unpack(\"<119808f\", bytes_[10 + size:])
+lines = [[float(word) for word in line.split(\",\")] for line in open(\"matrix.csv\")]
+assert [len(line) for line in lines] == 576 * [208]
+assert all(abs(a - b) <= 1e-7 * abs(b) for a, b in zip(numbers, sum(lines, [])))
+")");
+  EXPECT_EQ(read.exit_code, 0) << read.output;
+  Eigen::MatrixXd matrix(pixels, 208);
+  std::ifstream csv(path() / "matrix/matrix.csv");
+  char comma = 0;
+  for (int p = 0; p < pixels; ++p) {
+    for (int c = 0; c < 208; ++c) {
+      csv >> matrix(p, c);
+      if (c < 207) csv >> comma;
+    }
+  }
+  const Hdf5File in = Hdf5File::open(path() / "rounded.h5");
+  Frames changes = in.read_rows("/voltages", 0, frames);
+  changes.rowwise() -= in.read_vector("/reference_voltages").transpose();
+  EXPECT_LE(relative_difference(changes * matrix.transpose(), images("lmmse")), 1e-6);
+}
+
+TEST_F(Export, WhatCannotBeExportedIsSaid) {
+  const auto said = [&](const std::string& words) {
+    const Outcome outcome = run_program(path(), "export " + words + " --out refused");
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    EXPECT_FALSE(fs::exists(path() / "refused"));
+    return outcome.output;
+  };
+  EXPECT_NE(said("contacts").find("has no layers"), std::string::npos);
+  EXPECT_NE(said("lean-net-9").find("did you mean \"lean-net-8\""), std::string::npos);
+  EXPECT_NE(said("tsvd --precision int8").find("--frames"), std::string::npos);
+  EXPECT_NE(said("lean-net-8 --to matrix").find("--to c"), std::string::npos);
+  std::ofstream(path() / "frames.txt") << "none";
+  EXPECT_NE(said("tsvd --frames frames.txt").find("frames.txt"), std::string::npos);
+}
+
+TEST_F(Export, AFileThatIsNoExportIsKept) {
+  fs::create_directories(path() / "mine");
+  std::ofstream(path() / "mine/solver.c") << "int mine;\n";
+  const Outcome outcome = run_program(path(), "export tsvd --out mine");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_EQ(text_of(path() / "mine/solver.c"), "int mine;\n");
+}
+
+TEST_F(Export, TheNameOfAFileIsNoCode) {
+  const std::string name = "x*& $(y) int no_such; .fitted";
+  fs::copy_file(ERTBENCH_SOURCE_DIR "/results/networks/tsvd.fitted", path() / name);
+  const Outcome outcome = run_program(path(), "export '" + name + "' --out named");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(text_of(path() / "named/solver.c").rfind("/* x y int no_such .fitted: ", 0), 0U);
+}
+
+TEST_F(Export, IsARowLikeAnySolver) {
+  const DatasetFile validation(path() / "frames.h5");
+  FitInput input;
+  input.validation = &validation;
+  const auto make = [](const char* precision) {
+    return make_solver({{"type", "exported"}, {"of", "tsvd"}, {"precision", precision}});
+  };
+  Frames changes = validation.voltages(0, frames);
+  changes.rowwise() -= validation.reference_voltages().transpose();
+  const Images own = images("tsvd");
+  for (const auto& [precision, most] : {std::pair{"float32", 1e-5}, std::pair{"int8", 0.05}}) {
+    const std::unique_ptr<Solver> solver = make(precision);
+    solver->fit(input);
+    const Images fitted = reconstruct(*solver, changes).images;
+    EXPECT_LE(relative_difference(fitted, own), most) << precision;
+    const fs::path file = path() / (std::string(precision) + ".fitted");
+    solver->save(file);
+    const std::unique_ptr<Solver> loaded = make(precision);
+    loaded->load(file, {});
+    EXPECT_EQ(reconstruct(*loaded, changes).images, fitted);
+  }
+  EXPECT_THROW(make("int4"), InputError);
+  EXPECT_THROW(fitted({{"type", "exported"}, {"of", "tsvd"}, {"precision", "int8"}}), InputError);
+}
+
+TEST_F(Export, OtherMachinesGiveTheSameBits) {
+  if (!has("arm-none-eabi-gcc") || !has("qemu-system-arm")) GTEST_SKIP() << "no Cortex-M here";
+  const Outcome outcome =
+      shell(path(), "ERTBENCH=" ERTBENCH_PROGRAM " " ERTBENCH_SOURCE_DIR
+                    "/solvers/export/fits --frames frames.h5 --frames-run 2 lean-net-8:int8 "
+                    "tsvd:float32 tsvd:float16");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(outcome.output.find("| no |"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("| int8 | Cortex-M7"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Export, TheCommandsOfThePageWork) {
+  const std::string page = text_of(ERTBENCH_SOURCE_DIR "/docs/robot.md");
+  const std::regex block("```sh\n([^`]*)```");
+  std::string commands;
+  for (auto at = std::sregex_iterator(page.begin(), page.end(), block);
+       at != std::sregex_iterator(); ++at) {
+    commands += (*at)[1];
+  }
+  ASSERT_FALSE(commands.empty());
+  // The page's empty.csv: the reference with noise of 60 dB.
+  const DatasetFile set(path() / "frames.h5");
+  const fs::path folder = path() / "page";
+  fs::create_directories(folder);
+  std::ofstream csv(folder / "empty.csv");
+  const Eigen::MatrixXd noise = random_matrix(24, 208, 5);
+  const double size = 1e-3 * set.reference_voltages().norm() / std::sqrt(208.0);
+  for (int f = 0; f < 24; ++f) {
+    for (int c = 0; c < 208; ++c) {
+      csv << (c == 0 ? "" : ",") << set.reference_voltages()[c] + size * noise(f, c);
+    }
+    csv << '\n';
+  }
+  csv.close();
+  fs::copy_file(path() / "rounded.h5", folder / "presses.h5");
+  for (const char* place : {"sensors", "experiments"}) {
+    fs::create_directory_symlink(fs::path(ERTBENCH_SOURCE_DIR) / place, folder / place);
+  }
+  std::ofstream(folder / "page.sh") << "set -ex\n" << commands;
+  fs::create_symlink(ERTBENCH_PROGRAM, folder / "ertbench");
+  const Outcome outcome = shell(folder, "bash page.sh");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+}
+
+}  // namespace
+}  // namespace ertbench::testing
