@@ -25,6 +25,7 @@ constexpr double least_even = 0.05;       ///< change of the level that must hav
 /// Median distance of the channels' ratios from the level, over the level's own distance from 1: of
 /// contacts 0.2 and more, of a cup in a tank that changes the level as well.
 constexpr double even_spread = 0.15;
+constexpr double same_value = 1e-6;           ///< relative
 constexpr double least_explained = 0.75;      ///< share of a change that contacts must explain
 constexpr double one_channels_rest = 0.4;     ///< share of what they do not explain
 constexpr double one_channels_change = 2e-3;  ///< of the reference's norm
@@ -126,6 +127,11 @@ void FrameBounds::judge_levels(const Eigen::Ref<const Eigen::RowVectorXd>& chang
   const bool far = squares > 0 && (level < least_level_ || level > most_level_);
   if (!surely && far) verdict.faults |= wrong_level;
   if (verdict.faults != 0) return;
+  const Eigen::RowVectorXd voltages = reference + change;
+  if (voltages.maxCoeff() - voltages.minCoeff() <= same_value * voltages.cwiseAbs().maxCoeff()) {
+    verdict.faults = unexplained;  // all channels have one value
+    return;
+  }
   for (auto& [ratio, weight] : ratios) ratio = std::abs(ratio - verdict.level);
   verdict.even = std::abs(verdict.level * (1 + said.level) - 1) > least_even &&
                  weighted_median(ratios) < even_spread * std::abs(verdict.level - 1);

@@ -72,6 +72,7 @@ TEST(FrameBounds, FramesOfAnotherUnitSignOrLevelAreFlaggedUnderAnyContacts) {
     Eigen::RowVectorXd one = voltages;
     one[100] = 1000;
     EXPECT_EQ(faults(one), impossible_change) << f;
+    EXPECT_NE(faults(Eigen::RowVectorXd::Constant(208, reference.mean())), 0);
   }
   EXPECT_NE(bounds.judge(999 * reference, reference).text().find("millivolts for volts"),
             std::string::npos);
