@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -252,6 +253,33 @@ void require_calibration_of(const Calibration& calibration, const Sensor& sensor
     throw InputError(file.string() + ": /sensor: is another than that of the frames; calibrate " +
                      "again with their --sensor");
   }
+}
+
+Calibration on_channels_of(const Calibration& calibration, const Sensor& sensor,
+                           const std::filesystem::path& file) {
+  Calibration out = calibration;
+  const std::vector<ChannelElectrodes> wanted = electrodes_of_channels(sensor);
+  if (electrodes_of_channels(out.sensor) == wanted ||
+      out.sensor.electrode_count != sensor.electrode_count) {
+    require_calibration_of(out, sensor, file);
+    return out;
+  }
+  out.sensor = with_channels(out.sensor, wanted);
+  require_calibration_of(out, with_channels(sensor, wanted), file);
+  std::map<ChannelElectrodes, Eigen::Index> index;
+  for (const ChannelElectrodes& one : electrodes_of_channels(calibration.sensor)) {
+    index.try_emplace(one, std::ssize(index));
+  }
+  for (Eigen::VectorXd Calibration::*part :
+       {&Calibration::reference, &Calibration::noise, &Calibration::white_noise}) {
+    Eigen::VectorXd& values = out.*part;
+    values.setConstant(std::ssize(wanted), std::nan(""));
+    for (Eigen::Index c = 0; c < values.size(); ++c) {
+      const auto found = index.find(wanted[static_cast<std::size_t>(c)]);
+      if (found != index.end()) values[c] = (calibration.*part)[found->second];
+    }
+  }
+  return out;
 }
 
 namespace {

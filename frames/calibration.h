@@ -68,6 +68,11 @@ Calibration read_calibration(const std::filesystem::path& file);
 void require_calibration_of(const Calibration& calibration, const Sensor& sensor,
                             const std::filesystem::path& file);
 
+/// The calibration for the channels of `sensor`, NaN for those that it has not. Throws InputError
+/// if the sensors differ otherwise.
+Calibration on_channels_of(const Calibration& calibration, const Sensor& sensor,
+                           const std::filesystem::path& file);
+
 /// The default scenes on which solvers choose "auto" parameters and the frame check its limits:
 /// none to three random contacts on the sensor's continuous sheet, with the calibration's
 /// background and white noise of its level (absolute basis).

@@ -36,6 +36,10 @@ ChannelMap ChannelMap::mended(const std::vector<int>& from, const Eigen::VectorX
   return out;
 }
 
+ChannelMap ChannelMap::of_channels(const std::vector<int>& kept) const {
+  return mended(kept, Eigen::VectorXd::Ones(std::ssize(kept)));
+}
+
 RowMajorMatrix ChannelMap::table() const {
   RowMajorMatrix out(static_cast<Eigen::Index>(entries.size()), 3);
   for (std::size_t c = 0; c < entries.size(); ++c) {
@@ -385,7 +389,12 @@ void require_shape(const Sensor& sensor, const FrameSource& source, const Channe
 
 ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
                        const std::string& unit) {
-  const double factor = factor_of(unit);
+  const std::string said = source.unit();
+  if (!unit.empty() && !said.empty() && factor_of(unit) != factor_of(said)) {
+    throw InputError("--unit " + printable(unit) + ": " + source_name(source) + " says " + said +
+                     "; leave --unit out");
+  }
+  const double factor = factor_of(unit.empty() ? said : unit);
   ChannelMap map = map_in_volts(sensor, source, order);
   require_shape(sensor, source, map);
   for (ChannelMap::Entry& entry : map.entries) entry.factor *= factor;

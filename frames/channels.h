@@ -28,6 +28,7 @@ struct ChannelMap {
   Frames apply(const RowMajorMatrix& table) const;
   /// A map whose channel c is `factor[c]` times this one's channel `from[c]`.
   ChannelMap mended(const std::vector<int>& from, const Eigen::VectorXd& factor) const;
+  ChannelMap of_channels(const std::vector<int>& kept) const;  ///< with these channels alone
   /// The entries as [channels, 3]: column, subtracted column or -1, factor.
   RowMajorMatrix table() const;
 };
@@ -53,10 +54,10 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name);
 /// Makes the map of a declared `order`. It is a name, a text file or, beginning with "/", a dataset
 /// of the frames' file. Files and datasets have a line "drive measurement" or "drive measurement
 /// sign" for each column, counted from 0, or, in a file, "a b m n" of electrodes (read_channels);
-/// columns that are no channels are dropped. If `order` is empty, the number of columns decides
-/// between the sensor's own order and "full", and `.eit` files' injections give theirs. `unit` is
-/// "V", "mV" or "uV". Throws InputError if the columns do not fit, or a channel is missing or comes
-/// twice.
+/// columns that are no channels are dropped. If `order` is empty, the electrodes that the file
+/// names or `.eit` injections give theirs, else the number of columns decides between the sensor's
+/// own order and "full". `unit` is "V", "mV" or "uV"; empty: the file's, or V. Throws InputError if
+/// the columns do not fit, or a channel is missing or comes twice.
 ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
                        const std::string& unit);
 

@@ -1,17 +1,13 @@
 #include "frames/frame_source.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <string_view>
-#include <utility>
 
 #include "core/checksum.h"
 #include "core/errors.h"
 #include "core/files.h"
-#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -59,18 +55,41 @@ std::unique_ptr<FrameSource> open_frames(const fs::path& input, const FrameFileO
   if (fs::is_directory(input, error)) return open_eit_frames(input, options);
   require_regular_file(input);
   const std::string begin = first_bytes(input, 4096);
-  if (begin.starts_with("MATLAB 5.0")) {
+  if (begin.find("Draeger EIT-Software") != std::string::npos) {
     throw InputError(input.string() +
-                     ": is a MATLAB file of version 7 or earlier, which is no HDF5; save it with "
-                     "save('-v7.3', ...), in Octave with save('-hdf5', ...)");
+                     ": is a recording of a Draeger device, whose layout is not public; export it "
+                     "as text in the device's program, or read it with EIDORS (eidors_readdata) "
+                     "and save the frames as [N, 208] for --channels rotating");
   }
+  if (begin.starts_with("MATLAB 5.0")) return open_matlab_frames(input, options);
   if (is_hdf5(begin)) return open_hdf5_frames(input, options, begin.starts_with("MATLAB 7.3"));
-  for (const char* ending : {".h5", ".hdf5", ".hdf", ".mat"}) {
+  if (is_named(input, ".mat")) return open_matlab_frames(input, options);
+  for (const char* ending : {".h5", ".hdf5", ".hdf"}) {
     // The library says what is wrong with it.
     if (is_named(input, ending)) return open_hdf5_frames(input, options, false);
   }
+  if (is_named(input, ".get")) return open_get_frames(input, options);
   if (is_named(input, ".eit")) return open_eit_frames(input, options);
+  if (is_unified(begin)) return open_unified_frames(input, options);
   return open_csv_frames(input, options);
+}
+
+bool is_hdf5_file(const fs::path& file) { return is_hdf5(first_bytes(file, 4096)); }
+
+void require_same_missing(const RowMajorMatrix& rows, std::uint64_t first,
+                          const RowMajorMatrix& begin, const std::string& place) {
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
+    for (Eigen::Index c = 0; c < rows.cols(); ++c) {
+      const bool is_number = std::isfinite(rows(r, c));
+      const bool is_missing = std::isnan(begin(0, c));
+      if (is_missing ? std::isnan(rows(r, c)) : is_number) continue;
+      throw InputError(
+          place + ": row " + std::to_string(first + static_cast<std::uint64_t>(r)) + ", column " +
+          std::to_string(c) + ", counted from 0: " +
+          (is_number ? "is a number, which the first frame has not there" : "is not finite") +
+          "; leave such frames out");
+    }
+  }
 }
 
 std::string checksum_of(const std::vector<fs::path>& files) {
@@ -100,135 +119,6 @@ std::string text_of_file(const fs::path& file) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
   return text;
-}
-
-namespace {
-
-constexpr std::string_view blanks = " \t\r";
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) + 1 - first);
-}
-
-/// The fields of a line, separated by semicolons, commas or tabs if there are any, else by blanks.
-std::vector<std::string_view> fields_of(std::string_view line) {
-  std::vector<std::string_view> fields;
-  const char* separator = "";
-  for (const char* candidate : {";", ",", "\t"}) {
-    if (*separator == '\0' && line.find(candidate) != std::string_view::npos) separator = candidate;
-  }
-  const char* const ends = *separator != '\0' ? separator : " ";
-  while (true) {
-    const std::size_t end = line.find_first_of(ends);
-    const std::string_view field = trimmed(line.substr(0, end));
-    if (*separator != '\0' || !field.empty()) fields.push_back(field);
-    if (end == std::string_view::npos) break;
-    line.remove_prefix(end + 1);
-  }
-  // Some programs end every number with a separator.
-  if (fields.size() > 1 && fields.back().empty()) fields.pop_back();
-  return fields;
-}
-
-/// True if the whole text is a number, possibly quoted or with a leading "+".
-bool is_number(std::string_view text, double& value) {
-  if (text.size() > 1 && text.front() == '"' && text.back() == '"') {
-    text = text.substr(1, text.size() - 2);
-  }
-  if (text.starts_with('+')) text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
-class CsvFrames final : public FrameSource {
- public:
-  CsvFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
-    if (!options.dataset.empty()) {
-      throw InputError(path_.string() +
-                       ": is read as text, which has no datasets; leave --dataset out");
-    }
-    rows_ = numbers_of_text(text_of_file(path_), path_.string());
-    if (options.transposed.value_or(false)) rows_.transposeInPlace();
-  }
-
-  std::string format() const override { return "CSV"; }
-  std::uint64_t frames() const override { return static_cast<std::uint64_t>(rows_.rows()); }
-  Eigen::Index columns() const override { return rows_.cols(); }
-  RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
-    return rows_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
-  }
-  std::vector<fs::path> files() const override { return {path_}; }
-
- private:
-  fs::path path_;
-  RowMajorMatrix rows_;
-};
-
-}  // namespace
-
-bool is_title_line(std::string_view line) {
-  constexpr std::size_t least_counted = 8;  // shorter lines may be rows of an order of channels
-  const std::vector<std::string_view> fields = fields_of(line);
-  std::size_t numbers = 0;
-  bool counts = fields.size() >= least_counted;
-  for (std::size_t c = 0; c < fields.size(); ++c) {
-    double value = 0;
-    const bool number = is_number(fields[c], value);
-    numbers += number;
-    counts = counts && number && value == static_cast<double>(c);
-  }
-  return numbers == 0 || counts;
-}
-
-RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source) {
-  std::vector<double> values;
-  std::size_t columns = 0;
-  std::size_t number = 0;
-  std::size_t rows = 0;
-  bool first = true;
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    const std::string_view line = trimmed(text.substr(0, end));
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    ++number;
-    if (line.empty() || line.front() == '#') continue;
-    if (std::exchange(first, false) && is_title_line(line)) continue;
-    const std::vector<std::string_view> fields = fields_of(line);
-    const auto place = [&](std::size_t column) {
-      return source + ": line " + std::to_string(number) + ", column " +
-             std::to_string(column + 1) + ": ";
-    };
-    for (std::size_t c = 0; c < fields.size(); ++c) {
-      double value = 0;
-      if (!is_number(fields[c], value)) {
-        throw InputError(place(c) + "must be a number, is \"" + printable(fields[c], 40) + "\"");
-      }
-      if (!std::isfinite(value)) {
-        throw InputError(place(c) + "is not finite; leave such frames out");
-      }
-      values.push_back(value);
-    }
-    if (columns == 0) columns = fields.size();
-    if (fields.size() != columns) {
-      throw InputError(source + ": line " + std::to_string(number) + ": has " +
-                       std::to_string(fields.size()) + " numbers, the lines before have " +
-                       std::to_string(columns) + "; one frame stands in one line");
-    }
-    ++rows;
-  }
-  if (rows == 0) {
-    throw InputError(source + ": holds no numbers; one frame stands in one line");
-  }
-  return Eigen::Map<const RowMajorMatrix>(values.data(), static_cast<Eigen::Index>(rows),
-                                          static_cast<Eigen::Index>(columns));
-}
-
-std::unique_ptr<FrameSource> open_csv_frames(const fs::path& input,
-                                             const FrameFileOptions& options) {
-  return std::make_unique<CsvFrames>(input, options);
 }
 
 }  // namespace ertbench

@@ -41,8 +41,8 @@ class FrameSource {
   virtual Eigen::Index columns() const = 0;           ///< at least 1
   /// Extents of a frame that is stored as an array of two dimensions; empty for one dimension.
   virtual std::vector<std::uint64_t> frame_shape() const { return {}; }
-  /// Rows [first, first + count) as [count, columns]. Throws InputError naming the place of a
-  /// number that is not finite.
+  /// Rows [first, first + count) as [count, columns], NaN in columns without a number in any frame.
+  /// Throws InputError naming the place of another number that is not finite.
   virtual RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const = 0;
 
   /// Reference voltages in the file: [1, columns] or one row for each frame; without rows if there
@@ -50,9 +50,14 @@ class FrameSource {
   virtual RowMajorMatrix reference() const { return {}; }
   /// The sensor named in the file.
   virtual std::optional<Sensor> sensor() const { return std::nullopt; }
+  /// False if the background of that sensor is the one that fits the reference voltages.
+  virtual bool knows_background() const { return true; }
   /// The electrodes, counted from 0, of each column of a file that names them; `current` enters at
   /// the second electrode of a drive. Empty if it does not.
   virtual std::vector<ChannelElectrodes> channels() const { return {}; }
+  virtual std::string unit() const { return {}; }  ///< "V", "mV" or "uV", if the file says it
+  /// What the reader took for granted or passed over, in sentences.
+  virtual std::vector<std::string> notes() const { return {}; }
   /// For columns of potentials: the current of each run of columns, and the electrode, counted from
   /// 0, of each column of a run. Empty if columns are voltages of pairs.
   virtual std::vector<Injection> injections() const { return {}; }
@@ -64,10 +69,18 @@ class FrameSource {
   virtual std::vector<std::filesystem::path> files() const = 0;
 };
 
-/// Opens a file of frames by its content: HDF5 (also MATLAB's v7.3 and Octave's), `.eit` text, a
-/// folder of `.eit` files, otherwise CSV. Throws InputError naming the file and the remedy.
+/// Opens a file of frames by its content: HDF5 (also MATLAB's v7.3 and Octave's), MATLAB's older
+/// files, `.get` recordings, BERT's unified format, `.eit` text, a folder of `.eit` files,
+/// otherwise a table of text. Throws InputError naming the file and the remedy.
 std::unique_ptr<FrameSource> open_frames(const std::filesystem::path& input,
                                          const FrameFileOptions& options);
+
+bool is_hdf5_file(const std::filesystem::path& file);
+
+/// Throws InputError at `place` for numbers that are not finite in `rows`, which begin with row
+/// `first`, but for those that are NaN in `begin` [1, columns] as well, and for numbers there.
+void require_same_missing(const RowMajorMatrix& rows, std::uint64_t first,
+                          const RowMajorMatrix& begin, const std::string& place);
 
 /// A checksum of the files' bytes, in order (Checksum).
 std::string checksum_of(const std::vector<std::filesystem::path>& files);
@@ -78,18 +91,17 @@ inline constexpr std::uint64_t most_text_bytes = std::uint64_t{1} << 30U;
 /// Reads a text file. Throws InputError if it is no regular file or has more than most_text_bytes.
 std::string text_of_file(const std::filesystem::path& file);
 
-/// Opens a text file with one frame per line: numbers with a decimal point, separated by commas,
-/// semicolons, tabs or blanks. Empty lines, those that begin with "#" and a first line of titles
-/// (is_title_line) are skipped. Throws InputError with line and column for fields that are no
-/// finite numbers and for lines of different lengths.
+/// Opens a text file with one frame per line: numbers separated by commas, semicolons, tabs or
+/// blanks, with decimal commas where these separate nothing, complex ones as their part in phase.
+/// Empty lines, those that begin with "#" or "%", words before the numbers and lines without
+/// numbers before the first frame are passed over, and so are columns of times, counts and words.
+/// Titles that name four electrodes give the channels (TitledColumns). Throws InputError with line
+/// and column for other fields that are no finite numbers and for lines of different lengths;
+/// what is missing in all lines of a column is NaN.
 std::unique_ptr<FrameSource> open_csv_frames(const std::filesystem::path& input,
                                              const FrameFileOptions& options);
 
-/// Whether a line can only be column titles: none of its fields is a number, or they count the
-/// columns from 0 on, as pandas writes them.
-bool is_title_line(std::string_view line);
-
-/// The numbers of such a text, [lines, columns]; `source` names it in messages.
+/// All numbers of such a text, [lines, columns]; `source` names it in messages.
 RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source);
 
 /// Opens an HDF5 file: `/voltages` or the dataset that the options name, [N, columns] or [N,
@@ -103,6 +115,37 @@ RowMajorMatrix numbers_of_text(std::string_view text, const std::string& source)
 /// dataset "value".
 std::unique_ptr<FrameSource> open_hdf5_frames(const std::filesystem::path& input,
                                               const FrameFileOptions& options, bool is_matlab);
+
+/// Opens a MATLAB file of version 5 to 7 ("level 5"): `voltages` with `reference_voltages`,
+/// EIDORS's `vi` with `vh` (frames are columns), the only variable, or the one that the options
+/// name; a struct by its field, or by "meas" as EIDORS's data have it.
+std::unique_ptr<FrameSource> open_matlab_frames(const std::filesystem::path& input,
+                                                const FrameFileOptions& options);
+
+/// Opens a ".get" recording of the Goe-MF II.
+std::unique_ptr<FrameSource> open_get_frames(const std::filesystem::path& input,
+                                             const FrameFileOptions& options);
+/// The voltages of such bytes, [frames, 208], or [frames, 256] if they are maps of 16 x 16.
+RowMajorMatrix parse_get(std::string_view bytes, const std::string& source);
+
+/// One frame in the unified data format of BERT and pyGIMLi: the number of electrodes, a line "# x
+/// y" (or "x z", or "x y z"), their places in metres; the number of data, a line of names, "# a b m
+/// n r" with r = u / i in ohms, or u and i, or rhoa and k, and the data, electrodes counted from 1.
+struct UnifiedFile {
+  /// A disc or a rectangle with the electrodes on its border and these channels, driven by 1 A.
+  Sensor sensor;
+  std::vector<ChannelElectrodes> channels;
+  /// [channels] V of 1 A. The format's current enters at a, in files of some programs at b: which
+  /// is told by the electrodes' places, and the voltages are turned accordingly.
+  std::vector<double> resistances;
+};
+
+/// Throws InputError with `source` and the line of what is wrong.
+UnifiedFile parse_unified(std::string_view text, const std::string& source);
+/// Whether a text begins as such a file does.
+bool is_unified(std::string_view begin);
+std::unique_ptr<FrameSource> open_unified_frames(const std::filesystem::path& input,
+                                                 const FrameFileOptions& options);
 
 /// One `.eit` text file of Sciospec's EIT instruments: one frame of complex potentials.
 ///

@@ -53,12 +53,12 @@ class StoredArray {
       throw InputError(file_->path().string() + ": " + name_ + ": has " + std::to_string(total) +
                        " numbers, too many to be turned round in memory; save it in parts");
     }
-    if (!reversed_ || shape_.size() < 2) return file_->read_rows(stored_, 0, first_stored());
+    if (!reversed_ || shape_.size() < 2) return file_->read_rows(stored_, 0, first_stored(), true);
     if (shape_.size() > 3) {
       throw InputError(file_->path().string() + ": " + name_ + ": has " +
                        std::to_string(shape_.size()) + " dimensions; three can be turned round");
     }
-    const RowMajorMatrix raw = file_->read_rows(stored_, 0, first_stored());
+    const RowMajorMatrix raw = file_->read_rows(stored_, 0, first_stored(), true);
     const auto rows = static_cast<Eigen::Index>(shape_.front());
     if (shape_.size() == 2) return raw.transpose();
     // [m][d][n] in the file, [n][d][m] here.
@@ -122,6 +122,7 @@ class Hdf5Frames final : public FrameSource {
           std::accumulate(shape.begin() + 1, shape.end(), std::uint64_t{1}, std::multiplies<>()));
     }
     require_finished();
+    begin_ = rows(0, 1);
   }
 
   std::string format() const override {
@@ -137,8 +138,9 @@ class Hdf5Frames final : public FrameSource {
   }
 
   RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
-    if (held_.size() == 0) return file_.read_rows(array_.stored(), first, count);
-    return held_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    RowMajorMatrix out = rows(first, count);
+    require_same_missing(out, first, begin_, file_.path().string() + ": " + name_);
+    return out;
   }
 
   RowMajorMatrix reference() const override {
@@ -163,6 +165,11 @@ class Hdf5Frames final : public FrameSource {
   std::vector<fs::path> files() const override { return {file_.path()}; }
 
  private:
+  RowMajorMatrix rows(std::uint64_t first, std::uint64_t count) const {
+    if (held_.size() == 0) return file_.read_rows(array_.stored(), first, count, true);
+    return held_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+  }
+
   StoredArray array(const std::string& name) const { return {file_, name, is_matlab_}; }
 
   /// The dataset asked for, otherwise /voltages, otherwise the only one of the file.
@@ -210,7 +217,8 @@ class Hdf5Frames final : public FrameSource {
   std::string name_;
   StoredArray array_;
   bool transposed_ = false;
-  RowMajorMatrix held_;  ///< the frames, if they had to be transposed
+  RowMajorMatrix held_;   ///< the frames, if they had to be transposed
+  RowMajorMatrix begin_;  ///< the first frame
   std::uint64_t frames_ = 0;
   Eigen::Index columns_ = 0;
 };

@@ -1,12 +1,16 @@
 #include "frames/own_frames.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/errors.h"
 #include "core/json.h"
 #include "core/statistics.h"
 #include "core/text.h"
+#include "forward/border/border_model.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/channels.h"
 
@@ -68,14 +72,18 @@ OwnFrames::OwnFrames(const OwnFramesOptions& options)
   } else if (calibration_) {
     sensor_ = calibration_->sensor;
   }
+  sensor_ = sensor_of_columns(sensor_, *source_, options_.channels);
   if (calibration_) {
-    require_calibration_of(*calibration_, sensor_, options_.calibration);
+    calibration_ = on_channels_of(*calibration_, sensor_, options_.calibration);
     sensor_.background = calibration_->background;
   }
-  sensor_ = sensor_of_columns(sensor_, *source_, options_.channels);
+  declared_ = sensor_;
   map_ = channel_map(sensor_, *source_, options_.channels, options_.unit);
   require_declared_rows();
   take_reference();
+  leave_out_channels();
+  fit_background();
+  if (options_.normalised) normalise();
   bounds_.emplace(sensor_);
   if (references_.rows() > 1) reference_verdicts_ = bounds_->judge_references(references_);
 }
@@ -123,6 +131,16 @@ void OwnFrames::take_reference() {
                    "--background, as a file or as rows of this one (0-19)");
 }
 
+/// Where the file has its sensor without a background, takes the one that fits the reference.
+void OwnFrames::fit_background() {
+  if (calibration_ || !options_.sensor.empty() || source_->knows_background() ||
+      references_.rows() == 0)
+    return;
+  const Eigen::RowVectorXd expected = BorderModel(sensor_).reference_voltages().transpose();
+  const double level = reference().dot(expected) / expected.squaredNorm();
+  if (level > 0) sensor_.background /= level;
+}
+
 Frames OwnFrames::background_rows() {
   const auto rows = rows_of(options_.background);
   if (rows) {
@@ -136,10 +154,89 @@ Frames OwnFrames::background_rows() {
     return mean_of_rows(sensor_, *source_, map_, first, last);
   }
   const auto other = open_frames(options_.background, options_.file);
-  const ChannelMap map = channel_map(sensor_, *other, options_.channels, options_.unit);
+  const ChannelMap map = channel_map(declared_, *other, options_.channels, options_.unit);
   reference_text_ =
       "mean of " + std::to_string(other->frames()) + " frames of " + options_.background;
   return mean_of_rows(sensor_, *other, map, 0, other->frames() - 1);
+}
+
+std::vector<int> OwnFrames::redundant_zeros() const {
+  constexpr int many = 3;  // a third of the channels
+  // One frame tells that there are few.
+  const std::uint64_t count = many * (voltages(0, 1).array() == 0).count() < sensor_.channels()
+                                  ? 1
+                                  : std::min(looked_at, frames());
+  Frames some(static_cast<Eigen::Index>(count), sensor_.channels());
+  for (std::uint64_t i = 0; i < count; ++i) {
+    some.row(static_cast<Eigen::Index>(i)) = voltages(i * frames() / count, 1);
+  }
+  // Electrodes in an order that does not depend on the pairs' directions nor on which one drives.
+  const auto measured = [](ChannelElectrodes channel) {
+    for (ElectrodePair* pair : {&channel.drive, &channel.measurement}) {
+      if (pair->first > pair->second) std::swap(pair->first, pair->second);
+    }
+    if (channel.drive < channel.measurement) std::swap(channel.drive, channel.measurement);
+    return channel;
+  };
+  const std::vector<ChannelElectrodes> channels = electrodes_of_channels(sensor_);
+  std::set<ChannelElectrodes> live;
+  std::vector<int> zeros;
+  for (Eigen::Index c = 0; c < some.cols(); ++c) {
+    if ((some.col(c).array() == 0).all()) {
+      zeros.push_back(static_cast<int>(c));
+    } else {
+      live.insert(measured(channels[static_cast<std::size_t>(c)]));
+    }
+  }
+  std::erase_if(zeros, [&](int c) {
+    return !live.contains(measured(channels[static_cast<std::size_t>(c)]));
+  });
+  if (many * std::ssize(zeros) < some.cols()) zeros.clear();
+  return zeros;
+}
+
+void OwnFrames::leave_out_channels() {
+  const Frames first = voltages(0, 1);
+  const auto is_missing = [&](Eigen::Index c) {
+    return std::isnan(first(0, c)) || (references_.rows() > 0 && std::isnan(references_(0, c)));
+  };
+  const std::vector<int> zeros = redundant_zeros();
+  for (int c = 0; c < static_cast<int>(first.cols()); ++c) {
+    if (!is_missing(c) && !std::binary_search(zeros.begin(), zeros.end(), c)) kept_.push_back(c);
+  }
+  const Eigen::Index missing = first.cols() - std::ssize(kept_) - std::ssize(zeros);
+  if (std::ssize(kept_) == first.cols()) {
+    kept_.clear();
+    return;
+  }
+  if (missing > 0) {
+    left_out_ = std::to_string(missing) + " channels have no number in any frame";
+    std::string electrodes;
+    for (const int e : electrodes_with_bad_channels(sensor_, is_missing)) {
+      electrodes += (electrodes.empty() ? "" : ", ") + std::to_string(e);
+    }
+    if (!electrodes.empty()) left_out_ += " (those of electrode " + electrodes + ", from 0)";
+  }
+  if (!zeros.empty()) {
+    left_out_ += (missing > 0 ? "; " : "") + std::to_string(zeros.size()) +
+                 " channels are 0 in every frame, and others measure the same";
+  }
+  left_out_ += ": they were left out";
+  if (kept_.size() < 4) throw InputError(options_.input.string() + ": " + left_out_);
+  const std::vector<ChannelElectrodes> all = electrodes_of_channels(declared_);
+  std::vector<ChannelElectrodes> channels;
+  for (const int c : kept_) channels.push_back(all[static_cast<std::size_t>(c)]);
+  sensor_ = with_channels(sensor_, channels);
+  map_ = map_.of_channels(kept_);
+  if (references_.rows() > 0) references_ = references_(Eigen::all, kept_).eval();
+  if (calibration_) calibration_ = on_channels_of(*calibration_, sensor_, options_.calibration);
+}
+
+void OwnFrames::normalise() {
+  ReferenceVerdict verdict;
+  verdict.normalise(reference().transpose(), BorderModel(sensor_).reference_voltages());
+  mend(verdict);
+  mended_ = false;
 }
 
 Eigen::RowVectorXd OwnFrames::reference() const { return median_of_rows(references_); }
@@ -190,6 +287,9 @@ ReferenceVerdict OwnFrames::check() {
       check_reference(sensor_, reference().transpose(), some.topRows(possible));
   bounds_->set_dead(verdict.dead);
   if (verdict.unexplained) bounds_->set_noise(least_noise);
+  const std::vector<std::string> notes = source_->notes();
+  verdict.notes.insert(verdict.notes.begin(), notes.begin(), notes.end());
+  if (!left_out_.empty()) verdict.notes.insert(verdict.notes.begin(), left_out_);
   return verdict;
 }
 
@@ -202,6 +302,7 @@ void OwnFrames::mend(const ReferenceVerdict& verdict) {
 }
 
 nlohmann::json OwnFrames::description() const {
+  const std::string unit = source_->unit();
   const std::vector<fs::path> files = source_->files();
   nlohmann::json names = nlohmann::json::array();
   // A recording of a thousand files is named by its first and last.
@@ -216,8 +317,10 @@ nlohmann::json OwnFrames::description() const {
             {"format", source_->format()},
             {"dataset", source_->dataset()},
             {"frames", source_->frames()}}},
-          {"channels", {{"order", printable(map_.order)}, {"columns", map_.columns}}},
-          {"unit", options_.unit.empty() ? "V" : options_.unit},
+          {"channels",
+           {{"order", printable(map_.order)}, {"columns", map_.columns}, {"left_out", left_out_}}},
+          {"difference", options_.normalised ? "normalised" : "absolute"},
+          {"unit", options_.unit.empty() ? unit.empty() ? "V" : unit : options_.unit},
           {"mended", mended_},
           {"reference", reference_text_}};
 }

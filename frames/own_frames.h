@@ -26,6 +26,8 @@ struct OwnFramesOptions {
   std::string background;
   std::filesystem::path calibration;  ///< may be empty
   bool needs_reference = true;        ///< refuse frames without one
+  /// Take changes relative to each channel's reference, v / v0, times the model's voltages.
+  bool normalised = false;
 };
 
 /// Reads the sensor that a JSON file describes itself or as "sensor" of an experiment.
@@ -37,8 +39,15 @@ class OwnFrames {
   /// Throws InputError, with the remedy, if the files do not fit together.
   explicit OwnFrames(const OwnFramesOptions& options);
 
-  /// Its background is the calibration's, if there is one.
+  /// Its background is the calibration's, if there is one. It has no channels that were left out:
+  /// those that are NaN in every frame and in a reference, and those that are 0 in every frame if
+  /// they are many and others measure the same.
   const Sensor& sensor() const { return sensor_; }
+  /// The sensor with all channels, and which of these `sensor` has; empty: all.
+  const Sensor& declared_sensor() const { return declared_; }
+  const std::vector<int>& kept_channels() const { return kept_; }
+  /// What was left out, in words; empty if nothing was.
+  const std::string& left_out() const { return left_out_; }
   const std::optional<Calibration>& calibration() const { return calibration_; }
   std::uint64_t frames() const { return source_->frames(); }
   const FrameSource& source() const { return *source_; }
@@ -67,13 +76,22 @@ class OwnFrames {
 
  private:
   void require_declared_rows() const;
+  void leave_out_channels();
+  /// Channels of `sensor_` that are 0 in every frame where another one, with pairs reversed or
+  /// exchanged, is not, if these are many.
+  std::vector<int> redundant_zeros() const;
+  void normalise();
   void take_reference();
+  void fit_background();
   Frames background_rows();
 
   OwnFramesOptions options_;
   std::unique_ptr<FrameSource> source_;
   std::optional<Calibration> calibration_;
   Sensor sensor_;
+  Sensor declared_;
+  std::vector<int> kept_;
+  std::string left_out_;
   ChannelMap map_;
   Frames references_;  ///< [1, channels] or [frames, channels] V
   std::optional<FrameBounds> bounds_;

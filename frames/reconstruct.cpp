@@ -58,14 +58,20 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
+/// Channels that were left out are not asked of a solver that is fitted here. `filling` makes the
+/// frames of a stored one, which has all, and is empty otherwise.
 std::unique_ptr<Solver> solver_from(const std::string& file_or_name, const OwnFrames& frames,
-                                    SolverRegistry& registry) {
+                                    SolverRegistry& registry, Eigen::MatrixXd& filling) {
   const NamedSolver named = read_named_solver(file_or_name);
   FitInput fit;
-  fit.sensor = frames.sensor();
+  const bool is_stored = named.entry->contains("checkpoint");
+  fit.sensor = is_stored ? frames.declared_sensor() : frames.sensor();
+  if (is_stored && !frames.left_out().empty()) {
+    filling = estimate_of_channels(fit.sensor, frames.kept_channels());
+  }
   const TemporaryFolder folder("reconstruct");
   std::optional<DatasetFile> set;
-  if (frames.calibration() && !named.entry->contains("checkpoint")) {
+  if (frames.calibration() && !is_stored) {
     write_calibrated_set(*frames.calibration(), fit.sensor, folder / "calibrated.h5", fit.threads);
     fit.validation = &set.emplace(folder / "calibrated.h5");
   }
@@ -193,10 +199,16 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
                                     SolverRegistry& registry) {
   OwnFrames frames(options.frames);
   require_image_output(options.output, frames.inputs());
-  const std::unique_ptr<Solver> solver = solver_from(options.solver, frames, registry);
+  Eigen::MatrixXd filling;
+  const std::unique_ptr<Solver> solver = solver_from(options.solver, frames, registry, filling);
 
   ReconstructSummary summary;
   summary.reference = check_frames(options, frames);
+  if (filling.size() > 0) {
+    summary.reference +=
+        "\n  note: the solver has all channels; those left out were estimated "
+        "from the others";
+  }
   summary.frames = frames.frames();
   summary.checked = solver->fit_report().frame_check.empty();
   const std::vector<Eigen::Matrix2d> twins = twin_symmetries(frames.sensor());
@@ -211,7 +223,8 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       const Frames changes = frames.changes(first, count);
       Images images(changes.rows(), frames.sensor().pixels());
       std::vector<FrameReport> reports(count);
-      solver->reconstruct(changes, images, reports);
+      const Frames given = filling.size() > 0 ? Frames(changes * filling.transpose()) : changes;
+      solver->reconstruct(given, images, reports);
       RowMajorMatrix status(changes.rows(), 1);
       RowMajorMatrix reason(changes.rows(), 1);
       for (Eigen::Index i = 0; i < changes.rows(); ++i) {
@@ -228,7 +241,7 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       out.write_rows("/status", first, status);
       out.write_rows("/reason", first, reason);
       if (const ContactFinder* finder = solver->contact_finder()) {
-        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), twins, changes));
+        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), twins, given));
       }
       progress.update(first + count, frames.frames());
     }

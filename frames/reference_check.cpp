@@ -10,108 +10,8 @@
 #include "forward/border/border_model.h"
 #include "frames/channels.h"
 #include "frames/twin_places.h"
-#include "solvers/decompositions.h"
 
 namespace ertbench {
-
-std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
-                                              const std::function<bool(Eigen::Index)>& is_bad) {
-  constexpr double nearly_all = 0.8;
-  const std::vector<ChannelElectrodes> channels = electrodes_of_channels(sensor);
-  const auto electrodes = static_cast<std::size_t>(sensor.electrode_count);
-  std::vector<int> used(electrodes, 0);
-  std::vector<int> bad(electrodes, 0);
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const bool channel_is_bad = is_bad(static_cast<Eigen::Index>(c));
-    for (const auto& pair : {channels[c].drive, channels[c].measurement}) {
-      for (const int e : {pair.first, pair.second}) {
-        ++used[static_cast<std::size_t>(e)];
-        bad[static_cast<std::size_t>(e)] += channel_is_bad;
-      }
-    }
-  }
-  std::vector<int> out;
-  for (std::size_t e = 0; e < electrodes; ++e) {
-    if (used[e] > 0 && bad[e] >= nearly_all * used[e]) out.push_back(static_cast<int>(e));
-  }
-  return out;
-}
-
-std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::VectorXd& reference,
-                                         const Eigen::VectorXd& expected) {
-  constexpr double nearly_zero = 0.1;
-  return electrodes_with_bad_channels(sensor, [&](Eigen::Index c) {
-    return std::abs(reference[c]) < nearly_zero * std::abs(expected[c]);
-  });
-}
-
-std::vector<int> channels_that_never_change(const Frames& frames) {
-  std::vector<int> out;
-  if (frames.rows() < 3) return out;
-  for (Eigen::Index c = 0; c < frames.cols(); ++c) {
-    if ((frames.col(c).array() == frames(0, c)).all()) out.push_back(static_cast<int>(c));
-  }
-  if (2 * std::ssize(out) > frames.cols()) out.clear();
-  return out;
-}
-
-std::string text_of_channels(const Sensor& sensor, const std::vector<int>& list) {
-  constexpr std::size_t most = 4;
-  const std::vector<Channel> channels = channels_of(sensor);
-  std::string out = list.size() == 1 ? "channel " : "channels ";
-  for (std::size_t i = 0; i < std::min(most, list.size()); ++i) {
-    const Channel& channel = channels[static_cast<std::size_t>(list[i])];
-    out += (i > 0 ? ", " : "") + std::to_string(list[i]) + " (drive " +
-           std::to_string(channel.drive) + ", measurement " + std::to_string(channel.measurement) +
-           ")";
-  }
-  return list.size() > most ? out + " and " + std::to_string(list.size() - most) + " more" : out;
-}
-
-namespace {
-
-constexpr int discs_across = 21;
-constexpr double disc_radii[] = {0.12, 0.05};  ///< of the sheet's inner radius
-constexpr double disc_ratio = 0.5;
-constexpr double resolution = 0.7;
-constexpr double least_value = 0.003;  ///< of the largest singular value
-
-}  // namespace
-
-ContactSpan::ContactSpan(const Sensor& sensor) {
-  const BorderModel model(sensor);
-  const PixelGrid places(sensor.sheet->bounds(), discs_across, discs_across);
-  std::vector<Eigen::VectorXd> changes;
-  for (const double share : disc_radii) {
-    const double radius = share * sensor.sheet->inner_radius();
-    for (int p = 0; p < places.count(); ++p) {
-      Contact disc;
-      disc.centre = places.centre(p);
-      if (sensor.sheet->depth(disc.centre) < 1.2 * radius) continue;
-      disc.half_size = {radius, radius};
-      disc.conductivity_ratio = disc_ratio;
-      changes.push_back(model.solve_at({{disc}}, resolution).change);
-    }
-  }
-  Eigen::MatrixXd columns(sensor.channels(), static_cast<Eigen::Index>(changes.size()));
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    columns.col(static_cast<Eigen::Index>(i)) = changes[i];
-  }
-  const DenseSvd svd = dense_svd(columns);
-  const Eigen::VectorXd& values = svd.values;
-  Eigen::Index kept = 0;
-  while (kept < values.size() && values[kept] > least_value * values[0]) ++kept;
-  basis_ = svd.left.leftCols(kept);
-}
-
-double ContactSpan::share(const Frames& changes) const {
-  const double all = changes.squaredNorm();
-  return all > 0 ? (changes * basis_).squaredNorm() / all : 0;
-}
-
-Eigen::RowVectorXd ContactSpan::rest(const Eigen::Ref<const Eigen::RowVectorXd>& change) const {
-  return change - (change * basis_) * basis_.transpose();
-}
 
 namespace {
 
@@ -189,6 +89,15 @@ double noise_share(const Sensor& sensor, const Eigen::VectorXd& reference, const
   return std::min({1.0, by_pairs, least * least});
 }
 
+std::string wrong_level(const Sensor& sensor, double level) {
+  return "the level is " + number_text(level) +
+         " times the model's: the current is not the sensor's " +
+         number_text(sensor.drive_current) + " A but " + number_text(level * sensor.drive_current) +
+         " A (\"drive_current\"), or the background not " + number_text(sensor.background) +
+         " S/m but " + number_text(sensor.background / level) +
+         " S/m (\"background\"; `ertbench calibrate` finds it)";
+}
+
 /// Adds the causes of a wrong level to `verdict` and returns the factor that mends it.
 double judge_level(const Sensor& sensor, double level, ReferenceVerdict& verdict) {
   const double size = std::abs(level);
@@ -206,22 +115,41 @@ double judge_level(const Sensor& sensor, double level, ReferenceVerdict& verdict
   double rest = size;
   for (const auto& [unit, text] : units) {
     if (size / unit > unit_tolerance || unit / size > unit_tolerance) continue;
-    verdict.causes.emplace_back(std::string("the unit is another: ") + text);
+    verdict.causes.push_back(std::string("the unit is another: ") + text +
+                             "; or it is as declared, and " + wrong_level(sensor, size));
     factor /= unit;
     rest = size / unit;
   }
   if (rest > level_tolerance || rest < 1 / level_tolerance) {
-    verdict.causes.push_back(
-        "the level is " + number_text(rest) +
-        " times the model's: the current is not the sensor's " + number_text(sensor.drive_current) +
-        " A but " + number_text(rest * sensor.drive_current) +
-        " A (\"drive_current\"), or the background not " + number_text(sensor.background) +
-        " S/m but " + number_text(sensor.background / rest) +
-        " S/m (\"background\"; `ertbench calibrate` finds it); divide by " + number_text(rest));
+    verdict.causes.push_back(wrong_level(sensor, rest) + "; divide by " + number_text(rest));
     factor /= rest;
     verdict.is_level_alone = verdict.causes.size() == 1;
   }
   return factor;
+}
+
+/// Whether contacts explain the changes relative to the reference, which no steady gain of a
+/// channel alters; then `verdict` mends the gains.
+bool judge_gains(const Sensor& sensor, const Eigen::VectorXd& reference,
+                 const Eigen::VectorXd& expected, const Frames& changes,
+                 ReferenceVerdict& verdict) {
+  if (changes.rows() == 0 || (reference.array() == 0).any()) return false;
+  const Eigen::RowVectorXd gains = expected.cwiseQuotient(reference).transpose();
+  const Frames relative = changes.array().rowwise() * gains.array();
+  const Frames telling = telling_frames(expected, relative);
+  if (telling.rows() == 0) return false;
+  verdict.mended_explained = ContactSpan(sensor).share(telling);
+  const double left = 1 - noise_share(sensor, expected, relative, telling);
+  if (verdict.mended_explained < well_explained * left) return false;
+  verdict.state = ReferenceVerdict::State::mendable;
+  verdict.normalise(reference, expected);
+  verdict.mended_misfit = 0;
+  verdict.causes.push_back(
+      "each channel has a steady gain of its own, or amplitudes have lost their signs: contacts "
+      "explain " +
+      percent(verdict.mended_explained) +
+      " of the changes relative to the reference; --difference normalised takes these");
+  return true;
 }
 
 /// Describes readings that neither the reference nor the frames distinguish from the chosen one.
@@ -364,6 +292,7 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   std::iota(verdict.from.begin(), verdict.from.end(), 0);
   verdict.factor = Eigen::VectorXd::Ones(channels);
   if (chosen.fit.misfit > hopeless_misfit) {
+    if (judge_gains(sensor, reference, expected, changes, verdict)) return verdict;
     verdict.state = ReferenceVerdict::State::beyond_help;
     verdict.causes.emplace_back(
         "the values are not those of this sensor in any order that is known: another sheet, "
@@ -419,6 +348,15 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   verdict.from = chosen.reading->from;
   verdict.factor = factor * chosen.reading->sign;
   return verdict;
+}
+
+void ReferenceVerdict::normalise(const Eigen::VectorXd& reference,
+                                 const Eigen::VectorXd& expected) {
+  from.resize(static_cast<std::size_t>(expected.size()));
+  std::iota(from.begin(), from.end(), 0);
+  // A reference of nothing has no relative change.
+  const double least = 1e-9 * reference.cwiseAbs().maxCoeff();
+  factor = (reference.array().abs() > least).select(expected.array() / reference.array(), 0);
 }
 
 bool settle(const ReferenceVerdict& verdict, const std::string& source, bool fix, bool force) {

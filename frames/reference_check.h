@@ -42,6 +42,11 @@ class ContactSpan {
   Eigen::MatrixXd basis_;  ///< [channels, directions], orthonormal
 };
 
+/// [channels, kept] The changes of all of a sensor's channels from those of the channels `kept`:
+/// the others are their mean under contacts anywhere, each of the same share of the voltages, given
+/// those (linear, from the uniform sheet's Jacobian).
+Eigen::MatrixXd estimate_of_channels(const Sensor& sensor, const std::vector<int>& kept);
+
 /// Result of comparing reference voltages with the model of the sensor.
 struct ReferenceVerdict {
   enum class State {
@@ -67,6 +72,9 @@ struct ReferenceVerdict {
   /// Channel c of a mended frame is factor[c] times channel from[c] of the original.
   std::vector<int> from;
   Eigen::VectorXd factor;
+  /// Mends every channel by the gain that takes `reference` to `expected`, both [channels] V:
+  /// changes relative to the reference, times the model's voltages.
+  void normalise(const Eigen::VectorXd& reference, const Eigen::VectorXd& expected);
   std::vector<std::string> unseen;  ///< errors that these data cannot reveal, in words
   std::vector<std::string> notes;   ///< oddities that are no reason to stop
 
@@ -79,6 +87,8 @@ struct ReferenceVerdict {
 /// electrodes counted from another one or in the opposite direction, drive and measurement
 /// exchanged, another order of the channels. `changes` [frames, channels] V, frames minus the
 /// reference, may be empty; those above two per cent of the reference voltages help to decide.
+/// Where no reading fits but contacts explain the changes relative to the reference, the gains of
+/// the channels are steady, and that is mended.
 ///
 /// Another reading is preferred if it at least halves the misfit. Measured references differ from a
 /// model with point electrodes by ten per cent, so up to fifteen are sound; above thirty, and

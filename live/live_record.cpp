@@ -16,6 +16,7 @@
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
+#include "frames/frame_source.h"
 
 namespace ertbench {
 namespace {
@@ -261,8 +262,17 @@ void FramesOfFile::require(const Sensor& expected, const std::string& file,
 
 FramesOfFile read_frames_of(const std::string& name, const std::string& option) {
   if (name.empty()) throw InputError(option + ": names no file");
-  const Hdf5File file = Hdf5File::open(name);
   FramesOfFile out;
+  if (std::filesystem::exists(name) && !is_hdf5_file(name)) {
+    out.source = open_frames(name, {});
+    out.voltages = out.source->read(0, out.source->frames());
+    out.sensor = out.source->sensor();
+    if (const RowMajorMatrix rows = out.source->reference(); rows.rows() == 1) {
+      out.reference = rows.row(0);
+    }
+    return out;
+  }
+  const Hdf5File file = Hdf5File::open(name);
   if (file.has_attribute("/", "sensor")) out.sensor = sensor_of(file);
   auto channels = out.sensor ? static_cast<std::uint64_t>(out.sensor->channels()) : 0;
   if (file.has(layout::reference_voltages)) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@
 #include "live/live_solver.h"
 
 namespace ertbench {
+
+class FrameSource;
 
 /// Records frames and answers. While the stream runs, rows are appended to raw files beside the
 /// record; `finish` turns them into the HDF5 file, by atomic rename:
@@ -95,6 +98,7 @@ struct FramesOfFile {
   std::optional<Eigen::RowVectorXd> reference;
   std::vector<double> times_s;   ///< [frames] `/time`; empty if the file has none
   std::optional<Sensor> sensor;  ///< attribute "sensor"; files of instruments have none
+  std::shared_ptr<const FrameSource> source;  ///< of files that are no HDF5, which it has read
 
   /// Throws InputError, naming `file`, if the sensor or the number of columns does not fit; without
   /// `columns` it is that of the sensor's channels.

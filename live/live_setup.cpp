@@ -15,6 +15,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/text.h"
+#include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
 #include "frames/reference_check.h"
@@ -172,6 +173,12 @@ std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& pla
 void take_reference(LiveSolver& solver, const Eigen::RowVectorXd& reference,
                     const LiveOptions& options) {
   solver.set_reference(reference);
+  if (options.normalised) {
+    ReferenceVerdict gains;
+    gains.normalise(reference.transpose(), BorderModel(solver.sensor()).reference_voltages());
+    solver.mend(gains);
+    return;
+  }
   const ReferenceVerdict verdict =
       check_reference(solver.sensor(), reference.transpose(), Frames(0, reference.size()));
   const bool sound = verdict.state == ReferenceVerdict::State::sound;
@@ -203,7 +210,9 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
                           : solver_of_experiment(options, registry);
   const Sensor& sensor = ready.sensor;
   LiveSetup out;
-  out.map = channel_map(sensor, options.channels, options.unit);
+  out.map = replay && replay->source
+                ? channel_map(sensor, *replay->source, options.channels, options.unit)
+                : channel_map(sensor, options.channels, options.unit);
   if (replay) replay->require(sensor, place.name, out.map.columns);
   const std::optional<Eigen::RowVectorXd> reference =
       reference_for(options, ready, out.map, replay);

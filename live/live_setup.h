@@ -24,10 +24,11 @@ struct LiveOptions {
   std::optional<double> floor;  ///< least change of a contact, S/m; nothing: the experiment's
   std::string sensor;  ///< JSON file; empty: the experiment's, the replayed file's or the default
   std::string input = "-";
-  std::string channels;  ///< order of the sender's columns (channel_map)
-  std::string unit;      ///< the sender's: "V", "mV" or "uV"
-  bool fix = false;      ///< mend the frames as check_reference proposes
-  bool force = false;    ///< image the frames whatever it finds
+  std::string channels;     ///< order of the sender's columns (channel_map)
+  std::string unit;         ///< the sender's: "V", "mV" or "uV"
+  bool fix = false;         ///< mend the frames as check_reference proposes
+  bool normalised = false;  ///< changes relative to the reference, times the model's voltages
+  bool force = false;       ///< image the frames whatever it finds
   FrameFormat format = FrameFormat::detect;
   std::string reference;  ///< HDF5 file, or "model"; empty: the replayed file's
   int background = 0;     ///< number of first frames whose mean is the reference; 0: none

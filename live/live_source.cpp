@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/seconds.h"
-#include "frames/frame_source.h"
+#include "frames/text_lines.h"
 #include "live/line_output.h"
 
 namespace ertbench {
@@ -136,7 +136,11 @@ void FrameParser::line(std::string_view text, FrameSink& sink) {
   while (!text.empty() && is_separator(text.front())) text.remove_prefix(1);
   if (text.empty() || text[0] == '#' || (first && is_title_line(text))) return;
   values_.clear();
-  if (!read_numbers(text, values_)) return sink.damaged(Damage::text);
+  if (!read_numbers(without_prefix(text, prefix_), values_)) return sink.damaged(Damage::text);
+  const std::size_t rest = values_.empty() ? 0 : values_.size() - 1;
+  if (std::cmp_equal(rest, channels_.count) && counts_values(values_[0], rest)) {
+    values_.erase(values_.begin());
+  }
   offer_frame(values_, channels_, sink);
 }
 

@@ -76,6 +76,7 @@ class FrameParser {
   std::string buffer_;  ///< bytes of the next frame
   std::vector<double> values_;
   bool first_line_ = true;
+  std::string prefix_;     ///< words before the numbers of the last line
   bool overlong_ = false;  ///< inside a line that was too long to keep
 };
 

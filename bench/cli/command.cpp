@@ -87,7 +87,8 @@ void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions
       "what they say):" +
           orders +
           "\n  or a file, or a dataset of the input (/NAME), with a line \"drive measurement\"\n"
-          "  or \"drive measurement sign\" for each column, counted from 0");
+          "  or \"drive measurement sign\" for each column, counted from 0;\n"
+          "  or a file with the four electrodes of each, drive a, b and measurement m, n");
   command.add_option("--unit", options->unit,
                      "Of the numbers in the file: V, mV or uV (default: V)");
   command.add_option("--dataset", options->file.dataset,

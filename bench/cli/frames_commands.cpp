@@ -62,7 +62,7 @@ Action add_calibrate(CLI::App& command) {
   command.description("Noise, drift, electrodes and background, from frames without contact");
   command
       .add_option("FRAMES", arguments->input,
-                  "Frames without contact, ten or more: HDF5, MATLAB v7.3, CSV or .eit")
+                  "Frames without contact, ten or more: HDF5, MATLAB, tables of\ntext, .dat, .get or .eit")
       ->required();
   command
       .add_option("--out", arguments->output,
@@ -188,6 +188,15 @@ Action add_reconstruct(CLI::App& command) {
   command.add_option("--background", arguments->frames->background,
                      "Frames without contact, whose mean is the reference: a file like the input,\n"
                      "or rows of the input, FIRST-LAST, counted from 0");
+  command
+      .add_option_function<std::string>(
+          "--difference",
+          [arguments](const std::string& kind) {
+            arguments->frames->normalised = kind == "normalised";
+          },
+          "Changes of the voltages: absolute (the default), or normalised: v / v0 times the\n"
+          "model's v0, which the channels' gains, units and signs leave as they are")
+      ->check(CLI::IsMember({"absolute", "normalised"}));
   command.add_option("--calibration", arguments->calibration,
                      "What `ertbench calibrate` wrote: its background, its reference where there\n"
                      "is no other, and its noise for what is \"auto\" and the check of frames");

@@ -70,6 +70,12 @@ static Action add_live(CLI::App& command) {
       "--fix", options.fix,
       "Where the reference is not what the sensor's model expects, read the frames as\n"
       "would mend it");
+  command
+      .add_option_function<std::string>(
+          "--difference",
+          [&options](const std::string& kind) { options.normalised = kind == "normalised"; },
+          "absolute (the default), or normalised: v / v0 times the model's v0")
+      ->check(CLI::IsMember({"absolute", "normalised"}));
   command.add_flag("--force", options.force, "Image the frames whatever the check says");
   command.add_option("--sensor", options.sensor,
                      "Sensor, JSON (default: the experiment's, the file's, 16 electrodes)");

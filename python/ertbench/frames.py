@@ -29,7 +29,7 @@ class Frames:
 def read_frames(file: Union[str, os.PathLike], sensor: Optional[Sensor] = None, *, unit: str = "V",
                 channels: str = "", background: str = "", dataset: str = "",
                 transposed: bool = False, fix: bool = False, force: bool = False) -> Frames:
-    """Reads frames: HDF5, MATLAB v7.3, Octave, CSV, or Sciospec's .eit (docs/own_frames.md).
+    """Reads frames: HDF5, MATLAB, Octave, tables, .dat, .get, or .eit (docs/own_frames.md).
 
     sensor: by default the one that the file names, else d2s. unit: "V", "mV" or "uV".
     channels: the order of the columns ("drive-major", "measure-major", "rotating", "full", ...).

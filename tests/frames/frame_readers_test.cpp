@@ -174,10 +174,6 @@ TEST(FrameReaders, MatlabArraysAreTurnedRound) {
   maps.file.dataset = "cells";
   EXPECT_NE(why_refused([&] { OwnFrames refused(maps); }).find("is a cell array; save a matrix"),
             std::string::npos);
-
-  write_file(folder / "old.mat", "MATLAB 5.0 MAT-file, Platform: GLNXA64");
-  const std::string why = why_refused([&] { OwnFrames old(options_for(folder / "old.mat")); });
-  EXPECT_NE(why.find("save('-v7.3', ...)"), std::string::npos) << why;
 }
 
 TEST(FrameReaders, BackgroundIsAMeanOfRowsOrOfAFile) {

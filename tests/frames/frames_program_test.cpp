@@ -43,16 +43,6 @@ void write_csv(const fs::path& file, const Frames& frames) {
   }
 }
 
-/// Where the image of a frame is strongest, mm.
-Eigen::Vector2d strongest(const fs::path& images, std::uint64_t frame) {
-  const Hdf5File file = Hdf5File::open(images);
-  const Eigen::VectorXd x = file.read_vector("/x_mm");
-  const Eigen::VectorXd y = file.read_vector("/y_mm");
-  Eigen::Index at = 0;
-  file.read_rows("/conductivity_change", frame, 1).row(0).cwiseAbs().maxCoeff(&at);
-  return {x[at % x.size()], y[at / x.size()]};
-}
-
 const std::string solver = R"({"type": "one-step-gn", "prior": "noser", "lambda": 0.1})";
 
 TEST(FramesProgram, ContactsAndTheLevelOfTheSheetAreWritten) {
@@ -199,7 +189,7 @@ TEST(FramesProgram, WrongUseEndsWithCodeTwoAndARemedy) {
       {start + "frames.csv --background 0-19 --png a.jpg" + to, "must end in .png"},
       {start + "frames.csv --background 0-19 --csv letter.png" + to, "is no table of images"},
       {start + "shuffled.csv --background 0-19 --fix" + to, "--force images them as they are"},
-      {start + "old.mat" + to, "save('-v7.3', ...)"},
+      {start + "old.mat" + to, "old.mat: is cut off"},
       {start + "words.csv" + to, "words.csv: line 2, column 1: must be a number"},
       {"calibrate frames.csv --rows 0-5 --out c.json", "choose by --rows"},
       {"calibrate frames.csv --rows five --out c.json", "--rows: must be FIRST-LAST"},

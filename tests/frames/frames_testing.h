@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <random>
 #include <vector>
 
+#include "core/hdf5_file.h"
 #include "forward/border/border_model.h"
 #include "forward/sheet/sensor.h"
 
@@ -37,6 +39,16 @@ inline RowMajorMatrix changes_by_discs(const Sensor& sensor,
         model.solve_at(disc_at(places[i].x(), places[i].y()), 1).change.transpose();
   }
   return out;
+}
+
+/// Where the image of a frame is strongest, mm.
+inline Eigen::Vector2d strongest(const std::filesystem::path& images, std::uint64_t frame) {
+  const Hdf5File file = Hdf5File::open(images);
+  const Eigen::VectorXd x = file.read_vector("/x_mm");
+  const Eigen::VectorXd y = file.read_vector("/y_mm");
+  Eigen::Index at = 0;
+  file.read_rows("/conductivity_change", frame, 1).row(0).cwiseAbs().maxCoeff(&at);
+  return {x[at % x.size()], y[at / x.size()]};
 }
 
 }  // namespace ertbench::testing

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ertbench {
+
+/// How the numbers of a text stand in its lines.
+struct NumberFormat {
+  char separator = ',';  ///< ';', ',', '\t', or ' ' for any blanks
+  bool decimal_comma = false;
+};
+
+/// The bytes of a text file as UTF-8; UTF-16 is recognised by its mark or its zeros. Throws
+/// InputError, which begins with `source`, for binary files, with what they are.
+std::string utf8_text(std::string bytes, const std::string& source);
+
+inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::string_view trimmed(std::string_view text);
+
+/// A line without the words before its numbers ("magnitudes : ", "POLAR ", "10:00:01.5 -> ") and
+/// without brackets around them; `prefix` becomes these words.
+std::string_view without_prefix(std::string_view line, std::string& prefix);
+
+/// The format in which most fields of a line are numbers.
+NumberFormat number_format_of(std::string_view line);
+
+/// The fields of a line. Separators within quotes or parentheses are none.
+std::vector<std::string_view> fields_of(std::string_view line, const NumberFormat& format);
+
+/// The number that a whole field is, which may be quoted. A complex one ("1.2+0.3i", "1.2 + 0.3j",
+/// "(1.2,0.3)") gives its real part, which is in phase, and sets `is_complex`.
+std::optional<double> number_of(std::string_view field, const NumberFormat& format,
+                                bool& is_complex);
+
+/// Whether a field stands for a value that was not measured: "OVL", "overload", "--", "n/a".
+bool is_missing_mark(std::string_view field);
+
+/// Whether a line can only be column titles: it has fields, none of which is a number or a mark, or
+/// they count the columns from 0 on, as pandas writes them.
+bool is_title_line(std::string_view line);
+
+/// Whether `value` says how many values follow, or of how many electrodes their square is.
+bool counts_values(double value, std::size_t values);
+
+}  // namespace ertbench

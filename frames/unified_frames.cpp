@@ -1,0 +1,268 @@
+// The unified data format of BERT and pyGIMLi: electrodes, and a resistance for each channel.
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/errors.h"
+#include "core/json.h"
+#include "core/text.h"
+#include "forward/sheet/sensor_json.h"
+#include "frames/frame_source.h"
+#include "frames/text_lines.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t most_unified_bytes = std::uint64_t{1} << 26U;
+constexpr double most_off =
+    0.02;  ///< distance of an electrode from the border, of the sheet's size
+
+/// The words of a line, separated by blanks.
+std::vector<std::string_view> words_of_line(std::string_view line) {
+  return fields_of(line, {' ', false});
+}
+
+/// The whole number that a line begins with, alone but for a comment: "16# Number of sensors".
+std::optional<int> count_in(std::string_view line) {
+  const std::vector<std::string_view> words = words_of_line(line.substr(0, line.find('#')));
+  bool is_complex = false;
+  if (words.size() != 1) return std::nullopt;
+  const auto value = number_of(words[0], {' ', false}, is_complex);
+  if (!value || *value != std::floor(*value) || !(*value >= 0 && *value < 1e6)) return std::nullopt;
+  return static_cast<int>(*value);
+}
+
+/// Reads the lines one by one, without empty ones, and keeps their number for messages.
+class UnifiedLines {
+ public:
+  UnifiedLines(std::string_view text, const std::string& source) : rest_(text), source_(source) {}
+
+  std::string_view next(const char* what) {
+    while (!rest_.empty()) {
+      const std::size_t end = rest_.find('\n');
+      const std::string_view line = trimmed(rest_.substr(0, end));
+      rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+      ++number_;
+      if (!line.empty()) return line;
+    }
+    fail(std::string("the file ends before ") + what);
+  }
+  int count(const char* what) {
+    const auto count = count_in(next(what));
+    if (!count || *count == 0) fail(std::string("must be ") + what);
+    return *count;
+  }
+  /// The names of columns of a comment, without their units.
+  std::vector<std::string> names(const char* what) {
+    std::string_view line = next(what);
+    if (!line.starts_with('#')) fail(std::string("must be \"#\" and ") + what);
+    std::vector<std::string> out;
+    for (const std::string_view word : words_of_line(line.substr(1))) {
+      out.emplace_back(word.substr(0, word.find('/')));
+      std::transform(out.back().begin(), out.back().end(), out.back().begin(),
+                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    }
+    return out;
+  }
+  std::vector<double> numbers(std::size_t count, const char* what) {
+    std::string_view line = next(what);
+    line = line.substr(0, line.find('#'));
+    std::vector<double> out;
+    for (const std::string_view word : words_of_line(line)) {
+      bool is_complex = false;
+      const auto value = number_of(word, {' ', false}, is_complex);
+      if (!value || !std::isfinite(*value)) {
+        fail("must hold finite numbers, holds \"" + printable(word, 40) + "\"");
+      }
+      out.push_back(*value);
+    }
+    if (out.size() < count) {
+      fail("has " + std::to_string(out.size()) + " numbers, the columns are " +
+           std::to_string(count));
+    }
+    return out;
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(source_ + ": line " + std::to_string(number_) + ": " + what);
+  }
+
+ private:
+  std::string_view rest_;
+  const std::string& source_;
+  int number_ = 0;
+};
+
+/// Electrodes around the middle of the sheet, mm, and the sheet as a sensor's JSON says it.
+nlohmann::json sheet_of(Eigen::Matrix2Xd points, const UnifiedLines& lines) {
+  // A circle: |p|^2 = 2 c p + (r^2 - |c|^2), by least squares.
+  const Eigen::Vector2d shift = points.rowwise().mean();
+  points.colwise() -= shift;
+  Eigen::MatrixXd rows(points.cols(), 3);
+  rows << 2 * points.transpose(), Eigen::VectorXd::Ones(points.cols());
+  const Eigen::Vector3d fit =
+      rows.colPivHouseholderQr().solve(points.colwise().squaredNorm().transpose());
+  const double radius = std::sqrt(std::max(0.0, fit[2] + fit.head<2>().squaredNorm()));
+  const Eigen::Matrix2Xd around = points.colwise() - fit.head<2>();
+  const Eigen::VectorXd off = (around.colwise().norm().array() - radius).abs();
+  const Eigen::Vector2d low = points.rowwise().minCoeff();
+  const Eigen::Vector2d size = points.rowwise().maxCoeff() - low;
+  if (!(size.minCoeff() > 1e-3 * size.maxCoeff())) {
+    lines.fail("the electrodes stand in a line; a sheet has them around its border");
+  }
+  nlohmann::json out;
+  if (off.maxCoeff() <= most_off * radius && radius < 10 * size.maxCoeff()) {
+    out = {{"shape", "disc"}, {"diameter_mm", 2e3 * radius}};
+    points =
+        around * (radius * around.colwise().norm().cwiseInverse().asDiagonal().toDenseMatrix());
+  } else {
+    out = {{"shape", "rectangle"}, {"sides_mm", {1e3 * size.x(), 1e3 * size.y()}}};
+    points.colwise() -= low + size / 2;
+    for (const auto& point : points.colwise()) {
+      const Eigen::Vector2d inside = size / 2 - point.cwiseAbs();
+      if (inside.minCoeff() > most_off * size.maxCoeff()) {
+        lines.fail(
+            "the electrodes stand neither on a circle nor on a rectangle; give another "
+            "--sensor, with frames as a table");
+      }
+    }
+  }
+  for (const auto& point : points.colwise()) {
+    out["electrode_points_mm"].push_back({1e3 * point.x(), 1e3 * point.y()});
+  }
+  return out;
+}
+
+}  // namespace
+
+UnifiedFile parse_unified(std::string_view text, const std::string& source) {
+  constexpr int most_electrodes = 1000;
+  UnifiedLines lines(text, source);
+  const int electrodes = lines.count("the number of electrodes");
+  if (electrodes > most_electrodes) lines.fail("more than 1000 electrodes");
+  const std::vector<std::string> axes = lines.names("the axes, \"x y\"");
+  const auto x = std::find(axes.begin(), axes.end(), "x") - axes.begin();
+  auto y = std::find(axes.begin(), axes.end(), "y") - axes.begin();
+  if (y == std::ssize(axes)) y = std::find(axes.begin(), axes.end(), "z") - axes.begin();
+  if (x == std::ssize(axes) || y == std::ssize(axes)) lines.fail("must name the axes, \"x y\"");
+  Eigen::Matrix2Xd points(2, electrodes);
+  for (int e = 0; e < electrodes; ++e) {
+    const std::vector<double> place = lines.numbers(axes.size(), "all electrodes");
+    points.col(e) << place[static_cast<std::size_t>(x)], place[static_cast<std::size_t>(y)];
+  }
+  const nlohmann::json sheet = sheet_of(points, lines);
+
+  const int count = lines.count("the number of data");
+  const std::vector<std::string> names = lines.names("the columns, \"a b m n r\"");
+  const auto column = [&](const char* name) -> std::optional<std::size_t> {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - names.begin());
+  };
+  const std::optional<std::size_t> pairs[] = {column("a"), column("b"), column("m"), column("n")};
+  for (const auto& place : pairs) {
+    if (!place) lines.fail("must name the columns a b m n");
+  }
+  const auto r = column("r"), u = column("u"), i = column("i"), k = column("k"),
+             rhoa = column("rhoa"), valid = column("valid");
+  if (!r && !(u && i) && !(rhoa && k)) {
+    lines.fail("has no resistances: save r, or u and i, or rhoa and k");
+  }
+  UnifiedFile file;
+  std::map<ChannelElectrodes, int> seen;
+  for (int d = 0; d < count; ++d) {
+    const std::vector<double> row = lines.numbers(names.size(), "all data");
+    std::array<int, 4> at{};
+    for (std::size_t p = 0; p < at.size(); ++p) {
+      const double electrode = row[*pairs[p]];
+      if (!(electrode >= 1 && electrode <= electrodes) || electrode != std::floor(electrode)) {
+        lines.fail("electrodes are whole numbers from 1 to " + std::to_string(electrodes) +
+                   "; poles (0) have no second electrode on a sheet");
+      }
+      at[p] = static_cast<int>(electrode) - 1;
+    }
+    if (std::set<int>(at.begin(), at.end()).size() != at.size()) {
+      lines.fail("a b m n must be four electrodes");
+    }
+    if (valid && row[*valid] == 0) {
+      lines.fail("is not valid; take such data out, of all frames");
+    }
+    const auto quotient = [&](std::size_t above, std::size_t below) {
+      if (row[below] == 0) lines.fail(names[below] + " must not be 0");
+      return row[above] / row[below];
+    };
+    const double resistance = r ? row[*r] : u && i ? quotient(*u, *i) : quotient(*rhoa, *k);
+    if (!(std::abs(resistance) < 1e12)) lines.fail("has no finite resistance");
+    file.resistances.push_back(resistance);
+    file.channels.push_back({{at[0], at[1]}, {at[2], at[3]}});
+    if (!seen.emplace(file.channels.back(), d).second) lines.fail("is a channel that came before");
+  }
+  // In the format's own convention the current enters at a, in this program's at b.
+  double agreement = 0;
+  for (std::size_t c = 0; c < file.channels.size(); ++c) {
+    const auto& [drive, measurement] = file.channels[c];
+    const auto apart = [&](int one, int other) {
+      return std::log((points.col(one) - points.col(other)).norm() + 1e-9);
+    };
+    agreement += file.resistances[c] *
+                 (apart(measurement.first, drive.first) - apart(measurement.first, drive.second) -
+                  apart(measurement.second, drive.first) + apart(measurement.second, drive.second));
+  }
+  if (agreement < 0) {
+    for (double& resistance : file.resistances) resistance = -resistance;
+  }
+  if (count < 4 || count > 4096) lines.fail("a sensor has 4 to 4096 channels");
+  file.sensor = with_channels(sensor_from_json(JsonObject(sheet, source, "")), file.channels);
+  file.sensor.drive_current = 1;
+  return file;
+}
+
+namespace {
+
+class UnifiedFrames final : public FrameSource {
+ public:
+  UnifiedFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
+    if (!options.dataset.empty() || options.transposed.value_or(false)) {
+      throw InputError(path_.string() +
+                       ": is one frame of BERT's format; leave --dataset and --transposed out");
+    }
+    file_ = parse_unified(text_of_file(path_), path_.string());
+  }
+
+  std::string format() const override { return "unified"; }
+  std::uint64_t frames() const override { return 1; }
+  Eigen::Index columns() const override { return std::ssize(file_.resistances); }
+  RowMajorMatrix read(std::uint64_t, std::uint64_t count) const override {
+    const Eigen::Map<const Eigen::RowVectorXd> row(file_.resistances.data(), columns());
+    return row.replicate(static_cast<Eigen::Index>(count), 1);
+  }
+  std::optional<Sensor> sensor() const override { return file_.sensor; }
+  bool knows_background() const override { return false; }
+  std::vector<ChannelElectrodes> channels() const override { return file_.channels; }
+  std::vector<fs::path> files() const override { return {path_}; }
+
+ private:
+  fs::path path_;
+  UnifiedFile file_;
+};
+
+}  // namespace
+
+bool is_unified(std::string_view begin) {
+  const std::size_t end = begin.find('\n');
+  if (end == std::string_view::npos || !count_in(trimmed(begin.substr(0, end)))) return false;
+  const std::string_view second =
+      trimmed(begin.substr(end + 1, begin.find('\n', end + 1) - end - 1));
+  return second.starts_with('#') && second.find('x') != std::string_view::npos;
+}
+
+std::unique_ptr<FrameSource> open_unified_frames(const fs::path& input,
+                                                 const FrameFileOptions& options) {
+  return std::make_unique<UnifiedFrames>(input, options);
+}
+
+}  // namespace ertbench
