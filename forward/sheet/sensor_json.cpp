@@ -206,7 +206,8 @@ nlohmann::json lines_of_channels(const std::filesystem::path& file) {
         line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
     std::istringstream fields(line);
     std::array<int, 4> four{};
-    if (!(fields >> std::ws) || fields.peek() == '#') continue;
+    fields >> std::ws;
+    if (fields.eof() || fields.peek() == '#') continue;
     for (int& e : four) fields >> e;
     std::string rest;
     if (!fields || fields >> rest) {

@@ -76,7 +76,7 @@ constexpr const char* sensor_16 =
 class ForeignFrames : public ::testing::Test {
  protected:
   ForeignFrames() {
-    write_text(folder_ / "gn.json", R"({"type": "one-step-gn", "prior": "noser", "lambda": 0.1})");
+    write_text(folder_ / "gn.json", R"({"type": "one-step-gn", "prior": "noser", "lambda": 0.03})");
   }
 
   Outcome reconstruct(const Recording& recording, const std::string& sensor,
