@@ -75,12 +75,9 @@ static Action add_element(CLI::App& command) {
 
 extern "C" void ertbench_part_tools(ertbench::Part& part) {
   using namespace ertbench;
-  static constexpr Command commands[] = {{"check", add_check},
-                                         {"publish", add_publish},
-                                         {"timing", add_timing},
-                                         {"fidelity", add_fidelity},
-                                         {"export", add_export},
-                                         {"element", add_element}};
+  static constexpr Command commands[] = {{"check", add_check},   {"publish", add_publish},
+                                         {"timing", add_timing}, {"fidelity", add_fidelity},
+                                         {"export", add_export}, {"element", add_element}};
   part.commands = commands;
   part.stages = [](int scenes) {
     Stages stages;

@@ -61,8 +61,9 @@ Action add_calibrate(CLI::App& command) {
   const auto arguments = std::make_shared<CalibrateArguments>();
   command.description("Noise, drift, electrodes and background, from frames without contact");
   command
-      .add_option("FRAMES", arguments->input,
-                  "Frames without contact, ten or more: HDF5, MATLAB, tables of\ntext, .dat, .get or .eit")
+      .add_option(
+          "FRAMES", arguments->input,
+          "Frames without contact, ten or more: HDF5, MATLAB, tables of\ntext, .dat, .get or .eit")
       ->required();
   command
       .add_option("--out", arguments->output,

@@ -124,7 +124,8 @@ void add_changes(std::vector<Mistake>& out) {
       {"with a channel at the least", stuck_at(-1)},
       {"with a channel at 100 times", stuck_at(100)},
       {"with a dead electrode", without_electrode},
-      {"in tenths of millivolts", [](Row row, Random&) { row = (1e4 * row).array().round() / 1e4; }},
+      {"in tenths of millivolts",
+       [](Row row, Random&) { row = (1e4 * row).array().round() / 1e4; }},
   };
   const std::pair<const char*, Rows> rows[] = {{"all ", Rows::all},
                                                {"frames ", Rows::frames},

@@ -1,0 +1,76 @@
+// Packing of a FrameCheck into one vector of numbers.
+
+#include <algorithm>
+#include <stdexcept>
+#include <vector>
+
+#include "solvers/check/frame_check.h"
+
+namespace ertbench {
+namespace {
+
+/// Takes vectors off the front of another.
+class Unpacking {
+ public:
+  explicit Unpacking(const Eigen::VectorXd& all) : all_(all) {}
+
+  Eigen::VectorXd take(Eigen::Index count) {
+    if (count < 0 || count > all_.size() - done_) {
+      throw std::invalid_argument("the frame check is damaged");
+    }
+    done_ += count;
+    return all_.segment(done_ - count, count);
+  }
+  double take() { return take(1)[0]; }
+  void finish() { take(all_.size() == done_ ? 0 : all_.size() + 1); }
+
+ private:
+  const Eigen::VectorXd& all_;
+  Eigen::Index done_ = 0;
+};
+
+}  // namespace
+
+Eigen::VectorXd FrameCheck::packed() const {
+  std::vector<double> out(reference_.begin(), reference_.end());
+  if (noise_.limit > 0) {
+    out.insert(out.end(), {noise_.a, noise_.b, noise_.limit, outside_.a, outside_.b, outside_.limit,
+                           noise_of_change_ ? 1.0 : 0.0, least_size_, largest_, farthest_, lowest_,
+                           highest_, static_cast<double>(directions_.rows.rows())});
+    const auto add = [&](const auto& values) {
+      out.insert(out.end(), values.data(), values.data() + values.size());
+    };
+    add(directions_.mean);
+    add(directions_.rows);
+    add(directions_.inverse_power);
+    add(directions_.tilt);
+  }
+  return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
+}
+
+FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed) {
+  set_sensor(sensor, masked);
+  Unpacking in(packed);
+  set_reference(in.take(sensor.channels()));
+  if (packed.size() == sensor.channels()) return;
+  for (UsualLevel* level : {&noise_, &outside_}) {
+    level->a = in.take();
+    level->b = in.take();
+    level->limit = in.take();
+  }
+  noise_of_change_ = in.take() != 0;
+  for (double* limit : {&least_size_, &largest_, &farthest_, &lowest_, &highest_}) {
+    *limit = in.take();
+  }
+  const auto count = static_cast<Eigen::Index>(
+      std::clamp(in.take(), 0.0, static_cast<double>(PrincipalDirections::most)));
+  const auto pairs = static_cast<Eigen::Index>(pairs_.size());
+  directions_.mean = in.take(pairs);
+  const Eigen::VectorXd rows = in.take(count * pairs);
+  directions_.rows = Eigen::Map<const Eigen::MatrixXd>(rows.data(), count, pairs);
+  directions_.inverse_power = in.take(count);
+  directions_.tilt = in.take(count);
+  in.finish();
+}
+
+}  // namespace ertbench
