@@ -24,16 +24,26 @@ constexpr std::uint64_t block_frames = 1024;
 constexpr double least_noise = 5e-4, most_noise = 0.02;  ///< of a frame, relative to the reference
 
 /// Mean of frames without contact, read in blocks. Throws InputError for frames unlike the others.
+/// `noise` is set to the standard deviation of a channel over the root mean square of the mean,
+/// from the steps between successive frames; 0 for one frame.
 Frames mean_of_rows(const Sensor& sensor, const FrameSource& source, const ChannelMap& map,
-                    std::uint64_t first, std::uint64_t last) {
+                    std::uint64_t first, std::uint64_t last, double& noise) {
   Frames sum = Frames::Zero(1, static_cast<Eigen::Index>(map.entries.size()));
+  double steps = 0;
+  double count_of_steps = 0;
   for (std::uint64_t row = first; row <= last; row += block_frames) {
     const std::uint64_t count = std::min(block_frames, last + 1 - row);
     const Frames block = map.apply(source.read(row, count));
     require_quiet(sensor, block, "--background: " + source.files().front().string(), row);
     sum += block.colwise().sum();
+    const Frames step = block.bottomRows(block.rows() - 1) - block.topRows(block.rows() - 1);
+    steps += step.array().isFinite().select(step.array(), 0).square().sum() / 2;
+    count_of_steps += static_cast<double>(step.rows());
   }
-  return sum / static_cast<double>(last + 1 - first);
+  const Frames mean = sum / static_cast<double>(last + 1 - first);
+  const double square = mean.array().isFinite().select(mean.array(), 0).square().sum();
+  noise = count_of_steps > 0 && square > 0 ? std::sqrt(steps / count_of_steps / square) : 0;
+  return mean;
 }
 
 }  // namespace
@@ -151,13 +161,13 @@ Frames OwnFrames::background_rows() {
                        ", which are counted from 0");
     }
     reference_text_ = "mean of the rows " + options_.background + " of the input";
-    return mean_of_rows(sensor_, *source_, map_, first, last);
+    return mean_of_rows(sensor_, *source_, map_, first, last, background_noise_);
   }
   const auto other = open_frames(options_.background, options_.file);
   const ChannelMap map = channel_map(declared_, *other, options_.channels, options_.unit);
   reference_text_ =
       "mean of " + std::to_string(other->frames()) + " frames of " + options_.background;
-  return mean_of_rows(sensor_, *other, map, 0, other->frames() - 1);
+  return mean_of_rows(sensor_, *other, map, 0, other->frames() - 1, background_noise_);
 }
 
 std::vector<int> OwnFrames::redundant_zeros() const {

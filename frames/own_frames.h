@@ -55,6 +55,10 @@ class OwnFrames {
   /// The reference voltages [channels] V; their median if each frame has its own.
   Eigen::RowVectorXd reference() const;
 
+  /// Standard deviation of a channel in the frames of the background, over the root mean square of
+  /// the reference; 0 if there are none, or one.
+  double background_noise() const { return background_noise_; }
+
   Frames voltages(std::uint64_t first, std::uint64_t count) const;  ///< [count, channels] V
   Frames changes(std::uint64_t first, std::uint64_t count) const;   ///< from the reference, V
 
@@ -94,6 +98,7 @@ class OwnFrames {
   std::string left_out_;
   ChannelMap map_;
   Frames references_;  ///< [1, channels] or [frames, channels] V
+  double background_noise_ = 0;
   std::optional<FrameBounds> bounds_;
   std::vector<FrameVerdict> reference_verdicts_;  ///< [frames] if each has its own reference
   std::string reference_text_;

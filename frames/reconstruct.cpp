@@ -15,6 +15,7 @@
 #include "core/json.h"
 #include "core/process.h"
 #include "forward/data/dataset_file.h"
+#include "forward/data/sheet_model.h"
 #include "frames/calibration.h"
 #include "frames/twin_places.h"
 #include "solvers/check/stored_solver.h"
@@ -58,11 +59,24 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
+/// Gives an entry of `contacts` what it would take from a validation set: the noise of the frames
+/// without contact, at the model's level, and the prior as it is.
+void complete(json& entry, const OwnFrames& frames) {
+  const auto is_open = [&](const char* key) { return entry.value(key, json("auto")) == "auto"; };
+  if (entry.value("type", "") != "contacts") return;
+  if (is_open("noise") && frames.background_noise() > 0) {
+    const Eigen::VectorXd model = uniform_reference(frames.sensor());
+    entry["noise"] =
+        frames.background_noise() * model.norm() / std::sqrt(static_cast<double>(model.size()));
+  }
+  if (is_open("prior_weight")) entry["prior_weight"] = 1;
+}
+
 /// Channels that were left out are not asked of a solver that is fitted here. `filling` makes the
 /// frames of a stored one, which has all, and is empty otherwise.
 std::unique_ptr<Solver> solver_from(const std::string& file_or_name, const OwnFrames& frames,
                                     SolverRegistry& registry, Eigen::MatrixXd& filling) {
-  const NamedSolver named = read_named_solver(file_or_name);
+  NamedSolver named = read_named_solver(file_or_name);
   FitInput fit;
   const bool is_stored = named.entry->contains("checkpoint");
   fit.sensor = is_stored ? frames.declared_sensor() : frames.sensor();
@@ -74,6 +88,10 @@ std::unique_ptr<Solver> solver_from(const std::string& file_or_name, const OwnFr
   if (frames.calibration() && !is_stored) {
     write_calibrated_set(*frames.calibration(), fit.sensor, folder / "calibrated.h5", fit.threads);
     fit.validation = &set.emplace(folder / "calibrated.h5");
+  } else if (!is_stored && named.entry->is_object()) {
+    json entry = *named.entry;
+    complete(entry, frames);
+    named.entry = JsonValue(std::move(entry));
   }
   return fitted_solver(named, fit, registry);
 }

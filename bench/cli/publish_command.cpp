@@ -39,7 +39,7 @@ ExitCode publish(const PublishArguments& arguments) {
     const Experiment experiment =
         read_experiment(experiment_file(name, project), registry, chart_types());
     warn_of_slow_trainings(experiment, cache);
-    failures += publish_experiment(experiment, registry, project, cache, arguments.jobs);
+    failures += publish_experiment(experiment, project, cache, arguments.jobs);
     std::printf("published %s in %s\n", experiment.name.c_str(),
                 printable_path((project / "results/published" / experiment.name).string()).c_str());
   }

@@ -240,8 +240,8 @@ void require_committed(const fs::path& project) {
   }
 }
 
-int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
-                       const fs::path& project, const Cache& cache, int jobs) {
+int publish_experiment(const Experiment& experiment, const fs::path& project, const Cache& cache,
+                       int jobs) {
   const fs::path published = project / "results/published" / experiment.name;
   const fs::path made = empty_part_of(published);
   const int failures = make_results(experiment, project, cache, jobs, published, made);

@@ -8,8 +8,6 @@
 
 namespace ertbench {
 
-class SolverRegistry;
-
 /// Largest picture that is published.
 inline constexpr std::uintmax_t most_picture_bytes = 150 * 1000;
 
@@ -22,16 +20,14 @@ void require_committed(const std::filesystem::path& project);
 /// into results/published/NAME of the project, whole or not at all: summary.json, table.md, and of
 /// the rest what a page of the project links to or takes numbers from; pictures have a palette;
 /// templates of pages in that folder stay. The experiment's "made_by" says which command's results
-/// these are; rates of frames are measured anew each time. `registry`: that the experiment was read
-/// with.
+/// these are.
 ///
 /// Which earlier records may be reused is up to the cache (Reuse::clean: none of a build whose
 /// sources were not committed). Returns the number of jobs that failed; they stay in the results
-/// with their reason. Throws InputError where a figure could not be drawn or is too large, the
-/// machine was too busy to measure rates, or published limits (`ertbench limit`) would be lost.
-/// What was published before then stays.
-int publish_experiment(const Experiment& experiment, SolverRegistry& registry,
-                       const std::filesystem::path& project, const Cache& cache, int jobs);
+/// with their reason. Throws InputError where a figure could not be drawn or is too large, or
+/// where published limits (`ertbench limit`) would be lost. What was published before then stays.
+int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
+                       const Cache& cache, int jobs);
 
 /// Leaves in the folder `made` what readers of results/published/NAME, the folder `published`,
 /// need: summary.json, table.md, and the files that a page of the project names.

@@ -81,7 +81,7 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   const auto run = testing::run_program(project(), "run e.json --out results/e");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   testing::write_text(project() / "results/published/e/old.svg", "from before");
-  EXPECT_EQ(publish_experiment(experiment, registry, project(), Cache(project() / "cache"), 1), 0);
+  EXPECT_EQ(publish_experiment(experiment, project(), Cache(project() / "cache"), 1), 0);
   // What an interrupted call has left is no page.
   testing::write_text(project() / "results/published/e.part/README.md.in", "{{nothing}}\n");
   publish_pages(project());
@@ -129,7 +129,7 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
   const Experiment experiment = read_experiment(project() / "e.json", registry, chart_types());
   const auto run = testing::run_program(project(), "fidelity e.json --out results/e");
   ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_EQ(publish_experiment(experiment, registry, project(), Cache(project() / "cache"), 1), 0);
+  EXPECT_EQ(publish_experiment(experiment, project(), Cache(project() / "cache"), 1), 0);
   const auto published = project() / "results/published/e";
   EXPECT_EQ(testing::read_text(published / "fidelity.csv"),
             testing::read_text(project() / "results/e/fidelity.csv"));
@@ -144,7 +144,7 @@ TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
   const std::string drawn = testing::read_text(published / "fidelity.png");
   const testing::Environment no_gnuplot("PATH", (project() / "core").string());
   try {
-    publish_experiment(experiment, registry, project(), Cache(project() / "cache"), 1);
+    publish_experiment(experiment, project(), Cache(project() / "cache"), 1);
     FAIL() << "published without its figure";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("fidelity.svg could not be drawn"), std::string::npos)

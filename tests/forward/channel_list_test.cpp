@@ -41,7 +41,7 @@ json random_channels(int count, int electrodes) {
 Sensor disc_of(const json& list, json more = json::object()) {
   more["channels"] = list;
   more["count_from"] = 0;
-  return disc(more);
+  return testing::disc(more);
 }
 
 TEST(ChannelList, VoltagesAndSensitivityAreThoseOfTheClosedForm) {
@@ -179,7 +179,7 @@ TEST(ChannelList, ThatCannotBeIsRefused) {
 
 TEST(Sensor, FirstElectrodeMayBeAnywhereOnTheBorder) {
   for (const double turns : {0.5, -0.5, 2.5}) {
-    const Sensor sensor = disc({{"electrode_offset_mm", turns * 200 * std::numbers::pi}});
+    const Sensor sensor = testing::disc({{"electrode_offset_mm", turns * 200 * std::numbers::pi}});
     EXPECT_LT((electrode_positions(sensor).col(0) - Eigen::Vector2d(0, -1)).norm(), 1e-9) << turns;
     EXPECT_TRUE(sensor_of(to_json(sensor)) == sensor);
     EXPECT_EQ(symmetries(sensor).size(), 8u);

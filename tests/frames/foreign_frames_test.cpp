@@ -7,7 +7,9 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <string>
 
 #include "core/hdf5_file.h"
 #include "tests/bench/program.h"
@@ -221,6 +223,24 @@ TEST_F(ForeignFrames, MayBeginAnywhereOnTheBorder) {
                      "drive_current": 1, "background": 1})");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   expect_place(recording);
+}
+
+TEST_F(ForeignFrames, AreExplainedByContactsWithTheNoiseOfTheBackground) {
+  // The noise is taken as a share of the reference.
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 2e-4);
+  Recording recording;
+  recording.written = [&](std::size_t, double volts) { return 1e3 * (volts + noise(random)); };
+  write_text(folder_ / "gn.json", R"({"type": "contacts"})");
+  const Outcome outcome = reconstruct(recording, sensor_16, "--unit mV");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const Hdf5File images = Hdf5File::open(folder_ / "images.h5");
+  const Eigen::RowVectorXd first = images.read_rows("/contacts", empty_frames, 1).row(0);
+  EXPECT_LT((first.head<2>().transpose() - recording.place_mm).norm(), 2) << first.head<3>();
+  EXPECT_TRUE(std::isnan(images.read_rows("/contacts", 0, 1)(0, 0))) << "an empty frame";
+  const nlohmann::json solver = nlohmann::json::parse(images.read_text("/", "solver"));
+  EXPECT_NEAR(solver.at("noise").get<double>(), 2e-4, 3e-5);
+  EXPECT_EQ(solver.at("prior_weight"), 1);
 }
 
 }  // namespace

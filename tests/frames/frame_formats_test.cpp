@@ -85,8 +85,6 @@ std::string utf16(const std::string& text, bool little, bool marked) {
   return out;
 }
 
-Sensor tank() { return sensor_from_file(fs::path(ERTBENCH_SOURCE_DIR) / "sensors/disc_16.json"); }
-
 /// What is read of a file with these bytes, in V and in the order of disc_16.
 Frames read_as_tank(const std::string& name, const std::string& bytes,
                     std::vector<std::string>* notes = nullptr, const std::string& dataset = "") {

@@ -159,7 +159,6 @@ TEST(Lmmse, SeesContactsBesideNuisancesOfItsCovariance) {
     const double usual = error(*plain, clean);
     EXPECT_LT(error(*rugged, clean), 1.25 * usual);
     for (const Frames* frames : {&level, &displaced}) {
-      << error(*rugged, *frames) << "\n";
       EXPECT_GT(error(*plain, *frames), 1.2 * usual);
       EXPECT_LT(error(*rugged, *frames), 1.1 * error(*rugged, clean));
     }
