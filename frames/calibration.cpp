@@ -146,7 +146,11 @@ QuietCheck check_quiet(const Sensor& sensor, const Frames& frames) {
 void require_quiet(const Sensor& sensor, const Frames& frames, const std::string& source,
                    std::uint64_t from) {
   if (frames.rows() < 3) return;  // nobody can say which is unlike the other
-  const std::string refused = frames_unlike(sensor, frames, from).refused;
+  Frames present = frames;
+  for (Eigen::Index c = 0; c < present.cols(); ++c) {
+    if (present.col(c).array().isNaN().all()) present.col(c).setZero();  // a missing channel
+  }
+  const std::string refused = frames_unlike(sensor, present, from).refused;
   if (!refused.empty()) {
     throw InputError(source + ": " + refused + "; name frames without contact alone");
   }

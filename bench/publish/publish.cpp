@@ -255,4 +255,8 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   return failures;
 }
 
+void publish_pages(const fs::path& project) {
+  for (const auto& [page, text] : rendered_pages(project)) write_file_atomically(page, text);
+}
+
 }  // namespace ertbench

@@ -1,5 +1,5 @@
-// Sensors whose channels are a list, held against a disc's closed form, against sensors of patterns
-// and against the problem without reciprocity.
+// Sensors whose channels are a list, held against a disc's closed form and against sensors of
+// patterns.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,6 @@
 #include "forward/border/border_model.h"
 #include "forward/fem/forward_model.h"
 #include "forward/sheet/sensor_json.h"
-#include "solvers/channel_mask.h"
 #include "tests/forward/closed_form_disc.h"
 #include "tests/forward/sensors_testing.h"
 
@@ -112,20 +111,6 @@ TEST(ChannelList, ReciprocalPairsAreFoundWhereverTheyAre) {
   // Not between drives of different currents.
   json currents = {1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-3};
   EXPECT_EQ(reciprocal_pairs(disc_of(list, {{"drive_currents", currents}})).size(), 6u);
-  // The reduced problem has the same normal equations.
-  const Sensor sensor = disc_of(list);
-  const RowMajorMatrix jacobian = border_jacobian(sensor);
-  const Reciprocity reciprocity(sensor);
-  EXPECT_EQ(reciprocity.channels(), 7);
-  const Eigen::MatrixXd reduced = reciprocity.reduce_rows(jacobian);
-  const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
-  EXPECT_LT((reduced.transpose() * reduced - normal).norm(), 1e-10 * normal.norm());
-  const Eigen::RowVectorXd frame = Eigen::RowVectorXd::LinSpaced(7, 1, 2);
-  const VectorXd right = jacobian.transpose() * frame.transpose();
-  EXPECT_LT((reduced.transpose() * reciprocity.reduce(frame) - right).norm(), 1e-10 * right.norm());
-  VectorXd sums(reciprocity.pairs());
-  reciprocity.sum(frame.data(), sums.data());
-  EXPECT_LT((sums / std::numbers::sqrt2 - reciprocity.reduce(frame)).norm(), 1e-12);
 }
 
 TEST(ChannelList, IsReadFromAFileAndFromOne) {

@@ -188,7 +188,7 @@ TEST(FramesProgram, WrongUseEndsWithCodeTwoAndARemedy) {
       {start + "frames.csv --background 0-19 --png letter.png" + to, "is no picture (PNG)"},
       {start + "frames.csv --background 0-19 --png a.jpg" + to, "must end in .png"},
       {start + "frames.csv --background 0-19 --csv letter.png" + to, "is no table of images"},
-      {start + "shuffled.csv --background 0-19 --fix" + to, "--force images them as they are"},
+      {start + "shuffled.csv --background 0-19 --fix" + to, "name frames without contact alone"},
       {start + "old.mat" + to, "old.mat: is cut off"},
       {start + "words.csv" + to, "words.csv: line 2, column 1: must be a number"},
       {"calibrate frames.csv --rows 0-5 --out c.json", "choose by --rows"},

@@ -290,7 +290,7 @@ TEST(TwinPlaces, OppositeDriveAndMeasurementShowEachContactTwice) {
 TEST(ContactSpan, HoldsContactsAndHardlyAnythingElse) {
   const Sensor sensor;
   const ContactSpan span(sensor);
-  EXPECT_LT(span.directions(), sensor.channels() / 4);
+  EXPECT_LT(span.directions(), sensor.channels() / 3);
   EXPECT_GT(span.share(testing::changes_by_discs(sensor, {{0.3, -0.2}, {-0.5, 0.4}})), 0.95);
   std::mt19937 random(5);
   std::normal_distribution<double> normal;

@@ -4,7 +4,9 @@
 
 #include <Eigen/LU>
 
+#include "forward/border/border_model.h"
 #include "forward/fem/forward_model.h"
+#include "forward/sheet/sensor_json.h"
 #include "solvers/decompositions.h"
 #include "tests/solvers/fault_frames.h"
 #include "tests/solvers/total_variation_reference.h"
@@ -119,6 +121,29 @@ TEST(MaskedPdipm, ReachesTheMinimumThatASlowMethodFinds) {
       EXPECT_LE(slow, ours * (1 + 1e-3)) << mask;
     }
   }
+}
+
+TEST(Reciprocity, OfAPartOfTheChannelsKeepsTheNormalEquations) {
+  const nlohmann::json description = {
+      {"shape", "disc"},
+      {"diameter_mm", 200},
+      {"channels",
+       {{0, 1, 2, 3}, {5, 9, 2, 3}, {2, 3, 0, 1}, {4, 5, 6, 7}, {7, 6, 5, 4}, {6, 7, 8, 9}}},
+      {"count_from", 0}};
+  const Sensor sensor = sensor_from_json(JsonObject(description, "test", ""));
+  const RowMajorMatrix jacobian = border_jacobian(sensor);
+  const Reciprocity reciprocity(sensor);
+  EXPECT_EQ(reciprocity.pairs(), 4);
+  EXPECT_EQ(reciprocity.channels(), 6);
+  const Eigen::MatrixXd reduced = reciprocity.reduce_rows(jacobian);
+  const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
+  EXPECT_LT((reduced.transpose() * reduced - normal).norm(), 1e-10 * normal.norm());
+  const Eigen::RowVectorXd frame = Eigen::RowVectorXd::LinSpaced(6, 1, 2);
+  const Eigen::VectorXd right = jacobian.transpose() * frame.transpose();
+  EXPECT_LT((reduced.transpose() * reciprocity.reduce(frame) - right).norm(), 1e-10 * right.norm());
+  Eigen::VectorXd sums(reciprocity.pairs());
+  reciprocity.sum(frame.data(), sums.data());
+  EXPECT_LT((sums / std::numbers::sqrt2 - reciprocity.reduce(frame)).norm(), 1e-12);
 }
 
 }  // namespace
