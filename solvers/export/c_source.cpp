@@ -89,14 +89,18 @@ int group_of(const ExportStep& step) {
   return step.outputs % 8 == 0 ? 8 : step.outputs % 4 == 0 ? 4 : 1;
 }
 
-/// [outputs][taps and inputs] as [outputs / group][taps and inputs][group].
+/// [outputs][taps and inputs] as [outputs / group][taps and inputs / together][group][together].
 template <typename Number>
-std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group) {
+std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group,
+                            std::size_t together) {
   const std::size_t size = weights.size() / index_of(outputs);
   std::vector<Number> out;
   for (int first = 0; first < outputs; first += group) {
-    for (std::size_t i = 0; i < size; ++i) {
-      for (int o = first; o < first + group; ++o) out.push_back(weights[index_of(o) * size + i]);
+    for (std::size_t i = 0; i < size; i += together) {
+      for (int o = first; o < first + group; ++o) {
+        const auto at = weights.begin() + static_cast<std::ptrdiff_t>(index_of(o) * size + i);
+        out.insert(out.end(), at, at + static_cast<std::ptrdiff_t>(together));
+      }
     }
   }
   return out;
@@ -140,15 +144,16 @@ std::string Writer::weights(std::size_t index) {
   const std::string name = "ert_weights_" + std::to_string(index);
   const int group = group_of(step);
   if (is_int8()) {
+    const bool pairs = program_.value(step.inputs[0]).channels % 2 == 0;
     const std::vector<std::int8_t> all =
-        grouped(quantised_.steps[index].weights, step.outputs, group);
-    return constants_.add("int8_t", name, std::vector<int>(all.begin(), all.end()), 1);
+        grouped(quantised_.steps[index].weights, step.outputs, group, pairs ? 2 : 1);
+    return constants_.add("ErtWeight", name, std::vector<int>(all.begin(), all.end()), 1);
   }
-  const std::vector<float> all = grouped(step.weights, step.outputs, group);
-  if (!is_half()) return constants_.add("float", name, all, 4);
+  const std::vector<float> all = grouped(step.weights, step.outputs, group, 1);
+  if (!is_half()) return constants_.add("ErtWeight", name, all, 4);
   std::vector<int> halves;
   for (const float one : all) halves.push_back(Eigen::half(one).x);
-  return constants_.add("uint16_t", name, halves, 2);
+  return constants_.add("ErtWeight", name, halves, 2);
 }
 
 void Writer::add_layer(std::size_t index) {
@@ -190,7 +195,6 @@ void Writer::add_layer(std::size_t index) {
     layers_ += ", .bias = " + list("ert_bias_", whole.bias);
     layers_ += ", .factors = " + list("ert_factors_", whole.factors);
     if (step.added >= 0) layers_ += ",\n      .added_factors = " + list("ert_added_", whole.added);
-    layers_ += ", .most = " + std::to_string(quantised_.values[index_of(step.value)].most);
   } else {
     layers_ += ", .bias = " + constants_.add("float", "ert_bias_" + number, step.bias, 4);
   }
@@ -322,22 +326,23 @@ std::map<std::string, std::string> Writer::files() {
       heading("the layers, the image and the contacts") + "#include \"solver.h\"\n\n";
   if (parts_.count("sigmoid") > 0) solver += "#include <math.h>\n";
   if (is_half()) solver += "#include <string.h>\n";
+  if (is_int8()) solver += part("includes int8");
   solver += "#include \"weights.h\"\n\n";
   const double unit = program_.unit() * (sigmoid ? std::ldexp(1.0, -24) : step);
   solver += "#define ERT_UNIT " + c_number(static_cast<float>(unit)) + " /* of the image, S/m */\n";
   if (is_int8()) {
     solver +=
-        "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) + "\n";
+        "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) + "\n" +
+        "#define ERT_MOST " + std::to_string(quantised_.most) + " /* of a layer's numbers */\n";
   }
   solver += contact_numbers();
-  const std::string weight = is_int8() ? "int8_t" : is_half() ? "uint16_t" : "float";
-  solver += "\ntypedef " + weight + " ErtWeight;\ntypedef " + (is_int8() ? "int32_t" : "float") +
-            " ErtSum;\n\n";
+  solver += std::string("\ntypedef ") + (is_int8() ? "int32_t" : "float") + " ErtSum;\n\n";
   const std::string kernels =
       is_int8() ? c_int8_kernels()
                 : part(is_half() ? "weight float16" : "weight float32") + c_float_kernels();
   solver +=
-      filled(c_layers(), {{"FIELDS", is_int8() ? part("fields int8") : ""}, {"KERNELS", kernels}});
+      filled(c_layers(), {{"FIELDS", part(is_int8() ? "fields int8" : "fields float32")},
+                          {"KERNELS", kernels}});
   for (const std::string& name : parts_) solver += "\n" + part(name);
   solver += "\n" + part(sigmoid     ? "image int8 sigmoid"
                         : is_int8() ? "image int8"
@@ -358,7 +363,7 @@ std::map<std::string, std::string> Writer::files() {
       {"solver.c", solver},
       {"weights.h", heading("constants of its layers") +
                         "#ifndef ERT_WEIGHTS_H\n#define ERT_WEIGHTS_H\n\n#include <stdint.h>\n\n" +
-                        constants_.declarations() + "\n#endif\n"},
+                        part("weights " + std::string(name_of(how_.precision))) + constants_.declarations() + "\n#endif\n"},
       {"weights.c",
        heading("constants of its layers") + "#include \"weights.h\"\n" + constants_.definitions()},
       {"example.c", c_example()}};
