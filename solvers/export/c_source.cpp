@@ -92,14 +92,14 @@ int group_of(const ExportStep& step) {
 /// [outputs][taps and inputs] as [outputs / group][taps and inputs / together][group][together].
 template <typename Number>
 std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group,
-                            std::size_t together) {
+                            int together) {
   const std::size_t size = weights.size() / index_of(outputs);
   std::vector<Number> out;
   for (int first = 0; first < outputs; first += group) {
-    for (std::size_t i = 0; i < size; i += together) {
+    for (std::size_t i = 0; i < size; i += index_of(together)) {
       for (int o = first; o < first + group; ++o) {
         const auto at = weights.begin() + static_cast<std::ptrdiff_t>(index_of(o) * size + i);
-        out.insert(out.end(), at, at + static_cast<std::ptrdiff_t>(together));
+        out.insert(out.end(), at, at + together);
       }
     }
   }
@@ -118,6 +118,10 @@ class Writer {
   bool is_int8() const { return how_.precision == ExportPrecision::int8; }
   bool is_half() const { return how_.precision == ExportPrecision::float16; }
   std::string place(int value) const { return std::to_string(program_.value(value).place); }
+  /// Inputs whose weights lie side by side.
+  int together(const ExportStep& step) const {
+    return is_int8() && program_.value(step.inputs[0]).channels % 2 == 0 ? 2 : 1;
+  }
   std::string weights(std::size_t index);
   void add_layer(std::size_t index);
   void add_call(std::size_t index);
@@ -135,6 +139,7 @@ class Writer {
   QuantisedProgram quantised_;
   Constants constants_;
   std::string layers_;  ///< definitions in ert_layers
+  std::map<std::string, std::string> sums_;
   std::string calls_;
   std::set<std::string> parts_;
 };
@@ -144,9 +149,8 @@ std::string Writer::weights(std::size_t index) {
   const std::string name = "ert_weights_" + std::to_string(index);
   const int group = group_of(step);
   if (is_int8()) {
-    const bool pairs = program_.value(step.inputs[0]).channels % 2 == 0;
     const std::vector<std::int8_t> all =
-        grouped(quantised_.steps[index].weights, step.outputs, group, pairs ? 2 : 1);
+        grouped(quantised_.steps[index].weights, step.outputs, group, together(step));
     return constants_.add("ErtWeight", name, std::vector<int>(all.begin(), all.end()), 1);
   }
   const std::vector<float> all = grouped(step.weights, step.outputs, group, 1);
@@ -167,7 +171,11 @@ void Writer::add_layer(std::size_t index) {
     }
     return line + "\n";
   };
-  layers_ += "  static const ErtLayer layer_" + number + " = {\n";
+  const std::string sum = std::to_string(group_of(step)) + "_" + std::to_string(together(step));
+  sums_[sum] = "\n" + filled(part("sum"), {{"N", std::to_string(group_of(step))},
+                                           {"TOGETHER", std::to_string(together(step))}});
+  layers_ +=
+      "  static const ErtLayer layer_" + number + " = {\n      .sum = ert_sum_" + sum + ",\n";
   layers_ += fields({{"from", from.place},
                      {"rows", from.rows},
                      {"columns", from.columns},
@@ -331,18 +339,20 @@ std::map<std::string, std::string> Writer::files() {
   const double unit = program_.unit() * (sigmoid ? std::ldexp(1.0, -24) : step);
   solver += "#define ERT_UNIT " + c_number(static_cast<float>(unit)) + " /* of the image, S/m */\n";
   if (is_int8()) {
-    solver +=
-        "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) + "\n" +
-        "#define ERT_MOST " + std::to_string(quantised_.most) + " /* of a layer's numbers */\n";
+    solver += "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) +
+              "\n" + "#define ERT_MOST " + std::to_string(quantised_.most) +
+              " /* of a layer's numbers */\n";
   }
   solver += contact_numbers();
   solver += std::string("\ntypedef ") + (is_int8() ? "int32_t" : "float") + " ErtSum;\n\n";
   const std::string kernels =
       is_int8() ? c_int8_kernels()
                 : part(is_half() ? "weight float16" : "weight float32") + c_float_kernels();
-  solver +=
-      filled(c_layers(), {{"FIELDS", part(is_int8() ? "fields int8" : "fields float32")},
-                          {"KERNELS", kernels}});
+  std::string sums;
+  for (const auto& [name, text] : sums_) sums += text;
+  solver += filled(c_layers(), {{"FIELDS", part(is_int8() ? "fields int8" : "fields float32")},
+                                {"KERNELS", kernels},
+                                {"SUMS", sums}});
   for (const std::string& name : parts_) solver += "\n" + part(name);
   solver += "\n" + part(sigmoid     ? "image int8 sigmoid"
                         : is_int8() ? "image int8"
@@ -363,7 +373,8 @@ std::map<std::string, std::string> Writer::files() {
       {"solver.c", solver},
       {"weights.h", heading("constants of its layers") +
                         "#ifndef ERT_WEIGHTS_H\n#define ERT_WEIGHTS_H\n\n#include <stdint.h>\n\n" +
-                        part("weights " + std::string(name_of(how_.precision))) + constants_.declarations() + "\n#endif\n"},
+                        part("weights " + std::string(name_of(how_.precision))) +
+                        constants_.declarations() + "\n#endif\n"},
       {"weights.c",
        heading("constants of its layers") + "#include \"weights.h\"\n" + constants_.definitions()},
       {"example.c", c_example()}};

@@ -82,7 +82,8 @@ QuantisedProgram quantise(const ExportProgram& program, std::vector<double> rang
     weight_step[s] = weight_steps(steps[s]);
     limits[in] = std::min(limits[in], input_limit(steps[s], weight_step[s], ranges));
   }
-  // What a layer writes has one limit, 2^n - 1: where machines have an instruction that keeps to it.
+  // What a layer writes has one limit, 2^n - 1: where machines have an instruction that keeps to
+  // it.
   QuantisedProgram result;
   result.most = static_cast<int>(most_count);
   for (const ExportStep& step : steps) {
