@@ -89,6 +89,13 @@ int group_of(const ExportStep& step) {
   return step.outputs % 8 == 0 ? 8 : step.outputs % 4 == 0 ? 4 : 1;
 }
 
+/// Inputs that are added in a row, which divide the channels.
+int step_of(const ExportProgram::Value& from) {
+  int step = 8;
+  while (from.channels % step != 0) step /= 2;
+  return step;
+}
+
 /// [outputs][taps and inputs] as [outputs / group][taps and inputs / together][group][together].
 template <typename Number>
 std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group,
@@ -118,10 +125,6 @@ class Writer {
   bool is_int8() const { return how_.precision == ExportPrecision::int8; }
   bool is_half() const { return how_.precision == ExportPrecision::float16; }
   std::string place(int value) const { return std::to_string(program_.value(value).place); }
-  /// Inputs whose weights lie side by side.
-  int together(const ExportStep& step) const {
-    return is_int8() && program_.value(step.inputs[0]).channels % 2 == 0 ? 2 : 1;
-  }
   std::string weights(std::size_t index);
   void add_layer(std::size_t index);
   void add_call(std::size_t index);
@@ -150,7 +153,8 @@ std::string Writer::weights(std::size_t index) {
   const int group = group_of(step);
   if (is_int8()) {
     const std::vector<std::int8_t> all =
-        grouped(quantised_.steps[index].weights, step.outputs, group, together(step));
+        grouped(quantised_.steps[index].weights, step.outputs, group,
+                std::min(2, step_of(program_.value(step.inputs[0]))));
     return constants_.add("ErtWeight", name, std::vector<int>(all.begin(), all.end()), 1);
   }
   const std::vector<float> all = grouped(step.weights, step.outputs, group, 1);
@@ -171,11 +175,13 @@ void Writer::add_layer(std::size_t index) {
     }
     return line + "\n";
   };
-  const std::string sum = std::to_string(group_of(step)) + "_" + std::to_string(together(step));
-  sums_[sum] = "\n" + filled(part("sum"), {{"N", std::to_string(group_of(step))},
-                                           {"TOGETHER", std::to_string(together(step))}});
-  layers_ +=
-      "  static const ErtLayer layer_" + number + " = {\n      .sum = ert_sum_" + sum + ",\n";
+  const std::string group = std::to_string(group_of(step));
+  const std::string each = std::to_string(step_of(from));
+  const std::string sum = group + "_" + each;
+  sums_[group] = "\n" + filled(part("finish"), {{"N", group}});
+  sums_[sum] = "\n" + filled(part("sum"), {{"N", group}, {"STEP", each}});
+  layers_ += "  static const ErtLayer layer_" + number + " = {\n      .sum = ert_sum_" + sum +
+             ", .finish = ert_finish_" + group + ",\n";
   layers_ += fields({{"from", from.place},
                      {"rows", from.rows},
                      {"columns", from.columns},
@@ -340,8 +346,8 @@ std::map<std::string, std::string> Writer::files() {
   solver += "#define ERT_UNIT " + c_number(static_cast<float>(unit)) + " /* of the image, S/m */\n";
   if (is_int8()) {
     solver += "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) +
-              "\n" + "#define ERT_MOST " + std::to_string(quantised_.most) +
-              " /* of a layer's numbers */\n";
+              "\n#define ERT_BITS " + std::to_string(quantised_.bits) +
+              " /* of a layer's numbers, without the sign */\n";
   }
   solver += contact_numbers();
   solver += std::string("\ntypedef ") + (is_int8() ? "int32_t" : "float") + " ErtSum;\n\n";

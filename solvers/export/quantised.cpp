@@ -85,13 +85,13 @@ QuantisedProgram quantise(const ExportProgram& program, std::vector<double> rang
   // What a layer writes has one limit, 2^n - 1: where machines have an instruction that keeps to
   // it.
   QuantisedProgram result;
-  result.most = static_cast<int>(most_count);
+  result.bits = 15;
   for (const ExportStep& step : steps) {
     if (step.kind != StepKind::convolve) continue;
-    while (result.most > limits[index_of(step.value)]) result.most /= 2;
+    while ((1 << result.bits) - 1 > limits[index_of(step.value)]) --result.bits;
   }
   for (const ExportStep& step : steps) {
-    if (step.kind == StepKind::convolve) limits[index_of(step.value)] = result.most;
+    if (step.kind == StepKind::convolve) limits[index_of(step.value)] = (1 << result.bits) - 1;
   }
   for (std::size_t v = 0; v < ranges.size(); ++v) {
     result.values.push_back({ranges[v] / limits[v], static_cast<int>(limits[v])});

@@ -21,7 +21,7 @@ struct QuantisedProgram {
     std::vector<std::int32_t> factors;  ///< of the sums, 2^-32
     std::vector<std::int32_t> added;    ///< factors of the counts that are added; may be empty
   };
-  int most = 0;  ///< largest count that a layer writes, 2^n - 1
+  int bits = 0;  ///< of the counts that layers write, without the sign
   std::vector<Value> values;
   std::vector<Step> steps;
 };
