@@ -25,6 +25,24 @@ std::vector<float> channels_last(const std::vector<float>& weights, std::size_t 
   return out;
 }
 
+/// One output pixel of a convolution: the sum over the part of the kernel that lies on the maps.
+float window_sum(const ExportStep& step, const ExportProgram::Value& from,
+                 const std::vector<float>& numbers, int output, int row, int column) {
+  float sum = step.bias[index_of(output)];
+  for (int y = 0; y < step.kernel; ++y) {
+    for (int x = 0; x < step.kernel; ++x) {
+      const int r = row * step.stride - step.padding + y;
+      const int c = column * step.stride - step.padding + x;
+      if (r < 0 || r >= from.rows || c < 0 || c >= from.columns) continue;
+      const int tap = (output * step.kernel + y) * step.kernel + x;
+      const float* weights = &step.weights[index_of(tap * from.channels)];
+      const float* pixel = &numbers[index_of((r * from.columns + c) * from.channels)];
+      for (int i = 0; i < from.channels; ++i) sum += weights[i] * pixel[i];
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
 ExportProgram::ExportProgram(const LayerList& list)
@@ -37,6 +55,9 @@ ExportProgram::ExportProgram(const LayerList& list)
   if (!standardised_) {
     shift_.assign(index_of(value(0).size()), 0);
     scale_.assign(index_of(value(0).size()), 1);
+  }
+  for (std::size_t s = 0; s + 1 < steps_.size(); ++s) {
+    if (can_merge(steps_[s], steps_[s + 1])) merge(s);
   }
   place_values();
 }
@@ -199,6 +220,55 @@ void ExportProgram::add_attention(const Layer& layer) {
   steps_.push_back({.kind = StepKind::weigh, .inputs = {from, factors}, .value = made});
 }
 
+/// True if a convolution alone reads a dense layer's numbers, as they are, and makes no more of
+/// them.
+bool ExportProgram::can_merge(const ExportStep& dense, const ExportStep& next) const {
+  if (dense.kind != StepKind::convolve || next.kind != StepKind::convolve) return false;
+  const auto reads = [&](const ExportStep& step) {
+    return step.added == dense.value ||
+           std::count(step.inputs.begin(), step.inputs.end(), dense.value);
+  };
+  return value(dense.inputs[0]).pixels() == 1 && !dense.relu && dense.added < 0 &&
+         next.kernel > 1 && next.spread == 1 && next.inputs[0] == dense.value &&
+         std::count_if(steps_.begin(), steps_.end(), reads) == 1 &&
+         value(next.value).size() <= dense.outputs;
+}
+
+/// Replaces a dense layer and the convolution after it by the one dense layer that both are.
+void ExportProgram::merge(std::size_t index) {
+  const ExportStep dense = steps_[index];
+  ExportStep linear = steps_[index + 1];
+  const Value& maps = value(dense.value);
+  const int columns = sum_columns(linear);
+  const int outputs = value(linear.value).size();
+  const std::size_t inputs = dense.weights.size() / dense.bias.size();
+  const auto convolved = [&](const std::vector<float>& numbers) {
+    std::vector<float> out;
+    for (int i = 0; i < outputs; ++i) {
+      const int pixel = i / linear.outputs;
+      out.push_back(
+          window_sum(linear, maps, numbers, i % linear.outputs, pixel / columns, pixel % columns));
+    }
+    return out;
+  };
+  ExportStep both = {.inputs = dense.inputs,
+                     .value = linear.value,
+                     .added = linear.added,
+                     .outputs = outputs,
+                     .relu = linear.relu,
+                     .weights = std::vector<float>(index_of(outputs) * inputs),
+                     .bias = convolved(dense.bias)};
+  std::fill(linear.bias.begin(), linear.bias.end(), 0.0F);
+  std::vector<float> column(dense.bias.size());
+  for (std::size_t i = 0; i < inputs; ++i) {
+    for (std::size_t o = 0; o < column.size(); ++o) column[o] = dense.weights[o * inputs + i];
+    const std::vector<float> out = convolved(column);
+    for (std::size_t o = 0; o < out.size(); ++o) both.weights[o * inputs + i] = out[o];
+  }
+  steps_[index] = both;
+  steps_.erase(steps_.begin() + static_cast<std::ptrdiff_t>(index) + 1);
+}
+
 int ExportProgram::sum_rows(const ExportStep& step) const {
   return (value(step.inputs[0]).rows + 2 * step.padding - step.kernel) / step.stride + 1;
 }
@@ -225,6 +295,7 @@ void ExportProgram::place_values() {
   }
   use(output_, static_cast<int>(steps_.size()));
   for (std::size_t v = 0; v < count; ++v) {
+    if (last[v] < born[v]) continue;  // of a layer that is merged
     int place = 0;
     for (bool moved = true; moved;) {
       moved = false;
@@ -259,28 +330,6 @@ void ExportProgram::equalise_input(const Frames& changes) {
     for (std::size_t i = p; i < weights.size(); i += pairs) weights[i] *= size;
   }
 }
-
-namespace {
-
-/// One output pixel of a convolution: the sum over the part of the kernel that lies on the maps.
-float window_sum(const ExportStep& step, const ExportProgram::Value& from,
-                 const std::vector<float>& numbers, int output, int row, int column) {
-  float sum = step.bias[index_of(output)];
-  for (int y = 0; y < step.kernel; ++y) {
-    for (int x = 0; x < step.kernel; ++x) {
-      const int r = row * step.stride - step.padding + y;
-      const int c = column * step.stride - step.padding + x;
-      if (r < 0 || r >= from.rows || c < 0 || c >= from.columns) continue;
-      const int tap = (output * step.kernel + y) * step.kernel + x;
-      const float* weights = &step.weights[index_of(tap * from.channels)];
-      const float* pixel = &numbers[index_of((r * from.columns + c) * from.channels)];
-      for (int i = 0; i < from.channels; ++i) sum += weights[i] * pixel[i];
-    }
-  }
-  return sum;
-}
-
-}  // namespace
 
 void ExportProgram::run(std::vector<std::vector<float>>& numbers) const {
   for (const ExportStep& step : steps_) {

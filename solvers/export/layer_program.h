@@ -75,6 +75,8 @@ class ExportProgram {
   void add_spread(const Layer& layer);
   void add_attention(const Layer& layer);
   void add_maps(const Layer& layer);
+  bool can_merge(const ExportStep& dense, const ExportStep& next) const;
+  void merge(std::size_t index);
   void place_values();
   void run(std::vector<std::vector<float>>& numbers) const;
 
