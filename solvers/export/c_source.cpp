@@ -303,7 +303,7 @@ std::map<std::string, std::string> Writer::words() {
   const bool exponential = parts_.count("sigmoid") > 0 && !is_int8();
   const std::string library = exponential && is_half() ? "memcpy and expf"
                               : exponential            ? "expf"
-                              : is_half()              ? "memcpy"
+                              : is_half() || is_int8() ? "memcpy"
                                                        : "nothing";
   const Sensor& sensor = how_.sensor;
   return {{"NAME", name_},
@@ -345,7 +345,7 @@ std::map<std::string, std::string> Writer::files() {
   const double unit = program_.unit() * (sigmoid ? std::ldexp(1.0, -24) : step);
   solver += "#define ERT_UNIT " + c_number(static_cast<float>(unit)) + " /* of the image, S/m */\n";
   if (is_int8()) {
-    solver += "#define ERT_MOST_INPUT " + c_number(static_cast<float>(quantised_.values[0].most)) +
+    solver += "#define ERT_MOST_INPUT " + std::to_string(quantised_.values[0].most) +
               "\n#define ERT_BITS " + std::to_string(quantised_.bits) +
               " /* of a layer's numbers, without the sign */\n";
   }

@@ -151,6 +151,20 @@ TEST_F(Export, CoarseWeightsCostLittle) {
   }
 }
 
+TEST_F(Export, VoltagesBeyondTheRangeAreItsEnds) {
+  const fs::path folder = exported("lean-net-8", "int8");
+  FloatRows numbers = floats_of(path() / "frames.bin", 208).topRows(5);
+  numbers.bottomRows(4).rowwise() = numbers.row(0).eval();
+  numbers.col(7).tail(4) << 1e3F, 3e38F, -1e3F, -3e38F;
+  write(folder / "far.bin", numbers);
+  ASSERT_EQ(shell(folder, "./program images < far.bin > far.out").exit_code, 0);
+  const FloatRows found = floats_of(folder / "far.out", pixels + contact_numbers);
+  ASSERT_EQ(found.rows(), 4);
+  EXPECT_EQ(found.row(0), found.row(1));
+  EXPECT_EQ(found.row(2), found.row(3));
+  EXPECT_NE(found.row(0), found.row(2));
+}
+
 TEST_F(Export, CompilesWithoutWarningByClang) {
   if (!has("clang")) GTEST_SKIP() << "no clang";
   for (const char* precision : {"float32", "float16", "int8"}) {
