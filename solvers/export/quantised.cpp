@@ -82,8 +82,7 @@ QuantisedProgram quantise(const ExportProgram& program, std::vector<double> rang
     weight_step[s] = weight_steps(steps[s]);
     limits[in] = std::min(limits[in], input_limit(steps[s], weight_step[s], ranges));
   }
-  // What a layer writes has one limit, 2^n - 1: where machines have an instruction that keeps to
-  // it.
+  // All layers write numbers of the same bits, to which an instruction can limit them.
   QuantisedProgram result;
   result.bits = 15;
   for (const ExportStep& step : steps) {
