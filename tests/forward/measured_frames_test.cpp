@@ -65,7 +65,8 @@ class MeasuredFramesTest : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
-  RowMajorMatrix references_ = numbers(frames, 208, 1);
+  RowMajorMatrix references_ =
+      numbers(1, 208, 7).replicate(frames, 1) + 0.05 * numbers(frames, 208, 1);
   RowMajorMatrix voltages_ = references_ + 0.01 * numbers(frames, 208, 2);
   RowMajorMatrix places_ = 60 * numbers(frames, 2, 3);
 };

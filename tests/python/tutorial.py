@@ -51,6 +51,7 @@ def run_cell(source, names):
 
 def run(notebook, folder):
     """Runs the cells in a folder, with their outputs in the notebook's; returns their names."""
+    pictures()  # those of others who draw in this process
     os.chdir(folder)
     sys.path.insert(0, str(folder))
     names, count = {"__name__": "__main__"}, 0
