@@ -69,7 +69,7 @@ TEST(Program, UnusableInputEndsWithCodeTwoAndARemedy) {
       {"reconstruct --solver good.json --input short.h5" TO,
        "/reference_voltages: must have shape"},
       {"reconstruct --solver good.json --input empty.h5" TO, "/voltages: must have shape"},
-      {"reconstruct --solver good.json --input nan.h5" TO, "/voltages: element 7 of row 1"},
+      {"reconstruct --solver good.json --input nan.h5" TO, "/voltages: row 1, column 7"},
       {"reconstruct --solver good.json --input alone.h5" TO, "/reference_voltages: is missing"},
       {"reconstruct --solver good.json --input sensor.h5" TO, "sensor.h5"},
       {"reconstruct --solver auto.json --input good.h5" TO, "auto.json: /lambda"},
