@@ -220,9 +220,8 @@ void OwnFrames::leave_out_channels() {
     return;
   }
   if (missing > 0) {
-    left_out_ = std::to_string(missing) +
-                (missing == 1 ? " channel has no number in any frame"
-                              : " channels have no number in any frame");
+    left_out_ = std::to_string(missing) + (missing == 1 ? " channel has no number in any frame"
+                                                        : " channels have no number in any frame");
     std::string electrodes;
     for (const int e : electrodes_with_bad_channels(sensor_, is_missing)) {
       electrodes += (electrodes.empty() ? "" : ", ") + std::to_string(e);
