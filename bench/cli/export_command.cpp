@@ -18,8 +18,6 @@
 namespace ertbench {
 namespace {
 
-constexpr std::uint64_t calibration_frames = 200;
-
 struct ExportArguments {
   std::string solver;
   std::string to = "c";
@@ -61,7 +59,7 @@ Files c_files(const ExportArguments& arguments, SolverToExport& exported,
           "--precision int8 is calibrated on frames: name a dataset file with --frames, such as "
           "`ertbench generate EXPERIMENT.json --dataset validation --out FILE` writes");
     }
-    Frames changes = frames->voltages(0, std::min(calibration_frames, frames->size()));
+    Frames changes = frames->voltages(0, std::min(int8_calibration_frames, frames->size()));
     changes.rowwise() -= frames->reference_voltages().transpose();
     how.ranges = calibrate(exported.program, changes);
   }

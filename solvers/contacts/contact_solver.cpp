@@ -122,7 +122,8 @@ void ContactSolver::fit(const FitInput& input) {
   if (noise_.automatic()) {
     if (input.validation == nullptr) {
       throw InputError(noise_.place +
-                       ": \"auto\" needs a validation set; give the noise of a channel in volts");
+                       ": \"auto\" needs a validation set, or two frames without contact or more "
+                       "(`reconstruct --background`); give the noise of a channel in volts");
     }
     noise_.value = noise_of_channel(*input.validation, mask_.electrodes);
     if (!noise_.value) {

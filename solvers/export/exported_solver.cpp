@@ -61,7 +61,6 @@ std::vector<double> calibrate(ExportProgram& program, const Frames& changes) {
 
 namespace {
 
-constexpr Eigen::Index calibration_frames = 200;
 constexpr double compile_limit_s = 600;
 
 /// Calls by names that do not depend on the solver.
@@ -164,8 +163,8 @@ void ExportedSolver::fit(const FitInput& input) {
     if (!input.validation) {
       throw InputError("exported: int8 is calibrated on the dataset \"validation\"; add it");
     }
-    changes = input.validation->voltages(
-        0, std::min<std::uint64_t>(calibration_frames, input.validation->size()));
+    changes =
+        input.validation->voltages(0, std::min(int8_calibration_frames, input.validation->size()));
     changes.rowwise() -= input.validation->reference_voltages().transpose();
   }
   compile(input.sensor, changes);

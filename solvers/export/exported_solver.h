@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,6 +14,9 @@
 #include "solvers/solver_info.h"
 
 namespace ertbench {
+
+/// Frames at most whose changes calibrate the steps of an int8 program.
+inline constexpr std::uint64_t int8_calibration_frames = 200;
 
 /// Makes a solver from an entry of a "solvers" list, as a SolverRegistry does.
 using MakeSolver = std::function<std::unique_ptr<Solver>(const JsonObject& entry)>;
