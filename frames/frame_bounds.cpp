@@ -1,6 +1,8 @@
 #include "frames/frame_bounds.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "core/statistics.h"
@@ -30,6 +32,11 @@ constexpr double least_explained = 0.75;      ///< share of a change that contac
 constexpr double one_channels_rest = 0.4;     ///< share of what they do not explain
 constexpr double one_channels_change = 2e-3;  ///< of the reference's norm
 constexpr double one_channels_share = 0.15;   ///< of the change's norm
+constexpr double reads_zero = 0.02;           ///< of the reference; next to a conductor it is more
+constexpr double coarse = 2e-3;  ///< rounding errors' norm relative to the reference's, 54 dB
+constexpr double same_step = 0.01;
+constexpr Eigen::Index few_channels = 32;  ///< that tell most unrounded frames
+constexpr double above_rounding = 3;       ///< a change's norm over that of the rounding errors
 
 /// The value that half of the weight does not exceed; `values` are pairs of value and weight.
 double weighted_median(std::vector<std::pair<double, double>>& values) {
@@ -44,12 +51,33 @@ double weighted_median(std::vector<std::pair<double, double>>& values) {
   return 0;
 }
 
+/// The step of which all values are multiples, if that is `least` or more, otherwise 0.
+double step_of(const Eigen::Ref<const Eigen::RowVectorXd>& values, double least) {
+  std::vector<double> sorted{0};
+  for (const double v : values) sorted.push_back(std::abs(v));
+  std::sort(sorted.begin(), sorted.end());
+  double step = sorted.back();
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    const double gap = sorted[i] - sorted[i - 1];
+    if (gap > same_value * sorted.back()) step = std::min(step, gap);
+    if (step < least) return 0;
+  }
+  const auto is_multiple = [&](double v) {
+    return std::abs(v / step - std::round(v / step)) < same_step;
+  };
+  return std::all_of(sorted.begin(), sorted.end(), is_multiple) ? step : 0;
+}
+
 }  // namespace
 
 std::string FrameVerdict::text() const {
   std::string out;
   const auto add = [&](const std::string& part) { out += (out.empty() ? "" : "; ") + part; };
-  if ((faults & dead_electrode) != 0) add("an electrode reads zero in the reference");
+  if (electrode >= 0) {
+    add("its electrode " + std::to_string(electrode) + " (from 0) reads zero");
+  } else if ((faults & dead_electrode) != 0) {
+    add("an electrode reads zero in the reference");
+  }
   if ((faults & wrong_reference) != 0) add("its own reference is unlike those of other frames");
   if ((faults & turned_sign) != 0) add("its voltages have the opposite sign of the reference's");
   if (even) {
@@ -66,8 +94,10 @@ std::string FrameVerdict::text() const {
         " times the reference, more than any contact on this sheet causes");
   }
   if ((faults & unexplained) != 0) {
-    add(channel < 0 ? "contacts on this sheet do not explain its change"
-                    : "its channel " + std::to_string(channel) + " does not fit the others");
+    add(step > 0 ? "its voltages are rounded to " + number_text(step) +
+                       " V, about as much as they change"
+        : channel < 0 ? "contacts on this sheet do not explain its change"
+                      : "its channel " + std::to_string(channel) + " does not fit the others");
   }
   return out;
 }
@@ -157,6 +187,41 @@ void FrameBounds::judge_rest(const Eigen::Ref<const Eigen::RowVectorXd>& change,
   }
 }
 
+void FrameBounds::judge_rounding(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                                 const Eigen::Ref<const Eigen::RowVectorXd>& reference,
+                                 FrameVerdict& verdict) const {
+  const double error_of_step = std::sqrt(static_cast<double>(change.size()) / 12);
+  const double least = coarse * reference.norm() / error_of_step;
+  double step = 0;
+  for (const Eigen::Index count : {std::min(few_channels, change.size()), change.size()}) {
+    step = step_of((reference + change).head(count), least);
+    if (step == 0) return;
+  }
+  if (change.norm() > above_rounding * error_of_step * step) return;
+  verdict.step = step;
+  verdict.faults = unexplained;
+}
+
+void FrameBounds::judge_electrodes(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                                   const Eigen::Ref<const Eigen::RowVectorXd>& reference,
+                                   ElectrodeSet known, FrameVerdict& verdict) const {
+  std::array<double, 64> usual{}, here{};
+  for (Eigen::Index c = 0; c < change.size(); ++c) {
+    for (ElectrodeSet set = electrodes_[static_cast<std::size_t>(c)]; set != 0; set &= set - 1) {
+      const auto e = static_cast<std::size_t>(std::countr_zero(set));
+      usual[e] += std::abs(reference[c]);
+      here[e] += std::abs(reference[c] + change[c]);
+    }
+  }
+  double least = reads_zero;
+  for (std::size_t e = 0; e < usual.size(); ++e) {
+    if ((known >> e & 1) != 0 || here[e] >= least * usual[e]) continue;
+    least = here[e] / usual[e];
+    verdict.electrode = static_cast<int>(e);
+    verdict.faults |= dead_electrode;
+  }
+}
+
 void FrameBounds::set_dead(const std::vector<int>& electrodes) {
   dead_ = 0;
   for (const int e : electrodes) dead_ |= ElectrodeSet{1} << e;
@@ -175,6 +240,8 @@ FrameVerdict FrameBounds::judge(const Eigen::Ref<const Eigen::RowVectorXd>& chan
     judge_levels(change, reference, said, verdict);
   }
   if ((dead_ & ~said.dead) != 0) verdict.faults |= dead_electrode;
+  if (verdict.faults == 0) judge_electrodes(change, reference, said.dead | dead_, verdict);
+  if (verdict.faults == 0) judge_rounding(change, reference, verdict);
   if (verdict.faults == 0 && said.dead == 0 && verdict.change > one_channels_change) {
     judge_rest(change, size, verdict);
   }

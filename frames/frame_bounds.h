@@ -28,6 +28,8 @@ struct FrameVerdict {
   double change = 0;        ///< norm of the change over that of the reference
   bool even = false;        ///< the level is wrong in all channels alike, as by a gain
   int channel = -1;         ///< that alone makes the frame unexplained; -1: it is not one
+  int electrode = -1;       ///< that reads zero in the frame alone; -1: none does
+  double step = 0;          ///< V to which the voltages are rounded, if that is too coarse
 
   /// "its level is 1000 times the reference's (millivolts for volts?)"; empty without a fault.
   std::string text() const;
@@ -42,8 +44,9 @@ struct FrameVerdict {
 /// median of the ratios of the channels, weighted by the reference: contacts near electrodes and
 /// dead channels hardly move it. Within these bounds, frames are flagged whose channels have all
 /// the same ratio, more than five per cent from 1 (contacts change some channels much more than
-/// others), of whose change less than three quarters lie in the ContactSpan, or a single channel of
-/// which lies outside it.
+/// others), of whose change less than three quarters lie in the ContactSpan, a single channel of
+/// which lies outside it, an electrode of which reads zero, or that are rounded as coarsely as they
+/// change.
 class FrameBounds {
  public:
   explicit FrameBounds(const Sensor& sensor);
@@ -72,6 +75,14 @@ class FrameBounds {
   void judge_levels(const Eigen::Ref<const Eigen::RowVectorXd>& change,
                     const Eigen::Ref<const Eigen::RowVectorXd>& reference, const FrameReport& said,
                     FrameVerdict& verdict) const;
+  /// Flags voltages that are rounded so coarsely that contacts change them by little more.
+  void judge_rounding(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                      const Eigen::Ref<const Eigen::RowVectorXd>& reference,
+                      FrameVerdict& verdict) const;
+  /// Enters the electrode that reads zero in this frame, other than those `known` to.
+  void judge_electrodes(const Eigen::Ref<const Eigen::RowVectorXd>& change,
+                        const Eigen::Ref<const Eigen::RowVectorXd>& reference, ElectrodeSet known,
+                        FrameVerdict& verdict) const;
   void judge_rest(const Eigen::Ref<const Eigen::RowVectorXd>& change, double size,
                   FrameVerdict& verdict) const;
 

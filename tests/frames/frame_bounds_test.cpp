@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "forward/data/scene_distribution.h"
+#include "solvers/channel_mask.h"
 #include "tests/forward/disc_sheet.h"
 #include "tests/frames/frames_testing.h"
 
@@ -50,6 +51,49 @@ TEST(FrameBounds, SoundFramesAreNotFlagged) {
       EXPECT_EQ(verdict.faults, 0) << f << ": " << verdict.text();
     }
     EXPECT_EQ(bounds.judge(0 * reference, reference).faults, 0);
+  }
+}
+
+TEST(FrameBounds, AnElectrodeThatReadsZeroIsFoundWhateverTheGain) {
+  const Sensor sensor;
+  const FrameBounds bounds(sensor);
+  const std::vector<ElectrodeSet> electrodes = electrode_sets_of_channels(sensor);
+  const Eigen::RowVectorXd reference = 1.2 * model_reference(sensor);
+  const Frames changes = strong_changes(sensor, sensor.electrode_count);
+  for (int e = 0; e < sensor.electrode_count; ++e) {
+    Eigen::RowVectorXd change = 0.2 * changes.row(e);
+    for (Eigen::Index c = 0; c < change.size(); ++c) {
+      if (electrodes[static_cast<std::size_t>(c)] >> e & 1) change[c] = -reference[c];
+    }
+    const FrameVerdict verdict = bounds.judge(change, reference);
+    EXPECT_EQ(verdict.electrode, e) << verdict.text();
+    EXPECT_TRUE(verdict.faults & dead_electrode);
+    FrameReport said;
+    said.dead = ElectrodeSet{1} << e;
+    EXPECT_EQ(bounds.judge(change, reference, said).faults, 0);
+  }
+}
+
+TEST(FrameBounds, VoltagesRoundedAsCoarselyAsTheyChangeAreFlagged) {
+  const Sensor sensor;
+  const FrameBounds bounds(sensor);
+  const Eigen::RowVectorXd reference = model_reference(sensor);
+  const double errors = std::sqrt(static_cast<double>(reference.size()) / 12);
+  const Frames changes = strong_changes(sensor, 20);
+  for (const double share : {1e-4, 0.01}) {  // of the rounding errors in the reference
+    const double step = share * reference.norm() / errors;
+    const auto rounded = [&](const Eigen::RowVectorXd& v) -> Eigen::RowVectorXd {
+      return step * (v / step).array().round();
+    };
+    for (const auto& strong : changes.rowwise()) {
+      const Eigen::RowVectorXd change = 0.02 * reference.norm() / strong.norm() * strong;
+      const FrameVerdict verdict = bounds.judge(rounded(reference + change) - reference, reference);
+      EXPECT_EQ(verdict.step > 0, share > 0.001) << verdict.text();
+      if (share > 0.001) {
+        EXPECT_NEAR(verdict.step, step, 1e-6 * step);
+        EXPECT_TRUE(verdict.faults & unexplained);
+      }
+    }
   }
 }
 
