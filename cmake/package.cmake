@@ -3,15 +3,22 @@
 #     find_package(ertbench REQUIRED)
 #     add_library(my_solver MODULE my_solver.cpp)
 #     target_link_libraries(my_solver PRIVATE ertbench::solvers)
+#
+# and the library that runs fitted solvers in a program of one's own, which needs nothing else:
+#
+#     find_package(ertbench REQUIRED COMPONENTS runtime)
+#     target_link_libraries(robot PRIVATE ertbench::runtime)
 include(CMakePackageConfigHelpers)
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME program)
 
 set(libraries ertbench_abi ertbench_core ertbench_forward ertbench_solvers)
-foreach(name core forward solvers)
+foreach(name core forward runtime solvers)
   set_target_properties(ertbench_${name} PROPERTIES EXPORT_NAME ${name})
   add_library(ertbench::${name} ALIAS ertbench_${name})
 endforeach()
 install(TARGETS ${libraries} EXPORT ertbench_targets)
+install(TARGETS ertbench_runtime EXPORT ertbench_runtime_targets)
+install(FILES runtime/runtime.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ertbench/runtime)
 foreach(folder core forward solvers)
   install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ertbench
     FILES_MATCHING PATTERN "*.h")
@@ -39,6 +46,8 @@ install(TARGETS ${loaded} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/ertbench)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ertbench)
 install(EXPORT ertbench_targets NAMESPACE ertbench:: DESTINATION ${package}
   FILE ertbench-targets.cmake)
+install(EXPORT ertbench_runtime_targets NAMESPACE ertbench:: DESTINATION ${package}
+  FILE ertbench-runtime-targets.cmake)
 configure_package_config_file(cmake/ertbench-config.cmake.in
   ${CMAKE_CURRENT_BINARY_DIR}/ertbench-config.cmake INSTALL_DESTINATION ${package})
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/ertbench-config-version.cmake

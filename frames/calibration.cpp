@@ -26,6 +26,8 @@ constexpr double far_from_others = 5;  ///< relative to the middle frame's dista
 constexpr double rounding = 1e-6;      ///< of a file's numbers, relative
 constexpr std::size_t most_listed = 8;
 constexpr double much_drift = 0.05;
+constexpr double touched_spread = 0.01;  ///< of frames around their median, that contacts explain
+constexpr double touched_share = 0.75;
 constexpr double floating_noise = 10;  ///< a floating channel's noise over the median channel's
 
 double decibels(double signal, double noise) {
@@ -125,7 +127,18 @@ QuietCheck frames_unlike(const Sensor& sensor, const Frames& frames, std::uint64
     list += (list.empty() ? "" : ", ") + std::to_string(from + static_cast<std::uint64_t>(f)) +
             (verdict.faults != 0 ? " (" + verdict.text() + ")" : "");
   }
-  if (out.unlike.empty()) return out;
+  if (out.unlike.empty()) {
+    // Where half of them are touched or more, the median is of no frame.
+    Frames spread = frames.rowwise() - usual;
+    spread -= Frames(spread * usual.transpose() * usual / usual.squaredNorm());  // a drift's level
+    const Eigen::VectorXd sizes = spread.rowwise().norm() / usual.norm();
+    const double size = median(std::vector<double>(sizes.begin(), sizes.end()));
+    if (size > touched_spread && ContactSpan(sensor).share(spread) > touched_share) {
+      out.refused = "frames differ from each other by " + fixed(100 * size, 1) +
+                    " % as contacts make them differ: they are touched";
+    }
+    return out;
+  }
   out.refused = "frames are unlike the others, touched or of another unit: " + list +
                 (out.unlike.size() > most_listed ? ", ..." : "") + " of " +
                 std::to_string(frames.rows()) + ", counted from 0 in what is read";

@@ -12,6 +12,7 @@
 #include "core/errors.h"
 #include "core/json.h"
 #include "frames/calibration.h"
+#include "live/datagrams.h"
 #include "live/line_output.h"
 #include "live/live_record.h"
 #include "live/live_server.h"
@@ -73,6 +74,7 @@ class Stream {
         state_(state),
         mailbox_(options.places, options.lossless),
         output_(stop) {
+    if (!options.send.empty()) sender_.emplace(options.send);
     if (!options.record.empty()) {
       record_.emplace(options.record, setup.files, solver_.sensor());
     }
@@ -197,6 +199,11 @@ class Stream {
           std::vector<double>(answer.image.data(), answer.image.data() + answer.image.size());
     }
     output_.line(line);
+    if (sender_) {
+      sender_->send(options_.send_binary ? binary_record(answer, solver_.sensor(), frame.number,
+                                                         arrived_s, latency_s)
+                                         : json_text(line) + "\n");
+    }
     state_.update(counts, now_s(), frame, answer, latency_s);
   }
 
@@ -258,6 +265,7 @@ class Stream {
   SteadyClock::time_point start_ = SteadyClock::now();
   std::optional<StreamReader> reader_;
   LineOutput output_;
+  std::optional<DatagramSender> sender_;
   LiveSummary summary_;
   Eigen::RowVectorXd background_sum_;
   Frames background_;  ///< the first most_judged of them

@@ -44,7 +44,9 @@ struct LiveOptions {
   int http_clients = 4;
   std::string record;  ///< empty: none
   bool images = false;
-  int threads = 1;  ///< while the solver is fitted
+  std::string send;          ///< udp://HOST:PORT that gets each answer; empty: nobody
+  bool send_binary = false;  ///< as binary_record, not as the line of JSON
+  int threads = 1;           ///< while the solver is fitted
 };
 
 /// Everything that a stream needs before its first frame.

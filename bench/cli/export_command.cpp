@@ -13,6 +13,7 @@
 #include "solvers/check/stored_solver.h"
 #include "solvers/export/exported_solver.h"
 #include "solvers/export/matrix_files.h"
+#include "solvers/export/runtime_file.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -35,6 +36,7 @@ bool is_exported(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   const char* const mark = ending == ".npz"   ? "reference_voltages.npy"
                            : ending == ".csv" ? ","
+                           : ending == ".ert" ? "ERTRUN1"
                                               : "ertbench export";
   return contents_of(file).find(mark) != std::string::npos;
 }
@@ -64,6 +66,16 @@ Files c_files(const ExportArguments& arguments, SolverToExport& exported,
     how.ranges = calibrate(exported.program, changes);
   }
   return c_source(exported.program, how);
+}
+
+Files runtime_files(const ExportArguments& arguments, const SolverToExport& exported,
+                    const DatasetFile* frames) {
+  if (arguments.precision != "float32") {
+    throw InputError("--to runtime calculates in float32; --to c has float16 and int8");
+  }
+  return runtime_file(exported.layers, {.name = arguments.solver,
+                                        .sensor = exported.sensor,
+                                        .rule = rule_of(arguments, exported, frames)});
 }
 
 /// The reference and some frames as constants, for a check on the target.
@@ -99,8 +111,10 @@ ExitCode run_export(const ExportArguments& arguments) {
   Files files;
   try {
     files = arguments.to == "c" ? c_files(arguments, exported, given)
-                                : matrix_files(exported.program, *exported.solver, exported.sensor,
-                                               precision_from_name(arguments.precision));
+            : arguments.to == "runtime"
+                ? runtime_files(arguments, exported, given)
+                : matrix_files(exported.program, *exported.solver, exported.sensor,
+                               precision_from_name(arguments.precision));
   } catch (const InputError& error) {
     throw InputError(printable(arguments.solver) + ": " + error.what());
   }
@@ -134,8 +148,9 @@ Action add_export(CLI::App& command) {
   command
       .add_option("--to", arguments->to,
                   "c: solver.h, solver.c, weights.h, weights.c in C99, and example.c (default)\n"
+                  "runtime: NAME.ert, which ertbench::runtime loads in a C++ program of your own\n"
                   "matrix: matrix.npz and matrix.csv of a linear method")
-      ->check(CLI::IsMember({"c", "matrix"}));
+      ->check(CLI::IsMember({"c", "runtime", "matrix"}));
   command
       .add_option("--precision", arguments->precision,
                   "Of the weights: float32 (default), float16, or int8 with integers throughout")
@@ -157,6 +172,7 @@ Action add_export(CLI::App& command) {
   command.footer(
       "Example:\n  ertbench export lean-net-8 --out robot\n"
       "  ertbench export lean-net-8 --precision int8 --frames validation.h5 --out robot\n"
+      "  ertbench export lean-net-8 --to runtime --out robot\n"
       "  ertbench export tsvd --to matrix --out robot\n"
       "See docs/robot.md.");
   refuse_empty_values(command);

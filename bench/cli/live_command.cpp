@@ -117,6 +117,17 @@ static Action add_live(CLI::App& command) {
                      "HDF5 file of all that came and was answered; of what is there, only such a\n"
                      "file is written over");
   command.add_flag("--images", options.images, "Put the images into the lines, too");
+  command.add_option("--send", options.send,
+                     "udp://HOST:PORT that gets each answer as a datagram, too");
+  command
+      .add_option_function<std::string>(
+          "--send-format",
+          [arguments](const std::string& name) {
+            arguments->options.send_binary = name == "binary";
+          },
+          "Of the datagrams: json, the line itself (default), or binary, a record that\n"
+          "docs/live.md lists")
+      ->check(CLI::IsMember({"json", "binary"}));
   command.add_option("--threads", options.threads, "While the solver is fitted (default: 1)")
       ->check(CLI::Range(1, 1024));
   command.footer(

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "core/text.h"
-#include "forward/data/sheet_model.h"
 #include "solvers/export/quantised.h"
+#include "solvers/export/runtime_file.h"
 
 namespace ertbench {
 
@@ -27,7 +27,6 @@ namespace {
 
 using StepKind = ExportStep::Kind;
 constexpr std::array<const char*, 3> precisions = {"float32", "float16", "int8"};
-constexpr double empty_image = 1e-9;  ///< share of the background: kEmptyImage of bench/score
 
 std::string c_number(float value) {
   char text[32];
@@ -116,7 +115,8 @@ std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int
 /// Writes one program.
 class Writer {
  public:
-  Writer(const ExportProgram& program, const CExport& how) : program_(program), how_(how) {
+  Writer(const ExportProgram& program, const CExport& how)
+      : program_(program), how_(how), numbers_(sensor_and_rule(how)) {
     if (is_int8()) quantised_ = quantise(program, how.ranges);
   }
   std::map<std::string, std::string> files();
@@ -138,6 +138,7 @@ class Writer {
 
   const ExportProgram& program_;
   const CExport& how_;
+  runtime::LayerFile numbers_;  ///< without layers
   std::string name_;
   QuantisedProgram quantised_;
   Constants constants_;
@@ -273,29 +274,21 @@ void Writer::add_input() {
     constants_.add("float", "ert_shift", program_.shift(), 4);
     constants_.add("float", "ert_scale", scale, 4);
   }
-  const Eigen::VectorXf reference = uniform_reference(how_.sensor).cast<float>();
-  constants_.add("float", "ert_reference", std::vector<float>(reference.begin(), reference.end()),
-                 4);
+  constants_.add("float", "ert_reference", numbers_.reference, 4);
 }
 
 std::string Writer::contact_numbers() const {
-  const PixelGrid pixels = how_.sensor.image();
-  const double mm = how_.sensor.sheet->unit_mm();
-  const Eigen::Vector2d first = mm * pixels.centre(0);
-  const Eigen::Vector2d size = mm * pixels.pixel();
-  const double floor = std::max(how_.rule.floor, empty_image) * how_.sensor.background;
   std::string out;
-  const auto define = [&](const char* name, double value, const char* what) {
-    out += "#define ERT_" + std::string(name) + " " + c_number(static_cast<float>(value)) + " /* " +
-           what + " */\n";
+  const auto define = [&](const char* name, float value, const char* what) {
+    out += "#define ERT_" + std::string(name) + " " + c_number(value) + " /* " + what + " */\n";
   };
-  define("THRESHOLD", how_.rule.threshold, "of the largest change: less is no contact");
-  define("FLOOR", floor, "S/m: less is no contact");
-  define("SADDLE", how_.rule.saddle, "of the lower of two summits: less divides them");
-  define("X_MM", first.x(), "centre of the first pixel");
-  define("Y_MM", first.y(), "");
-  define("WIDTH_MM", size.x(), "of a pixel");
-  define("HEIGHT_MM", size.y(), "");
+  define("THRESHOLD", numbers_.threshold, "of the largest change: less is no contact");
+  define("FLOOR", numbers_.floor, "S/m: less is no contact");
+  define("SADDLE", numbers_.saddle, "of the lower of two summits: less divides them");
+  define("X_MM", numbers_.x_mm, "centre of the first pixel");
+  define("Y_MM", numbers_.y_mm, "");
+  define("WIDTH_MM", numbers_.width_mm, "of a pixel");
+  define("HEIGHT_MM", numbers_.height_mm, "");
   return out;
 }
 
@@ -305,13 +298,12 @@ std::map<std::string, std::string> Writer::words() {
                               : exponential            ? "expf"
                               : is_half() || is_int8() ? "memcpy"
                                                        : "nothing";
-  const Sensor& sensor = how_.sensor;
   return {{"NAME", name_},
           {"PRECISION", name_of(how_.precision)},
           {"LIBRARY", library},
-          {"CHANNELS", std::to_string(sensor.channels())},
-          {"ROWS", std::to_string(sensor.image_rows())},
-          {"COLUMNS", std::to_string(sensor.image_columns())},
+          {"CHANNELS", std::to_string(numbers_.channels)},
+          {"ROWS", std::to_string(numbers_.rows)},
+          {"COLUMNS", std::to_string(numbers_.columns)},
           {"NUMBERS", std::to_string(program_.memory())},
           {"NUMBER", is_int8() ? "int16_t" : "float"},
           {"WEIGHT_BYTES", std::to_string(constants_.bytes())}};
@@ -368,12 +360,10 @@ std::map<std::string, std::string> Writer::files() {
                                                      : "set float32");
   solver += "\nstatic void ert_layers(ErtNumber *numbers, float image[ERT_PIXELS])\n{\n" + layers_ +
             calls_ + "  ert_write_image(&numbers[" + place(program_.output()) + "], image);\n";
-  const PixelGrid pixels = how_.sensor.image();
-  for (int p = 0; p < pixels.count(); ++p) {
-    if (!pixels.on_sheet(p))
-      solver += "  image[" + std::to_string(p) + "] = 0.0F; /* no sheet */\n";
+  for (const int p : numbers_.no_sheet) {
+    solver += "  image[" + std::to_string(p) + "] = 0.0F; /* no sheet */\n";
   }
-  solver += "}\n\n" + part("calls") + c_contacts();
+  solver += "}\n\n" + part("calls") + c_contacts() + "\n" + part("contacts");
   return {
       {"solver.h", filled(c_solver_header(), words())},
       {"solver.c", solver},

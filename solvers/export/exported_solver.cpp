@@ -48,7 +48,7 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make) {
                        " has no layers that could be exported; take a linear method " +
                        "or a network");
     }
-    return {sensor, std::move(solver), ExportProgram(*list)};
+    return {sensor, std::move(solver), *list, ExportProgram(*list)};
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }

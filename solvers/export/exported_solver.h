@@ -25,6 +25,7 @@ using MakeSolver = std::function<std::unique_ptr<Solver>(const JsonObject& entry
 struct SolverToExport {
   Sensor sensor;
   std::unique_ptr<Solver> solver;
+  LayerList layers;
   ExportProgram program;
 };
 

@@ -148,6 +148,18 @@ TEST(LiveProgram, BinaryFramesAndLinesComeToTheSame) {
   EXPECT_EQ(found[0], found[1]);
 }
 
+TEST(LiveProgram, AnswersAreSentAsDatagrams) {
+  const LiveFolder folder;
+  const Outcome outcome = run_program(folder.path(),
+                                      ERTBENCH_SOURCE_DIR "/tests/live/datagrams.py " +
+                                          quoted(ERTBENCH_PROGRAM) + " frames.h5 gn.json",
+                                      "/usr/bin/python3");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_NE(run_program(folder.path(), "live --solver gn.json --input - --send 127.0.0.1:9")
+                .output.find("--send: must be udp://HOST:PORT"),
+            std::string::npos);
+}
+
 TEST(LiveProgram, DamagedFramesAreCountedAndPassedOver) {
   const LiveFolder folder;
   RunningProgram program(folder.path(), {"live", "--solver", "gn.json", "--input", "-",

@@ -29,6 +29,14 @@ if(NOT type STREQUAL "back-projection" OR NOT status STREQUAL "ok" OR NOT error 
   message(FATAL_ERROR "the row of the solver is ${type}, ${status}, relative error ${error}")
 endif()
 
+# The example of a robot's program, built against the installed runtime alone.
+run(${CMAKE_COMMAND} -S ${ROBOT} -B ${WORK}/robot -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
+    -DCMAKE_PREFIX_PATH=${WORK}/prefix)
+run(${CMAKE_COMMAND} --build ${WORK}/robot)
+run(${WORK}/prefix/bin/ertbench export tsvd --to runtime --out ${WORK}/robot)
+run(${WORK}/robot/latency ${WORK}/robot/tsvd.ert 2000)
+run(python3 ${CONSUMER}/send_frames.py ${WORK}/robot/udp_contacts ${WORK}/robot/tsvd.ert)
+
 # Built with another alignment of Eigen's it is refused by name, before anything of it runs.
 run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/other_build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
     -DCMAKE_PREFIX_PATH=${WORK}/prefix -DSOLVER=${SOLVER}

@@ -10,16 +10,14 @@ static ErtSolver solver;
 static float voltages[ERT_CHANNELS];
 static float image[ERT_PIXELS];
 
-static void write_contacts(void)
-{
+static void write_contacts(void) {
   ErtContact contacts[ERT_MOST_CONTACTS] = {{0.0F, 0.0F, 0.0F, 0.0F, 0.0F}};
   const float count = (float)ert_contacts(&solver, image, contacts);
   fwrite(&count, sizeof count, 1, stdout);
   fwrite(contacts, sizeof contacts, 1, stdout);
 }
 
-int main(int count, char **words)
-{
+int main(int count, char** words) {
   ert_start(&solver);
   if (count > 1 && words[1][0] == 'c') {
     while (fread(image, sizeof image, 1, stdin) == 1) {

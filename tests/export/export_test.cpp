@@ -3,14 +3,20 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <fstream>
+#include <functional>
+#include <random>
 #include <regex>
 #include <sstream>
 
 #include "bench/score/image_contacts.h"
 #include "core/errors.h"
 #include "forward/data/generate.h"
+#include "runtime/layer_file.h"
+#include "runtime/runtime.h"
 #include "tests/bench/program.h"
+#include "tests/export/allocations.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench::testing {
@@ -189,6 +195,100 @@ TEST_F(Export, ContactsOfAnyImageAreTheRules) {
     SCOPED_TRACE(f);
     expect_contacts(found.row(f), contacts_of_image({}, {}, given.row(f).cast<double>()));
   }
+}
+
+TEST_F(Export, TheRuntimeGivesTheProgramsImagesAndContactsAndAllocatesNothing) {
+  const FloatRows given = floats_of(path() / "frames.bin", 208);
+  for (const std::string solver :
+       {"one-step-gn", "tsvd", "lmmse", "fcnn-288", "eit-nn-288", "lean-net-8"}) {
+    SCOPED_TRACE(solver);
+    const Outcome written = run_program(
+        path(), "export " + solver + " --to runtime --threshold 0.25 --floor 0 --out runtime");
+    ASSERT_EQ(written.exit_code, 0) << written.output;
+    runtime::Solver loaded = runtime::Solver::load(solver, path() / "runtime");
+    ASSERT_EQ(loaded.channels(), 208);
+    loaded.set_reference({given.row(0).data(), 208});
+    const Eigen::MatrixXd own = images(solver);
+    FloatRows images(frames, pixels);
+    std::array<runtime::Contact, most_contacts> contacts;
+    std::vector<int> counts(frames);
+    FloatRows numbers = FloatRows::Zero(frames, contact_numbers);
+    const std::size_t before = allocations();
+    for (int f = 0; f < frames; ++f) {
+      loaded.reconstruct({given.row(f + 1).data(), 208}, {images.row(f).data(), pixels});
+      const int count = loaded.contacts({images.row(f).data(), pixels}, contacts);
+      numbers(f, 0) = static_cast<float>(count);
+      for (int i = 0; i < count; ++i) {
+        const runtime::Contact& one = contacts[static_cast<std::size_t>(i)];
+        float* const to = &numbers(f, 1 + 5 * i);
+        std::tie(to[0], to[1], to[2], to[3], to[4]) =
+            std::tie(one.x_mm, one.y_mm, one.strength, one.peak, one.area_mm2);
+      }
+    }
+    EXPECT_EQ(allocations(), before);
+    for (int f = 0; f < frames; ++f) {
+      const Eigen::RowVectorXd image = images.row(f).cast<double>();
+      EXPECT_LE((image - own.row(f)).cwiseAbs().maxCoeff(), 1e-6 * Sensor{}.background);
+      expect_contacts(numbers.row(f), contacts_of_image({}, {}, image));
+    }
+  }
+}
+
+TEST_F(Export, TheRuntimeRefusesFilesThatAreDamaged) {
+  ASSERT_EQ(run_program(path(), "export lean-net-8 --to runtime --out damaged").exit_code, 0);
+  const fs::path file = path() / "damaged/lean-net-8.ert";
+  const std::string sound = text_of(file);
+  const auto refused = [&](const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+    try {
+      runtime::Solver::load(file);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what()).find("lean-net-8.ert: ") != std::string::npos;
+    }
+    return false;
+  };
+  for (std::size_t size = 0; size < sound.size(); size += 1 + sound.size() / 40) {
+    EXPECT_TRUE(refused(sound.substr(0, size))) << size;
+  }
+  std::mt19937 random(4);
+  for (int i = 0; i < 40; ++i) {
+    std::string bytes = sound;
+    bytes[random() % bytes.size()] ^= static_cast<char>(1 + random() % 255);
+    EXPECT_TRUE(refused(bytes)) << i;
+  }
+  EXPECT_TRUE(refused("{}"));
+  EXPECT_THROW(runtime::Solver::load("no-such", path()), std::runtime_error);
+
+  // Numbers that contradict each other, under a right checksum.
+  const runtime::LayerFile whole = runtime::layer_file_from(sound);
+  for (const auto& change : std::vector<std::function<void(runtime::LayerFile&)>>{
+           [](auto& f) { f.channels = 207; }, [](auto& f) { f.rows = 1 << 20; },
+           [](auto& f) { f.columns = -24; }, [](auto& f) { f.no_sheet = {576}; },
+           [](auto& f) { f.list.scale.pop_back(); }, [](auto& f) { f.list.layers.clear(); },
+           [](auto& f) { f.list.layers.pop_back(); },
+           [](auto& f) { f.list.layers.front().width = 0; },
+           [](auto& f) { f.list.layers.back().inputs = {99}; },
+           [](auto& f) { f.list.layers.back().kind = static_cast<Layer::Kind>(77); }}) {
+    runtime::LayerFile wrong = whole;
+    change(wrong);
+    EXPECT_TRUE(refused(runtime::bytes_of(wrong)));
+  }
+  for (std::size_t i = 0; i < whole.list.layers.size(); ++i) {
+    for (const auto& change : std::vector<std::function<void(Layer&)>>{
+             [](auto& l) { l.channels += 1; },
+             [](auto& l) { (l.kind == Layer::Kind::convolution ? l.kernel : l.stride) = 1 << 15; },
+             [](auto& l) { l.padding = -1; }, [](auto& l) { l.height *= 2; },
+             [](auto& l) { l.stride = 0; }}) {
+      runtime::LayerFile wrong = whole;
+      change(wrong.list.layers[i]);
+      EXPECT_TRUE(refused(runtime::bytes_of(wrong))) << i;
+    }
+    if (whole.list.layers[i].weights.empty()) continue;
+    runtime::LayerFile wrong = whole;
+    wrong.list.layers[i].weights.pop_back();
+    EXPECT_TRUE(refused(runtime::bytes_of(wrong))) << i;
+  }
+  EXPECT_FALSE(refused(runtime::bytes_of(whole)));
 }
 
 TEST_F(Export, AMatrixIsReadByOthers) {

@@ -128,6 +128,19 @@ TEST(Calibration, FramesUnlikeTheOthersAreNamed) {
             std::string::npos);
 }
 
+TEST(Calibration, FramesOfWhichHalfAreTouchedAreRefused) {
+  const Sensor sensor;
+  const BorderModel model(sensor);
+  Frames frames = frames_without_contact(sensor, 1, 0).topRows(10).eval();
+  EXPECT_TRUE(check_quiet(sensor, frames).refused.empty());
+  for (int f = 0; f < 6; ++f) {
+    const double angle = f;
+    const Scene disc = testing::disc_at(0.4 * std::cos(angle), 0.4 * std::sin(angle), 0.25, 0.4);
+    frames.row(4 + f) += model.solve_at(disc, 1).change.transpose();
+  }
+  EXPECT_NE(check_quiet(sensor, frames).refused.find("they are touched"), std::string::npos);
+}
+
 TEST(Calibration, IsReadAsItWasWritten) {
   const TemporaryFolder folder("calibration");
   const Sensor sensor;
