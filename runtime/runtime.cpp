@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -106,12 +107,9 @@ void check(const LayerFile& file) {
 }  // namespace
 
 Solver Solver::load(const std::string& name, const std::string& folder) {
-  std::string path = name;
+  const bool is_file = std::filesystem::is_regular_file(name);
+  const std::string path = is_file ? name : folder + "/" + name + ".ert";
   std::ifstream in(path, std::ios::binary);
-  if (!in || in.peek() == std::char_traits<char>::eof()) {
-    path = folder + "/" + name + ".ert";
-    in = std::ifstream(path, std::ios::binary);
-  }
   if (!in) {
     throw std::runtime_error(path + ": there is no such file; write it by `ertbench export " +
                              name + " --to runtime --out " + folder + "`");

@@ -155,7 +155,8 @@ TEST(LiveProgram, AnswersAreSentAsDatagrams) {
                                           quoted(ERTBENCH_PROGRAM) + " frames.h5 gn.json",
                                       "/usr/bin/python3");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_NE(run_program(folder.path(), "live --solver gn.json --input - --send 127.0.0.1:9")
+  EXPECT_NE(run_program(folder.path(),
+                        "live --solver gn.json --input replay:frames.h5 --send 127.0.0.1:9")
                 .output.find("--send: must be udp://HOST:PORT"),
             std::string::npos);
 }

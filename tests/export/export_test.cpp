@@ -265,7 +265,6 @@ TEST_F(Export, TheRuntimeRefusesFilesThatAreDamaged) {
            [](auto& f) { f.channels = 207; }, [](auto& f) { f.rows = 1 << 20; },
            [](auto& f) { f.columns = -24; }, [](auto& f) { f.no_sheet = {576}; },
            [](auto& f) { f.list.scale.pop_back(); }, [](auto& f) { f.list.layers.clear(); },
-           [](auto& f) { f.list.layers.pop_back(); },
            [](auto& f) { f.list.layers.front().width = 0; },
            [](auto& f) { f.list.layers.back().inputs = {99}; },
            [](auto& f) { f.list.layers.back().kind = static_cast<Layer::Kind>(77); }}) {
