@@ -39,8 +39,9 @@ std::string name_of(const ResultRow& row) {
 std::vector<Setting> frontier_of(std::vector<Setting> all) {
   std::ranges::sort(all, {}, &Setting::us);
   double least = std::numeric_limits<double>::infinity();
-  std::erase_if(
-      all, [&](const Setting& one) { return one.error > 0.999 * least || (least = one.error, false); });
+  std::erase_if(all, [&](const Setting& one) {
+    return one.error > 0.999 * least || (least = one.error, false);
+  });
   return all;
 }
 
