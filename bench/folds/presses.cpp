@@ -17,7 +17,6 @@ using nlohmann::json;
 
 constexpr std::size_t most_strengths = 6;  ///< that get rows of their own
 constexpr int rings = 4;
-constexpr int border_points = 180;
 
 using Held = std::vector<const HeldOutPress*>;
 
@@ -317,61 +316,6 @@ void draw_curve(const PressResults& results, const std::string& heading,
   canvas.draw(stem);
 }
 
-/// A shaft and two barbs.
-Points arrow(const Vector2d& from, const Vector2d& to) {
-  const Vector2d along = to - from;
-  const double length = along.norm();
-  if (!(length > 0)) return {};
-  const Vector2d back = along / length * std::min(2.5, 0.5 * length);
-  const Vector2d side(-back.y(), back.x());
-  return points_of({from, to, to - back + 0.5 * side, to, to - back - 0.5 * side});
-}
-
-void draw_map(const PressResults& results, const std::string& heading,
-              const std::filesystem::path& stem) {
-  const std::vector<PressSolver>& solvers = results.solvers;
-  const PanelGrid grid{.panels = static_cast<int>(solvers.size()),
-                       .most_columns = 3,
-                       .left = 48,
-                       .width = 300,
-                       .height = 300,
-                       .gap_x = 54,
-                       .gap_y = 54};
-  Canvas canvas(grid.right(), grid.bottom() + 46);
-  canvas.title(heading + ": places in mm from the sheet's centre");
-  const Span span{-1.05 * results.radius_mm, 1.05 * results.radius_mm};
-  const MarkStyle truth{7, ink::black, 0.3, 1};
-  const LineStyle shaft{hue(1), 1.1};
-  const MarkStyle electrode{5, ink::dark, 0.7, 1};
-  const MarkStyle none{cross, ink::alarm, 0.6, 1.4};
-  int panel = 0;
-  for (const PressSolver& solver : solvers) {
-    const Box box = grid.box(panel++);
-    Panel axes(canvas, box, Axis::even(span), Axis::even(span));
-    const auto& mean = solver.levels.back().all.mean;
-    axes.title(solver.label + (mean ? ", mean " + fixed(mean->value, 1) + " mm" : std::string()));
-    add_failure(canvas, box, solver.failure, 44);
-    axes.line(points_of(results.border_mm), {ink::light, 1.2});
-    axes.marks(points_of(results.electrodes_mm), electrode);
-    std::vector<Vector2d> places;
-    std::vector<Vector2d> missed;
-    for (const HeldOutPress& press : solver.held_out) {
-      (press.found_mm ? places : missed).push_back(press.place_mm);
-      if (press.found_mm) axes.line(arrow(press.place_mm, *press.found_mm), shaft);
-    }
-    axes.marks(points_of(places), truth);
-    axes.marks(points_of(missed), none);
-    axes.draw();
-  }
-  Legend legend(grid.left, grid.right() - 20);
-  legend.add({"pressed", {}, truth});
-  legend.add({"from there to the estimated position", shaft});
-  legend.add({"missed", {}, none});
-  legend.add({"electrode", {}, electrode});
-  legend.draw(canvas, canvas.height() - 24);
-  canvas.draw(stem);
-}
-
 }  // namespace
 
 Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes) {
@@ -384,9 +328,6 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
     division.unit_strength = frames.full_strength / (1 - frames.conductivity_ratio);
   }
   const auto results = std::make_shared<PressResults>();
-  results->radius_mm = division.radius_mm;
-  results->border_mm = border_mm(*sensor.sheet, border_points);
-  results->electrodes_mm = electrodes_mm(sensor);
   for (const FoldsOutcome& outcome : outcomes) {
     results->solvers.push_back(solver_of(outcome, folds.presses, division));
   }
@@ -423,10 +364,7 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
   section.figures = {
       {"_curve", "Error by the number of presses",
        "mean localisation error on presses that were not learned from", "",
-       [results](const auto& heading, const auto& stem) { draw_curve(*results, heading, stem); }},
-      {"_map", "True and estimated positions",
-       "every press where it was held out; axes in mm from the sheet's centre", "",
-       [results](const auto& heading, const auto& stem) { draw_map(*results, heading, stem); }}};
+       [results](const auto& heading, const auto& stem) { draw_curve(*results, heading, stem); }}};
   section.data = {{"", press_rows(*results)}};
   return study;
 }

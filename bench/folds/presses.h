@@ -85,9 +85,6 @@ struct PressResults {
   PressErrors middle;                     ///< of guessing the middle of the sheet
   std::optional<Estimate> mean_strength;  ///< mean |error| of guessing the mean strength
   std::vector<PressSolver> solvers;
-  std::vector<Eigen::Vector2d> border_mm;
-  std::vector<Eigen::Vector2d> electrodes_mm;
-  double radius_mm = 0;  ///< of the sheet
 };
 
 /// Where was it pressed? Measured presses at known positions, by cross-validation (Folds):

@@ -5,38 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/ladder/ladder_results.h"
-#include "bench/plot/image_panel.h"
 #include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
-
-/// "misplaced by 0.83", "error 1.42".
-std::string failure_text(const WorstFrame& worst) {
-  const JudgedFrame& frame = worst.judged;
-  switch (worst.kind) {
-    case FailureKind::undefined:
-      return "undefined";
-    case FailureKind::worse_than_nothing:
-      return "error " + (frame.error ? three_digits(*frame.error) : "—");
-    case FailureKind::misplaced:
-      return "misplaced by " + three_digits(frame.distance.value_or(0));
-    case FailureKind::false_positive:
-      return "false positive of " + three_digits(frame.peak.value_or(0));
-  }
-  return "";
-}
-
-/// End of the colour scale of truth and image, S/m: the image's largest change, limited to one to
-/// three times the truth's unless that has no contact.
-double largest(const Sensor& sensor, const WorstFrame& worst) {
-  const auto finite = worst.change.array().isFinite();
-  const double image = finite.select(worst.change.array(), 0.0).abs().maxCoeff();
-  const double truth = (worst.conductivity.array() - sensor.background).abs().maxCoeff();
-  const double rounding = 1e-4 * sensor.background;  // of what a record holds
-  return truth > rounding ? std::clamp(image, truth, 3 * truth) : std::max(image, rounding);
-}
 
 /// Three significant digits, or two below a tenth, to fit into a cell.
 std::string brief_digits(double level) {
@@ -49,40 +22,6 @@ std::string cell_text(const Breakdown& found) {
   const std::string level = brief_digits(found.level);
   if (found.state == BreakState::at_mildest) return "at " + level;
   return found.state == BreakState::never ? "ok " + level : level;
-}
-
-// Places and sizes in px.
-constexpr int side = 92;
-constexpr int gap = 4;           ///< between truth and image
-constexpr int pair_width = 214;  ///< with the space to the next
-constexpr int row_height = 159;  ///< title, images, three lines
-constexpr int left_edge = 16;
-constexpr int top_edge = 12;
-constexpr std::size_t most_pairs = 4;
-constexpr int bar_width = 80;
-
-/// Truth and image of a frame side by side in `box`, and below them what failed and where.
-void draw_pair(Canvas& canvas, ImagePanels& panels, const Sensor& sensor, const std::string& label,
-               const GalleryFrame& one, const Box& box) {
-  const Level& value = one.frame->level;
-  const std::string level = (value.is_number() ? level_digits(value.number()) : value.text()) +
-                            (one.axis->unit.empty() ? "" : " " + one.axis->unit);
-  const std::string failure = failure_text(*one.frame);
-  constexpr TextStyle style{.size = 9, .align = TextAlign::left};
-  constexpr double line_height = 13;
-  double y = box.bottom + 10;
-  canvas.text(failure, box.left, y, style);
-  for (const std::string& line : wrapped(one.axis->title + ": " + level, 38)) {
-    canvas.text(line, box.left, y += line_height, style);
-  }
-  canvas.tooltip(box, label + ", frame " + std::to_string(one.frame->frame) + "\n" +
-                          one.axis->title + ": " + level + "\n" + failure);
-  const double unit = largest(sensor, *one.frame);
-  const bool finite = one.frame->change.array().isFinite().any();
-  panels.image(Box::sized(box.left, box.top, side, side),
-               (one.frame->conductivity.array() - sensor.background) / unit, "");
-  panels.image(Box::sized(box.right - side, box.top, side, side), one.frame->change / unit,
-               finite ? "" : "undefined");
 }
 
 }  // namespace
@@ -129,70 +68,6 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
   }
   map.panels = {panel};
   return map;
-}
-
-std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record) {
-  std::vector<GalleryFrame> rest;
-  for (const LadderAxis& axis : ladders.axes) {
-    const LadderClimb* climb = record.find(axis.name);
-    if (!axis.of_parameter() && climb && climb->worst) rest.push_back({&*climb->worst, &axis});
-  }
-  std::ranges::stable_sort(rest, std::greater<>(), [](const GalleryFrame& one) {
-    return severity(one.frame->judged, one.frame->kind);
-  });
-  std::vector<GalleryFrame> out;
-  const auto take = [&](auto one) {
-    if (one == rest.end() || out.size() == most_pairs) return;
-    out.push_back(*one);
-    rest.erase(one);
-  };
-  for (const FailureKind kind : kFailureKinds) {
-    take(std::find_if(rest.begin(), rest.end(),
-                      [&](const GalleryFrame& one) { return one.frame->kind == kind; }));
-  }
-  while (!rest.empty() && out.size() < most_pairs) take(rest.begin());
-  return out;
-}
-
-bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
-                  const Sensor& sensor, const std::filesystem::path& stem) {
-  struct Row {
-    std::string label;
-    std::vector<GalleryFrame> frames;
-  };
-  std::vector<Row> rows;
-  for (const LadderOutcome& outcome : outcomes) {
-    if (!outcome.record) continue;
-    Row row{outcome.entry->label, gallery_of(ladders, *outcome.record)};
-    if (!row.frames.empty()) rows.push_back(std::move(row));
-  }
-  if (rows.empty()) return false;
-
-  std::size_t widest = 2;  // so that the titles have room
-  for (const Row& row : rows) widest = std::max(widest, row.frames.size());
-  const double bar_left = left_edge + pair_width * static_cast<double>(widest);
-  const auto row_count = static_cast<double>(rows.size());
-  Canvas canvas(bar_left + bar_width, top_edge + row_count * row_height + 4);
-  ImagePanels panels(canvas, sensor, ColourScale{-1, 1, 0.5, true, true});
-  double top = top_edge;
-  for (const Row& row : rows) {
-    canvas.text(row.label + ": truth and image", left_edge, top,
-                {.size = 11, .align = TextAlign::left});
-    for (std::size_t p = 0; p < row.frames.size(); ++p) {
-      const double left = left_edge + pair_width * static_cast<double>(p);
-      draw_pair(canvas, panels, sensor, row.label, row.frames[p],
-                Box::sized(left, top + 12, 2 * side + gap, side));
-    }
-    top += row_height;
-  }
-  // To the right of the first row's title, where nothing else stands.
-  panels.scale_bar(Box::sized(bar_left - side - 40, top_edge - 8 - side, side, side));
-  const bool several = rows.size() > 1;
-  panels.colour_bar(Box::sized(bar_left - 4, top_edge + 12, ImagePanels::bar_width,
-                               several ? 2 * row_height - 46 : side),
-                    several ? "change over the pair's largest" : "change");
-  canvas.draw(stem);
-  return true;
 }
 
 namespace {

@@ -154,20 +154,6 @@ std::optional<double> number_from(const json& value) {
   return value.is_null() ? std::nullopt : std::optional(value.get<double>());
 }
 
-json image_json(const Eigen::RowVectorXd& image) {
-  json out = json::array();
-  for (const double pixel : image) out.push_back(number_json(pixel));
-  return out;
-}
-
-Eigen::RowVectorXd image_from(const json& values) {
-  Eigen::RowVectorXd image(static_cast<Eigen::Index>(values.size()));
-  for (Eigen::Index p = 0; p < image.size(); ++p) {
-    image[p] = number_from(values.at(static_cast<std::size_t>(p))).value_or(std::nan(""));
-  }
-  return image;
-}
-
 constexpr std::pair<const char*, std::optional<double> JudgedFrame::*> frame_numbers[] = {
     {"error", &JudgedFrame::error},
     {"distance", &JudgedFrame::distance},
@@ -203,30 +189,6 @@ LadderLevel level_from(const json& object) {
   return level;
 }
 
-json worst_json(const WorstFrame& worst) {
-  json out = {{"level", worst.level.json()},
-              {"frame", worst.frame},
-              {"kind", static_cast<int>(worst.kind)},
-              {"failed", worst.judged.failed},
-              {"conductivity", image_json(worst.conductivity)},
-              {"change", image_json(worst.change)}};
-  for (const auto& [key, member] : frame_numbers) out[key] = number_json(worst.judged.*member);
-  return out;
-}
-
-WorstFrame worst_from(const json& object) {
-  WorstFrame worst;
-  worst.level = object.at("level");
-  worst.frame = object.at("frame").get<int>();
-  worst.kind = static_cast<FailureKind>(object.at("kind").get<int>());
-  for (const auto& [key, member] : frame_numbers)
-    worst.judged.*member = number_from(object.at(key));
-  worst.judged.failed = object.at("failed").get<int>();
-  worst.conductivity = image_from(object.at("conductivity"));
-  worst.change = image_from(object.at("change"));
-  return worst;
-}
-
 }  // namespace
 
 double LadderLevel::share() const {
@@ -247,12 +209,6 @@ LadderStep LadderLevel::step(std::size_t count) const {
     out.failed[f] = frames[f].failed != 0;
   }
   return out;
-}
-
-double severity(const JudgedFrame& frame, FailureKind kind) {
-  if (kind == FailureKind::worse_than_nothing) return frame.error.value_or(0);
-  if (kind == FailureKind::misplaced) return frame.distance.value_or(0);
-  return kind == FailureKind::false_positive ? frame.peak.value_or(0) : 0;
 }
 
 const LadderClimb* LadderRecord::find(const std::string& axis) const {
@@ -282,7 +238,6 @@ json to_json(const LadderRecord& record) {
   for (const LadderClimb& climb : record.axes) {
     json axis = {{"axis", climb.axis}, {"levels", json::array()}};
     for (const LadderLevel& level : climb.levels) axis["levels"].push_back(level_json(level));
-    if (climb.worst) axis["worst"] = worst_json(*climb.worst);
     out["axes"].push_back(std::move(axis));
   }
   return out;
@@ -295,7 +250,6 @@ LadderRecord ladder_record_from_json(const json& object) {
     LadderClimb& climb = record.axes.emplace_back();
     climb.axis = axis.at("axis").get<std::string>();
     for (const json& level : axis.at("levels")) climb.levels.push_back(level_from(level));
-    if (axis.contains("worst")) climb.worst = worst_from(axis.at("worst"));
   }
   return record;
 }

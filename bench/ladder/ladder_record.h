@@ -76,28 +76,14 @@ struct LadderLevel {
   LadderStep step(std::size_t frames) const;
 };
 
-/// The worst frame, by the most frequent kind of failure, at the level where the solver fails.
-struct WorstFrame {
-  Level level;
-  int frame = 0;
-  FailureKind kind = FailureKind::undefined;
-  JudgedFrame judged;
-  Eigen::RowVectorXd conductivity;  ///< [pixels] S/m, the truth
-  Eigen::RowVectorXd change;        ///< [pixels] S/m, the image; NaN where it was not finite
-};
-
-/// By which failures of a kind are compared.
-double severity(const JudgedFrame& frame, FailureKind kind);
-
 /// A solver's results on one axis.
 struct LadderClimb {
   std::string axis;
   std::vector<LadderLevel> levels;  ///< from the mildest, including those of the bisection
-  std::optional<WorstFrame> worst;
 };
 
 /// `{"schema", "key", "base": {level}, "axes": [{"axis", "levels": [{"level", "error", "distance",
-/// "peak", "status", "failed": [frames], "message"}], "worst": {...}}]}`, numbers with five digits.
+/// "peak", "status", "failed": [frames], "message"}]}]}`, numbers with five digits.
 /// "status" is the solver's FrameStatus: 0 ok, 1 not converged, 2 undefined, 3 suspect; "failed"
 /// the sum of 1 undefined, 2 worse than the empty image, 4 misplaced, 8 false positive.
 struct LadderRecord {

@@ -371,20 +371,6 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   }
   std::vector<ReportSection> sections = {table, detection};
   if (!charts.figures.empty()) sections.push_back(charts);
-
-  bool any = true;
-  const bool drawn = draw_or_say(folder / "worst_frames", [&] {
-    any = draw_gallery(ladders, outcomes, experiment.sensor, folder / "worst_frames");
-  });
-  if (any) {
-    ReportSection gallery;
-    gallery.title = "Worst frames";
-    gallery.figures = {{"What failure looks like", folder / "worst_frames.svg",
-                        "of each kind of failure the worst frame at the level where the solver "
-                        "breaks down",
-                        drawn}};
-    sections.push_back(gallery);
-  }
   return sections;
 }
 

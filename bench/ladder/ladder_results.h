@@ -103,21 +103,6 @@ Table detection_table(const std::string& title, const Ladders& ladders,
 std::optional<HeatMap> ladder_map_of(const std::string& title,
                                      const std::vector<AxisBreakdown>& breakdowns);
 
-struct GalleryFrame {
-  const WorstFrame* frame = nullptr;
-  const LadderAxis* axis = nullptr;
-};
-
-/// Four frames at most of a solver's ladders of the scenes: the worst of each kind of failure, then
-/// the worst of the rest.
-std::vector<GalleryFrame> gallery_of(const Ladders& ladders, const LadderRecord& record);
-
-/// Draws the galleries of all solvers, one row each: pairs of truth and image, each pair on its own
-/// scale, with the failure and its level. Returns false, without drawing, if no solver has any.
-/// Throws InputError if gnuplot is missing or a file cannot be written.
-bool draw_gallery(const Ladders& ladders, const std::vector<LadderOutcome>& outcomes,
-                  const Sensor& sensor, const std::filesystem::path& stem);
-
 /// Draws one axis for all solvers that climbed it, as `stem`.svg and `stem`.png: above, the share
 /// of failing frames over the level, with the limit beyond which a solver fails; below, the median
 /// relative error with whiskers from 5 to 95 %. The mildest level is on the left. More than eight
@@ -128,9 +113,8 @@ void draw_ladder_chart(const Ladders& ladders, const LadderAxis& axis,
                        const std::filesystem::path& stem);
 
 /// Writes breakdown.csv, breakdown.md, levels.csv, detection.csv, detection.md, a chart of each
-/// axis, `ladder_`axis.svg and .png, the map breakdown.svg and .png and the gallery
-/// worst_frames.svg and .png into `folder`. Returns their sections of the report; none if the
-/// experiment has no ladders.
+/// axis, `ladder_`axis.svg and .png, and the map breakdown.svg and .png into `folder`. Returns
+/// their sections of the report; none if the experiment has no ladders.
 std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
                                                 const std::vector<LadderOutcome>& outcomes,
                                                 const Builds& builds,

@@ -53,18 +53,6 @@ Images images_of(const Solver& solver, const Sensor& sensor, const TestBlock& bl
   return images;
 }
 
-/// The level to show: the first beyond the limit, otherwise the one with the most failures.
-const LadderLevel* telling_level(const LadderAxis& axis, const std::vector<LadderLevel>& levels,
-                                 double limit) {
-  const LadderLevel* worst = nullptr;
-  for (const LadderLevel& level : levels) {
-    if (level.frames.empty()) continue;
-    if (!axis.categories && level.share() > limit) return &level;
-    if (level.share() > (worst ? worst->share() : 0)) worst = &level;
-  }
-  return worst;
-}
-
 /// The test set that all levels are variants of.
 const DatasetSpec& base_of(const Experiment& experiment) {
   return *experiment.find_dataset(experiment.ladders->dataset);
@@ -106,16 +94,13 @@ class Climber {
   LadderClimb climb(const LadderAxis& axis) {
     const double limit = ladders_.failure.share;
     std::uint64_t own = 0;
-    LadderClimb out{axis.name, {}, std::nullopt};
+    LadderClimb out{axis.name, {}};
     out.levels = climb_ladder(axis, limit, [&](const Level& level) {
       progress_.update(done_ + std::min<std::uint64_t>(own++, axis.levels.size()), total_,
                        axis.name + " " + level.text());
       return evaluate(axis, level);
     });
     done_ += axis.levels.size();
-    if (const LadderLevel* level = telling_level(axis, out.levels, limit)) {
-      out.worst = worst_of(axis, *level);
-    }
     return out;
   }
 
@@ -150,35 +135,6 @@ class Climber {
     recipe.training = training_at(ladders_, recipe_.sensor, axis, level);
     if (recipe.training) ensure_dataset(*recipe.training, context_.cache, context_.threads);
     return fitted(recipe).solver;
-  }
-
-  WorstFrame worst_of(const LadderAxis& axis, const LadderLevel& level) {
-    WorstFrame worst;
-    worst.level = level.level;
-    // Most failing frames are also worse than nothing, so another kind says more.
-    worst.kind = FailureKind::worse_than_nothing;
-    for (const FailureKind kind : kFailureKinds) {
-      if (2 * level.count(kind) > level.count(worst.kind)) worst.kind = kind;
-    }
-    double most = -1;
-    for (std::size_t f = 0; f < level.frames.size(); ++f) {
-      const JudgedFrame& frame = level.frames[f];
-      if (!frame.has(worst.kind) || severity(frame, worst.kind) <= most) continue;
-      most = severity(frame, worst.kind);
-      worst.frame = static_cast<int>(f);
-      worst.judged = frame;
-    }
-    const auto index = static_cast<std::uint64_t>(worst.frame);
-    const DatasetSpec spec =
-        axis.of_parameter() ? base_ : dataset_at(ladders_, recipe_.sensor, axis, level.level);
-    const TestBlock block = blocks_.make(spec, index, 1);
-    const std::unique_ptr<Solver> other =
-        axis.of_parameter() ? refitted(axis, level.level) : nullptr;
-    std::vector<FrameReport> reports;
-    worst.change =
-        images_of(other ? *other : *fitted_.solver, recipe_.sensor, block, reports).row(0);
-    worst.conductivity = block.conductivity.row(0);
-    return worst;
   }
 
   const JobContext& context_;

@@ -18,7 +18,8 @@ class ResultRows {
   explicit ResultRows(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   /// The rows of `file` that `selection` names, in the file's order. `file`: a CSV or JSON file, or
-  /// the folder of a result, whose summary.json is meant; of JSON the list "rows". `selection`: a
+  /// the folder of a result, whose summary.json is meant; of JSON the list "rows", or, where there
+  /// is none, the one row that the file is, labelled with its name. `selection`: a
   /// label, where `*` stands for any text, or several with `|` between them; or conditions on
   /// columns, `axis=snr,solver=tsvd|pdipm,share>0.05`, all of which must hold.
   ///

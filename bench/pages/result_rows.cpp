@@ -42,10 +42,15 @@ json csv_rows(const fs::path& file) {
   return rows;
 }
 
-/// The "rows" of a summary.json.
+/// The "rows" of a summary.json; of the card of a fitted solver the card, with the file's name.
 json json_rows(const fs::path& file) {
-  const json content = read_json_file(file);
+  json content = read_json_file(file);
   json rows = json::array();
+  if (content.is_object() && !content.contains("rows")) {
+    content["label"] = file.stem().string();
+    rows.push_back(std::move(content));
+    return rows;
+  }
   for (const JsonObject& row : JsonObject(content, file.string(), "").objects("rows")) {
     rows.push_back(row.value());
   }

@@ -288,6 +288,9 @@ void SpeedChart::draw(std::span<const ResultRow> rows, const std::string& title,
                       const std::filesystem::path& folder) const {
   const SpeedAccuracy answer = speed_accuracy_of(question_, rows);
   draw_speed_figure(answer, title, folder / name());
+  if (answer.metric == Metric::relative_error) {
+    draw_frontier_figure(answer, rows, folder / (name() + "_frontier"));
+  }
   write_file_atomically(folder / (name() + ".md"), markdown_of(speed_table(answer, title)));
   write_file_atomically(folder / (name() + "_choices.csv"), csv_of(speed_choices(answer)));
 }

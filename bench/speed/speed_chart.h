@@ -102,4 +102,9 @@ std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& 
 void draw_speed_figure(const SpeedAccuracy& chart, const std::string& title,
                        const std::filesystem::path& stem);
 
+/// Draws the front page's chart, `stem`.svg and `stem`.png: the mean error of seven methods against
+/// the time of one frame, their frontier, and the interval of the best known estimator.
+void draw_frontier_figure(const SpeedAccuracy& chart, std::span<const ResultRow> rows,
+                          const std::filesystem::path& stem);
+
 }  // namespace ertbench

@@ -63,10 +63,10 @@ TEST(Detection, TablesHoldEverySolverAndAxisWithItsInterval) {
   crashed.label = "crash";
   LadderRecord record;
   record.base = level_of(0, 0, 1, 199);
-  record.axes = {{"snr", {level_of(0, 2, 1, 197), level_of(79, 182, 0, 0)}, {}}};
+  record.axes = {{"snr", {level_of(0, 2, 1, 197), level_of(79, 182, 0, 0)}}};
   record.axes.front().levels.push_back({2, {}, "impossible"});
   LadderRecord ranks = record;
-  ranks.axes = {{"rank", {level_of(0, 20, 0, 180)}, {}}};
+  ranks.axes = {{"rank", {level_of(0, 20, 0, 180)}}};
   const auto lines = detections_of(
       {{&one, record, ""}, {&two, ranks, ""}, {&crashed, std::nullopt, "crashed: Aborted"}});
   const std::string csv = csv_of(detection_data(lines));

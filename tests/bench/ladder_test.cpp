@@ -187,8 +187,8 @@ TEST(Ladder, TablesSayWhatIsKnown) {
   }());
   LadderOutcome good{&experiment.solvers[0], LadderRecord{}, ""};
   good.record->base = level_of({}, 1);
-  good.record->axes = {{"snr", {level_of(80, 0), level_of(60, 0), level_of(40, 10)}, {}},
-                       {"shape", {level_of(json{"disc"}, 0), level_of(json{"ring"}, 25)}, {}}};
+  good.record->axes = {{"snr", {level_of(80, 0), level_of(60, 0), level_of(40, 10)}},
+                       {"shape", {level_of(json{"disc"}, 0), level_of(json{"ring"}, 25)}}};
   const LadderOutcome bad{&experiment.solvers[1], std::nullopt, "crashed: Aborted, core, dumped"};
   const auto lines = breakdowns_of(*experiment.ladders, {good, bad});
   ASSERT_EQ(lines.size(), 4u);
@@ -221,7 +221,7 @@ class LadderChartTest : public testing::FigureTest {
     for (int s = 0; s < solvers; ++s) {
       SolverEntry& entry = entries[static_cast<std::size_t>(s)];
       entry.label = "m" + std::to_string(s + 1);
-      LadderClimb climb{axis.name, {}, {}};
+      LadderClimb climb{axis.name, {}};
       for (const Level& level : axis.levels) {
         LadderLevel step{level, std::vector<JudgedFrame>(20), ""};
         for (std::size_t f = 0; f < step.frames.size(); ++f) {

@@ -134,6 +134,13 @@ TEST_F(PageTest, ValuesStandWhereTheyAreReferredTo) {
   EXPECT_EQ(render("{{d 17500}} {{d 999}}"), "17 500 999");
 }
 
+TEST_F(PageTest, ACardIsARowWithTheNameOfItsFile) {
+  testing::write_text(folder_.path() / "net-8.json",
+                      R"({"error": {"mean": 0.25}, "fails_at": null})");
+  EXPECT_EQ(render("{{.2f net-8.json net-8 error.mean}}"), "0.25");
+  EXPECT_EQ(render("{{each net-8.json *: {label}: {.0f fails_at}}}"), "net-8: —");
+}
+
 TEST_F(PageTest, SimpleValuesAreDerived) {
   EXPECT_EQ(render("{{.1f (/ (t gn RIE) (t 'net a' RIE))}}"), "2.0");
   EXPECT_EQ(render("{{.3f (range (t net* RIE))}}"), "0.025 to 0.030");

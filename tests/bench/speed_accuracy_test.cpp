@@ -325,6 +325,33 @@ TEST_F(SpeedChart, EveryConfigurationIsThereWithItsValues) {
   EXPECT_NE(svg.find("never run: not run"), std::string::npos);
 }
 
+/// The front page names what nothing faster beats, and the best of each method; a setting between
+/// is drawn without a name.
+TEST_F(SpeedChart, TheFrontPageNamesTheFrontierAndTheBestOfEachMethod) {
+  SpeedQuestion question;
+  question.dataset = "test";
+  std::vector<ResultRow> rows;
+  const auto add = [&](const std::string& label, const std::string& type, double us, double error) {
+    rows.push_back(made_row(label, us, error));
+    rows.back().type = type;
+    rows.back().metrics[question.metric].mean = error;
+    rows.back().parameters = JsonValue(nlohmann::json{{"prior", "noser"}});
+    question.labels.push_back(label);
+  };
+  add("gauss", "one-step-gn", 5, 0.7);
+  add("fcnn widths=144-36-36", "fcnn", 40, 0.6);
+  add("fcnn widths=288-72-72", "fcnn", 60, 0.5);
+  add("lean-net width=8", "lean-net", 30, 0.4);
+  add("pdipm", "pdipm", 20, 0.3);
+  draw_frontier_figure(speed_accuracy_of(question, rows), rows, results() / "frontier");
+  const std::string svg = read("frontier.svg");
+  for (const char* name : {"GN (NOSER)", "fcnn 288", "lean-net 8"}) {
+    EXPECT_NE(svg.find(name), std::string::npos) << name;
+  }
+  for (const char* name : {"fcnn 144", "pdipm"})
+    EXPECT_EQ(svg.find(name), std::string::npos) << name;
+}
+
 TEST_F(SpeedChart, NothingMeasuredIsStillAChart) {
   SpeedQuestion question = Sample().question;
   draw_speed_figure(speed_accuracy_of(question, {}), "Empty", results() / "speed");

@@ -399,6 +399,13 @@ TEST_F(Export, TheCommandsOfThePageWork) {
     commands += (*at)[1];
   }
   ASSERT_FALSE(commands.empty());
+  // The front page has some of them.
+  const std::string front = text_of(ERTBENCH_SOURCE_DIR "/README.md");
+  std::size_t start = front.find("```sh\n", front.find("## Run it on your robot")) + 6;
+  for (std::size_t end; (end = front.find('\n', start)), front[start] != '`'; start = end + 1) {
+    const std::string line = front.substr(start, end + 1 - start);
+    EXPECT_NE(commands.find(line), std::string::npos) << line;
+  }
   // The page's empty.csv: the reference with noise of 60 dB.
   const DatasetFile set(path() / "frames.h5");
   const fs::path folder = path() / "page";

@@ -107,9 +107,6 @@ class Run {
     csv_of(levels_data(outcomes));
     markdown_of(detection_table("", ladders, detections_of(outcomes)));
     ladder_map_of("", breakdowns);
-    for (const LadderOutcome& outcome : outcomes) {
-      if (outcome.record) gallery_of(ladders, *outcome.record);
-    }
   }
 
   SolverRegistry registry_;
