@@ -27,7 +27,8 @@ Eigen::MatrixXd channel_operator(const KtcPatterns& patterns, const Eigen::Vecto
     current.minCoeff(&sink);
     Eigen::VectorXd reading = (1 + gain[m]) * pair + common_mode[m] / 2 * pair.cwiseAbs();
     reading[sink] -= common_mode[m];
-    const Eigen::MatrixXd product = reading * current.transpose() / patterns.amplitude(channel);
+    const Eigen::MatrixXd product =
+        reading * current.transpose() / std::max(patterns.amplitude(channel), 1e-9);
     const Eigen::MatrixXd both = product + product.transpose();
     Eigen::Index at = 0;
     for (int a = 0; a < n; ++a) {

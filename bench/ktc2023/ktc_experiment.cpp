@@ -132,6 +132,12 @@ std::optional<double> KtcRow::sum() const {
   return sum;
 }
 
+double KtcRow::mean_score() const {
+  double sum = 0;
+  for (const KtcOutcome& outcome : outcomes) sum += outcome.score.value_or(0);
+  return sum / static_cast<double>(outcomes.size());
+}
+
 double KtcRow::median_time_s() const {
   std::vector<double> times;
   for (const KtcOutcome& outcome : outcomes) times.push_back(outcome.time_s);

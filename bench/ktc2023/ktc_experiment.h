@@ -34,6 +34,7 @@ struct KtcRow {
   std::optional<double> score_of(int level) const;
   /// Sum over all levels; none where a level has no score.
   std::optional<double> sum() const;
+  double mean_score() const;  ///< of all outcomes with a truth, 0 if there are none
   double median_time_s() const;
 };
 

@@ -21,7 +21,7 @@ struct Options {
   double sharpness = 0.2;
   double likely = 1;
   int iterations = 8;
-  int rank = 60;
+  int rank = 30;
 };
 
 /// Weighted least squares on packed resistances: half of |W (P r - change)|^2 has the gradient
@@ -94,7 +94,8 @@ Eigen::MatrixXd smooth_functions(const TankModel& tank, double length) {
   return cross.transpose();
 }
 
-/// The coefficients q of least |W (P (r + J q) - change)|^2 + |q|^2 + 2 q.(q0 ...), see level set.
+/// Gauss–Newton's change of `coefficients`, which are independent of variance 1 a priori, where the
+/// model has changed its resistances by `resistance_change`.
 Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXd& jacobian,
                             const Eigen::VectorXd& resistance_change,
                             const Eigen::VectorXd& coefficients) {
@@ -125,7 +126,8 @@ class OneStep final : public KtcMethod {
 
 class TruncatedSvd final : public KtcMethod {
  public:
-  explicit TruncatedSvd(const Options& options) : options_(options) {}
+  TruncatedSvd(const TankModel& tank, const Options& options)
+      : options_(options), functions_(smooth_functions(tank, options.length_mm / 1000)) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     // The misfit's square root stands for the weighted channels; then A A^T has the left vectors.
@@ -134,7 +136,7 @@ class TruncatedSvd final : public KtcMethod {
     const Eigen::VectorXd scale = root.eigenvalues().cwiseMax(0).cwiseSqrt();
     const Eigen::MatrixXd jacobian =
         scale.asDiagonal() * root.eigenvectors().transpose() *
-        nodal_sensitivity(*setting.tank, setting.calibration.empty, uniform(setting));
+        nodal_sensitivity(*setting.tank, setting.calibration.empty, uniform(setting)) * functions_;
     const Eigen::VectorXd side =
         (root.eigenvectors().transpose() * misfit.side).binaryExpr(scale, [&](double x, double s) {
           return s > 1e-9 * scale.maxCoeff() ? x / s : 0;
@@ -142,13 +144,14 @@ class TruncatedSvd final : public KtcMethod {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> left(jacobian * jacobian.transpose());
     const auto vectors = left.eigenvectors().rightCols(options_.rank);
     const Eigen::VectorXd inverse = left.eigenvalues().tail(options_.rank).cwiseInverse();
-    const Eigen::VectorXd nodal =
+    const Eigen::VectorXd coefficients =
         jacobian.transpose() * (vectors * (inverse.asDiagonal() * (vectors.transpose() * side)));
-    return {setting.tank->image(nodal, image_size), std::nullopt};
+    return {setting.tank->image(functions_ * coefficients, image_size), std::nullopt};
   }
 
  private:
   Options options_;
+  Eigen::MatrixXd functions_;
 };
 
 /// Log conductivity by a level set, and its derivative: `contrast` above 1, -`contrast` below -1,
@@ -216,8 +219,8 @@ std::unique_ptr<KtcMethod> ktc_method_from_json(JsonObject& object, const TankMo
   Fields::read_some(object, [&](Fields& fields) {
     fields.number("noise", options.noise, {1e-6, 1, false, "ohm"});
     fields.number("model_error", options.model_error, {0, 1});
-    if (type == "tsvd") return fields.integer("rank", options.rank, 1, TankModel::pairs);
     fields.number("length_mm", options.length_mm, {10, 200, false, "mm"});
+    if (type == "tsvd") return fields.integer("rank", options.rank, 1, TankModel::pairs / 2);
     if (type == "one-step-gn") return;
     fields.number("contrast", options.contrast, {0.1, 10});
     fields.number("sharpness", options.sharpness, {0.05, 1});
@@ -225,7 +228,7 @@ std::unique_ptr<KtcMethod> ktc_method_from_json(JsonObject& object, const TankMo
     fields.integer("iterations", options.iterations, 1, 100);
   });
   if (type == "one-step-gn") return std::make_unique<OneStep>(tank, options);
-  if (type == "tsvd") return std::make_unique<TruncatedSvd>(options);
+  if (type == "tsvd") return std::make_unique<TruncatedSvd>(tank, options);
   return std::make_unique<LevelSet>(tank, options);
 }
 

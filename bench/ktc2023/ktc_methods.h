@@ -41,7 +41,7 @@ class KtcMethod {
 /// Makes a method of an entry of "methods":
 /// - "one-step-gn": Gauss–Newton's first step with a smooth prior (Matérn 3/2) on log conductivity;
 ///   "length_mm", "noise" ohm.
-/// - "tsvd": "rank".
+/// - "tsvd": truncated singular value decomposition in the same smooth functions; "rank".
 /// - "level-set": one smooth level set, Gaussian a priori, is conductive above 1 and resistive
 ///   below -1; Gauss–Newton while the transition is sharpened. Also "contrast", the log ratio.
 /// "model_error" is that part of each change, beside "noise". Throws InputError.

@@ -160,7 +160,7 @@ class TargetsFigure {
   }
 
   void draw(const std::string& title, const fs::path& stem) const {
-    constexpr double cell = 84;
+    constexpr double cell = 66;
     const double width = cell * static_cast<double>(by_level_.size());
     const double height = cell * 2 * static_cast<double>(deepest_);
     Canvas canvas(left_ + width + 8, top_ + height + 8);
@@ -170,9 +170,9 @@ class TargetsFigure {
       canvas.text("level " + std::to_string(level), x, top_ - 9);
       for (std::size_t t = 0; t < targets.size(); ++t) {
         if (!targets[t]->score) continue;
-        canvas.text(fixed(*targets[t]->score, 2), x,
-                    top_ + cell * (2.0 * static_cast<double>(t) + 2) - 5,
-                    {.size = 8, .colour = ink::note});
+        canvas.text(fixed(*targets[t]->score, 2), x + cell / 2,
+                    top_ + cell * (2.0 * static_cast<double>(t) + 2) - 6,
+                    {.size = 8, .align = TextAlign::right, .colour = ink::note});
       }
       x += cell;
     }
@@ -181,11 +181,12 @@ class TargetsFigure {
                   top_ + cell * (static_cast<double>(t) + 0.5), {.align = TextAlign::right});
     }
     canvas.area(Box::sized(left_, top_, width, height));
-    canvas.plots() << "set palette defined (-1 'white', 0 '#dde6ee', 1 '#0072b2', 2 '#d55e00')\n"
+    canvas.plots() << "set palette maxcolors 4 defined (-1 'white', 0 '#dde6ee', 1 '#0072b2', "
+                      "2 '#d55e00')\n"
                    << "unset key\nunset tics\nunset colorbox\nunset border\nset cbrange [-1:2]\n"
                    << "set xrange [-0.5:" << values_.cols() << " - 0.5]\nset yrange ["
                    << values_.rows() << " - 0.5:-0.5]\nplot " << canvas.data(text())
-                   << " matrix with image pixels\n";
+                   << " matrix with image\n";
     canvas.draw(stem);
   }
 
@@ -225,7 +226,7 @@ std::size_t report_ktc(const KtcResults& results, const fs::path& folder) {
   const Table table = table_of(results);
   const KtcRow& best = *std::max_element(
       results.rows.begin(), results.rows.end(),
-      [](const KtcRow& a, const KtcRow& b) { return a.sum().value_or(0) < b.sum().value_or(0); });
+      [](const KtcRow& a, const KtcRow& b) { return a.mean_score() < b.mean_score(); });
   write_file_atomically(folder / "table.md",
                         markdown_of(table) + "\n![All targets](targets.png)\n\nAll targets by " +
                             best.label + ": water grey, resistive blue, conductive orange.\n");
