@@ -15,13 +15,13 @@ constexpr int image_size = 256;
 
 struct Options {
   double length_mm = 30;
-  double noise = 0.005;
+  double noise = 0.003;
   double model_error = 0.05;
-  double contrast = 2.5;
+  double contrast = 3;
   double sharpness = 0.2;
   double likely = 1;
   int iterations = 8;
-  int rank = 30;
+  int rank = 50;
 };
 
 /// Weighted least squares on packed resistances: half of |W (P r - change)|^2 has the gradient
@@ -176,37 +176,60 @@ class LevelSet final : public KtcMethod {
         functions_(options.likely * smooth_functions(tank, options.length_mm / 1000)) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
-    const TankModel& tank = *setting.tank;
     const Misfit misfit = misfit_of(setting, frame, options_);
-    const Eigen::VectorXd empty = TankModel::packed(setting.calibration.empty.resistance);
     Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(functions_.cols());
-    Eigen::VectorXd levels = Eigen::VectorXd::Zero(functions_.rows());
     for (int i = 0; i < options_.iterations; ++i) {
       const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.7, i))};
-      Eigen::VectorXd conductivity = uniform(setting);
-      Eigen::VectorXd slopes(conductivity.size());
-      for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
-        const auto at = static_cast<Eigen::Index>(t);
-        const double level = levels(tank.triangles()[t]).mean();
-        conductivity[at] *= std::exp(contrast.value(level));
-        slopes[at] = conductivity[at] * contrast.slope(level);
-      }
-      const TankModel::Solution solution =
-          tank.solve(conductivity, setting.calibration.contact_impedance);
-      Eigen::VectorXd change =
-          regularised(misfit, nodal_sensitivity(tank, solution, slopes) * functions_,
-                      TankModel::packed(solution.resistance) - empty, coefficients);
+      const State now = state(setting, misfit, contrast, coefficients);
+      Eigen::VectorXd change = regularised(
+          misfit, nodal_sensitivity(*setting.tank, now.solution, now.slopes) * functions_,
+          now.resistance_change, coefficients);
       constexpr double most = 1.5;  // of the level set, where the model is linear no more
       change *= std::min(1.0, most / (functions_ * change).cwiseAbs().maxCoeff());
+      constexpr int halvings = 2;
+      for (int k = 0; k < halvings; ++k) {
+        if (state(setting, misfit, contrast, coefficients + change).cost < now.cost) break;
+        change /= 2;
+      }
       coefficients += change;
-      levels = functions_ * coefficients;
     }
-    KtcImage out{tank.image(levels, image_size), std::nullopt};
+    const Eigen::VectorXd levels = functions_ * coefficients;
+    KtcImage out{setting.tank->image(levels, image_size), std::nullopt};
     out.classes = out.change.unaryExpr([](double x) { return x > 1 ? 2 : x < -1 ? 1 : 0; });
     return out;
   }
 
  private:
+  /// The model at a level set.
+  struct State {
+    Eigen::VectorXd slopes;  ///< of the conductivity by the level, [triangles]
+    TankModel::Solution solution;
+    Eigen::VectorXd resistance_change;
+    double cost;  ///< twice the negative logarithm of the posterior, but for a constant
+  };
+
+  State state(const KtcSetting& setting, const Misfit& misfit, const Contrast& contrast,
+              const Eigen::VectorXd& coefficients) const {
+    const TankModel& tank = *setting.tank;
+    const Eigen::VectorXd levels = functions_ * coefficients;
+    Eigen::VectorXd conductivity = uniform(setting);
+    State out;
+    out.slopes.resize(conductivity.size());
+    for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
+      const auto at = static_cast<Eigen::Index>(t);
+      const double level = levels(tank.triangles()[t]).mean();
+      conductivity[at] *= std::exp(contrast.value(level));
+      out.slopes[at] = conductivity[at] * contrast.slope(level);
+    }
+    out.solution = tank.solve(conductivity, setting.calibration.contact_impedance);
+    out.resistance_change = TankModel::packed(out.solution.resistance) -
+                            TankModel::packed(setting.calibration.empty.resistance);
+    out.cost = coefficients.squaredNorm() +
+               out.resistance_change.dot(misfit.normal * out.resistance_change) -
+               2 * out.resistance_change.dot(misfit.side);
+    return out;
+  }
+
   Options options_;
   Eigen::MatrixXd functions_;
 };

@@ -293,7 +293,7 @@ TEST(KtcExperiment, WholeTargetsStandForEveryLevelAndALevelSetFindsThem) {
   EXPECT_GT(*level_set.outcomes[0].score, 0.8);
   EXPECT_GT(*level_set.outcomes[1].score, 0.7);  // eight electrodes fewer
   EXPECT_GT(*results.rows[2].outcomes[0].score, 0.6);
-  EXPECT_GT(*results.rows[3].outcomes[0].score, 0.6);
+  EXPECT_GT(*results.rows[3].outcomes[0].score, 0.4);
   EXPECT_LT(*results.rows[4].outcomes[0].score, 0.4);
   EXPECT_FALSE(level_set.sum().has_value());  // five levels are not asked for
   EXPECT_NEAR(*level_set.score_of(5), 3 * *level_set.outcomes[1].score, 1e-12);
