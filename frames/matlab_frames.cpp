@@ -11,6 +11,7 @@
 #include "core/errors.h"
 #include "core/text.h"
 #include "frames/frame_source.h"
+#include "frames/matlab_matrix.h"
 
 namespace ertbench {
 namespace {
@@ -97,7 +98,7 @@ class MatlabFile {
   };
 
   /// The numbers of a variable, or of a field, "session/voltages".
-  Matrix matrix(const std::string& name) const {
+  Matrix matrix(const std::string& name, bool may_lack_values = false) const {
     const std::size_t slash = name.find('/');
     const Variable whole(Mat_VarRead(file_.get(), name.substr(0, slash).c_str()));
     if (!whole) fail(name, "is missing or damaged; the file holds " + list());
@@ -119,6 +120,8 @@ class MatlabFile {
       variable = next;
     }
     read(*variable, name, out);
+    if (!may_lack_values && !out.rows.allFinite())
+      fail(name, "holds values that are not finite; leave such frames out");
     return out;
   }
 
@@ -157,8 +160,6 @@ class MatlabFile {
             Eigen::Map<const Eigen::VectorXd>(numbers.data() + (m * middle + d) * rows, rows);
       }
     }
-    if (!out.rows.allFinite())
-      fail(name, "holds values that are not finite; leave such frames out");
   }
 
   void append(const matvar_t& variable, const void* data, std::size_t count,
@@ -168,6 +169,10 @@ class MatlabFile {
         return append_numbers<double>(data, count, out);
       case MAT_C_SINGLE:
         return append_numbers<float>(data, count, out);
+      case MAT_C_INT8:
+        return append_numbers<std::int8_t>(data, count, out);
+      case MAT_C_UINT8:
+        return append_numbers<std::uint8_t>(data, count, out);
       case MAT_C_INT16:
         return append_numbers<std::int16_t>(data, count, out);
       case MAT_C_UINT16:
@@ -241,6 +246,10 @@ class MatlabFrames final : public FrameSource {
 std::unique_ptr<FrameSource> open_matlab_frames(const fs::path& input,
                                                 const FrameFileOptions& options) {
   return std::make_unique<MatlabFrames>(input, options);
+}
+
+RowMajorMatrix read_matlab_matrix(const fs::path& file, const std::string& name) {
+  return MatlabFile(file).matrix(name, true).rows;
 }
 
 }  // namespace ertbench

@@ -250,6 +250,14 @@ std::vector<fs::path> experiment_files() {
   return files;
 }
 
+/// Title and question of an experiment, which may be one on KTC2023's files.
+std::pair<std::string, std::string> words_of(const fs::path& file, SolverRegistry& registry) {
+  const ExperimentJson ktc = read_experiment_json(file);
+  if (ktc.content->contains("data")) return {ktc.content->at("title"), ktc.content->at("question")};
+  const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
+  return {experiment.title, experiment.question};
+}
+
 /// The types asked for: all, or one. Throws InputError where there is no such type.
 std::vector<std::string> types_of(const SolverRegistry& registry, const std::string& type) {
   std::vector<std::string> all = registry.types();
@@ -270,7 +278,7 @@ void print_metrics_and_experiments(SolverRegistry& registry) {
   for (const fs::path& file : experiment_files()) {
     std::string question;
     try {
-      question = read_experiment(file, registry, {}, SolverCheck::none).question;
+      question = words_of(file, registry).second;
     } catch (const InputError& error) {
       question = std::string("cannot be used: ") + error.what();
     }
@@ -293,9 +301,9 @@ void print_json(SolverRegistry& registry, const ListArguments& arguments) {
       json& entry = out["experiments"].emplace_back();
       entry["file"] = "experiments/" + file.filename().string();
       try {
-        const Experiment experiment = read_experiment(file, registry, {}, SolverCheck::none);
-        entry["title"] = experiment.title;
-        entry["question"] = experiment.question;
+        const auto [title, question] = words_of(file, registry);
+        entry["title"] = title;
+        entry["question"] = question;
       } catch (const InputError& error) {
         entry["error"] = error.what();
       }

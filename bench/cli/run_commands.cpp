@@ -20,6 +20,8 @@
 namespace ertbench {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct RunArguments {
   std::string experiment;
   std::string out;
@@ -114,6 +116,14 @@ Experiment wanted_experiment(const RunArguments& arguments, SolverRegistry& regi
 }
 
 ExitCode run(const RunArguments& arguments) {
+  if (const auto json = read_experiment_json(arguments.experiment, arguments.set);
+      json.content->contains("data")) {
+    const fs::path folder =
+        result_folder(arguments.out, printable(fs::path(arguments.experiment).stem().string()));
+    return part_named("ktc2023").run_ktc2023(json, folder, command_again(arguments)) > 0
+               ? trial_failed
+               : done;
+  }
   SolverRegistry registry;
   const Experiment experiment = wanted_experiment(arguments, registry);
   require_labels(arguments, experiment);

@@ -218,6 +218,7 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.overrides = overrides;
   experiment.name = printable(file.stem().string());
   root.has("$schema");  // for editors
+  if (root.has("data")) root.fail("data", "is of KTC2023; `ertbench run` alone takes such a file");
   experiment.title = root.text_or("title", experiment.name);
   experiment.question = root.text_or("question", experiment.title);
   experiment.made_by = root.choice_or("made_by", "run", {"run", "fidelity"});

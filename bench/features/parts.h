@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
 
+#include "bench/experiment/experiment_json.h"
 #include "bench/run/runner.h"
 
 namespace CLI {
@@ -49,6 +52,9 @@ struct Part {
   /// See bench/cluster/slurm_engine.h; null in parts without it.
   SlurmOutcome (*run_on_slurm)(const Experiment& experiment, const Cache& cache,
                                const SlurmOptions& options) = nullptr;
+  /// Runs an experiment on KTC2023's files and returns how many figures could not be drawn.
+  std::size_t (*run_ktc2023)(const ExperimentJson& json, const std::filesystem::path& folder,
+                             const std::string& command) = nullptr;
 };
 
 /// The library of a part is not there.

@@ -1,0 +1,191 @@
+#include "bench/ktc2023/ktc_experiment.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bench/features/parts.h"
+#include "core/errors.h"
+#include "core/statistics.h"
+#include "core/text.h"
+
+namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Method {
+  std::string label;
+  std::unique_ptr<KtcMethod> method;
+};
+
+/// The file of an experiment on KTC2023.
+struct KtcSpec {
+  KtcSpec(const ExperimentJson& json, const TankModel& tank) {
+    JsonObject root(*json.content, json.source, "");
+    root.has("$schema");
+    results.title = root.text("title");
+    results.question = root.text_or("question", results.title);
+    const fs::path named = root.text("data");
+    data = named.is_absolute() || fs::is_directory(named) ? named : root.folder() / named;
+    if (!fs::is_directory(data)) {
+      root.fail("data", printable_path(named.string()) +
+                            " is no folder; docs/ktc2023.md says where the competition's files "
+                            "are; then --set /data=FOLDER");
+    }
+    levels = root.has("levels") ? root.integers("levels", 1, ktc_levels, {1, ktc_levels})
+                                : std::vector{1, 2, 3, 4, 5, 6, 7};
+    for (JsonObject& entry : root.objects("methods")) {
+      const std::string label = entry.text_or("label", entry.text("type"));
+      methods.push_back({label, ktc_method_from_json(entry, tank)});
+      entry.finish();
+    }
+    if (root.has("official")) read_official(root.object("official"));
+    root.finish();
+  }
+
+  void read_official(JsonObject official) {
+    for (const std::string& label : official.keys()) {
+      const std::size_t size = official.raw(label).size();
+      if (size != 1 && size != ktc_levels) official.fail(label, "needs a sum or seven levels");
+      results.official.emplace_back(label, official.numbers(label, size, {0, 3.0 * ktc_levels}));
+    }
+  }
+
+  fs::path data;
+  std::vector<int> levels;
+  std::vector<Method> methods;
+  KtcResults results;  ///< what the file says of them
+};
+
+KtcFrame frame_of(const KtcTarget& target, const KtcReference& reference, int level) {
+  if (target.patterns.channels() != reference.patterns.channels()) {
+    throw InputError(printable_path(target.reference.string()) +
+                     ": has other patterns than the targets beside it");
+  }
+  KtcFrame out;
+  out.change = target.voltages;
+  out.present.setOnes(out.change.size());
+  for (Eigen::Index c = 0; c < out.change.size(); ++c) {
+    out.change[c] = target.voltages[c] / target.patterns.amplitude(c) -
+                    reference.voltages[c] / reference.patterns.amplitude(c);
+    const bool gone = target.patterns.uses_first(c, 2 * (level - 1));
+    if (!gone && std::isfinite(out.change[c])) continue;
+    out.change[c] = out.present[c] = 0;
+  }
+  return out;
+}
+
+/// A target as it was prepared for all methods.
+struct Case {
+  const KtcTarget* target;
+  int level;
+  const KtcSetting* setting;
+  KtcFrame frame;
+};
+
+KtcOutcome outcome_of(const Case& one, ClassMap classes, double time_s) {
+  KtcOutcome out{one.target->name, one.level, one.target->truth, std::move(classes), {}, time_s};
+  if (out.truth) out.score = ktc_score(*out.truth, out.classes);
+  return out;
+}
+
+void run_method(const Method& method, const std::vector<Case>& cases, std::vector<KtcRow>& rows) {
+  KtcRow own{method.label, {}};
+  KtcRow otsu{method.label, {}};
+  for (const Case& one : cases) {
+    const auto start = std::chrono::steady_clock::now();
+    const KtcImage image = method.method->reconstruct(*one.setting, one.frame);
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    otsu.outcomes.push_back(outcome_of(one, otsu_classes(image.change), time.count()));
+    if (image.classes) own.outcomes.push_back(outcome_of(one, *image.classes, time.count()));
+  }
+  if (!own.outcomes.empty()) {
+    rows.push_back(std::move(own));
+    otsu.label += ", Otsu";
+  }
+  rows.push_back(std::move(otsu));
+}
+
+}  // namespace
+
+std::optional<double> KtcRow::score_of(int level) const {
+  double sum = 0;
+  int count = 0;
+  for (const KtcOutcome& outcome : outcomes) {
+    if (outcome.level != level || !outcome.score) continue;
+    sum += *outcome.score;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return 3 * sum / count;
+}
+
+std::optional<double> KtcRow::sum() const {
+  double sum = 0;
+  for (int level = 1; level <= ktc_levels; ++level) {
+    const auto score = score_of(level);
+    if (!score) return std::nullopt;
+    sum += *score;
+  }
+  return sum;
+}
+
+double KtcRow::mean_score() const {
+  double sum = 0;
+  for (const KtcOutcome& outcome : outcomes) sum += outcome.score.value_or(0);
+  return sum / static_cast<double>(outcomes.size());
+}
+
+double KtcRow::median_time_s() const {
+  std::vector<double> times;
+  for (const KtcOutcome& outcome : outcomes) times.push_back(outcome.time_s);
+  return median(times);
+}
+
+KtcResults ktc_results(const ExperimentJson& json) {
+  const TankModel tank;
+  KtcSpec spec(json, tank);
+  KtcResults results = std::move(spec.results);
+  const std::vector<KtcTarget> targets = read_ktc_targets(spec.data);
+  std::map<fs::path, KtcReference> references;
+  std::map<fs::path, KtcSetting> settings;
+  std::vector<Case> cases;
+  for (const KtcTarget& target : targets) {
+    if (!settings.contains(target.reference)) {
+      const KtcReference& reference =
+          references.emplace(target.reference, read_ktc_reference(target.reference)).first->second;
+      KtcCalibration fit = calibrate_ktc(tank, reference.patterns, reference.voltages);
+      results.calibrations[fs::relative(target.reference, spec.data).string()] = fit;
+      Eigen::MatrixXd channels = channel_operator(reference.patterns, fit.gain, fit.common_mode);
+      settings[target.reference] = {&tank, std::move(fit), std::move(channels)};
+    }
+    for (const int level : spec.levels) {
+      if (!target.any_level && level != target.level) continue;
+      results.simulated_levels |= target.any_level && level > 1;
+      cases.push_back({&target, level, &settings[target.reference],
+                       frame_of(target, references[target.reference], level)});
+    }
+  }
+  for (const Method& method : spec.methods) run_method(method, cases, results.rows);
+  // What an image without a contact scores.
+  KtcRow empty{"no-contact", {}};
+  for (const Case& one : cases)
+    empty.outcomes.push_back(outcome_of(one, ClassMap::Zero(256, 256), 0));
+  results.rows.push_back(std::move(empty));
+  return results;
+}
+
+std::size_t run_ktc(const ExperimentJson& json, const fs::path& folder,
+                    const std::string& command) {
+  KtcResults results = ktc_results(json);
+  results.command = command;
+  return report_ktc(results, folder);
+}
+
+}  // namespace ertbench
+
+extern "C" void ertbench_part_ktc2023(ertbench::Part& part) {
+  part.run_ktc2023 = ertbench::run_ktc;
+}

@@ -1,0 +1,258 @@
+#include "bench/ktc2023/ktc_methods.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/fields.h"
+
+namespace ertbench {
+namespace {
+
+constexpr int image_size = 256;
+
+struct Options {
+  double length_mm = 30;
+  double noise = 0.003;
+  double model_error = 0.05;
+  double contrast = 3;
+  double sharpness = 0.2;
+  double likely = 1;
+  int iterations = 8;
+  int rank = 50;
+};
+
+/// Weighted least squares on packed resistances: half of |W (P r - change)|^2 has the gradient
+/// `normal` r - `side`.
+struct Misfit {
+  Eigen::MatrixXd normal;  ///< [528, 528]
+  Eigen::VectorXd side;    ///< [528]
+};
+
+Misfit misfit_of(const KtcSetting& setting, const KtcFrame& frame, const Options& options) {
+  const Eigen::ArrayXd weight =
+      frame.present.array() /
+      (std::pow(options.noise, 2) + (options.model_error * frame.change.array()).square()).sqrt();
+  const Eigen::MatrixXd weighted = weight.matrix().asDiagonal() * setting.channels;
+  Misfit out;
+  out.normal.setZero(TankModel::pairs, TankModel::pairs);
+  out.normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
+  out.normal = out.normal.selfadjointView<Eigen::Lower>();
+  out.side = weighted.transpose() * (weight * frame.change.array()).matrix();
+  return out;
+}
+
+/// d packed resistance / d log conductivity at the nodes, whose mean a triangle has, [528, nodes].
+Eigen::MatrixXd nodal_sensitivity(const TankModel& tank, const TankModel::Solution& solution,
+                                  const Eigen::VectorXd& by_triangle) {
+  const Eigen::MatrixXd triangles = tank.sensitivity(solution);
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(TankModel::pairs, tank.nodes().cols());
+  for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
+    const auto at = static_cast<Eigen::Index>(t);
+    const Eigen::VectorXd share = by_triangle[at] / 3 * triangles.col(at);
+    for (const int node : tank.triangles()[t]) out.col(node) += share;
+  }
+  return out;
+}
+
+Eigen::VectorXd uniform(const KtcSetting& setting) {
+  return Eigen::VectorXd::Constant(std::ssize(setting.tank->triangles()),
+                                   setting.calibration.conductivity);
+}
+
+/// Columns that make a smooth random function of variance 1 (Matérn 3/2) at the nodes out of
+/// independent coefficients, from a lattice of points a third of its length apart.
+Eigen::MatrixXd smooth_functions(const TankModel& tank, double length) {
+  const double step = std::clamp(length / 3, 0.008, 0.02);
+  std::vector<Eigen::Vector2d> points;
+  const int reach = static_cast<int>(TankModel::radius / step) + 1;
+  for (int i = -reach; i <= reach; ++i) {
+    for (int j = -reach; j <= reach; ++j) {
+      const Eigen::Vector2d point(i * step, j * step);
+      if (point.norm() < TankModel::radius + step / 4) points.push_back(point);
+    }
+  }
+  const auto covariance = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const double distance = std::sqrt(3.0) * (a - b).norm() / length;
+    return (1 + distance) * std::exp(-distance);
+  };
+  const auto count = std::ssize(points);
+  Eigen::MatrixXd own(count, count);
+  Eigen::MatrixXd cross(count, tank.nodes().cols());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector2d& point = points[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j < count; ++j) {
+      own(i, j) = covariance(point, points[static_cast<std::size_t>(j)]) + (i == j ? 1e-6 : 0);
+    }
+    for (Eigen::Index j = 0; j < cross.cols(); ++j) {
+      cross(i, j) = covariance(point, tank.nodes().col(j));
+    }
+  }
+  own.llt().matrixL().solveInPlace(cross);
+  return cross.transpose();
+}
+
+/// Gauss–Newton's change of `coefficients`, which are independent of variance 1 a priori, where the
+/// model has changed its resistances by `resistance_change`.
+Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXd& jacobian,
+                            const Eigen::VectorXd& resistance_change,
+                            const Eigen::VectorXd& coefficients) {
+  Eigen::MatrixXd normal = jacobian.transpose() * misfit.normal * jacobian;
+  normal.diagonal().array() += 1;
+  return normal.llt().solve(
+      jacobian.transpose() * (misfit.side - misfit.normal * resistance_change) - coefficients);
+}
+
+class OneStep final : public KtcMethod {
+ public:
+  OneStep(const TankModel& tank, const Options& options)
+      : options_(options), functions_(smooth_functions(tank, options.length_mm / 1000)) {}
+
+  KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
+    const Eigen::MatrixXd jacobian =
+        nodal_sensitivity(*setting.tank, setting.calibration.empty, uniform(setting)) * functions_;
+    const Eigen::VectorXd change = regularised(misfit_of(setting, frame, options_), jacobian,
+                                               Eigen::VectorXd::Zero(TankModel::pairs),
+                                               Eigen::VectorXd::Zero(functions_.cols()));
+    return {setting.tank->image(functions_ * change, image_size), std::nullopt};
+  }
+
+ private:
+  Options options_;
+  Eigen::MatrixXd functions_;
+};
+
+class TruncatedSvd final : public KtcMethod {
+ public:
+  TruncatedSvd(const TankModel& tank, const Options& options)
+      : options_(options), functions_(smooth_functions(tank, options.length_mm / 1000)) {}
+
+  KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
+    // The misfit's square root stands for the weighted channels; then A A^T has the left vectors.
+    const Misfit misfit = misfit_of(setting, frame, options_);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> root(misfit.normal);
+    const Eigen::VectorXd scale = root.eigenvalues().cwiseMax(0).cwiseSqrt();
+    const Eigen::MatrixXd jacobian =
+        scale.asDiagonal() * root.eigenvectors().transpose() *
+        nodal_sensitivity(*setting.tank, setting.calibration.empty, uniform(setting)) * functions_;
+    const Eigen::VectorXd side =
+        (root.eigenvectors().transpose() * misfit.side).binaryExpr(scale, [&](double x, double s) {
+          return s > 1e-9 * scale.maxCoeff() ? x / s : 0;
+        });
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> left(jacobian * jacobian.transpose());
+    const auto vectors = left.eigenvectors().rightCols(options_.rank);
+    const Eigen::VectorXd inverse = left.eigenvalues().tail(options_.rank).cwiseInverse();
+    const Eigen::VectorXd coefficients =
+        jacobian.transpose() * (vectors * (inverse.asDiagonal() * (vectors.transpose() * side)));
+    return {setting.tank->image(functions_ * coefficients, image_size), std::nullopt};
+  }
+
+ private:
+  Options options_;
+  Eigen::MatrixXd functions_;
+};
+
+/// Log conductivity by a level set, and its derivative: `contrast` above 1, -`contrast` below -1,
+/// with transitions of the logistic function of that `width`.
+struct Contrast {
+  double contrast;
+  double width;
+
+  double step(double at) const { return 1 / (1 + std::exp(-(at - 1) / width)); }
+  double value(double at) const { return contrast * (step(at) - step(-at)); }
+  double slope(double at) const {
+    const double up = step(at);
+    const double down = step(-at);
+    return contrast * (up * (1 - up) + down * (1 - down)) / width;
+  }
+};
+
+class LevelSet final : public KtcMethod {
+ public:
+  LevelSet(const TankModel& tank, const Options& options)
+      : options_(options),
+        functions_(options.likely * smooth_functions(tank, options.length_mm / 1000)) {}
+
+  KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
+    const Misfit misfit = misfit_of(setting, frame, options_);
+    Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(functions_.cols());
+    for (int i = 0; i < options_.iterations; ++i) {
+      const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.7, i))};
+      const State now = state(setting, misfit, contrast, coefficients);
+      Eigen::VectorXd change = regularised(
+          misfit, nodal_sensitivity(*setting.tank, now.solution, now.slopes) * functions_,
+          now.resistance_change, coefficients);
+      constexpr double most = 1.5;  // of the level set, where the model is linear no more
+      change *= std::min(1.0, most / (functions_ * change).cwiseAbs().maxCoeff());
+      constexpr int halvings = 2;
+      for (int k = 0; k < halvings; ++k) {
+        if (state(setting, misfit, contrast, coefficients + change).cost < now.cost) break;
+        change /= 2;
+      }
+      coefficients += change;
+    }
+    const Eigen::VectorXd levels = functions_ * coefficients;
+    KtcImage out{setting.tank->image(levels, image_size), std::nullopt};
+    out.classes = out.change.unaryExpr([](double x) { return x > 1 ? 2 : x < -1 ? 1 : 0; });
+    return out;
+  }
+
+ private:
+  /// The model at a level set.
+  struct State {
+    Eigen::VectorXd slopes;  ///< of the conductivity by the level, [triangles]
+    TankModel::Solution solution;
+    Eigen::VectorXd resistance_change;
+    double cost;  ///< twice the negative logarithm of the posterior, but for a constant
+  };
+
+  State state(const KtcSetting& setting, const Misfit& misfit, const Contrast& contrast,
+              const Eigen::VectorXd& coefficients) const {
+    const TankModel& tank = *setting.tank;
+    const Eigen::VectorXd levels = functions_ * coefficients;
+    Eigen::VectorXd conductivity = uniform(setting);
+    State out;
+    out.slopes.resize(conductivity.size());
+    for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
+      const auto at = static_cast<Eigen::Index>(t);
+      const double level = levels(tank.triangles()[t]).mean();
+      conductivity[at] *= std::exp(contrast.value(level));
+      out.slopes[at] = conductivity[at] * contrast.slope(level);
+    }
+    out.solution = tank.solve(conductivity, setting.calibration.contact_impedance);
+    out.resistance_change = TankModel::packed(out.solution.resistance) -
+                            TankModel::packed(setting.calibration.empty.resistance);
+    out.cost = coefficients.squaredNorm() +
+               out.resistance_change.dot(misfit.normal * out.resistance_change) -
+               2 * out.resistance_change.dot(misfit.side);
+    return out;
+  }
+
+  Options options_;
+  Eigen::MatrixXd functions_;
+};
+
+}  // namespace
+
+std::unique_ptr<KtcMethod> ktc_method_from_json(JsonObject& object, const TankModel& tank) {
+  Options options;
+  const std::string type = object.choice("type", {"one-step-gn", "tsvd", "level-set"});
+  Fields::read_some(object, [&](Fields& fields) {
+    fields.number("noise", options.noise, {1e-6, 1, false, "ohm"});
+    fields.number("model_error", options.model_error, {0, 1});
+    fields.number("length_mm", options.length_mm, {10, 200, false, "mm"});
+    if (type == "tsvd") return fields.integer("rank", options.rank, 1, TankModel::pairs / 2);
+    if (type == "one-step-gn") return;
+    fields.number("contrast", options.contrast, {0.1, 10});
+    fields.number("sharpness", options.sharpness, {0.05, 1});
+    fields.number("spread", options.likely, {0.1, 10});
+    fields.integer("iterations", options.iterations, 1, 100);
+  });
+  if (type == "one-step-gn") return std::make_unique<OneStep>(tank, options);
+  if (type == "tsvd") return std::make_unique<TruncatedSvd>(tank, options);
+  return std::make_unique<LevelSet>(tank, options);
+}
+
+}  // namespace ertbench
