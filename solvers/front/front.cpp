@@ -140,8 +140,9 @@ FrameState Front::look(const double* change) const {
   const Eigen::LLT<Square> factored(normal);
   const FrameState::Amplitudes amplitudes = factored.solve(right);
   state.amplitudes = amplitudes;
-  state.deviations =
-      factored.solve(Square::Identity(nuisances_, nuisances_)).diagonal().cwiseSqrt();
+  // The diagonal of the inverse of L L^T.
+  const Square inverse = factored.matrixL().solve(Square::Identity(nuisances_, nuisances_));
+  state.deviations = inverse.colwise().norm().transpose();
   const double left = outside + amplitudes.dot(beside_ * amplitudes - 2 * outside_along);
   state.unexplained = std::max(0.0, left) / (rho * pairs);
   return state;

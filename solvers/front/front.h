@@ -38,7 +38,8 @@ struct FrameState {
   Amplitudes deviations;  ///< posterior standard deviations
 };
 
-/// Finds out what is wrong with a frame, for any solver that stands behind it, in 5 us.
+/// Finds out what is wrong with a frame, for any solver that stands behind it. Level and gradient
+/// take 3 us a frame, displaced electrodes besides as much again.
 ///
 /// A sound frame d' is a scene, nuisances and noise: with the size |d'| and the moments of shapes
 /// of a FrameCheck it is Gaussian of covariance
