@@ -15,10 +15,10 @@ constexpr double displacement = 1e-4;
 
 }  // namespace
 
-Nuisances Nuisances::from_json(JsonObject& parameters) {
+Nuisances Nuisances::from_json(JsonObject& parameters, const std::string& key) {
   Nuisances out;
-  if (!parameters.has("nuisances")) return out;
-  JsonObject object = parameters.object("nuisances");
+  if (!parameters.has(key)) return out;
+  JsonObject object = parameters.object(key);
   out.gain = object.number_or("gain", 0, {0, 10});
   out.level = object.number_or("level", 0, {0, 10});
   out.gradient = object.number_or("gradient", 0, {0, 10});
@@ -27,9 +27,9 @@ Nuisances Nuisances::from_json(JsonObject& parameters) {
   return out;
 }
 
-void Nuisances::add_to(nlohmann::json& parameters) const {
+void Nuisances::add_to(nlohmann::json& parameters, const std::string& key) const {
   if (!any()) return;
-  parameters["nuisances"] = {
+  parameters[key] = {
       {"gain", gain}, {"level", level}, {"gradient", gradient}, {"electrodes", electrodes}};
 }
 
@@ -41,7 +41,7 @@ ParameterInfo Nuisances::parameter() {
       "unit, \"electrodes\": domain units}; default none"};
 }
 
-Eigen::MatrixXd Nuisances::columns(const Sensor& sensor) const {
+Eigen::MatrixXd Nuisances::responses(const Sensor& sensor) const {
   std::vector<Eigen::VectorXd> channels;
   const BorderModel model(sensor);
   if (factor() > 0) channels.push_back(factor() * model.reference_voltages());
@@ -63,12 +63,13 @@ Eigen::MatrixXd Nuisances::columns(const Sensor& sensor) const {
                        (BorderModel(sensor, moved).reference_voltages() -
                         BorderModel(sensor, -moved).reference_voltages()));
   }
-  const Reciprocity reciprocity(sensor);
-  Eigen::MatrixXd out(reciprocity.pairs(), static_cast<Eigen::Index>(channels.size()));
-  for (Eigen::Index c = 0; c < out.cols(); ++c) {
-    out.col(c) = reciprocity.reduce(channels[static_cast<std::size_t>(c)].transpose());
-  }
+  Eigen::MatrixXd out(sensor.channels(), static_cast<Eigen::Index>(channels.size()));
+  for (Eigen::Index c = 0; c < out.cols(); ++c) out.col(c) = channels[static_cast<std::size_t>(c)];
   return out;
+}
+
+Eigen::MatrixXd Nuisances::columns(const Sensor& sensor) const {
+  return Reciprocity(sensor).reduce_rows(responses(sensor));
 }
 
 }  // namespace ertbench

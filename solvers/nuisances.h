@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "core/json.h"
 #include "forward/sheet/sensor.h"
@@ -24,13 +25,16 @@ struct Nuisances {
   /// Deviation of the factor common to all voltages.
   double factor() const { return std::hypot(gain, level); }
   bool any() const { return factor() > 0 || gradient > 0 || electrodes > 0; }
-  /// N [pairs, columns] V: derivatives of d' (Reciprocity) of the untouched sheet times deviations.
+  /// [channels, columns] V: derivatives of the untouched sheet's voltages times deviations, for the
+  /// factor, the gradient in x and in y and each electrode, as far as they are above zero.
+  Eigen::MatrixXd responses(const Sensor& sensor) const;
+  /// N [pairs, columns] V: d' (Reciprocity) of the responses.
   Eigen::MatrixXd columns(const Sensor& sensor) const;
 
   /// The optional `"nuisances": {"gain", "level", "gradient", "electrodes"}`, numbers > 0.
-  static Nuisances from_json(JsonObject& parameters);
+  static Nuisances from_json(JsonObject& parameters, const std::string& key = "nuisances");
   static ParameterInfo parameter();
-  void add_to(nlohmann::json& parameters) const;
+  void add_to(nlohmann::json& parameters, const std::string& key = "nuisances") const;
 };
 
 }  // namespace ertbench

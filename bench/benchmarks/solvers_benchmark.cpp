@@ -29,6 +29,7 @@
 #include "forward/ellipses/ellipse_model.h"
 #include "solvers/contacts/contact_fit.h"
 #include "solvers/contacts/contact_prior.h"
+#include "solvers/front/front.h"
 #include "solvers/registry/registry.h"
 #include "solvers/total_variation/interior_point.h"
 
@@ -166,6 +167,20 @@ void reconstruct(benchmark::State& state, const std::string& name) {
     compare_linear(state, name, batch);
   }
 }
+
+/// What the front says of a frame: 3 or 19 nuisances.
+void look(benchmark::State& state) {
+  FitInput input;
+  input.validation = &validation();
+  const Nuisances nuisances{.level = 0.1, .gradient = 0.1, .electrodes = state.range(0) ? 0.02 : 0};
+  const Front front(input.sensor, FrameCheck(input, 0), nuisances);
+  Eigen::Index f = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(front.look(frames().row(f).data()));
+    f = (f + 1) % most_frames;
+  }
+}
+BENCHMARK(look)->Name("front/look")->Arg(0)->Arg(1);
 
 void fit(benchmark::State& state, const std::string& name) {
   for (auto _ : state) {

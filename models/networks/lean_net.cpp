@@ -30,9 +30,11 @@ void append_blocks(nn::Sequential& layers, int count, int width) {
   for (int i = 0; i < count; ++i) append_normalised(layers, {width, width, 3});
 }
 
-torch::Tensor pairs_of(const Sensor& sensor) {
+torch::Tensor pairs_of(const Sensor& sensor, int told) {
   std::vector<std::int64_t> channels;
   for (const auto& [a, b] : reciprocal_pairs(sensor)) channels.insert(channels.end(), {a, b});
+  // Each is a pair of its own.
+  for (int i = 0; i < told; ++i) channels.insert(channels.end(), 2, sensor.channels() + i);
   return torch::tensor(channels).view({-1, 2});
 }
 
@@ -48,11 +50,11 @@ void LeanNet::check(const Sensor& sensor) {
   }
 }
 
-LeanNet::LeanNet(const Sensor& sensor, const LeanShape& shape)
-    : channels_(sensor.channels()),
+LeanNet::LeanNet(const Sensor& sensor, const LeanShape& shape, int told)
+    : inputs_(sensor.channels() + told),
       rows_(sensor.image_rows() / 2),
       columns_(sensor.image_columns() / 2),
-      pairs_(pairs_of(sensor)),
+      pairs_(pairs_of(sensor, told)),
       start_(pairs_.size(0), (sub_pixels + shape.extra_maps) * rows_ * columns_),
       rise_(nn::ConvTranspose2dOptions(2 * shape.width, shape.width, 2).stride(2)),
       image_(nn::Conv2dOptions(shape.width, sub_pixels, 3).padding(1)),
@@ -143,7 +145,7 @@ std::unique_ptr<InferencePlan> LeanNet::plan(PlanBuilder plan) const {
   for (std::int64_t i = 0; i < order.numel(); ++i) {
     pairs.push_back(static_cast<int>(order.data_ptr<std::int64_t>()[i]));
   }
-  const int means = plan.means_of_pairs(plan.input(channels_), std::move(pairs));
+  const int means = plan.means_of_pairs(plan.input(inputs_), std::move(pairs));
   const DenseWeights dense = weights_of(*start_, nullptr);
   const int start =
       plan.maps(plan.dense(means, dense, {}), dense.outputs / (rows_ * columns_), rows_, columns_);

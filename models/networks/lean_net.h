@@ -34,14 +34,16 @@ struct LeanShape {
 /// normalised convolution of x).
 class LeanNet final : public Network {
  public:
-  LeanNet(const Sensor& sensor, const LeanShape& shape);
+  /// `told`: further inputs of the dense layer, behind the channels of a frame.
+  LeanNet(const Sensor& sensor, const LeanShape& shape, int told = 0);
   torch::Tensor forward(const torch::Tensor& frames) override;
   std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
   /// Parameters of the dense layer.
   std::vector<torch::Tensor> slow_parameters() const override { return start_->parameters(); }
 
-  /// Input of the dense layer: means of reciprocal pairs, [frames, channels] -> [frames, pairs].
+  /// Input of the dense layer: means of reciprocal pairs and what is told beside them,
+  /// [frames, channels + told] -> [frames, pairs + told].
   torch::Tensor means_of_pairs(const torch::Tensor& frames) const;
   /// Sets the image of the dense layer to weights [pixels, pairs] times these plus bias [pixels].
   void set_first_image(const torch::Tensor& weights, const torch::Tensor& bias);
@@ -52,10 +54,10 @@ class LeanNet final : public Network {
  private:
   torch::Tensor blocks(torch::nn::Sequential& convolutions, torch::Tensor maps);
 
-  int channels_;
-  int rows_;  ///< of the maps at half the resolution
+  int inputs_;  ///< channels, and what is told
+  int rows_;    ///< of the maps at half the resolution
   int columns_;
-  torch::Tensor pairs_;  ///< [pairs, 2] channels
+  torch::Tensor pairs_;  ///< [pairs + told, 2] inputs
   torch::nn::Linear start_;
   torch::nn::Sequential encode_;
   torch::nn::Sequential encode_blocks_;

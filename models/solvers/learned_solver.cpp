@@ -165,10 +165,13 @@ void LearnedSolver::fit(const FitInput& input) {
   const std::shared_ptr<Network> network = make_network(input.sensor);
   initialise(*network, input, standardisation_);
   const std::unique_ptr<Objective> objective = make_objective(input);
-  TrainingSet scenes(training, standardisation_, training_);
+  std::optional<Front> front;
+  if (is_told()) front.emplace(input.sensor, FrameCheck(input, 0));
+  const Front* const told = front ? &*front : nullptr;
+  TrainingSet scenes(training, standardisation_, training_, told);
   const TrainingResult result =
-      train(*network, *objective, scenes, ValidationSet(validation, standardisation_), training_,
-            {.folder = input.work_folder, .progress = input.progress});
+      train(*network, *objective, scenes, ValidationSet(validation, standardisation_, told),
+            training_, {.folder = input.work_folder, .progress = input.progress});
   result_ = to_json(result);
   result_["scenes"] = training.size();
   result_["runtime"] = runtime;
@@ -178,6 +181,7 @@ void LearnedSolver::fit(const FitInput& input) {
 void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> network) {
   sensor_ = sensor;
   network_ = std::move(network);
+  if (is_told()) front_.emplace(sensor);
   plan_ = network_->plan(PlanBuilder(bfloat16_inference_));
   graph_.reset();
   if (!batches_share_weights()) return;
@@ -191,7 +195,7 @@ void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> networ
 }
 
 void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
-                                std::span<FrameReport>) const {
+                                std::span<FrameReport> reports) const {
   const double unit = -sensor_.background * standardisation_.image;
   if (graph_ && changes.rows() > 1) {
     const OneThread one_thread;
@@ -204,10 +208,14 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
   // Buffers of the thread, so that a frame allocates nothing.
   thread_local Eigen::RowVectorXf frame;
   thread_local Eigen::RowVectorXf y;
-  frame.resize(changes.cols());
+  frame.resize(changes.cols() + (front_ ? Front::told(sensor_) : 0));
   y.resize(images.cols());
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
     standardisation_.apply(changes.row(f), frame.data());
+    if (front_) {
+      front_->tell(changes.row(f).data(), reports[static_cast<std::size_t>(f)].dead,
+                   frame.data() + changes.cols());
+    }
     plan_->run(frame.data(), y.data());
     images.row(f) = unit * y.cast<double>();
   }
@@ -215,7 +223,7 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
 
 std::optional<LayerList> LearnedSolver::layers() const {
   LayerList out;
-  if (!network_ || !network_->plan(PlanBuilder(false, &out.layers))) return std::nullopt;
+  if (!network_ || front_ || !network_->plan(PlanBuilder(false, &out.layers))) return std::nullopt;
   // (-change - mean) scale is (change - (-mean)) (-scale), to the last bit.
   const Eigen::RowVectorXf shift = -standardisation_.mean;
   const Eigen::RowVectorXf scale = -standardisation_.scale;

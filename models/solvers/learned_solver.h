@@ -13,6 +13,7 @@
 #include "models/training/objective.h"
 #include "models/training/standardisation.h"
 #include "models/training/trainer.h"
+#include "solvers/front/front.h"
 #include "solvers/layered_solver.h"
 #include "solvers/solver.h"
 
@@ -40,7 +41,7 @@ RowMajorMatrix spatial_blur(const FitInput& input, std::optional<double> lambda)
 /// by name in `/network` (tensor_file.h), the standardisation [channels] in `/mean` and `/scale`,
 /// and the report of the training as JSON text in the attribute `training`. `load` refuses weights
 /// of another network than the parameters describe, by name.
-class LearnedSolver : public Solver, public LayeredSolver {
+class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
  public:
   /// The settings and, once fitted, the report of the training under "training".
   nlohmann::json parameters() const final;
@@ -50,7 +51,10 @@ class LearnedSolver : public Solver, public LayeredSolver {
   FitReport fit_report() const final;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const final;
+  /// None for a network that is told of its frames, for which no source is written.
   std::optional<LayerList> layers() const final;
+  bool is_told() const override { return false; }
+  MaskedChannels masked_channels() const final { return {.detect = is_told()}; }
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
   /// Few enough that the feature maps of convolutions stay in the cache.
@@ -91,6 +95,7 @@ class LearnedSolver : public Solver, public LayeredSolver {
   Sensor sensor_;
   Standardisation standardisation_;
   std::shared_ptr<Network> network_;     ///< null before fit or load
+  std::optional<Front> front_;           ///< of a network that is told
   std::unique_ptr<InferencePlan> plan_;  ///< for single frames
   std::optional<FrozenGraph> graph_;     ///< for batches, if batches_share_weights
   nlohmann::json result_;                ///< report of the training, with the hardware it ran on

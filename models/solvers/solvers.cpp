@@ -144,10 +144,12 @@ void LeanNetSolver::visit(Fields& fields) {
   fields.choice("output", shape_.bounded, {{"bounded", true}, {"linear", false}});
   fields.choice("initialisation", lmmse_, {{"lmmse", true}, {"random", false}});
   fields.choice("loss", relative_loss_, {{"relative", true}, {"mse", false}});
+  // Written where it is on: files of older networks have none.
+  if (!fields.writing() || told_) fields.boolean("front", told_);
 }
 
 std::shared_ptr<Network> LeanNetSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<LeanNet>(sensor, shape_);
+  return std::make_shared<LeanNet>(sensor, shape_, told_ ? Front::told(sensor) : 0);
 }
 
 void LeanNetSolver::initialise(Network& network, const FitInput& input,
@@ -156,7 +158,8 @@ void LeanNetSolver::initialise(Network& network, const FitInput& input,
   auto& net = dynamic_cast<LeanNet&>(network);
   const DatasetFile& training = *input.training;
   const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
-  LinearEstimate estimate(Reciprocity(input.sensor).pairs(), input.sensor.pixels());
+  const int told = told_ ? Front::told(input.sensor) : 0;
+  LinearEstimate estimate(Reciprocity(input.sensor).pairs() + told, input.sensor.pixels());
   const std::uint64_t scenes = std::min(training.size(), most_scenes);
   for (std::uint64_t first = 0; first < scenes; first += scenes_at_a_time) {
     const std::uint64_t count = std::min(scenes_at_a_time, scenes - first);
@@ -164,7 +167,9 @@ void LeanNetSolver::initialise(Network& network, const FitInput& input,
     const Images images =
         (1 - training.conductivity(first, count).array() / input.sensor.background) /
         standardisation.image;
-    estimate.add(double_matrix(net.means_of_pairs(standardisation.apply(changes))), images);
+    // The estimate is made before anything is told.
+    const torch::Tensor frames = torch::constant_pad_nd(standardisation.apply(changes), {0, told});
+    estimate.add(double_matrix(net.means_of_pairs(frames)), images);
   }
   const LinearEstimate::Affine affine = estimate.solve();
   net.set_first_image(float_tensor(affine.weights),

@@ -99,6 +99,7 @@ class LeanNetSolver final : public LearnedSolver {
     read(std::move(object));
   }
   void check(const Sensor& sensor) const override;
+  bool is_told() const override { return told_; }
 
  private:
   void visit(Fields& fields) override;
@@ -108,6 +109,7 @@ class LeanNetSolver final : public LearnedSolver {
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
   LeanShape shape_;
+  bool told_ = false;          ///< "front"
   bool lmmse_ = true;          ///< the dense layer begins as the linear MMSE estimate
   bool relative_loss_ = true;  ///< RelativeError, else SquaredError
 };

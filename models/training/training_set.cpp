@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <string>
@@ -16,6 +17,7 @@
 #include "forward/data/faults.h"
 #include "forward/data/fresh_scenes.h"
 #include "models/training/objective.h"
+#include "solvers/nuisances.h"
 
 namespace ertbench {
 namespace {
@@ -121,17 +123,23 @@ constexpr std::uint64_t scenes_at_a_time = 1024;
 }  // namespace
 
 TrainingSet::TrainingSet(const DatasetFile& file, const Standardisation& standardisation,
-                         const TrainingSettings& settings)
+                         const TrainingSettings& settings, const Front* front)
     : spec_(file.spec()),
       standardisation_(standardisation),
       seed_(settings.seed),
       faults_(settings.faults),
+      front_(front),
+      told_(front ? Front::told(file.sensor()) : 0),
       symmetries_(ertbench::symmetries(file.sensor())),
       reference_(file.reference_voltages()),
       clean_(file.size(), file.sensor().channels()),
       truths_(file.size(), file.sensor().pixels()),
       mask_(sheet_mask(file.sensor())) {
   if (!settings.symmetries) symmetries_.resize(1);
+  if (faults_.snr_db) spec_.noise.basis = SnrBasis::absolute;
+  if (faults_.of_sheet()) {
+    responses_ = Nuisances{.gradient = 1, .electrodes = 1}.responses(spec_.sensor);
+  }
   if (settings.new_scenes) new_scenes_ = std::make_unique<EpochScenes>(file);
   for (std::uint64_t first = 0; first < size(); first += scenes_at_a_time) {
     const std::uint64_t count = std::min(scenes_at_a_time, size() - first);
@@ -165,15 +173,27 @@ void TrainingSet::begin_epoch(std::uint64_t epoch) {
   }
 }
 
+void TrainingSet::change_sheet(const Faults& faults, RandomStream& random,
+                               Eigen::VectorXd& voltages) const {
+  const double angle = random.uniform(0, 2 * std::numbers::pi);
+  const double slope = faults.background_gradient / spec_.sensor.sheet->radius();
+  Eigen::VectorXd sizes(responses_.cols());
+  sizes.head<2>() << slope * std::cos(angle), slope * std::sin(angle);
+  sizes.tail(spec_.sensor.electrode_count) = displacements(faults, spec_.sensor, random);
+  voltages += responses_ * sizes;
+  voltages /= 1 + faults.background_change;
+}
+
 TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const {
   const auto rows = static_cast<std::int64_t>(count);
   TrainingBatch out{
-      torch::empty({rows, clean_.cols()}),
+      torch::empty({rows, clean_.cols() + told_}),
       torch::empty({rows, 1, spec_.sensor.image_rows(), spec_.sensor.image_columns()})};
   float* frame = out.frames.data_ptr<float>();
   float* truth = out.truths.data_ptr<float>();
   Eigen::VectorXd voltages(clean_.cols());
-  for (std::uint64_t i = 0; i < count; ++i, frame += clean_.cols(), truth += truths_.cols()) {
+  const Eigen::Index inputs = clean_.cols() + told_;
+  for (std::uint64_t i = 0; i < count; ++i, frame += inputs, truth += truths_.cols()) {
     RandomStream random(seed_, key_of("scene"), epoch_ * size() + first + i, Purpose::training);
     const auto row = static_cast<Eigen::Index>(order_[first + i]);
     const Symmetry& symmetry = symmetries_[static_cast<std::size_t>(
@@ -181,13 +201,17 @@ TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const
     for (Eigen::Index c = 0; c < voltages.size(); ++c) {
       voltages[c] = clean_(row, symmetry.channels[static_cast<std::size_t>(c)]);
     }
-    add_noise(spec_.noise, reference_, random, voltages);
-    if (faults_) {
-      RandomStream faulty(seed_, key_of("fault"), epoch_ * size() + first + i, Purpose::training);
-      const Faults faults = faults_.draw(faulty);
-      apply_faults(faults, spec_.sensor, reference_, faulty, voltages);
-    }
-    standardisation_.apply((voltages - reference_).transpose(), frame);
+    RandomStream faulty(seed_, key_of("fault"), epoch_ * size() + first + i, Purpose::training);
+    const Faults faults = faults_ ? faults_.draw(faulty) : Faults{};
+    if (faults_.of_sheet()) change_sheet(faults, faulty, voltages);
+    Noise noise = spec_.noise;
+    if (faults_.snr_db)
+      noise.snr_db = faulty.uniform(faults_.snr_db->first, faults_.snr_db->second);
+    add_noise(noise, reference_, random, voltages);
+    apply_faults(faults, spec_.sensor, reference_, faulty, voltages);
+    voltages -= reference_;
+    if (front_) front_->prepare(voltages.data(), frame + clean_.cols());
+    standardisation_.apply(voltages.transpose(), frame);
     for (Eigen::Index p = 0; p < truths_.cols(); ++p) {
       truth[p] = truths_(row, symmetry.pixels[static_cast<std::size_t>(p)]);
     }
@@ -201,9 +225,9 @@ constexpr std::int64_t batch = 250;
 
 }  // namespace
 
-ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& standardisation) {
-  const Frames changes =
-      file.voltages(0, file.size()).rowwise() - file.reference_voltages().transpose();
+ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& standardisation,
+                             const Front* front) {
+  Frames changes = file.voltages(0, file.size()).rowwise() - file.reference_voltages().transpose();
   const Images y = (1 - file.conductivity(0, file.size()).array() / file.sensor().background) /
                    standardisation.image;
   std::vector<Eigen::Index> touched;
@@ -216,7 +240,13 @@ ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& sta
                      ": a network is chosen by its error on frames with contacts, and the "
                      "validation set has none; add scenes with contacts");
   }
-  frames_ = standardisation.apply(changes(touched, Eigen::all));
+  torch::Tensor told = torch::empty(
+      {static_cast<std::int64_t>(touched.size()), front ? Front::told(file.sensor()) : 0});
+  float* to = told.data_ptr<float>();
+  for (std::size_t i = 0; front && i < touched.size(); ++i, to += told.size(1)) {
+    front->prepare(changes.row(touched[i]).data(), to);
+  }
+  frames_ = torch::cat({standardisation.apply(changes(touched, Eigen::all)), told}, 1);
   mask_ = sheet_mask(file.sensor());
   truths_ = torch::empty({static_cast<std::int64_t>(touched.size()), 1, file.sensor().image_rows(),
                           file.sensor().image_columns()});

@@ -15,6 +15,7 @@
 #include "models/networks/network.h"
 #include "models/training/standardisation.h"
 #include "models/training/training_settings.h"
+#include "solvers/front/front.h"
 
 namespace ertbench {
 
@@ -60,7 +61,7 @@ class EpochScenes {
 
 /// Standardised frames and the true images, y = (1 - sigma / background) / Standardisation::image.
 struct TrainingBatch {
-  torch::Tensor frames;  ///< [batch, channels]
+  torch::Tensor frames;  ///< [batch, channels], and behind them what the front tells
   torch::Tensor truths;  ///< [batch, 1, rows, columns]
 };
 
@@ -70,8 +71,9 @@ class TrainingSet {
  public:
   /// Reads the whole file, 3.1 kB per scene. With `new_scenes` later epochs use scenes that
   /// continue the file's random sequence (EpochScenes). Throws InputError if that is impossible.
+  /// `front` tells the network of each frame, unless it is null, and outlives this.
   TrainingSet(const DatasetFile& file, const Standardisation& standardisation,
-              const TrainingSettings& settings);
+              const TrainingSettings& settings, const Front* front = nullptr);
 
   std::uint64_t size() const { return static_cast<std::uint64_t>(clean_.rows()); }
 
@@ -86,10 +88,17 @@ class TrainingSet {
  private:
   using FloatRows = EpochScenes::FloatRows;
 
+  /// Puts level, gradient and displaced electrodes into the voltages of one frame.
+  void change_sheet(const Faults& faults, RandomStream& random, Eigen::VectorXd& voltages) const;
+
   DatasetSpec spec_;
   Standardisation standardisation_;
   std::uint64_t seed_;
   TrainingFaults faults_;
+  const Front* front_;
+  int told_ = 0;
+  /// [channels, 2 + electrodes] V of gradients and displaced electrodes, for size one.
+  Eigen::MatrixXd responses_;
   std::vector<Symmetry> symmetries_;         ///< only the identity if they are off
   std::unique_ptr<EpochScenes> new_scenes_;  ///< null if every epoch has the file's scenes
   Eigen::VectorXd reference_;
@@ -105,7 +114,8 @@ class TrainingSet {
 class ValidationSet {
  public:
   /// Throws InputError if no frame has a contact.
-  ValidationSet(const DatasetFile& file, const Standardisation& standardisation);
+  ValidationSet(const DatasetFile& file, const Standardisation& standardisation,
+                const Front* front = nullptr);
 
   struct Score {
     double error = 0;   ///< mean over the frames of |image - truth| / |truth|, conductivity changes

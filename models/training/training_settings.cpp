@@ -6,11 +6,20 @@ namespace ertbench {
 
 Faults TrainingFaults::draw(RandomStream& random) const {
   Faults faults;
-  if (random.uniform() >= share) return faults;
-  faults.dead_electrodes = random.integer(dead_electrodes.first, dead_electrodes.second);
-  faults.dead_reading = dead_reading;
-  faults.gain_error = random.uniform(gain_error.first, gain_error.second);
-  faults.offset = random.uniform(offset.first, offset.second);
+  if (random.uniform() < share) {
+    faults.dead_electrodes = random.integer(dead_electrodes.first, dead_electrodes.second);
+    faults.dead_reading = dead_reading;
+    faults.gain_error = random.uniform(gain_error.first, gain_error.second);
+    faults.offset = random.uniform(offset.first, offset.second);
+  }
+  if (!of_sheet()) return faults;
+  const auto drawn = [&](const std::pair<double, double>& sizes) {
+    const double size = random.uniform(sizes.first, sizes.second);
+    return random.uniform() < share ? size : 0;
+  };
+  faults.background_change = drawn(level);
+  faults.background_gradient = drawn(gradient);
+  faults.electrode_displacement = drawn(displacement);
   return faults;
 }
 
@@ -25,6 +34,12 @@ void visit(Fields& fields, TrainingFaults& faults) {
                  {{"zero", DeadReading::zero}, {"floating", DeadReading::floating}});
     sizes.interval("gain_error", faults.gain_error, {0, 10});
     sizes.interval("offset", faults.offset, {0, 10});
+    if (!fields.writing() || faults.of_sheet()) {
+      sizes.interval("level", faults.level, {-0.9, 0.9});
+      sizes.interval("gradient", faults.gradient, {0, 0.9});
+      sizes.interval("displacement", faults.displacement, {0, 0.1});
+    }
+    if (!fields.writing() || faults.snr_db) sizes.interval("snr_db", faults.snr_db, {-20, 200});
   });
   if (!given && fields.has("fault_share")) {
     fields.fail("fault_share", "stands without \"training_faults\"; add them or remove it");

@@ -1,24 +1,38 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "forward/data/faults.h"
 
 namespace ertbench {
 
-/// Faults of the electronics in the frames of a training, drawn anew for every frame of every
-/// epoch. A share of the frames has them, with sizes uniform in these intervals.
+/// Faults in the frames of a training, drawn anew for every frame of every epoch. A share of the
+/// frames has those of the electronics, and the same share, each drawn by itself, those of the
+/// sheet; sizes are uniform in these intervals.
 struct TrainingFaults {
   std::pair<int, int> dead_electrodes{0, 0};
   DeadReading dead_reading = DeadReading::zero;
   std::pair<double, double> gain_error{0, 0};
   std::pair<double, double> offset{0, 0};
+  // Sheet, since the reference was taken; to first order but for the level.
+  std::pair<double, double> level{0, 0};         ///< relative change of the conductivity
+  std::pair<double, double> gradient{0, 0};      ///< as Faults::background_gradient
+  std::pair<double, double> displacement{0, 0};  ///< as Faults::electrode_displacement
+  /// SNR of every frame, dB, in place of the training set's noise.
+  std::optional<std::pair<double, double>> snr_db;
   double share = 0.5;  ///< of the frames, "fault_share"
 
+  bool of_electronics() const {
+    return dead_electrodes.second > 0 || gain_error.second > 0 || offset.second > 0;
+  }
+  bool of_sheet() const {
+    return level != std::pair{0.0, 0.0} || gradient.second > 0 || displacement.second > 0;
+  }
   /// Whether there are any.
   explicit operator bool() const {
-    return share > 0 && (dead_electrodes.second > 0 || gain_error.second > 0 || offset.second > 0);
+    return share > 0 && (of_electronics() || of_sheet() || snr_db.has_value());
   }
 
   /// Draws the faults of one frame; frames outside the share have none.

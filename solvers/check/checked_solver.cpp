@@ -161,7 +161,8 @@ CheckedSolver::CheckedSolver(std::string type, JsonObject& own)
     : type_(std::move(type)),
       entry_(own.value()),
       check_frames_(own.boolean_or("inference_check", true)),
-      imputes_(own.boolean_or("inference_imputation", true)) {
+      imputes_(own.boolean_or("inference_imputation", true)),
+      nuisances_(Nuisances::from_json(own, "inference_nuisances")) {
   if (!own.has("checkpoint")) return;
   const std::string word = own.text("checkpoint");
   try {
@@ -187,6 +188,11 @@ std::vector<ParameterInfo> CheckedSolver::own_parameters() {
            "replace the channels of dead electrodes by their mean given the live ones, for solvers "
            "that do not mask them themselves; needs inference_check; default true",
            ParameterRole::inference},
+          {"inference_nuisances",
+           "{\"level\", \"gradient\", \"electrodes\"}, standard deviations of what the whole sheet "
+           "does besides being touched: level and gradient are estimated beside them and taken out "
+           "of each frame, as far as the frame check was fitted; default none",
+           ParameterRole::inference},
           {"checkpoint",
            "the file of a fitted solver, relative to this one, or a name that `ertbench list "
            "--fitted` shows; it is loaded in place of a fit",
@@ -197,6 +203,7 @@ nlohmann::json CheckedSolver::parameters() const {
   nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
   if (!imputes_) out["inference_imputation"] = false;
+  nuisances_.add_to(out, "inference_nuisances");
   if (!stored_.empty()) out["checkpoint"] = printable_json(entry_->at("checkpoint"), most_said);
   return out;
 }
@@ -300,7 +307,11 @@ class CheckedSolver::MaskingFinder final : public ContactFinder {
 void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
   sensor_ = sensor;
   masked_ = inner_->masked_channels();
+  const auto* const told = inner_as<ToldSolver>();
+  told_ = told && told->is_told();
   check_ = std::move(check);
+  front_.reset();
+  if (nuisances_.any() && check_.has_limits()) front_.emplace(sensor, check_, nuisances_);
   off_sheet_.clear();
   const PixelGrid pixels = sensor.image();
   for (int p = 0; p < pixels.count(); ++p) {
@@ -362,11 +373,9 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
     reports[f].dead = verdicts[f].dead;
   }
   const std::optional<Frames> cleared = without_masked(changes);
-  const std::optional<Frames> imputed =
-      with_imputed(cleared ? FramesView(*cleared) : changes, verdicts);
-  const FramesView given = imputed   ? FramesView(*imputed)
-                           : cleared ? FramesView(*cleared)
-                                     : changes;
+  const FramesView whole = cleared ? FramesView(*cleared) : changes;
+  const std::optional<Frames> prepared = this->prepared(whole, verdicts);
+  const FramesView given = prepared ? FramesView(*prepared) : whole;
   if (stream != nullptr) {
     stream->reconstruct(given, images, reports);
   } else {
@@ -389,14 +398,18 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
   kept = std::move(verdicts);
 }
 
-std::optional<Frames> CheckedSolver::with_imputed(
+std::optional<Frames> CheckedSolver::prepared(
     FramesView changes, const std::vector<FrameCheck::Verdict>& verdicts) const {
   std::optional<Frames> out;
-  if (masked_.detect || !imputes_) return out;
+  if (front_) out = changes;
+  const bool imputes = imputes_ && (!masked_.detect || told_);
   for (std::size_t f = 0; f < verdicts.size(); ++f) {
-    if (verdicts[f].dead == 0) continue;
+    const auto row = static_cast<Eigen::Index>(f);
+    if (front_)
+      front_->remove_nuisances(front_->look(changes.row(row).data()), out->row(row).data());
+    if (verdicts[f].dead == 0 || !imputes) continue;
     if (!out) out = changes;
-    check_.impute(out->row(static_cast<Eigen::Index>(f)).data(), verdicts[f].dead);
+    check_.impute(out->row(row).data(), verdicts[f].dead);
   }
   return out;
 }

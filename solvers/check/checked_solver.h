@@ -10,7 +10,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "forward/sheet/sensor.h"
-#include "solvers/check/frame_check.h"
+#include "solvers/front/front.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
 
@@ -112,10 +112,10 @@ class CheckedSolver final : public Solver {
   bool is_finite(const FramesView& changes, const ImagesView& images, Eigen::Index frame) const;
   /// A copy of the frames with zeros in the masked channels; no value if all of those are finite.
   std::optional<Frames> without_masked(FramesView changes) const;
-  /// A copy of the frames with the channels of dead electrodes imputed where those are to be and
-  /// can be; no value if no electrode is dead.
-  std::optional<Frames> with_imputed(FramesView changes,
-                                     const std::vector<FrameCheck::Verdict>& verdicts) const;
+  /// A copy of the frames without nuisances and with the channels of dead electrodes imputed where
+  /// those are to be and can be; no value if there is nothing to do.
+  std::optional<Frames> prepared(FramesView changes,
+                                 const std::vector<FrameCheck::Verdict>& verdicts) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
   /// Throws InputError if a parameter of the entry is not the one that the stored solver has.
   void require_stored_parameters() const;
@@ -126,14 +126,17 @@ class CheckedSolver final : public Solver {
   std::filesystem::path stored_;  ///< the file of its "checkpoint"; empty: it is fitted
   bool check_frames_;             ///< "inference_check"
   bool imputes_;                  ///< "inference_imputation"
+  Nuisances nuisances_;           ///< "inference_nuisances", taken out of frames
   bool ready_ = false;            ///< fitted or loaded
   Sensor sensor_;
   MaskedChannels masked_;
+  bool told_ = false;                    ///< ToldSolver::is_told
   std::vector<Eigen::Index> off_sheet_;  ///< pixels without any sheet, zero in every image
   /// Channels that the solver uses, if it masks some in every frame; else empty.
   std::vector<Eigen::Index> taken_;
   std::unique_ptr<const ContactFinder> finder_;  ///< null: the solver's own is used
   FrameCheck check_;
+  std::optional<Front> front_;  ///< that takes out nuisances
 };
 
 }  // namespace ertbench

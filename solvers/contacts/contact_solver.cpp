@@ -10,7 +10,7 @@
 #include "core/errors.h"
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
-#include "solvers/check/frame_check.h"
+#include "solvers/front/frame_check.h"
 #include "solvers/contacts/contact_image.h"
 #include "solvers/solver_file.h"
 

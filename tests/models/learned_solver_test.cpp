@@ -218,6 +218,41 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
               HasSubstr("/training_faults/adc_bits"));
 }
 
+TEST(LeanNetWithAFront, ReadsNothingFromDeadElectrodes) {
+  const TrainingFiles files(96, 120);
+  json spec = with_budget({{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}});
+  spec["front"] = true;
+  spec["training_faults"] = {{"dead_electrodes", {0, 4}},
+                             {"level", {-0.1, 0.1}},
+                             {"gradient", {0, 0.2}},
+                             {"displacement", {0, 0.02}},
+                             {"snr_db", {35, 65}}};
+  const auto solver = make_learned(spec);
+  solver->fit(files.input());
+  EXPECT_EQ(solver->parameters().at("training_faults"), [&] {
+    json all = spec["training_faults"];
+    all.update({{"dead_reading", "zero"}, {"gain_error", {0, 0}}, {"offset", {0, 0}}});
+    return all;
+  }());
+  Frames changes = fresh_changes(3);
+  const Reconstruction sound = reconstruct(*solver, changes);
+  RandomStream random(1, 0, 0, Purpose::scene);
+  for (Eigen::Index f = 0; f < 3; ++f) read_zero(changes.row(f), 1u << 4);
+  const Reconstruction zero = reconstruct(*solver, changes);
+  for (Eigen::Index f = 0; f < 3; ++f) read_noise(changes.row(f), 1u << 4, random);
+  const Reconstruction floating = reconstruct(*solver, changes);
+  EXPECT_EQ(zero.reports[0].dead, ElectrodeSet{1} << 4);
+  EXPECT_EQ(zero.reports[0].status, FrameStatus::ok) << "it may be trusted";
+  EXPECT_LT(relative_difference(floating.images, zero.images), 1e-6);
+  EXPECT_GT(relative_difference(zero.images, sound.images), 1e-4);
+
+  solver->save(files.folder() / "network.fitted");
+  const auto again = make_learned({{"type", "lean-net"}});
+  again->load(files.folder() / "network.fitted", Sensor{});
+  EXPECT_EQ(again->parameters(), solver->parameters());
+  EXPECT_EQ(reconstruct(*again, changes).images, floating.images);
+}
+
 TEST(LearnedSolverSettings, OfTheAdversarialGameAreKeptWithTheNetwork) {
   const TrainingFiles files;
   json spec = with_budget(specs[3]);

@@ -7,11 +7,13 @@
 #include <fstream>
 
 #include "core/errors.h"
+#include "forward/border/border_model.h"
 #include "forward/fem/forward_model.h"
 #include "models/networks/dd_ert_generator.h"
 #include "models/networks/torch_runtime.h"
 #include "models/training/objective.h"
 #include "models/training/trainer.h"
+#include "solvers/nuisances.h"
 #include "tests/file_size_limit.h"
 #include "tests/models/models_testing.h"
 #include "tests/models/torch_archive.h"
@@ -84,6 +86,40 @@ TEST(Training, IsTheSameBitForBit) {
   EXPECT_EQ(weights_after(files, settings), first);
   settings.seed = 2;
   EXPECT_NE(weights_after(files, settings), first);
+}
+
+TEST(TrainingSet, ChangesTheWholeSheetAsTold) {
+  const TrainingFiles files;
+  const DatasetFile& file = *files.input().training;
+  const Standardisation standardisation = Standardisation::of(file);
+  TrainingSettings settings = small_settings();
+  settings.symmetries = false;
+  settings.faults.level = {0.1, 0.1};
+  settings.faults.snr_db = {200, 200};
+  settings.faults.share = 1;
+  TrainingSet scenes(file, standardisation, settings);
+  scenes.begin_epoch(0);
+  const torch::Tensor frames = scenes.batch(0, 8).frames;
+  const Frames clean = file.clean_voltages(0, file.size());
+  for (std::int64_t i = 0; i < 8; ++i) {
+    const torch::Tensor frame = frames[i].contiguous();
+    const Eigen::Map<const Eigen::RowVectorXf> x(frame.data_ptr<float>(), clean.cols());
+    const Eigen::RowVectorXd change =
+        -(x.cwiseQuotient(standardisation.scale) + standardisation.mean).cast<double>();
+    const Eigen::RowVectorXd even = 1.1 * (change + file.reference_voltages().transpose());
+    // It is one of the file's scenes, at 1.1 times its conductivity.
+    EXPECT_LT((clean.rowwise() - even).rowwise().norm().minCoeff(), 1e-4 * even.norm());
+  }
+}
+
+/// Gradients and displaced electrodes follow their responses, which the exact model shares.
+TEST(TrainingSet, DisplacesElectrodesToFirstOrder) {
+  const Sensor sensor;
+  const Eigen::MatrixXd responses = Nuisances{.electrodes = 1}.responses(sensor);
+  const Eigen::VectorXd moved = 0.002 * random_matrix(16, 1, 3);
+  const Eigen::VectorXd exact =
+      BorderModel(sensor, moved).reference_voltages() - BorderModel(sensor).reference_voltages();
+  EXPECT_LT((responses * moved - exact).norm(), 0.1 * exact.norm());
 }
 
 class Interrupted : public std::exception {};

@@ -9,6 +9,7 @@
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
+#include "forward/data/sheet_model.h"
 #include "solvers/channel_mask.h"
 #include "tests/solvers/fault_frames.h"
 
@@ -102,6 +103,17 @@ TEST(CheckedSolver, GivesFramesInBlocksOfTheSolversSize) {
   behaviour.block = 0;
   reconstruct(*solver, changes);
   EXPECT_EQ(behaviour.blocks, std::vector<Eigen::Index>{40});
+}
+
+TEST(CheckedSolver, TakesNuisancesOutOfFrames) {
+  Behaviour behaviour;
+  const auto solver = fitted_puppet(behaviour, {{"inference_nuisances", {{"level", 0.1}}}});
+  EXPECT_EQ(solver->parameters().at("inference_nuisances").at("level"), 0.1);
+  const Frames changes = fresh_changes(1) * 0 + Frames(uniform_reference({}).transpose() / 20);
+  reconstruct(*solver, changes);
+  EXPECT_LT(behaviour.frames.norm(), 0.2 * changes.norm());
+  reconstruct(*fitted_puppet(behaviour), changes);
+  EXPECT_EQ(behaviour.frames, changes);
 }
 
 TEST(CheckedSolver, JudgesTheFramesOfASolverThatKnowsNothingOfIt) {

@@ -1,4 +1,4 @@
-#include "solvers/check/frame_check.h"
+#include "solvers/front/frame_check.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "solvers/check/frame_check.h"
+#include "solvers/front/frame_check.h"
 
 namespace ertbench {
 namespace {

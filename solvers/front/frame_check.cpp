@@ -1,4 +1,4 @@
-#include "solvers/check/frame_check.h"
+#include "solvers/front/frame_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -356,6 +356,26 @@ void FrameCheck::report(const Verdict& verdict, bool masked, FrameReport& report
   }
 }
 
+FrameCheck::Shapes FrameCheck::shapes() const {
+  Eigen::MatrixXd factors(along_reference_.size(), directions_.rows.rows() + 1);
+  factors << directions_.mean,
+      directions_.rows.transpose() *
+          directions_.inverse_power.cwiseSqrt().cwiseInverse().asDiagonal();
+  return {std::move(factors), least_size_, outside_.a, outside_.b};
+}
+
+std::pair<double, int> FrameCheck::differences(const double* change, ElectrodeSet dead) const {
+  double squares = 0;
+  int count = 0;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const auto& [a, b] = pairs_[p];
+    if (a == b || pair_electrodes_[p] & dead) continue;
+    squares += square(change[a] - change[b]) / 2;
+    ++count;
+  }
+  return {squares, count};
+}
+
 void FrameCheck::impute(double* change, ElectrodeSet dead) const {
   if (!has_limits()) return;
   std::vector<Eigen::Index> live;
@@ -366,11 +386,7 @@ void FrameCheck::impute(double* change, ElectrodeSet dead) const {
   if (live.size() < static_cast<std::size_t>(least_pairs)) return;
   Eigen::VectorXd means(along_reference_.size());
   split(change, means.data());
-  // Shapes have the second moments B B^T + residual / pairs, with the directions' deviations in B.
-  Eigen::MatrixXd moments(means.size(), directions_.rows.rows() + 1);
-  moments << directions_.mean,
-      directions_.rows.transpose() *
-          directions_.inverse_power.cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd moments = shapes().factors;
   const Eigen::MatrixXd known = moments(live, Eigen::all);
   const Eigen::VectorXd seen = means(live);
   const double signal =

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "forward/sheet/sensor.h"
@@ -121,6 +122,24 @@ class FrameCheck {
   /// twelve pairs left.
   void impute(double* change, ElectrodeSet dead) const;
 
+  /// Second moments of shapes, factors factors^T, and what they leave of a frame: its square is
+  /// residual + residual_of_square |d'|^2, V^2.
+  struct Shapes {
+    Eigen::MatrixXd factors;  ///< [pairs, 1 + directions]
+    double least_size = 0;    ///< square of what is added to a change's size, V^2
+    double residual = 0;
+    double residual_of_square = 0;
+  };
+  /// Only after a fit (has_limits).
+  Shapes shapes() const;
+  /// d' of the pairs that are not masked into `out`; `change` [channels], contiguous.
+  void means(const double* change, double* out) const { split(change, out); }
+  /// Half the squares of the differences of the pairs of two without the `dead` electrodes, and the
+  /// number of these pairs.
+  std::pair<double, int> differences(const double* change, ElectrodeSet dead) const;
+  /// Electrodes whose channels read less than a tenth of the reference.
+  ElectrodeSet reading_zero(const double* change) const;
+
  private:
   void set_sensor(const Sensor& sensor, ElectrodeSet masked);
   void set_reference(const Eigen::VectorXd& reference);
@@ -129,7 +148,6 @@ class FrameCheck {
   double split(const double* change, double* means) const;
   template <typename Vector>
   void judge_pairs(const double* change, Vector& means, Verdict& verdict) const;
-  ElectrodeSet reading_zero(const double* change) const;
   /// Usual mean square of the difference of a pair of two, V^2, for pairs whose squares add up to
   /// `signal`.
   double usual_noise(double signal) const;

@@ -1,0 +1,211 @@
+// What the front says of frames whose faults are known.
+
+#include "solvers/front/front.h"
+
+#include <gtest/gtest.h>
+
+#include "core/hdf5_file.h"
+#include "forward/border/border_model.h"
+#include "forward/data/sheet_model.h"
+#include "forward/sheet/sensor_json.h"
+#include "tests/solvers/fault_frames.h"
+
+namespace ertbench {
+namespace {
+
+using namespace testing;
+
+ElectrodeSet only(int electrode) { return ElectrodeSet{1} << electrode; }
+
+class FrontOfFrames : public ::testing::Test {
+ protected:
+  static const Front& front() {
+    static const ValidationFile validation(1000);
+    static const Front front(Sensor{}, FrameCheck(validation.input(), 0),
+                             {.level = 0.1, .gradient = 0.1, .electrodes = 0.02});
+    return front;
+  }
+  static FrameState look(const Eigen::RowVectorXd& change) { return front().look(change.data()); }
+
+  /// An untouched sheet at 50 dB.
+  static Eigen::RowVectorXd blank(std::uint64_t seed) {
+    RandomStream random(seed, 0, 0, Purpose::noise);
+    Eigen::RowVectorXd out(208);
+    const double size = uniform_reference({}).norm() / std::sqrt(208.0) / std::sqrt(1e5);
+    for (double& value : out) value = size * random.normal();
+    return out;
+  }
+  /// Channels of the electrode read a share of their voltage.
+  static void read_share(Eigen::Ref<Eigen::RowVectorXd> frame, int electrode, double share) {
+    for_dead_channels(frame, only(electrode), [&](double& change, double reference) {
+      change = share * (change + reference) - reference;
+    });
+  }
+};
+
+TEST_F(FrontOfFrames, LetsSoundFramesPass) {
+  const Frames changes = fresh_changes(3000);
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    const FrameState state = look(changes.row(f));
+    EXPECT_EQ(state.dead | state.half_dead, ElectrodeSet{0}) << f;
+    EXPECT_FALSE(state.saturated) << f;
+  }
+}
+
+TEST_F(FrontOfFrames, DetectsDeadElectrodesAndSaysHowTheyRead) {
+  RandomStream random(1, 0, 0, Purpose::scene);
+  const Frames changes = fresh_changes(10);
+  for (int e = 0; e < 16; ++e) {
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      Eigen::RowVectorXd frame = changes.row(f);
+      read_zero(frame, only(e));
+      EXPECT_EQ(look(frame).dead, only(e));
+      EXPECT_EQ(look(frame).floating, ElectrodeSet{0});
+      frame = changes.row(f);
+      read_noise(frame, only(e), random);
+      EXPECT_EQ(look(frame).dead, only(e));
+      EXPECT_EQ(look(frame).floating, only(e));
+    }
+  }
+}
+
+TEST_F(FrontOfFrames, DetectsHalfDeadElectrodes) {
+  const Frames changes = fresh_changes(400);
+  for (const double share : {0.3, 0.5, 0.7}) {
+    int found = 0;
+    for (int e = 0; e < 16; ++e) {
+      Eigen::RowVectorXd frame = blank(static_cast<std::uint64_t>(e));
+      read_share(frame, e, share);
+      const FrameState state = look(frame);
+      EXPECT_EQ(state.half_dead, only(e)) << share;
+      EXPECT_NEAR(state.lost, 1 - share, 0.1);
+      for (Eigen::Index f = e; f < changes.rows(); f += 16) {
+        frame = changes.row(f);
+        read_share(frame, e, share);
+        const ElectrodeSet half = look(frame).half_dead;
+        found += half == only(e);
+        EXPECT_TRUE(half == 0 || half == only(e)) << "another one is named";
+      }
+    }
+    // Contacts beside the electrode may hide it.
+    EXPECT_GE(found, share < 0.6 ? 160 : 60) << share;
+  }
+}
+
+TEST_F(FrontOfFrames, SeesChannelsAtTheEndOfTheirRange) {
+  const Eigen::RowVectorXd reference = uniform_reference({}).transpose();
+  const double end = 1.25 * reference.cwiseAbs().maxCoeff();
+  const Eigen::RowVectorXd clipped = (1.6 * reference).cwiseMin(end).cwiseMax(-end);
+  EXPECT_TRUE(look(clipped - reference).saturated);
+  EXPECT_FALSE(look(0.6 * reference + blank(1)).saturated);
+}
+
+TEST_F(FrontOfFrames, MeasuresTheNoiseOfAFrame) {
+  const Eigen::RowVectorXd reference = uniform_reference({}).transpose();
+  for (const double snr : {60.0, 45.0, 35.0}) {
+    const Frames changes = fresh_changes(100, snr);
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      const double size = (changes.row(f) + reference).norm() / std::sqrt(208.0);
+      // 104 differences scatter by 7 %.
+      EXPECT_NEAR(20 * std::log10(size / look(changes.row(f)).noise), snr, 2.5) << f;
+    }
+  }
+}
+
+TEST_F(FrontOfFrames, RecoversAmplitudesWithinTheirDeviations) {
+  const Eigen::RowVectorXd reference = uniform_reference({}).transpose();
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(16);
+  moved[5] = 0.02;
+  const Eigen::RowVectorXd displaced =
+      BorderModel(Sensor{}, moved).reference_voltages().transpose() - reference;
+  const Frames changes = fresh_changes(300);
+  double deviation = 0;
+  double level = 0;
+  double displacement = 0;
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    const double b = f % 2 ? 0.08 : -0.08;
+    const FrameState state = look((changes.row(f) + reference) / (1 + b) - reference + displaced);
+    level += std::pow((state.amplitudes[0] - b) / state.deviations[0], 2);
+    displacement += std::pow((state.amplitudes[3 + 5] - 0.02) / state.deviations[3 + 5], 2);
+    EXPECT_LT(state.deviations[0], 0.1) << "less is known than before";
+    deviation += state.deviations[0];
+  }
+  EXPECT_LT(deviation / 300, 0.05);
+  EXPECT_LT(std::sqrt(level / 300), 1.5);
+  EXPECT_GT(std::sqrt(level / 300), 0.3);
+  EXPECT_LT(std::sqrt(displacement / 300), 1.5);
+}
+
+TEST_F(FrontOfFrames, TakesLevelAndGradientOutOfABlankFrame) {
+  DatasetSpec spec = random_contacts(40, {}, 1);
+  spec.faults.background_gradient = 0.1;
+  spec.faults.background_change = -0.06;
+  const SceneModel model(Sensor{}, GridSheet{24});
+  const Frames changes = generate_block(spec, model, 0, 40).voltages.rowwise() -
+                         model.reference_voltages().transpose();
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    const FrameState state = look(changes.row(f));
+    EXPECT_NEAR(state.amplitudes[0], -0.06, 0.012);
+    // The gradient is one of 0.1 over the half diagonal.
+    EXPECT_NEAR(std::sqrt(2.0) * state.amplitudes.segment(1, 2).norm(), 0.1, 0.03);
+    Eigen::RowVectorXd rest = changes.row(f);
+    front().remove_nuisances(state, rest.data());
+    EXPECT_LT(rest.norm(), 0.25 * changes.row(f).norm());
+  }
+}
+
+TEST(FrontWithoutAFit, DetectsWhatReadsZero) {
+  const Front front{Sensor{}};
+  Frames changes = fresh_changes(1);
+  EXPECT_EQ(front.look(changes.data()).dead, ElectrodeSet{0});
+  read_zero(changes.row(0), only(3));
+  const FrameState state = front.look(changes.data());
+  EXPECT_EQ(state.dead, only(3));
+  EXPECT_EQ(state.amplitudes.size(), 0);
+}
+
+TEST(FramePast, NamesElectrodesThatComeAndGo) {
+  FramePast past;
+  FrameState state;
+  for (int f = 0; f < 100; ++f) {
+    // One is dead for good from frame 50 on, one comes and goes.
+    state.dead = (f > 50 ? only(1) : 0) | (f % 7 == 0 ? only(9) : 0);
+    past.add(state);
+    if (f == 0) {
+      EXPECT_EQ(past.intermittent(), ElectrodeSet{0}) << "it has not gone yet";
+    }
+  }
+  EXPECT_EQ(past.intermittent(), only(9));
+}
+
+TEST(FrontOfATank, RaisesNoAlarmOnMeasuredFrames) {
+  const std::filesystem::path project = ERTBENCH_SOURCE_DIR;
+  const Sensor tank = read_sensor(project / "sensors/tank.json");
+  const TemporaryFolder folder;
+  // Contacts like the cup that is moved through the tank, as experiments/tank.json has them.
+  const nlohmann::json scenes = {{"contacts", 1},         {"shapes", {"disc"}},
+                                 {"radius_mm", {8, 30}},  {"conductivity_ratio", {0.02, 0.6}},
+                                 {"blank_fraction", 0.1}, {"placement", "inside"}};
+  const nlohmann::json spec = {{"count", 400}, {"seed", 2},        {"grid", "auto"},
+                               {"snr_db", 57}, {"scenes", scenes}, {"snr_basis", "absolute"}};
+  generate_dataset(dataset_spec_from_json(JsonObject(spec, "test", ""), tank, "validation"),
+                   folder / "validation.h5");
+  const DatasetFile set(folder / "validation.h5");
+  FitInput input;
+  input.sensor = tank;
+  input.validation = &set;
+  const Front front(tank, FrameCheck(input, 0), {.level = 0.1, .gradient = 0.1});
+  const Hdf5File file = Hdf5File::open(project / "experiments/data/tank_adjacent.h5");
+  const Eigen::RowVectorXd reference = file.read_vector("/reference_voltages").transpose();
+  const Frames frames = file.read_rows("/voltages", 0, 255);
+  int alarms = 0;
+  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+    const Eigen::RowVectorXd change = frames.row(f) - reference;
+    const FrameState state = front.look(change.data());
+    alarms += (state.dead | state.half_dead) != 0 || state.saturated;
+  }
+  EXPECT_EQ(alarms, 0);
+}
+
+}  // namespace
+}  // namespace ertbench
