@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
+#include "core/errors.h"
 #include "core/json.h"
+#include "core/text.h"
+#include "forward/data/measured_file.h"
 
 namespace ertbench {
 namespace {
@@ -191,9 +195,15 @@ std::uint64_t Folds::validation_count(std::uint64_t number) const {
   return std::clamp<std::uint64_t>(share, 1, number - 2);
 }
 
-DatasetSpec Folds::part(const char* name, const FoldPart& fold) const {
-  DatasetSpec out = base;
-  MeasuredFrames frames = *base.measured();
+std::uint64_t Folds::most(const DatasetSpec& skin) const {
+  const std::uint64_t rows = skin.measured()->last - skin.measured()->first;
+  const auto shares = static_cast<std::uint64_t>(count);
+  return rows - (rows + shares - 1) / shares;
+}
+
+DatasetSpec Folds::part(const char* name, const DatasetSpec& skin, const FoldPart& fold) const {
+  DatasetSpec out = skin;
+  MeasuredFrames frames = *skin.measured();
   frames.fold = fold;
   out.name = name;
   out.count = frames.rows().size();
@@ -202,33 +212,61 @@ DatasetSpec Folds::part(const char* name, const FoldPart& fold) const {
 }
 
 DatasetSpec Folds::training(int fold, std::uint64_t number) const {
-  return part("train", {count, fold, false, 0, number - validation_count(number), seed});
+  return part("train", skin_of(fold),
+              {count, fold % count, false, 0, number - validation_count(number), seed});
 }
 
 DatasetSpec Folds::validation_set(int fold, std::uint64_t number) const {
   DatasetSpec out =
-      part("validation", {count, fold, false, number - validation_count(number), number, seed});
+      part("validation", skin_of(fold),
+           {count, fold % count, false, number - validation_count(number), number, seed});
   out.noise = {};  // what is added to train with is not what is measured
   return out;
 }
 
 DatasetSpec Folds::test(int fold) const {
-  DatasetSpec out = part("held-out", {count, fold, true, 0, 0, seed});
+  DatasetSpec out = part("held-out", skin_of(fold), {count, fold % count, true, 0, 0, seed});
   out.noise = {};
   return out;
 }
 
-std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) {
-  if (!root.has("folds")) return std::nullopt;
-  JsonObject object = root.object("folds");
-  const DatasetSpec* train = experiment.training ? &*experiment.training : nullptr;
-  if (train == nullptr || train->measured() == nullptr || !train->measured()->truth.places) {
-    root.fail("folds",
-              "divide measured frames with known places; let /datasets/train name such a \"file\"");
+namespace {
+
+/// The files of presses that "skins" lists, each on a sheet of its own (sensor_of_presses).
+std::vector<DatasetSpec> read_skins(JsonObject& object, const DatasetSpec& train,
+                                    const std::filesystem::path& folder) {
+  const nlohmann::json& names = object.raw("skins");
+  const auto fail = [&](const std::string& message) { object.fail("skins", message); };
+  if (!names.is_array() || names.empty()) fail("must list one or more files of presses");
+  std::vector<DatasetSpec> skins;
+  std::set<std::string> taken;
+  for (const nlohmann::json& name : names) {
+    if (!name.is_string()) fail("must name files, got " + json_shown(name));
+    std::filesystem::path file = name.get<std::string>();
+    if (file.is_relative()) file = std::filesystem::absolute(folder / file);
+    if (!std::filesystem::is_regular_file(file)) {
+      fail("there is no file " + printable_path(file.string()) +
+           "; a relative path begins at the experiment's folder");
+    }
+    try {
+      const nlohmann::json set = {{"file", file.string()}};
+      DatasetSpec& skin = skins.emplace_back(dataset_spec_from_json(
+          JsonObject(set, "skins", ""), sensor_of_presses(file), "train", folder));
+      skin.noise = train.noise;
+    } catch (const InputError& wrong) {
+      fail(wrong.what());
+    }
+    if (!taken.insert(skins.back().measured()->name).second) {
+      fail("two files have the name " + printable_path(file.filename().string()) +
+           "; give each skin's file its own");
+    }
   }
-  Folds folds;
-  folds.base = *train;
-  MeasuredFrames frames = *train->measured();
+  return skins;
+}
+
+/// The rows of the training set's file that are divided.
+MeasuredFrames divided_frames(JsonObject& object, const Experiment& experiment,
+                              MeasuredFrames frames) {
   frames.fold.reset();
   if (object.has("rows")) {
     const std::vector<double> ends = object.numbers("rows", 2, {0, 1e9});
@@ -249,14 +287,37 @@ std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) 
                       std::to_string(last->measured()->last));
     }
   }
-  const std::uint64_t rows = frames.last - frames.first;
-  folds.base.scenes = std::move(frames);
+  return frames;
+}
+
+}  // namespace
+
+std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) {
+  if (!root.has("folds")) return std::nullopt;
+  JsonObject object = root.object("folds");
+  const DatasetSpec* train = experiment.training ? &*experiment.training : nullptr;
+  if (train == nullptr || train->measured() == nullptr || !train->measured()->truth.places) {
+    root.fail("folds",
+              "divide measured frames with known places; let /datasets/train name such a \"file\"");
+  }
+  Folds folds;
+  if (object.has("skins")) {
+    if (object.has("rows")) object.fail("rows", "goes with no \"skins\"; remove one of the two");
+    folds.skins = read_skins(object, *train, experiment.file.parent_path());
+  } else {
+    folds.skins = {*train};
+    folds.skins[0].scenes = divided_frames(object, experiment, *train->measured());
+  }
+  std::uint64_t rows = 0;
+  for (const DatasetSpec& skin : folds.skins) {
+    rows = std::max(rows, skin.measured()->last - skin.measured()->first);
+  }
   folds.count = object.integer_or("count", folds.count, 2, 100);
   if (static_cast<std::uint64_t>(folds.count) > rows) {
     object.fail("count", "must be at most the number of rows, " + std::to_string(rows));
   }
-  const auto shares = static_cast<std::uint64_t>(folds.count);
-  const std::uint64_t most = rows - (rows + shares - 1) / shares;  // that every fold's rest has
+  std::uint64_t most = 0;
+  for (const DatasetSpec& skin : folds.skins) most = std::max(most, folds.most(skin));
   if (object.has("presses")) {
     const auto limit = static_cast<int>(std::min<std::uint64_t>(most, 1000000));
     for (const int number : object.integers("presses", 1, 20, {fewest_presses, limit})) {
@@ -277,11 +338,15 @@ std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) 
 }
 
 nlohmann::json to_json(const Folds& folds) {
-  return {{"base", to_json(folds.base)},
-          {"count", folds.count},
-          {"presses", folds.presses},
-          {"validation", folds.validation},
-          {"seed", folds.seed}};
+  nlohmann::json out = {{"base", to_json(folds.skins[0])},
+                        {"count", folds.count},
+                        {"presses", folds.presses},
+                        {"validation", folds.validation},
+                        {"seed", folds.seed}};
+  for (std::size_t s = 1; s < folds.skins.size(); ++s) {
+    out["skins"].push_back(to_json(folds.skins[s]));
+  }
+  return out;
 }
 
 }  // namespace ertbench

@@ -33,27 +33,35 @@ struct StudySpec {
 std::vector<StudySpec> read_studies(JsonObject& root, const Experiment& experiment);
 
 /// Cross-validation on measured frames: every solver is fitted for each fold and each number of
-/// presses, and tested on the held-out share of the fold.
+/// presses, and tested on the held-out share of the fold. With several skins each has `count` folds
+/// of its own: fold f is fold f % count of skin f / count.
 struct Folds {
-  DatasetSpec base;                    ///< the training set, whose rows are divided
-  int count = 5;                       ///< number of folds
+  /// The sets whose rows are divided: the training set, or one for each of "skins".
+  std::vector<DatasetSpec> skins;
+  int count = 5;                       ///< number of folds of a skin
   std::vector<std::uint64_t> presses;  ///< numbers of presses to learn from, ascending
   double validation = 0.2;             ///< share of the presses for validation
   std::uint64_t seed = 1;              ///< of the order of the rows
 
   /// The first rows of the fold's shuffled rest, so that fewer presses are a subset of more.
   /// Training and validation set together have `number` presses.
+  int total() const { return count * static_cast<int>(skins.size()); }
+  const DatasetSpec& skin_of(int fold) const {
+    return skins.at(static_cast<std::size_t>(fold / count));
+  }
+  /// The most presses of a skin that every fold leaves to learn from.
+  std::uint64_t most(const DatasetSpec& skin) const;
   DatasetSpec training(int fold, std::uint64_t number) const;
   DatasetSpec validation_set(int fold, std::uint64_t number) const;
   DatasetSpec test(int fold) const;
 
  private:
   std::uint64_t validation_count(std::uint64_t number) const;
-  DatasetSpec part(const char* name, const FoldPart& fold) const;
+  DatasetSpec part(const char* name, const DatasetSpec& skin, const FoldPart& fold) const;
 };
 
-/// Reads `"folds": {"count", "presses", "validation", "rows", "seed"}`, none without the key. The
-/// training set must have been read and hold measured frames with known positions. Throws
+/// Reads `"folds": {"count", "presses", "validation", "rows" or "skins", "seed"}`, none without the
+/// key. The training set must have been read and hold measured frames with known positions. Throws
 /// InputError.
 std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment);
 

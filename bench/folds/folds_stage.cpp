@@ -120,6 +120,7 @@ FoldRun run_of(const Folds& folds, int fold, std::uint64_t presses, const Solver
   FoldRun run;
   run.presses = presses;
   FitRecipe recipe = fit_recipe(experiment, entry);
+  recipe.sensor = folds.skin_of(fold).sensor;
   recipe.training = folds.training(fold, presses);
   recipe.validation = folds.validation_set(fold, presses);
   const DatasetSpec test = folds.test(fold);
@@ -134,8 +135,7 @@ FoldRun run_of(const Folds& folds, int fold, std::uint64_t presses, const Solver
     if (!fitted.solver->contact_finder()) {
       const DatasetFile validation = context.cache.open_dataset(*recipe.validation);
       rule =
-          choose_contact_rule(experiment.contacts, experiment.sensor, *fitted.solver, &validation)
-              .rule;
+          choose_contact_rule(experiment.contacts, recipe.sensor, *fitted.solver, &validation).rule;
     }
     run.held_out = held_out_presses(*fitted.solver, context.cache.open_dataset(test), rule);
   } catch (const InputError& wrong) {
@@ -155,7 +155,7 @@ class FoldsStage final : public Stage {
     std::vector<Job> jobs;
     if (!experiment.folds) return jobs;
     for (const std::span<const SolverEntry> entries : experiment.rows()) {
-      for (int fold = 0; fold < experiment.folds->count; ++fold) {
+      for (int fold = 0; fold < experiment.folds->total(); ++fold) {
         jobs.push_back(job_of(*this, entries.front(), fold));
       }
     }
@@ -181,6 +181,7 @@ class FoldsStage final : public Stage {
     const Folds& folds = *context.experiment.folds;
     FoldRecord record;
     for (const std::uint64_t presses : folds.presses) {
+      if (presses > folds.most(folds.skin_of(job.round))) break;  // they ascend
       record.push_back(run_of(folds, job.round, presses, *job.entry, context));
     }
     return to_json(record);
@@ -195,8 +196,9 @@ class FoldsStage final : public Stage {
     for (const Job& job : jobs(experiment)) {
       if (job.round == 0) outcomes.emplace_back().label = job.entry->label;
       FoldsOutcome& outcome = outcomes.back();
+      outcome.folds.emplace_back();
       if (const auto record = records.read(job)) {
-        outcome.folds.push_back(fold_record_from_json(*record));
+        outcome.folds.back() = fold_record_from_json(*record);
       } else if (outcome.failure.empty()) {
         outcome.failure = records.why_missing(job).text();
       }

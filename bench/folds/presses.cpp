@@ -112,16 +112,20 @@ PressSolver solver_of(const FoldsOutcome& outcome, const std::vector<std::uint64
     one.presses = numbers[level];
     one.failure = outcome.failure;
     Held held;
+    int runs = 0;
     for (const FoldRecord& fold : outcome.folds) {
-      const FoldRun& run = fold.at(level);
+      if (level >= fold.size()) continue;  // not run, or a skin with fewer presses
+      const FoldRun& run = fold[level];
+      ++runs;
       if (!run.message.empty() && one.failure.empty()) one.failure = run.message;
       const Held own = pointers_to(run.held_out);
       if (own.empty()) continue;
       one.fold_means.push_back(errors_of(own, division.middle, "", "").mean->value);
-      one.fit_s += run.fit_s / static_cast<double>(outcome.folds.size());
+      one.fit_s += run.fit_s;
       held.insert(held.end(), own.begin(), own.end());
     }
     if (held.empty()) continue;
+    one.fit_s /= runs;
     const std::string key = outcome.label + std::to_string(one.presses);
     one.all = errors_of(held, division.middle, "", key);
     one.by_strength = by_strength(held, division, key);
@@ -316,49 +320,83 @@ void draw_curve(const PressResults& results, const std::string& heading,
   canvas.draw(stem);
 }
 
-}  // namespace
-
-Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes) {
-  const MeasuredFrames& frames = *folds.base.measured();
-  const Sensor& sensor = folds.base.sensor;
-  const double mm = sensor.sheet->unit_mm();
-  Division division{sensor.sheet->bounds().center() * mm, sensor.sheet->radius() * mm, "", 1};
-  if (!frames.strength_of.empty()) {
-    division.strength_name = frames.strength_of.substr(frames.strength_of.find_last_of('/') + 1);
-    division.unit_strength = frames.full_strength / (1 - frames.conductivity_ratio);
+/// Folds [first, last) of all solvers, on the sheet of one skin.
+std::shared_ptr<PressResults> results_of(const Folds& folds,
+                                         const std::vector<FoldsOutcome>& outcomes, int first,
+                                         int last, const Division& division) {
+  std::vector<std::uint64_t> numbers = folds.presses;
+  std::uint64_t most = 0;
+  for (int fold = first; fold < last; ++fold) {
+    most = std::max(most, folds.most(folds.skin_of(fold)));
   }
-  const auto results = std::make_shared<PressResults>();
-  for (const FoldsOutcome& outcome : outcomes) {
-    results->solvers.push_back(solver_of(outcome, folds.presses, division));
+  std::erase_if(numbers, [&](std::uint64_t number) { return number > most; });
+  auto results = std::make_shared<PressResults>();
+  for (FoldsOutcome outcome : outcomes) {
+    outcome.folds.resize(static_cast<std::size_t>(folds.total()));
+    outcome.folds = {outcome.folds.begin() + first, outcome.folds.begin() + last};
+    results->solvers.push_back(solver_of(outcome, numbers, division));
   }
   guess_the_middle(division, *results);
+  return results;
+}
 
-  Study study;
-  study.name = "presses";
-  study.numbers = {{"file", frames.name},
-                   {"folds", folds.count},
-                   {"presses", folds.presses},
-                   {"middle", json_of(results->middle)},
-                   {"solvers", json::object()}};
-  for (const PressSolver& solver : results->solvers) {
-    study.numbers["solvers"][solver.label] = json_of(solver);
+/// Mean, with the median below it, by number of presses.
+TableSection levels_table(const PressResults& results) {
+  TableSection table;
+  table.caption = "mean localisation error, mm, by the presses learned from; below it the median";
+  table.columns = {{"solver", Align::left}};
+  for (const PressLevel& level : results.solvers.front().levels) {
+    table.columns.emplace_back(std::to_string(level.presses));
   }
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Presses (D.1 on measured frames)";
+  for (const PressSolver& solver : results.solvers) {
+    std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{solver.label});
+    for (const PressLevel& level : solver.levels) {
+      row.push_back(estimate_cell(level.all.mean, 2));
+      const Cell median = estimate_cell(level.all.median, 2);
+      row.back().lines.push_back(median.text + " " + median.interval);
+    }
+  }
+  return table;
+}
+
+Division division_of(const DatasetSpec& skin) {
+  const double mm = skin.sensor.sheet->unit_mm();
+  Division out{skin.sensor.sheet->bounds().center() * mm, skin.sensor.sheet->radius() * mm, "", 1};
+  const MeasuredFrames& frames = *skin.measured();
+  if (!frames.strength_of.empty()) {
+    out.strength_name = frames.strength_of.substr(frames.strength_of.find_last_of('/') + 1);
+    out.unit_strength = frames.full_strength / (1 - frames.conductivity_ratio);
+  }
+  return out;
+}
+
+json numbers_of(const PressResults& results) {
+  json out = {{"middle", json_of(results.middle)}, {"solvers", json::object()}};
+  for (const PressSolver& solver : results.solvers) {
+    out["solvers"][solver.label] = json_of(solver);
+  }
+  return out;
+}
+
+/// Tables and figures of one skin, or of all.
+StudySection section_of(const std::shared_ptr<const PressResults>& results, const Folds& folds,
+                        const Division& division, const std::string& of) {
+  StudySection section;
   section.report.text =
       "Distance of the detected contact from the position that was pressed, on presses that the "
       "solver has not seen: the frames of " +
-      frames.name + " in " + std::to_string(folds.count) +
+      of + " in " + std::to_string(folds.count) +
       " folds. A solver that images is read by the strongest contact of its image. A missed press "
       "counts as guessed in the middle of the sheet. Intervals: 95 %, by the "
       "bootstrap over presses.";
   if (!division.strength_name.empty()) {
-    study.numbers["strength"] = division.strength_name;
-    study.numbers["mean_strength_error"] = to_json(results->mean_strength);
     section.report.text += " " + division.strength_name +
                            " is read from the contact's strength, in which the targets are linear.";
   }
-  section.report.tables = {errors_table(*results, division.strength_name, folds.presses.back())};
+  const auto& levels = results->solvers.front().levels;
+  if (levels.size() > 1) section.report.tables.push_back(levels_table(*results));
+  section.report.tables.push_back(
+      errors_table(*results, division.strength_name, levels.back().presses));
   const TableSection parts = parts_table(*results);
   if (!parts.rows.empty()) section.report.tables.push_back(parts);
   section.figures = {
@@ -366,6 +404,47 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
        "mean localisation error on presses that were not learned from", "",
        [results](const auto& heading, const auto& stem) { draw_curve(*results, heading, stem); }}};
   section.data = {{"", press_rows(*results)}};
+  return section;
+}
+
+}  // namespace
+
+Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes) {
+  Study study;
+  study.name = "presses";
+  const bool several = folds.skins.size() > 1;
+  const auto add = [&](const DatasetSpec& shown, int first, int last, const std::string& of) {
+    const Division division = division_of(shown);
+    const auto results = results_of(folds, outcomes, first, last, division);
+    study.sections.push_back(section_of(results, folds, division, of));
+    json numbers = numbers_of(*results);
+    if (!division.strength_name.empty()) {
+      numbers["strength"] = division.strength_name;
+      numbers["mean_strength_error"] = to_json(results->mean_strength);
+    }
+    return numbers;
+  };
+  const auto wider = [](const DatasetSpec& a, const DatasetSpec& b) {
+    return division_of(a).radius_mm < division_of(b).radius_mm;
+  };
+  // All skins are drawn on the widest.
+  const DatasetSpec& widest = *std::max_element(folds.skins.begin(), folds.skins.end(), wider);
+  study.numbers =
+      add(widest, 0, folds.total(),
+          several ? std::to_string(folds.skins.size()) + " skins" : widest.measured()->name);
+  study.sections[0].report.title = "Presses (D.1 on measured frames)";
+  study.numbers["file"] = widest.measured()->name;
+  study.numbers["folds"] = folds.count;
+  study.numbers["presses"] = folds.presses;
+  for (int s = 0; several && s < std::ssize(folds.skins); ++s) {
+    const DatasetSpec& skin = folds.skins[static_cast<std::size_t>(s)];
+    const std::string& name = skin.measured()->name;
+    study.numbers["skins"][name] = add(skin, s * folds.count, (s + 1) * folds.count, name);
+    StudySection& section = study.sections.back();
+    section.part = "_" + std::filesystem::path(name).stem().string();
+    section.subject = ", " + name;
+    section.report.title = "Presses on " + name;
+  }
   return study;
 }
 

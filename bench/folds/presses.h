@@ -42,10 +42,10 @@ nlohmann::json to_json(const FoldRecord& record);
 /// Throws an exception of any kind where the JSON is not such a record.
 FoldRecord fold_record_from_json(const nlohmann::json& object);
 
-/// Outcome of one label's folds: [folds] of its first seed.
+/// Outcome of one label's folds: [Folds::total()] of its first seed.
 struct FoldsOutcome {
   std::string label;
-  std::vector<FoldRecord> folds;  ///< those that were run
+  std::vector<FoldRecord> folds;  ///< empty where it was not run
   std::string failure;            ///< of the first that was not; else empty
 };
 
@@ -89,7 +89,7 @@ struct PressResults {
 
 /// Where was it pressed? Measured presses at known positions, by cross-validation (Folds):
 /// localisation errors on presses that the solvers have not seen, by number of presses learned
-/// from, strength and place. D.1 on hardware.
+/// from, strength and place, of all skins and of each. D.1 on hardware.
 Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcomes);
 
 }  // namespace ertbench

@@ -2,18 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "core/build_stamp.h"
 #include "core/errors.h"
+#include "core/json.h"
+#include "core/process.h"
+#include "core/text.h"
 #include "forward/data/dataset_file.h"
 
 namespace ertbench {
 
 namespace layout = dataset_layout;
+using nlohmann::json;
 
 namespace {
 
 const std::string positions = "/positions_mm";  // [N, 2] from the sheet's centre
+const std::string changes = "/changes";         // [N, channels], of presses without a reference
 constexpr std::uint64_t most_contacts = 64;
 
 [[noreturn]] void refuse(const Hdf5File& file, const std::string& object,
@@ -34,23 +40,7 @@ std::string text_of(const std::vector<std::uint64_t>& shape) {
 
 MeasuredFile::MeasuredFile(const std::filesystem::path& file, const Sensor& sensor)
     : file_(Hdf5File::open(file)) {
-  const auto channels = static_cast<std::uint64_t>(sensor.channels());
-  const std::vector<std::uint64_t> frames = file_.shape(layout::voltages);
-  if (frames.size() != 2 || frames[0] == 0 || frames[1] != channels) {
-    refuse(file_, layout::voltages,
-           "must have shape [frames, " + std::to_string(channels) +
-               "], the channels of the experiment's sensor, got " + text_of(frames) +
-               "; describe the sensor that measured them in \"sensor\"");
-  }
-  size_ = frames[0];
-  const std::vector<std::uint64_t> reference = file_.shape(layout::reference_voltages);
-  own_references_ = reference.size() == 2;
-  if (reference != (own_references_ ? std::vector{size_, channels} : std::vector{channels})) {
-    refuse(file_, layout::reference_voltages,
-           "must have shape [" + std::to_string(channels) + "] or [" + std::to_string(size_) +
-               ", " + std::to_string(channels) + "], one for each frame, got " +
-               text_of(reference));
-  }
+  check_shapes(static_cast<std::uint64_t>(sensor.channels()));
   truth_ = {file_.has(layout::conductivity), true};
   if (truth_.images) {
     const PixelGrid pixels = sensor.image();
@@ -74,6 +64,63 @@ MeasuredFile::MeasuredFile(const std::filesystem::path& file, const Sensor& sens
     file_.require_shape(positions, {size_, 2});
   } else {
     truth_.places = false;
+  }
+}
+
+void MeasuredFile::check_shapes(std::uint64_t channels) {
+  without_reference_ =
+      file_.has(positions) && (file_.has(changes) || !file_.has(layout::reference_voltages));
+  const std::string& name = file_.has(changes) ? changes : layout::voltages;
+  const std::vector<std::uint64_t> frames = file_.shape(name);
+  if (frames.size() != 2 || frames[0] == 0 || frames[1] != channels) {
+    refuse(file_, name,
+           "must have shape [frames, " + std::to_string(channels) +
+               "], the channels of the experiment's sensor, got " + text_of(frames) +
+               "; describe the sensor that measured them in \"sensor\"");
+  }
+  size_ = frames[0];
+  if (without_reference_) return;
+  const std::vector<std::uint64_t> reference = file_.shape(layout::reference_voltages);
+  own_references_ = reference.size() == 2;
+  if (reference != (own_references_ ? std::vector{size_, channels} : std::vector{channels})) {
+    refuse(file_, layout::reference_voltages,
+           "must have shape [" + std::to_string(channels) + "] or [" + std::to_string(size_) +
+               ", " + std::to_string(channels) + "], one for each frame, got " +
+               text_of(reference));
+  }
+}
+
+RowMajorMatrix MeasuredFile::positions_mm() const {
+  RowMajorMatrix out = file_.read_rows(positions, 0, size_);
+  if (without_reference_) {
+    const Eigen::RowVectorXd low = out.colwise().minCoeff();
+    out.rowwise() -= (low + out.colwise().maxCoeff()) / 2;
+  }
+  return out;
+}
+
+void MeasuredFile::read_changes(const std::vector<std::uint64_t>& rows, Content& out) const {
+  const bool are_changes = file_.has(changes);
+  const RowMajorMatrix all =
+      file_.read_rows(are_changes ? changes : layout::voltages, 0, size_, true);
+  out.reference = Eigen::VectorXd::Zero(all.cols());
+  for (Eigen::Index c = 0; c < all.cols() && !are_changes; ++c) {
+    std::vector<double> values(all.col(c).begin(), all.col(c).end());
+    std::erase_if(values, [](double value) { return !std::isfinite(value); });
+    if (values.empty()) continue;
+    const auto middle = values.begin() + std::ssize(values) / 2;
+    std::nth_element(values.begin(), middle, values.end());
+    out.reference[c] = *middle;
+  }
+  out.voltages.resize(std::ssize(rows), all.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto row = all.row(static_cast<Eigen::Index>(rows[i]));
+    if (!row.array().isFinite().any()) {
+      refuse(file_, are_changes ? changes : layout::voltages,
+             "row " + std::to_string(rows[i]) + " has no value; leave such presses out");
+    }
+    out.voltages.row(static_cast<Eigen::Index>(i)) =
+        row.array().isFinite().select(row, out.reference.transpose());
   }
 }
 
@@ -127,7 +174,9 @@ std::vector<Scene> MeasuredFile::scenes_of(const MeasuredFrames& frames, const S
   std::vector<Scene> scenes(rows.size());
   if (!truth_.places) return scenes;
   const std::string& dataset = columns_ == 0 ? positions : layout::contacts;
-  const RowMajorMatrix values = rows_of(dataset, rows, columns_ != 0);
+  const std::vector<Eigen::Index> at(rows.begin(), rows.end());
+  const RowMajorMatrix values =
+      columns_ == 0 ? RowMajorMatrix(positions_mm()(at, Eigen::all)) : rows_of(dataset, rows, true);
   Eigen::VectorXd strength = Eigen::VectorXd::Ones(values.rows());
   if (!frames.strength_of.empty()) {
     file_.require_shape(frames.strength_of, {size_});
@@ -174,8 +223,12 @@ Eigen::RowVectorXd middle_row(const RowMajorMatrix& rows) {
 MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sensor& sensor,
                                          const std::vector<std::uint64_t>& rows) const {
   Content out;
-  out.voltages = frames.scale * rows_of(layout::voltages, rows);
-  if (own_references_) {
+  if (without_reference_) {
+    read_changes(rows, out);
+    out.voltages *= frames.scale;
+    out.reference *= frames.scale;
+  } else if (own_references_) {
+    out.voltages = frames.scale * rows_of(layout::voltages, rows);
     const RowMajorMatrix references = frames.scale * rows_of(layout::reference_voltages, rows);
     out.reference = references.colwise().mean().transpose();
     const Eigen::RowVectorXd usual = middle_row(references);
@@ -187,6 +240,7 @@ MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sen
     }
     out.voltages = (out.voltages - references).rowwise() + out.reference.transpose();
   } else {
+    out.voltages = frames.scale * rows_of(layout::voltages, rows);
     out.reference = frames.scale * file_.read_vector(layout::reference_voltages);
   }
   out.scenes = scenes_of(frames, sensor, rows);
@@ -207,6 +261,87 @@ MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sen
     out.conductivity.row(static_cast<Eigen::Index>(i)) = sensor.background * image;
   }
   return out;
+}
+
+namespace {
+
+/// Channels in any number between different pairs, for a file that does not say which they are.
+std::vector<ChannelElectrodes> stand_in_channels(std::uint64_t count, int electrodes) {
+  std::vector<ChannelElectrodes> out;
+  for (int d = 0; d < electrodes; ++d) {
+    const ElectrodePair drive{d, (d + 1) % electrodes};
+    const auto driven = [&](int e) { return e == drive.first || e == drive.second; };
+    for (int m = 0; m < electrodes; ++m) {
+      for (int n = m + 1; n < electrodes && out.size() < count; ++n) {
+        if (!driven(m) && !driven(n)) out.push_back({drive, {m, n}});
+      }
+    }
+  }
+  return out;
+}
+
+/// Shape of the frames of a file of presses.
+std::vector<std::uint64_t> shape_of_presses(const Hdf5File& file) {
+  const bool are_changes = file.has(changes);
+  if ((!are_changes && !file.has(layout::voltages)) || !file.has(positions)) {
+    std::string held;
+    for (const std::string& name : file.names("/")) held += (held.empty() ? "" : ", ") + name;
+    throw InputError(file.path().string() + ": must hold \"changes\" (or \"voltages\") [presses, " +
+                     "channels] and \"positions_mm\" [presses, 2]; holds " +
+                     (held.empty() ? "nothing" : held));
+  }
+  const std::string& name = are_changes ? changes : layout::voltages;
+  const std::vector<std::uint64_t> shape = file.shape(name);
+  if (shape.size() != 2 || shape[1] < 4 || shape[1] > 4096) {
+    refuse(file, name, "must have shape [presses, 4 to 4096 channels], got " + text_of(shape));
+  }
+  file.require_shape(positions, {shape[0], 2});
+  return shape;
+}
+
+}  // namespace
+
+json inspected(const std::filesystem::path& file, const std::function<json()>& look) {
+  constexpr double time_limit_s = 600;
+  const IsolatedOutcome outcome = run_isolated(
+      [&](const auto& send) {
+        json said;
+        try {
+          said = look();
+        } catch (const InputError& wrong) {
+          said = {{"refused", printable(wrong.what())}};
+        }
+        send(said.dump());
+      },
+      {time_limit_s, machine_memory_bytes() / 2});
+  if (!outcome.finished || outcome.messages.empty()) {
+    throw InputError(file.string() +
+                     ": is damaged: the HDF5 library cannot get through it; write it again");
+  }
+  json said = json::parse(outcome.messages.back());
+  if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
+  return said;
+}
+
+Sensor sensor_of_presses(const std::filesystem::path& file) {
+  constexpr int electrodes = 32;
+  constexpr double margin = 1.1;  // of the sheet's radius, over that of the presses
+  const auto disc = [&](double diameter_mm, std::uint64_t channels) {
+    const json sensor = {
+        {"shape", "disc"}, {"diameter_mm", diameter_mm}, {"electrode_count", electrodes}};
+    return with_channels(sensor_from_json(JsonObject(sensor, file.string(), "")),
+                         stand_in_channels(channels, electrodes));
+  };
+  const json said = inspected(file, [&]() -> json {
+    const std::uint64_t channels = shape_of_presses(Hdf5File::open(file))[1];
+    const RowMajorMatrix places = MeasuredFile(file, disc(100, channels)).positions_mm();
+    return {channels, places.rowwise().norm().maxCoeff()};
+  });
+  const double farthest = said.at(1).get<double>();
+  if (!(farthest > 0)) {
+    throw InputError(file.string() + ": " + positions + ": all presses are at one place");
+  }
+  return disc(2 * margin * farthest, said.at(0).get<std::uint64_t>());
 }
 
 MeasuredBlocks::MeasuredBlocks(const DatasetSpec& spec) : spec_(spec) {

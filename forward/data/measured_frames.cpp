@@ -5,11 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/fields.h"
 #include "core/files.h"
-#include "core/process.h"
 #include "core/random.h"
 #include "core/text.h"
 #include "forward/data/measured_file.h"
@@ -40,29 +38,6 @@ json look_here(const MeasuredFrames& frames, const Sensor& sensor) {
   return out;
 }
 
-/// Inspects in a child process, because the HDF5 library crashes on some damaged files.
-json look(const MeasuredFrames& frames, const Sensor& sensor) {
-  constexpr double time_limit_s = 600;
-  const IsolatedOutcome outcome = run_isolated(
-      [&](const auto& send) {
-        json said;
-        try {
-          said = look_here(frames, sensor);
-        } catch (const InputError& wrong) {
-          said = {{"refused", printable(wrong.what())}};
-        }
-        send(said.dump());
-      },
-      {time_limit_s, machine_memory_bytes() / 2});
-  if (!outcome.finished || outcome.messages.empty()) {
-    throw InputError(frames.file.string() +
-                     ": is damaged: the HDF5 library cannot get through it; write it again");
-  }
-  json said = json::parse(outcome.messages.back());
-  if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
-  return said;
-}
-
 /// Locates the file and reads what it holds.
 void look_at(JsonObject& object, const Sensor& sensor, const fs::path& folder, bool rows_given,
              MeasuredFrames& frames) {
@@ -81,7 +56,7 @@ void look_at(JsonObject& object, const Sensor& sensor, const fs::path& folder, b
   frames.checksum = checksum;
   json said;
   try {
-    said = look(frames, sensor);
+    said = inspected(frames.file, [&] { return look_here(frames, sensor); });
   } catch (const InputError& wrong) {
     object.fail("file", wrong.what());
   }

@@ -24,32 +24,60 @@ KernelScaleChoice KernelScaleChoice::from_json(JsonObject& object) {
           read_tunable(object, "norm_weight", {0, 1e6})};
 }
 
-ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
-                           const RowMajorMatrix& changes, const Eigen::MatrixXd& targets) {
-  const std::vector<double> widths =
-      values_of(choice.width, {0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 32});
-  const std::vector<double> lambdas =
-      values_of(choice.lambda, {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1});
-  // Raw changes contain their norms.
-  const std::vector<double> weights = input == KernelInput::raw
-                                          ? std::vector<double>{0}
-                                          : values_of(choice.norm_weight, {0, 0.1, 0.2, 0.5, 1});
+namespace {
+
+struct SearchedScales {
+  std::vector<double> weights, widths, lambdas;
+};
+
+ChosenScales search(const SearchedScales& among, KernelInput input, const RowMajorMatrix& changes,
+                    const Eigen::MatrixXd& targets) {
   ChosenScales best;
   best.error = std::numeric_limits<double>::infinity();
-  for (const double weight : weights) {
+  for (const double weight : among.weights) {
     const RowMajorMatrix features = kernel_features(changes, input, weight);
     const Eigen::MatrixXd squared = squared_distances(features, features);
     const double median = median_distance(squared);
-    for (const double width : widths) {
+    for (const double width : among.widths) {
       const Eigen::MatrixXd kernel = (-squared.array() / (width * median)).exp();
-      const std::vector<Eigen::MatrixXd> residuals = leave_one_out(kernel, targets, lambdas);
-      for (std::size_t l = 0; l < lambdas.size(); ++l) {
+      const std::vector<Eigen::MatrixXd> residuals = leave_one_out(kernel, targets, among.lambdas);
+      for (std::size_t l = 0; l < among.lambdas.size(); ++l) {
         const double error = residuals[l].rowwise().norm().mean();
-        if (error < best.error) best = {{width, lambdas[l], weight}, error};
+        if (error < best.error) best = {{width, among.lambdas[l], weight}, error};
       }
     }
   }
   return best;
+}
+
+}  // namespace
+
+std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index most) {
+  std::vector<Eigen::Index> out(static_cast<std::size_t>(std::min(rows, most)));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = static_cast<Eigen::Index>(i) * rows / static_cast<Eigen::Index>(out.size());
+  }
+  return out;
+}
+
+ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
+                           const RowMajorMatrix& changes, const Eigen::MatrixXd& targets) {
+  SearchedScales among;
+  among.widths = values_of(choice.width, {0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 32});
+  among.lambdas = values_of(choice.lambda, {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1});
+  // Raw changes contain their norms.
+  among.weights = input == KernelInput::raw ? std::vector<double>{0}
+                                            : values_of(choice.norm_weight, {0, 0.1, 0.2, 0.5, 1});
+  if (targets.rows() > 0 && (targets.rowwise() - targets.row(0)).isZero(0)) {
+    return {{among.widths[0], among.lambdas[0], among.weights[0]}, 0};  // the intercept does it
+  }
+  const std::vector<Eigen::Index> few = spread_rows(changes.rows(), most_searched);
+  const ChosenScales best =
+      search(among, input, changes(few, Eigen::all), targets(few, Eigen::all));
+  if (std::ssize(few) == changes.rows()) return best;
+  among.weights = {best.scales.norm_weight};
+  among.widths = {best.scales.width};
+  return search(among, input, changes, targets);
 }
 
 nlohmann::json to_json(const KernelScales& scales) {

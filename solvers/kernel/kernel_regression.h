@@ -49,6 +49,9 @@ class KernelRegression {
 
   /// [frames, outputs]
   Eigen::MatrixXd predict(const Eigen::Ref<const RowMajorMatrix>& changes) const;
+  Eigen::Vector2d position(const Eigen::RowVectorXd& change) const {
+    return predict(change).row(0).transpose();
+  }
 
  private:
   KernelInput input_ = KernelInput::direction;
@@ -83,7 +86,14 @@ struct ChosenScales {
   double error = 0;  ///< mean norm of the leave-one-out residuals
 };
 
-/// Chooses the hyperparameters given as "auto" from a grid, by the least mean leave-one-out error.
+/// Presses on which scales are searched. They are relative to the frames, so that they hold for
+/// more of them; only the ridge is chosen again on all.
+constexpr Eigen::Index most_searched = 400;
+/// At most `most` of so many rows, evenly spread, ascending.
+std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index most);
+
+/// Chooses the hyperparameters given as "auto" from a grid, by the least mean leave-one-out error:
+/// all on at most 400 frames, the ridge then on all frames.
 ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
                            const RowMajorMatrix& changes, const Eigen::MatrixXd& targets);
 

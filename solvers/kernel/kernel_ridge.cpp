@@ -1,9 +1,12 @@
 #include "solvers/kernel/kernel_ridge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <tuple>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
@@ -20,6 +23,9 @@ using nlohmann::json;
 constexpr Index fewest_presses = 3;
 /// Share of the least learned strength; a weaker prediction is no contact.
 constexpr double least_share = 0.5;
+
+/// In the order of KernelRidge::Position.
+const std::array<std::string, 3> position_names = {"regression", "likelihood", "nearest"};
 
 /// Area of a contact, squared domain units.
 double area_of(const Contact& contact) {
@@ -120,6 +126,10 @@ json chosen_json(const ChosenScales& place, const ChosenScales& strength, const 
 KernelRidge::KernelRidge(JsonObject parameters) { read(std::move(parameters)); }
 
 void KernelRidge::read(JsonObject parameters) {
+  const std::string position = parameters.choice_or("position", position_names[0],
+                                                    {position_names.begin(), position_names.end()});
+  position_ = static_cast<Position>(
+      std::find(position_names.begin(), position_names.end(), position) - position_names.begin());
   input_ = parameters.choice_or("input", "direction", {"direction", "raw"}) == "raw"
                ? KernelInput::raw
                : KernelInput::direction;
@@ -146,14 +156,23 @@ json KernelRidge::parameters() const {
     one("lambda", choice.lambda);
     one("norm_weight", choice.norm_weight);
   };
-  json out = {{"input", input_ == KernelInput::raw ? "raw" : "direction"},
+  json out = {{"position", position_names[static_cast<std::size_t>(position_)]},
+              {"input", input_ == KernelInput::raw ? "raw" : "direction"},
               {"validation", joins_validation_ ? "joined" : "left-out"},
               {"most_frames", most_frames_},
               {"strength", json::object()}};
   add(place_choice_, out);
   add(strength_choice_, out["strength"]);
   if (presses_.changes.rows() > 0) {
-    out["chosen"] = chosen_json(place_scales_, strength_scales_, sensor_, presses_.places.rows());
+    json& chosen = out["chosen"] =
+        chosen_json(place_scales_, strength_scales_, sensor_, presses_.places.rows());
+    if (position_ == Position::nearest) chosen["neighbours"] = neighbours_;
+    if (position_ == Position::likelihood) {
+      chosen["likelihood"] = {{"width", likelihood_.width},
+                              {"lambda", likelihood_.lambda},
+                              {"shrinkage", likelihood_.shrinkage},
+                              {"sharpness", likelihood_.sharpness}};
+    }
   }
   return out;
 }
@@ -180,9 +199,7 @@ void KernelRidge::fit(const FitInput& input) {
   }
   sensor_ = input.sensor;
   learn(input);
-  const Index touched = presses_.places.rows();
-  place_scales_ =
-      choose_scales(place_choice_, input_, presses_.changes.topRows(touched), presses_.places);
+  choose_position();
   strength_scales_ = choose_scales(strength_choice_, input_, presses_.changes, presses_.strengths);
   const auto fix = [](const KernelScales& scales, KernelScaleChoice& choice) {
     choice.width.value = scales.width;
@@ -194,10 +211,33 @@ void KernelRidge::fit(const FitInput& input) {
   regress();
 }
 
+void KernelRidge::choose_position() {
+  const RowMajorMatrix changes = presses_.changes.topRows(presses_.places.rows());
+  if (position_ == Position::likelihood) {
+    const ChosenLikelihood chosen = choose_likelihood(changes, presses_.places);
+    likelihood_ = chosen.scales;
+    place_scales_.error = chosen.error;
+  } else if (position_ == Position::nearest) {
+    std::tie(neighbours_, place_scales_.error) = NearestPresses::choose(changes, presses_.places);
+  } else {
+    place_scales_ = choose_scales(place_choice_, input_, changes, presses_.places);
+  }
+}
+
 void KernelRidge::regress() {
   const Index touched = presses_.places.rows();
-  place_ = KernelRegression(presses_.changes.topRows(touched), presses_.places, input_,
-                            place_scales_.scales);
+  const RowMajorMatrix changes = presses_.changes.topRows(touched);
+  const auto place_by = [&](auto model) {
+    return [model = std::make_shared<const decltype(model)>(std::move(model))](
+               const Eigen::RowVectorXd& change) { return model->position(change); };
+  };
+  if (position_ == Position::likelihood) {
+    place_ = place_by(PositionLikelihood(changes, presses_.places, likelihood_));
+  } else if (position_ == Position::nearest) {
+    place_ = place_by(NearestPresses(changes, presses_.places, neighbours_));
+  } else {
+    place_ = place_by(KernelRegression(changes, presses_.places, input_, place_scales_.scales));
+  }
   strength_ =
       KernelRegression(presses_.changes, presses_.strengths, input_, strength_scales_.scales);
   least_strength_ = least_share * presses_.strengths.head(touched).cwiseAbs().minCoeff();
@@ -210,7 +250,7 @@ std::optional<KernelRidge::Press> KernelRidge::press_of(
   if (!own.allFinite() || !(own.norm() > 0)) return std::nullopt;
   const double strength = strength_.predict(own)(0, 0);
   if (!(std::abs(strength) >= least_strength_)) return std::nullopt;
-  return Press{place_.predict(own).row(0).transpose(), strength};
+  return Press{place_(own), strength};
 }
 
 void KernelRidge::reconstruct(FramesView changes, ImagesView images, std::span<FrameReport>) const {
@@ -256,6 +296,9 @@ void KernelRidge::save(const std::filesystem::path& file) const {
   out.write_vector("/strengths", presses_.strengths);
   out.write_vector("/numbers",
                    Eigen::Vector3d(presses_.area, place_scales_.error, strength_scales_.error));
+  out.write_vector("/position", (Eigen::VectorXd(5) << likelihood_.width, likelihood_.lambda,
+                                 likelihood_.shrinkage, likelihood_.sharpness, neighbours_)
+                                    .finished());
   out.close();
 }
 
@@ -284,6 +327,11 @@ void KernelRidge::load(const std::filesystem::path& file, const Sensor& sensor) 
   const Eigen::VectorXd numbers = in.read_vector("/numbers");
   if (!(numbers[0] > 0)) throw InputError(file.string() + ": /numbers: the area must be > 0");
   presses_.area = numbers[0];
+  in.require_shape("/position", {5});
+  const Eigen::VectorXd position = in.read_vector("/position");
+  if (!(position.minCoeff() > 0)) throw InputError(file.string() + ": /position: must be > 0");
+  likelihood_ = {position[0], position[1], std::min(position[2], 1.0), position[3]};
+  neighbours_ = static_cast<int>(std::clamp(position[4], 1.0, 40000.0));
   place_scales_ = {scales_of(place_choice_), numbers[1]};
   strength_scales_ = {scales_of(strength_choice_), numbers[2]};
   regress();
@@ -295,6 +343,11 @@ std::vector<SolverType> kernel_solvers() {
       "kernel ridge regression from voltages to the place and the strength of one contact, its "
       "scales by leave-one-out";
   info.parameters = {
+      {"position",
+       "\"regression\" from the voltages to the place (the default); \"likelihood\": regression "
+       "from the place to the voltages, and the mean place under the frame's likelihood, which "
+       "needs far fewer presses; \"nearest\": the mean place of the presses with the nearest "
+       "directions"},
       {"input",
        "what frames are compared by: \"direction\" of their change, its norm apart (the default), "
        "or the \"raw\" change"},
@@ -310,9 +363,10 @@ std::vector<SolverType> kernel_solvers() {
       {"validation",
        "\"joined\" (the default): the validation set is learned from as well, for nothing is "
        "chosen on it; or \"left-out\""},
-      {"most_frames", "learned from, 3 ... 20000; default 1000"}};
+      {"most_frames", "learned from, 3 ... 20000; default 2000"}};
   info.make = make_from_json<KernelRidge>;
-  info.probes = {"{}", R"({"input": "raw"})"};
+  info.probes = {"{}", R"({"input": "raw"})", R"({"position": "likelihood"})",
+                 R"({"position": "nearest"})"};
   return {{KernelRidge::type, info}};
 }
 

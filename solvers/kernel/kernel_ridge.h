@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "solvers/kernel/kernel_regression.h"
+#include "solvers/kernel/position_models.h"
 #include "solvers/solver.h"
 #include "solvers/solver_info.h"
 
@@ -18,6 +20,9 @@ class DatasetFile;
 /// gives the strength. Hyperparameters are chosen by leave-one-out, separately for position and
 /// strength, so that no validation set is needed; if there is one, it is learned from as well.
 ///
+/// "position": "likelihood" takes the position from PositionLikelihood in place of the regression,
+/// "nearest" from NearestPresses.
+///
 /// A frame has one contact, or none if the predicted strength is below half of the least learned
 /// one. The image is a disc at the position, with the mean size of the learned contacts and the
 /// predicted strength.
@@ -25,8 +30,8 @@ class KernelRidge final : public Solver, public ContactFinder {
  public:
   static constexpr const char* type = "kernel-ridge";
 
-  /// `{"input", "width", "lambda", "norm_weight", "strength": {"width", "lambda", "norm_weight"},
-  /// "validation", "most_frames"}`
+  /// `{"position", "input", "width", "lambda", "norm_weight", "strength": {"width", "lambda",
+  /// "norm_weight"}, "validation", "most_frames"}`
   explicit KernelRidge(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -51,7 +56,8 @@ class KernelRidge final : public Solver, public ContactFinder {
 
   void read(JsonObject parameters);
   void learn(const FitInput& input);
-  /// Fits both regressions to the presses.
+  void choose_position();
+  /// Fits both models to the presses.
   void regress();
   /// Position (domain units) and signed strength of the contact in a frame.
   struct Press {
@@ -60,18 +66,23 @@ class KernelRidge final : public Solver, public ContactFinder {
   };
   std::optional<Press> press_of(const Eigen::Ref<const Eigen::RowVectorXd>& change) const;
 
+  enum class Position { regression, likelihood, nearest };
+
+  Position position_ = Position::regression;
   KernelInput input_ = KernelInput::direction;
   KernelScaleChoice place_choice_;
   KernelScaleChoice strength_choice_;
   bool joins_validation_ = true;
-  int most_frames_ = 1000;
+  int most_frames_ = 2000;
 
   Sensor sensor_;
   Presses presses_;
   ChosenScales place_scales_;
   ChosenScales strength_scales_;
   double least_strength_ = 0;  ///< a weaker prediction is no contact
-  KernelRegression place_;
+  LikelihoodScales likelihood_;
+  int neighbours_ = 1;
+  std::function<Eigen::Vector2d(const Eigen::RowVectorXd&)> place_;
   KernelRegression strength_;
 };
 

@@ -166,6 +166,58 @@ TEST(KernelRidgeOnASkin, LocatesPressesThatItHasNotSeen) {
               1e-3 * found[0][0].strength);
 }
 
+/// Mean distance from the true places, mm, of presses in the held-out fold.
+double error_of(const json& spec, const DatasetFile& train, const DatasetFile& test) {
+  const std::unique_ptr<Solver> solver = make_solver(spec);
+  FitInput input;
+  input.sensor = skin_sensor();
+  input.training = &train;
+  solver->fit(input);
+  std::vector<std::vector<FoundContact>> found(test.size());
+  solver->contact_finder()->find_contacts(changes_of(test), found);
+  const Eigen::MatrixXd places = places_of(test);
+  double error = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    error += 85.5 * (found[i].at(0).place - places.row(row).transpose()).norm();
+  }
+  return error / static_cast<double>(found.size());
+}
+
+// With few presses a map from two coordinates to the frame is learned sooner than one back from its
+// 192 channels; nearest presses are apart by as much as they lie apart.
+TEST(KernelRidgeOnASkin, LocatesFromFewPressesByTheLikelihood) {
+  const TemporaryFolder folder;
+  const json few = {{"number", 0}, {"part", "rest"}, {"slice", {0, 50}}};
+  const DatasetFile train = made(folder, presses("train", {{"fold", few}}));
+  const DatasetFile test =
+      made(folder, presses("test", {{"fold", {{"number", 0}, {"part", "held-out"}}}}));
+  const double regression = error_of({{"type", "kernel-ridge"}}, train, test);
+  const double likelihood =
+      error_of({{"type", "kernel-ridge"}, {"position", "likelihood"}}, train, test);
+  const double nearest = error_of({{"type", "kernel-ridge"}, {"position", "nearest"}}, train, test);
+  EXPECT_LE(likelihood, 0.6 * regression);  // 2.5 mm and 7.5 mm by numpy
+  EXPECT_LE(likelihood, 0.6 * nearest);
+  EXPECT_LE(nearest, 40);  // two thirds of the radius: the middle, always
+}
+
+// A frame that is some other's, times any factor, is at its place: exact frames of a smooth skin.
+TEST(PositionLikelihood, FindsThePlaceOfAFrameOfAnyAmplitude) {
+  const Eigen::MatrixXd places = random_matrix(150, 2, 1).cwiseMax(-1).cwiseMin(1);
+  const Eigen::MatrixXd centres = random_matrix(30, 2, 2);
+  const RowMajorMatrix frames = (-squared_distances(places, centres).array()).exp();
+  const RowMajorMatrix learned = frames.topRows(140);
+  const Eigen::MatrixXd known = places.topRows(140);
+  const PositionLikelihood model(learned, known, choose_likelihood(learned, known).scales);
+  double error = 0;
+  for (Eigen::Index i = 140; i < 150; ++i) {
+    const Eigen::Vector2d found = model.position(7.5 * frames.row(i));
+    EXPECT_LE((found - model.position(frames.row(i))).norm(), 1e-9);
+    error += (found - places.row(i).transpose()).norm() / 10;
+  }
+  EXPECT_LE(error, 0.1);  // two steps of the grid
+}
+
 TEST(KernelRidgeOnASkin, RefusesASetWithoutPlaces) {
   const TemporaryFolder folder;
   Hdf5File file = Hdf5File::create(folder / "frames.h5");
