@@ -59,17 +59,31 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
+constexpr double exact = 0.01;  ///< relative distance of a reference that a model made
+constexpr double least_model_error = 0.02, most_model_error = 0.1;
+
 /// Gives an entry of `contacts` what it would take from a validation set: the noise of the frames
-/// without contact, at the model's level, and the prior as it is.
+/// without contact, at the model's level, and the prior as it is. A measured reference lies away
+/// from the model's, and so do the changes: this distance is the model error where none is given,
+/// and the sheet's level, a gradient and the electrodes' places are unknowns, too.
 void complete(json& entry, const OwnFrames& frames) {
   const auto is_open = [&](const char* key) { return entry.value(key, json("auto")) == "auto"; };
   if (entry.value("type", "") != "contacts") return;
-  if (is_open("noise") && frames.background_noise() > 0) {
-    const Eigen::VectorXd model = uniform_reference(frames.sensor());
-    entry["noise"] =
-        frames.background_noise() * model.norm() / std::sqrt(static_cast<double>(model.size()));
-  }
   if (is_open("prior_weight")) entry["prior_weight"] = 1;
+  if (!is_open("noise") || !(frames.background_noise() > 0)) return;
+  const Eigen::VectorXd model = uniform_reference(frames.sensor());
+  entry["noise"] =
+      frames.background_noise() * model.norm() / std::sqrt(static_cast<double>(model.size()));
+  const Eigen::VectorXd reference = frames.reference().transpose();
+  const double level = reference.dot(model) / model.squaredNorm();
+  const double misfit = (reference - level * model).norm() / reference.norm();
+  if (!(misfit > exact)) return;
+  if (!entry.contains("model_error")) {
+    entry["model_error"] = std::clamp(misfit, least_model_error, most_model_error);
+  }
+  if (!entry.contains("nuisances") && !entry.contains("channel_mask")) {
+    entry["nuisances"] = {{"level", 0.1}, {"gradient", 0.05}, {"electrodes", 0.01}};
+  }
 }
 
 /// Channels that were left out are not asked of a solver that is fitted here. `filling` makes the

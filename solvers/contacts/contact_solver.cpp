@@ -10,8 +10,8 @@
 #include "core/errors.h"
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
-#include "solvers/front/frame_check.h"
 #include "solvers/contacts/contact_image.h"
+#include "solvers/front/frame_check.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {

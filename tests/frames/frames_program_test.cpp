@@ -45,6 +45,32 @@ void write_csv(const fs::path& file, const Frames& frames) {
 
 const std::string solver = R"({"type": "one-step-gn", "prior": "noser", "lambda": 0.1})";
 
+TEST(FramesProgram, ContactsExplainAMeasuredTankWithoutParameters) {
+  const TemporaryFolder folder("tank");
+  write_text(folder / "contacts.json", R"({"type": "contacts"})");
+  const std::string project = ERTBENCH_SOURCE_DIR;
+  const Outcome outcome =
+      run_program(folder.path(), "reconstruct --solver contacts.json --input " +
+                                     quoted(project + "/experiments/data/tank_adjacent.h5") +
+                                     " --sensor " + quoted(project + "/sensors/tank.json") +
+                                     " --background 20-57 --output images.h5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const Hdf5File file = Hdf5File::open(folder / "images.h5");
+  const RowMajorMatrix contacts = file.read_rows("/contacts", 0, 255, true);
+  const RowMajorMatrix status = file.read_rows("/status", 0, 255);
+  const auto is_flagged = [&](Eigen::Index f) { return status(f, 0) != 0; };
+  // A glass cup is in the frames from 85 to 222, and nothing in those from 20 to 57.
+  int flagged = 0;
+  for (Eigen::Index f = 85; f <= 222; ++f) {
+    flagged += is_flagged(f);
+    EXPECT_FALSE(std::isnan(contacts(f, 0))) << f;
+  }
+  EXPECT_LE(flagged, 0.05 * 138);
+  int empty = 0;
+  for (Eigen::Index f = 20; f <= 57; ++f) empty += std::isnan(contacts(f, 0)) && !is_flagged(f);
+  EXPECT_GE(empty, 0.5 * 38);
+}
+
 TEST(FramesProgram, ContactsAndTheLevelOfTheSheetAreWritten) {
   const TemporaryFolder folder("contacts");
   Frames frames = measured_frames({});
