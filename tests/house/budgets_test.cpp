@@ -17,11 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Budgets {
-  std::size_t lines = 83200;        ///< of all C++ outside tests/
+  std::size_t lines = 86900;        ///< of all C++ outside tests/
   std::size_t files = 520;          ///< of C++ outside tests/
   std::size_t median_lines = 110;   ///< of these files, at least
   std::size_t longest_lines = 450;  ///< of any of these files
-  std::size_t readme_lines = 240;
+  std::size_t readme_lines = 130;
+  std::size_t docs_lines = 1545;    ///< of all pages of docs/
   std::uintmax_t tree_mb = 40;      ///< all tracked files
   std::uintmax_t results_mb = 16;   ///< results/ without networks
   std::uintmax_t networks_mb = 16;  ///< results/networks
@@ -67,7 +68,9 @@ std::size_t lines_of(const std::string& file) {
 TEST(Budgets, OfCodeAreKept) {
   std::vector<std::size_t> lengths;
   std::size_t lines = 0;
+  std::size_t docs = 0;
   for (const std::string& file : project_files()) {
+    if (file.starts_with("docs/") && file.ends_with(".md")) docs += lines_of(file);
     const bool cpp = file.ends_with(".h") || file.ends_with(".cpp");
     if (!cpp || file.starts_with("tests/")) continue;
     lengths.push_back(lines_of(file));
@@ -80,6 +83,7 @@ TEST(Budgets, OfCodeAreKept) {
   EXPECT_LE(lengths.size(), budgets.files);
   EXPECT_GE(lengths[lengths.size() / 2], budgets.median_lines);
   EXPECT_LE(lines_of("README.md"), budgets.readme_lines);
+  EXPECT_LE(docs, budgets.docs_lines);
 }
 
 TEST(Budgets, OfTheTreeAreKept) {
