@@ -17,10 +17,10 @@ struct Options {
   double length_mm = 30;
   double noise = 0.003;
   double model_error = 0.05;
-  double contrast = 3;
+  double contrast = 2.6;
   double sharpness = 0.2;
   double likely = 1;
-  int iterations = 8;
+  int iterations = 6;
   int rank = 50;
 };
 
@@ -35,19 +35,20 @@ Misfit misfit_of(const KtcSetting& setting, const KtcFrame& frame, const Options
   const Eigen::ArrayXd weight =
       frame.present.array() /
       (std::pow(options.noise, 2) + (options.model_error * frame.change.array()).square()).sqrt();
-  const Eigen::MatrixXd weighted = weight.matrix().asDiagonal() * setting.channels;
+  const Eigen::MatrixXf weighted =
+      weight.matrix().cast<float>().asDiagonal() * setting.channels.cast<float>();
   Misfit out;
-  out.normal.setZero(TankModel::pairs, TankModel::pairs);
-  out.normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
-  out.normal = out.normal.selfadjointView<Eigen::Lower>();
-  out.side = weighted.transpose() * (weight * frame.change.array()).matrix();
+  Eigen::MatrixXf normal = Eigen::MatrixXf::Zero(TankModel::pairs, TankModel::pairs);
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
+  out.normal = normal.cast<double>().selfadjointView<Eigen::Lower>();
+  out.side = weighted.transpose().cast<double>() * (weight * frame.change.array()).matrix();
   return out;
 }
 
 /// d packed resistance / d coefficients of the `functions`, of which a triangle has the mean at its
 /// nodes, [528, functions]. `by_triangle`: d conductivity by such a mean. Single precision is as
 /// good for a step and twice as fast.
-Eigen::MatrixXd sensitivity_of(const TankModel& tank, const TankModel::Solution& solution,
+Eigen::MatrixXf sensitivity_of(const TankModel& tank, const TankModel::Solution& solution,
                                const Eigen::VectorXd& by_triangle,
                                const Eigen::MatrixXf& functions) {
   Eigen::MatrixXf nodal = Eigen::MatrixXf::Zero(TankModel::pairs, tank.nodes().cols());
@@ -56,7 +57,7 @@ Eigen::MatrixXd sensitivity_of(const TankModel& tank, const TankModel::Solution&
     const Eigen::VectorXf column = (share * tank.sensitivity(solution, t)).cast<float>();
     for (const int node : tank.triangles()[t]) nodal.col(node) += column;
   }
-  return (nodal * functions).cast<double>();
+  return nodal * functions;
 }
 
 Eigen::VectorXd uniform(const KtcSetting& setting) {
@@ -107,13 +108,14 @@ Eigen::MatrixXd smooth_functions(const TankModel& tank, double length) {
 
 /// Gauss–Newton's change of `coefficients`, which are independent of variance 1 a priori, where the
 /// model has changed its resistances by `resistance_change`.
-Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXd& jacobian,
+Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXf& jacobian,
                             const Eigen::VectorXd& resistance_change,
                             const Eigen::VectorXd& coefficients) {
-  Eigen::MatrixXd normal = jacobian.transpose() * misfit.normal * jacobian;
+  const Eigen::MatrixXf weighted = misfit.normal.cast<float>() * jacobian;
+  Eigen::MatrixXd normal = (jacobian.transpose() * weighted).cast<double>();
   normal.diagonal().array() += 1;
-  return normal.llt().solve(
-      jacobian.transpose() * (misfit.side - misfit.normal * resistance_change) - coefficients);
+  const Eigen::VectorXd left = misfit.side - misfit.normal * resistance_change;
+  return normal.llt().solve(jacobian.transpose().cast<double>() * left - coefficients);
 }
 
 class OneStep final : public KtcMethod {
@@ -124,7 +126,7 @@ class OneStep final : public KtcMethod {
         single_(functions_.cast<float>()) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
-    const Eigen::MatrixXd jacobian =
+    const Eigen::MatrixXf jacobian =
         sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_);
     const Eigen::VectorXd change = regularised(misfit_of(setting, frame, options_), jacobian,
                                                Eigen::VectorXd::Zero(TankModel::pairs),
@@ -152,7 +154,8 @@ class TruncatedSvd final : public KtcMethod {
     const Eigen::VectorXd scale = root.eigenvalues().cwiseMax(0).cwiseSqrt();
     const Eigen::MatrixXd jacobian =
         scale.asDiagonal() * root.eigenvectors().transpose() *
-        sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_);
+        sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_)
+            .cast<double>();
     const Eigen::VectorXd side =
         (root.eigenvectors().transpose() * misfit.side).binaryExpr(scale, [&](double x, double s) {
           return s > 1e-9 * scale.maxCoeff() ? x / s : 0;
@@ -196,19 +199,24 @@ class LevelSet final : public KtcMethod {
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const Misfit misfit = misfit_of(setting, frame, options_);
     Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(functions_.cols());
+    State now;
+    double width = 0;
     for (int i = 0; i < options_.iterations; ++i) {
-      const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.7, i))};
-      const State now = state(setting, misfit, contrast, coefficients);
+      const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.6, i))};
+      if (contrast.width != width) now = state(setting, misfit, contrast, coefficients);
+      width = contrast.width;
       Eigen::VectorXd change =
           regularised(misfit, sensitivity_of(*setting.tank, now.solution, now.slopes, single_),
                       now.resistance_change, coefficients);
       constexpr double most = 1.5;  // of the level set, where the model is linear no more
       change *= std::min(1.0, most / (functions_ * change).cwiseAbs().maxCoeff());
       constexpr int halvings = 2;
-      for (int k = 0; k < halvings; ++k) {
-        if (state(setting, misfit, contrast, coefficients + change).cost < now.cost) break;
+      State next = state(setting, misfit, contrast, coefficients + change);
+      for (int k = 0; k < halvings && next.cost >= now.cost; ++k) {
         change /= 2;
+        next = state(setting, misfit, contrast, coefficients + change);
       }
+      now = std::move(next);
       coefficients += change;
     }
     const Eigen::VectorXd levels = functions_ * coefficients;

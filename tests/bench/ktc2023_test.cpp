@@ -276,8 +276,9 @@ class SmallCompetition {
   Eigen::VectorXd impedance;
 };
 
-KtcResults results_in(const fs::path& folder, const nlohmann::json& methods) {
+KtcResults results_in(const fs::path& folder, const nlohmann::json& methods, int simulated = 0) {
   nlohmann::json content = {{"title", "t"}, {"data", folder.string()}, {"methods", methods}};
+  if (simulated > 0) content["simulated"] = {{"count", simulated}, {"seed", 1}};
   content["levels"] = {1, 5};
   content["official"] = {{"winner", {15.24}}};
   ExperimentJson json;
@@ -303,7 +304,7 @@ TEST(KtcExperiment, WholeTargetsStandForEveryLevelAndALevelSetFindsThem) {
   made.write_data(folder.path() / "data1.mat", 1);
   write_mat(folder.path() / "true1.mat", {{"truth", SmallCompetition::truth()}});
   const KtcResults results = results_in(
-      folder.path(), {{{"type", "level-set"}}, {{"type", "one-step-gn"}}, {{"type", "tsvd"}}});
+      folder.path(), {{{"type", "level-set"}}, {{"type", "one-step-gn"}}, {{"type", "tsvd"}}}, 2);
   ASSERT_EQ(results.rows.size(), 5u);  // the level set twice, and the empty image
   EXPECT_TRUE(results.simulated_levels);
   const KtcRow& level_set = results.rows[0];
@@ -313,6 +314,10 @@ TEST(KtcExperiment, WholeTargetsStandForEveryLevelAndALevelSetFindsThem) {
   EXPECT_GT(*results.rows[2].outcomes[0].score, 0.6);
   EXPECT_GT(*results.rows[3].outcomes[0].score, 0.4);
   EXPECT_LT(*results.rows[4].outcomes[0].score, 0.4);
+  ASSERT_EQ(results.simulated.size(), 5u);
+  ASSERT_EQ(results.simulated[0].outcomes.size(), 4u);  // two targets at two levels
+  EXPECT_NE(results.simulated[0].outcomes[0].truth, results.simulated[0].outcomes[2].truth);
+  EXPECT_GT(*results.simulated[0].score_of(1), *results.simulated[4].score_of(1) + 0.3);
   EXPECT_FALSE(level_set.sum().has_value());  // five levels are not asked for
   EXPECT_NEAR(*level_set.score_of(5), 3 * *level_set.outcomes[1].score, 1e-12);
 }
