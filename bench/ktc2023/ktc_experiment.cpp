@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/features/parts.h"
+#include "bench/ktc2023/simulated_tanks.h"
 #include "core/errors.h"
 #include "core/statistics.h"
 #include "core/text.h"
@@ -41,6 +42,12 @@ struct KtcSpec {
       methods.push_back({label, ktc_method_from_json(entry, tank)});
       entry.finish();
     }
+    if (root.has("simulated")) {
+      JsonObject simulation = root.object("simulated");
+      simulated = simulation.integer("count", 1, 1000);
+      seed = simulation.integer("seed", 0, 1 << 30);
+      simulation.finish();
+    }
     if (root.has("official")) read_official(root.object("official"));
     root.finish();
   }
@@ -55,6 +62,8 @@ struct KtcSpec {
 
   fs::path data;
   std::vector<int> levels;
+  int simulated = 0;
+  int seed = 0;
   std::vector<Method> methods;
   KtcResults results;  ///< what the file says of them
 };
@@ -151,29 +160,40 @@ KtcResults ktc_results(const ExperimentJson& json) {
   const std::vector<KtcTarget> targets = read_ktc_targets(spec.data);
   std::map<fs::path, KtcReference> references;
   std::map<fs::path, KtcSetting> settings;
-  std::vector<Case> cases;
   for (const KtcTarget& target : targets) {
-    if (!settings.contains(target.reference)) {
-      const KtcReference& reference =
-          references.emplace(target.reference, read_ktc_reference(target.reference)).first->second;
-      KtcCalibration fit = calibrate_ktc(tank, reference.patterns, reference.voltages);
-      results.calibrations[fs::relative(target.reference, spec.data).string()] = fit;
-      Eigen::MatrixXd channels = channel_operator(reference.patterns, fit.gain, fit.common_mode);
-      settings[target.reference] = {&tank, std::move(fit), std::move(channels)};
-    }
-    for (const int level : spec.levels) {
-      if (!target.any_level && level != target.level) continue;
-      results.simulated_levels |= target.any_level && level > 1;
-      cases.push_back({&target, level, &settings[target.reference],
-                       frame_of(target, references[target.reference], level)});
-    }
+    if (settings.contains(target.reference)) continue;
+    const KtcReference& reference =
+        references.emplace(target.reference, read_ktc_reference(target.reference)).first->second;
+    KtcCalibration fit = calibrate_ktc(tank, reference.patterns, reference.voltages);
+    results.calibrations[fs::relative(target.reference, spec.data).string()] = fit;
+    Eigen::MatrixXd channels = channel_operator(reference.patterns, fit.gain, fit.common_mode);
+    settings[target.reference] = {&tank, std::move(fit), std::move(channels)};
+    results.simulated_levels |= target.any_level;
   }
-  for (const Method& method : spec.methods) run_method(method, cases, results.rows);
-  // What an image without a contact scores.
-  KtcRow empty{"no-contact", {}};
-  for (const Case& one : cases)
-    empty.outcomes.push_back(outcome_of(one, ClassMap::Zero(256, 256), 0));
-  results.rows.push_back(std::move(empty));
+  const auto run = [&](const std::vector<KtcTarget>& all) {
+    std::vector<Case> cases;
+    for (const KtcTarget& target : all) {
+      for (const int level : spec.levels) {
+        if (!target.any_level && level != target.level) continue;
+        cases.push_back({&target, level, &settings[target.reference],
+                         frame_of(target, references[target.reference], level)});
+      }
+    }
+    std::vector<KtcRow> rows;
+    for (const Method& method : spec.methods) run_method(method, cases, rows);
+    // What an image without a contact scores.
+    KtcRow& empty = rows.emplace_back(KtcRow{"no-contact", {}});
+    for (const Case& one : cases)
+      empty.outcomes.push_back(outcome_of(one, ClassMap::Zero(256, 256), 0));
+    return rows;
+  };
+  results.rows = run(targets);
+  if (spec.simulated > 0) {
+    const fs::path& file = targets.front().reference;
+    results.simulated =
+        run(simulate_ktc_targets(references[file], file, settings[file].calibration, spec.simulated,
+                                 static_cast<std::uint64_t>(spec.seed)));
+  }
   return results;
 }
 

@@ -44,6 +44,7 @@ struct KtcResults {
   std::string command;
   std::map<std::string, KtcCalibration> calibrations;  ///< by the reference's file
   std::vector<KtcRow> rows;
+  std::vector<KtcRow> simulated;  ///< of simulated targets, if they were asked for
   /// Published scores, by level or a sum alone.
   std::vector<std::pair<std::string, std::vector<double>>> official;
   bool simulated_levels = false;  ///< whole targets stood for levels

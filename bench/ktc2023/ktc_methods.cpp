@@ -17,10 +17,10 @@ struct Options {
   double length_mm = 30;
   double noise = 0.003;
   double model_error = 0.05;
-  double contrast = 3;
+  double contrast = 2.6;
   double sharpness = 0.2;
   double likely = 1;
-  int iterations = 8;
+  int iterations = 6;
   int rank = 50;
 };
 
@@ -35,26 +35,29 @@ Misfit misfit_of(const KtcSetting& setting, const KtcFrame& frame, const Options
   const Eigen::ArrayXd weight =
       frame.present.array() /
       (std::pow(options.noise, 2) + (options.model_error * frame.change.array()).square()).sqrt();
-  const Eigen::MatrixXd weighted = weight.matrix().asDiagonal() * setting.channels;
+  const Eigen::MatrixXf weighted =
+      weight.matrix().cast<float>().asDiagonal() * setting.channels.cast<float>();
   Misfit out;
-  out.normal.setZero(TankModel::pairs, TankModel::pairs);
-  out.normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
-  out.normal = out.normal.selfadjointView<Eigen::Lower>();
-  out.side = weighted.transpose() * (weight * frame.change.array()).matrix();
+  Eigen::MatrixXf normal = Eigen::MatrixXf::Zero(TankModel::pairs, TankModel::pairs);
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
+  out.normal = normal.cast<double>().selfadjointView<Eigen::Lower>();
+  out.side = weighted.transpose().cast<double>() * (weight * frame.change.array()).matrix();
   return out;
 }
 
-/// d packed resistance / d log conductivity at the nodes, whose mean a triangle has, [528, nodes].
-Eigen::MatrixXd nodal_sensitivity(const TankModel& tank, const TankModel::Solution& solution,
-                                  const Eigen::VectorXd& by_triangle) {
-  const Eigen::MatrixXd triangles = tank.sensitivity(solution);
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(TankModel::pairs, tank.nodes().cols());
+/// d packed resistance / d coefficients of the `functions`, of which a triangle has the mean at its
+/// nodes, [528, functions]. `by_triangle`: d conductivity by such a mean. Single precision is as
+/// good for a step and twice as fast.
+Eigen::MatrixXf sensitivity_of(const TankModel& tank, const TankModel::Solution& solution,
+                               const Eigen::VectorXd& by_triangle,
+                               const Eigen::MatrixXf& functions) {
+  Eigen::MatrixXf nodal = Eigen::MatrixXf::Zero(TankModel::pairs, tank.nodes().cols());
   for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
-    const auto at = static_cast<Eigen::Index>(t);
-    const Eigen::VectorXd share = by_triangle[at] / 3 * triangles.col(at);
-    for (const int node : tank.triangles()[t]) out.col(node) += share;
+    const double share = by_triangle[static_cast<Eigen::Index>(t)] / 3;
+    const Eigen::VectorXf column = (share * tank.sensitivity(solution, t)).cast<float>();
+    for (const int node : tank.triangles()[t]) nodal.col(node) += column;
   }
-  return out;
+  return nodal * functions;
 }
 
 Eigen::VectorXd uniform(const KtcSetting& setting) {
@@ -78,6 +81,7 @@ Eigen::MatrixXd smooth_functions(const TankModel& tank, double length) {
     const double distance = std::sqrt(3.0) * (a - b).norm() / length;
     return (1 + distance) * std::exp(-distance);
   };
+  const Eigen::VectorXd weights = tank.node_areas();
   const auto count = std::ssize(points);
   Eigen::MatrixXd own(count, count);
   Eigen::MatrixXd cross(count, tank.nodes().cols());
@@ -91,28 +95,39 @@ Eigen::MatrixXd smooth_functions(const TankModel& tank, double length) {
     }
   }
   own.llt().matrixL().solveInPlace(cross);
-  return cross.transpose();
+  // Of these the principal ones, which have all but a small part of the variance.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> principal(cross * weights.asDiagonal() *
+                                                                 cross.transpose());
+  constexpr double left_out = 0.005;
+  const Eigen::VectorXd variances = principal.eigenvalues();
+  Eigen::Index first = 0;
+  for (double sum = variances[0]; sum < left_out * variances.sum(); sum += variances[++first]) {
+  }
+  return cross.transpose() * principal.eigenvectors().rightCols(count - first);
 }
 
 /// Gauss–Newton's change of `coefficients`, which are independent of variance 1 a priori, where the
 /// model has changed its resistances by `resistance_change`.
-Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXd& jacobian,
+Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXf& jacobian,
                             const Eigen::VectorXd& resistance_change,
                             const Eigen::VectorXd& coefficients) {
-  Eigen::MatrixXd normal = jacobian.transpose() * misfit.normal * jacobian;
+  const Eigen::MatrixXf weighted = misfit.normal.cast<float>() * jacobian;
+  Eigen::MatrixXd normal = (jacobian.transpose() * weighted).cast<double>();
   normal.diagonal().array() += 1;
-  return normal.llt().solve(
-      jacobian.transpose() * (misfit.side - misfit.normal * resistance_change) - coefficients);
+  const Eigen::VectorXd left = misfit.side - misfit.normal * resistance_change;
+  return normal.llt().solve(jacobian.transpose().cast<double>() * left - coefficients);
 }
 
 class OneStep final : public KtcMethod {
  public:
   OneStep(const TankModel& tank, const Options& options)
-      : options_(options), functions_(smooth_functions(tank, options.length_mm / 1000)) {}
+      : options_(options),
+        functions_(smooth_functions(tank, options.length_mm / 1000)),
+        single_(functions_.cast<float>()) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
-    const Eigen::MatrixXd jacobian =
-        nodal_sensitivity(*setting.tank, setting.calibration.empty, uniform(setting)) * functions_;
+    const Eigen::MatrixXf jacobian =
+        sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_);
     const Eigen::VectorXd change = regularised(misfit_of(setting, frame, options_), jacobian,
                                                Eigen::VectorXd::Zero(TankModel::pairs),
                                                Eigen::VectorXd::Zero(functions_.cols()));
@@ -122,12 +137,15 @@ class OneStep final : public KtcMethod {
  private:
   Options options_;
   Eigen::MatrixXd functions_;
+  Eigen::MatrixXf single_;  ///< the same
 };
 
 class TruncatedSvd final : public KtcMethod {
  public:
   TruncatedSvd(const TankModel& tank, const Options& options)
-      : options_(options), functions_(smooth_functions(tank, options.length_mm / 1000)) {}
+      : options_(options),
+        functions_(smooth_functions(tank, options.length_mm / 1000)),
+        single_(functions_.cast<float>()) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     // The misfit's square root stands for the weighted channels; then A A^T has the left vectors.
@@ -136,7 +154,8 @@ class TruncatedSvd final : public KtcMethod {
     const Eigen::VectorXd scale = root.eigenvalues().cwiseMax(0).cwiseSqrt();
     const Eigen::MatrixXd jacobian =
         scale.asDiagonal() * root.eigenvectors().transpose() *
-        nodal_sensitivity(*setting.tank, setting.calibration.empty, uniform(setting)) * functions_;
+        sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_)
+            .cast<double>();
     const Eigen::VectorXd side =
         (root.eigenvectors().transpose() * misfit.side).binaryExpr(scale, [&](double x, double s) {
           return s > 1e-9 * scale.maxCoeff() ? x / s : 0;
@@ -152,6 +171,7 @@ class TruncatedSvd final : public KtcMethod {
  private:
   Options options_;
   Eigen::MatrixXd functions_;
+  Eigen::MatrixXf single_;  ///< the same
 };
 
 /// Log conductivity by a level set, and its derivative: `contrast` above 1, -`contrast` below -1,
@@ -173,24 +193,30 @@ class LevelSet final : public KtcMethod {
  public:
   LevelSet(const TankModel& tank, const Options& options)
       : options_(options),
-        functions_(options.likely * smooth_functions(tank, options.length_mm / 1000)) {}
+        functions_(options.likely * smooth_functions(tank, options.length_mm / 1000)),
+        single_(functions_.cast<float>()) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const Misfit misfit = misfit_of(setting, frame, options_);
     Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(functions_.cols());
+    State now;
+    double width = 0;
     for (int i = 0; i < options_.iterations; ++i) {
-      const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.7, i))};
-      const State now = state(setting, misfit, contrast, coefficients);
-      Eigen::VectorXd change = regularised(
-          misfit, nodal_sensitivity(*setting.tank, now.solution, now.slopes) * functions_,
-          now.resistance_change, coefficients);
+      const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.6, i))};
+      if (contrast.width != width) now = state(setting, misfit, contrast, coefficients);
+      width = contrast.width;
+      Eigen::VectorXd change =
+          regularised(misfit, sensitivity_of(*setting.tank, now.solution, now.slopes, single_),
+                      now.resistance_change, coefficients);
       constexpr double most = 1.5;  // of the level set, where the model is linear no more
       change *= std::min(1.0, most / (functions_ * change).cwiseAbs().maxCoeff());
       constexpr int halvings = 2;
-      for (int k = 0; k < halvings; ++k) {
-        if (state(setting, misfit, contrast, coefficients + change).cost < now.cost) break;
+      State next = state(setting, misfit, contrast, coefficients + change);
+      for (int k = 0; k < halvings && next.cost >= now.cost; ++k) {
         change /= 2;
+        next = state(setting, misfit, contrast, coefficients + change);
       }
+      now = std::move(next);
       coefficients += change;
     }
     const Eigen::VectorXd levels = functions_ * coefficients;
@@ -232,6 +258,7 @@ class LevelSet final : public KtcMethod {
 
   Options options_;
   Eigen::MatrixXd functions_;
+  Eigen::MatrixXf single_;  ///< the same
 };
 
 }  // namespace

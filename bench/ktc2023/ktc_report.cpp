@@ -17,15 +17,15 @@ using nlohmann::json;
 
 std::string percent(double share) { return three_digits(100 * share) + " %"; }
 
-TableSection scores_of(const KtcResults& results) {
+TableSection scores_of(const std::string& caption, const std::vector<KtcRow>& rows) {
   TableSection out;
-  out.caption = "Scores";
+  out.caption = caption;
   out.columns = {{"method", Align::left}, "sum of 21"};
   for (int level = 1; level <= ktc_levels; ++level) {
     out.columns.emplace_back("level " + std::to_string(level));
   }
   out.columns.emplace_back("time of a target");
-  for (const KtcRow& row : results.rows) {
+  for (const KtcRow& row : rows) {
     std::vector<Cell>& cells = out.rows.emplace_back();
     cells = {row.label, number_cell(row.sum(), 2)};
     for (int level = 1; level <= ktc_levels; ++level) {
@@ -40,7 +40,7 @@ TableSection scores_of(const KtcResults& results) {
 TableSection official_of(const KtcResults& results) {
   TableSection out;
   out.caption = "The competition's own results, on its evaluation targets";
-  out.columns = scores_of({}).columns;
+  out.columns = scores_of("", {}).columns;
   out.columns.pop_back();
   for (const auto& [label, values] : results.official) {
     std::vector<Cell>& cells = out.rows.emplace_back();
@@ -78,10 +78,13 @@ Table table_of(const KtcResults& results) {
   Table table;
   table.title = results.title;
   table.text = results.question;
-  table.sections = {scores_of(results), calibration_of(results)};
-  if (!results.official.empty()) {
-    table.sections.insert(table.sections.begin() + 1, official_of(results));
+  table.sections = {scores_of(
+      results.simulated_levels ? "Scores on the training targets" : "Scores", results.rows)};
+  if (!results.simulated.empty()) {
+    table.sections.push_back(scores_of("Scores on simulated targets", results.simulated));
   }
+  if (!results.official.empty()) table.sections.push_back(official_of(results));
+  table.sections.push_back(calibration_of(results));
   table.legend = {
       "A level's score is three times the mean over its targets; 3 is the most. Segmentation is "
       "the "
@@ -101,11 +104,30 @@ Table table_of(const KtcResults& results) {
 TableSection targets_of(const KtcResults& results) {
   TableSection out;
   out.columns = columns_named("method target level score time_ms");
-  for (const KtcRow& row : results.rows) {
-    for (const KtcOutcome& one : row.outcomes) {
-      out.rows.push_back({row.label, one.target, std::to_string(one.level), exact_cell(one.score),
-                          exact_cell(1000 * one.time_s)});
+  for (const auto* rows : {&results.rows, &results.simulated}) {
+    for (const KtcRow& row : *rows) {
+      for (const KtcOutcome& one : row.outcomes) {
+        out.rows.push_back({row.label, one.target, std::to_string(one.level), exact_cell(one.score),
+                            exact_cell(1000 * one.time_s)});
+      }
     }
+  }
+  return out;
+}
+
+json rows_of(const std::vector<KtcRow>& rows) {
+  json out = json::array();
+  for (const KtcRow& row : rows) {
+    json levels = json::array();
+    for (int level = 1; level <= ktc_levels; ++level) {
+      const auto score = row.score_of(level);
+      levels.push_back(score ? json(*score) : json());
+    }
+    const auto sum = row.sum();
+    out.push_back({{"label", row.label},
+                   {"sum", sum ? json(*sum) : json()},
+                   {"levels", levels},
+                   {"time_ms", 1000 * row.median_time_s()}});
   }
   return out;
 }
@@ -115,18 +137,8 @@ json summary_of(const KtcResults& results) {
               {"title", results.title},
               {"command", results.command},
               {"machine", machine_provenance()}};
-  for (const KtcRow& row : results.rows) {
-    json levels = json::array();
-    for (int level = 1; level <= ktc_levels; ++level) {
-      const auto score = row.score_of(level);
-      levels.push_back(score ? json(*score) : json());
-    }
-    const auto sum = row.sum();
-    out["rows"].push_back({{"label", row.label},
-                           {"sum", sum ? json(*sum) : json()},
-                           {"levels", levels},
-                           {"time_ms", 1000 * row.median_time_s()}});
-  }
+  out["rows"] = rows_of(results.rows);
+  if (!results.simulated.empty()) out["simulated"] = rows_of(results.simulated);
   for (const auto& [file, fit] : results.calibrations) {
     out["calibration"][file] = {
         {"conductivity", fit.conductivity},

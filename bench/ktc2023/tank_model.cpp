@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,57 +11,132 @@
 namespace ertbench {
 namespace {
 
-constexpr int border_nodes = 256;
+using std::numbers::pi;
+
+constexpr double first_end = 81.5625 / 180 * pi;  // angle at which the first electrode begins
+constexpr int near_the_border = 4;                // rings as deep as half an electrode is wide
+constexpr double half_width = pi / 64;            // of electrodes and of the gaps between them
 
 Eigen::Matrix2d mass_of_segment(double length) {
   return (Eigen::Matrix2d() << length / 3, length / 6, length / 6, length / 3).finished();
 }
 
+/// Angles of a ring with nodes at the ends and the middles of electrodes and gaps, and at those
+/// `parts` of the way from end to middle.
+std::vector<double> graded_angles(const std::vector<double>& parts) {
+  std::vector<double> out;
+  for (int half = 0; half < 4 * TankModel::electrodes; ++half) {
+    const double begin = first_end + half_width * half;
+    out.push_back(begin);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const double part = half % 2 == 0 ? parts[i] : 1 - parts[parts.size() - 1 - i];
+      out.push_back(begin + half_width * part);
+    }
+  }
+  return out;
+}
+
+std::vector<double> even_angles(int count) {
+  std::vector<double> out;
+  for (int i = 0; i < count; ++i) out.push_back(first_end + 2 * pi * i / count);
+  return out;
+}
+
 }  // namespace
 
-std::vector<TankModel::Ring> TankModel::rings() {
-  // Four rings resolve the ends of the electrodes; inside, triangles grow as the resolution falls.
-  std::vector<Ring> out = {{1, 0, 256}, {.978, 0, 256}, {.953, 0, 256}, {.925, 0, 128}};
+std::vector<TankModel::Ring> TankModel::rings(int refinement) {
+  // Depths grow like distances from the electrodes' ends; nodes closer to an end are left behind.
+  const int graded = near_the_border * refinement;
+  const auto part = [&](int i) { return std::pow(static_cast<double>(i) / graded, 2); };
+  std::vector<Ring> out;
+  for (int i = 0; i <= graded; ++i) {
+    std::vector<double> parts;
+    for (int j = std::clamp(i, 1, graded - refinement + 1); j < graded; ++j)
+      parts.push_back(part(j));
+    out.push_back({1 - half_width * part(i), graded_angles(parts)});
+  }
+  // Inside, triangles grow as the resolution falls.
   const auto to = [&](double least, double step, int count) {
-    while (out.back().radius > least) out.push_back({out.back().radius - step, 0, count});
+    while (out.back().radius - step / refinement > least) {
+      out.push_back({out.back().radius - step / refinement, even_angles(count * refinement)});
+    }
   };
   to(.57, .044, 128);
-  out.push_back({out.back().radius - .07, 0, 64});
-  to(.34, .078, 64);
-  to(.2, .1, 32);
-  out.push_back({std::max(out.back().radius - .09, .09), 0, 16});
-  out.push_back({0, 0, 1});
-  std::reverse(out.begin(), out.end());
-  for (std::size_t r = 1; r < out.size(); ++r) out[r].first = out[r - 1].first + out[r - 1].count;
+  to(.34, .08, 64);
+  to(.05, .1, 32);
+  out.push_back({0, even_angles(1)});
+  for (std::size_t r = 1; r < out.size(); ++r) {
+    out[r].first = out[r - 1].first + static_cast<int>(out[r - 1].angles.size());
+  }
   return out;
 }
 
 void TankModel::add_triangles(const Ring& inner, const Ring& outer) {
-  const auto in = [&](int i) { return inner.first + i % inner.count; };
-  const auto out = [&](int i) { return outer.first + i % outer.count; };
-  const int each = inner.count == 1 ? outer.count : outer.count / inner.count;
-  for (int i = 0; i < inner.count; ++i) {
-    for (int k = 0; k < each; ++k) {
-      const int j = i * each + k;
-      triangles_.push_back({in(each == 2 && k == 1 ? i + 1 : i), out(j), out(j + 1)});
+  const auto node = [](const Ring& ring, std::size_t i) {
+    return ring.first + static_cast<int>(i % ring.angles.size());
+  };
+  const auto angle = [](const Ring& ring, std::size_t i) {
+    return ring.angles[i % ring.angles.size()] + (i < ring.angles.size() ? 0 : 2 * pi);
+  };
+  // Goes around both at once; the next edge is the one whose middle comes first.
+  std::size_t in = 0, out = 0;
+  const std::size_t inner_edges = inner.angles.size() == 1 ? 0 : inner.angles.size();
+  while (in < inner_edges || out < outer.angles.size()) {
+    const bool outwards = in == inner_edges || (out < outer.angles.size() &&
+                                                angle(outer, out) + angle(outer, out + 1) <=
+                                                    angle(inner, in) + angle(inner, in + 1) + 1e-9);
+    if (outwards) {
+      triangles_.push_back({node(inner, in), node(outer, out), node(outer, out + 1)});
+      ++out;
+    } else {
+      triangles_.push_back({node(inner, in), node(outer, out), node(inner, in + 1)});
+      ++in;
     }
-    if (inner.count == 1) continue;
-    const int j = each == 1 ? i + 1 : 2 * i + 1;
-    triangles_.push_back({in(i), out(j), in(i + 1)});
   }
 }
 
-TankModel::TankModel() : rings_(rings()) {
-  using std::numbers::pi;
-  nodes_.resize(2, rings_.back().first + rings_.back().count);
-  for (const Ring& ring : rings_) {
-    for (int i = 0; i < ring.count; ++i) {
-      const double angle = 2 * pi * i / ring.count;
-      nodes_.col(ring.first + i) =
-          radius * ring.radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+void TankModel::order_nodes() {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& corners : triangles_) {
+    for (const int a : corners) {
+      for (const int b : corners) entries.emplace_back(a, b, 1);
     }
   }
-  for (std::size_t r = 1; r < rings_.size(); ++r) add_triangles(rings_[r - 1], rings_[r]);
+  Eigen::SparseMatrix<double> pattern(nodes_.cols(), nodes_.cols());
+  pattern.setFromTriplets(entries.begin(), entries.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic> order;
+  Eigen::AMDOrdering<int>()(pattern, order);
+  const Eigen::VectorXi place = order.inverse().eval().indices();
+  const Eigen::Matrix2Xd before = nodes_;
+  nodes_(Eigen::all, place) = before;
+  for (auto& corners : triangles_) {
+    for (int& node : corners) node = place[node];
+  }
+  for (Segment& segment : segments_) {
+    for (int& node : segment.ends) node = place[node];
+  }
+}
+
+TankModel::TankModel(int refinement) {
+  const std::vector<Ring> rings = TankModel::rings(refinement);
+  nodes_.resize(2, rings.back().first + 1);
+  for (const Ring& ring : rings) {
+    for (std::size_t i = 0; i < ring.angles.size(); ++i) {
+      nodes_.col(ring.first + static_cast<int>(i)) =
+          radius * ring.radius *
+          Eigen::Vector2d(std::cos(ring.angles[i]), std::sin(ring.angles[i]));
+    }
+  }
+  for (std::size_t r = 1; r < rings.size(); ++r) add_triangles(rings[r], rings[r - 1]);
+  const int border = static_cast<int>(rings.front().angles.size());
+  const int each = border / electrodes;  // segments of an electrode and a gap
+  for (int e = 0; e < electrodes; ++e) {
+    for (int s = each * e; s < each * e + each / 2; ++s) {
+      const std::array ends = {s, (s + 1) % border};
+      segments_.push_back({e, ends, (nodes_.col(ends[1]) - nodes_.col(ends[0])).norm()});
+    }
+  }
+  order_nodes();
   areas_.resize(std::ssize(triangles_));
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     Eigen::Matrix3d corners;
@@ -69,61 +146,41 @@ TankModel::TankModel() : rings_(rings()) {
     areas_[static_cast<Eigen::Index>(t)] = corners.determinant() / 2;
     gradients_.emplace_back(corners.inverse().bottomRows<2>());
   }
-  segment_length_ = 2 * radius * std::sin(pi / border_nodes);
-  constexpr int each = border_nodes / electrodes / 2;  // segments of an electrode
-  const int border = rings_.back().first;
-  for (int e = 0; e < electrodes; ++e) {
-    const int begin = border_nodes * 15 / 64 - each / 2 + 2 * each * e;  // 84.375 degrees
-    for (int s = begin; s < begin + each; ++s) {
-      segments_.push_back({e, border + s % border_nodes, border + (s + 1) % border_nodes});
-    }
-  }
 }
 
 TankModel::Solution TankModel::solve(const Eigen::VectorXd& conductivity,
                                      const Eigen::VectorXd& contact_impedance) const {
-  // Blocks of the stiffness matrix: of each ring, and from it to the next one outwards.
-  std::vector<int> ring_of(static_cast<std::size_t>(nodes_.cols()));
-  std::vector<Eigen::MatrixXd> own, next;
-  for (std::size_t r = 0; r < rings_.size(); ++r) {
-    std::fill_n(ring_of.begin() + rings_[r].first, rings_[r].count, static_cast<int>(r));
-    own.emplace_back(Eigen::MatrixXd::Zero(rings_[r].count, rings_[r].count));
-    if (r + 1 < rings_.size()) {
-      next.emplace_back(Eigen::MatrixXd::Zero(rings_[r].count, rings_[r + 1].count));
+  std::vector<Eigen::Triplet<double>> entries;  // of the lower triangle
+  entries.reserve(6 * triangles_.size() + 3 * segments_.size());
+  const auto add = [&](const auto& nodes, const auto& block) {
+    for (std::size_t a = 0; a < nodes.size(); ++a) {
+      for (std::size_t b = 0; b < nodes.size(); ++b) {
+        if (nodes[a] < nodes[b]) continue;
+        entries.emplace_back(nodes[a], nodes[b],
+                             block(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)));
+      }
     }
-  }
+  };
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const auto at = static_cast<Eigen::Index>(t);
     const Eigen::Matrix3d stiffness =
         conductivity[at] * areas_[at] * gradients_[t].transpose() * gradients_[t];
-    for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) {
-        const int from = triangles_[t][static_cast<std::size_t>(a)];
-        const int to = triangles_[t][static_cast<std::size_t>(b)];
-        const auto r = static_cast<std::size_t>(ring_of[static_cast<std::size_t>(from)]);
-        const auto q = static_cast<std::size_t>(ring_of[static_cast<std::size_t>(to)]);
-        if (q < r) continue;
-        (q == r ? own : next)[r](from - rings_[r].first, to - rings_[q].first) += stiffness(a, b);
-      }
-    }
+    add(triangles_[t], stiffness);
   }
-  const int border = rings_.back().first;
-  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(border_nodes, electrodes);
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(nodes_.cols(), electrodes);
   Eigen::VectorXd admittance = Eigen::VectorXd::Zero(electrodes);
-  for (const auto& [e, a, b] : segments_) {
-    const double length = segment_length_ / contact_impedance[e];
-    const std::array<int, 2> ends = {a - border, b - border};
-    own.back()(ends, ends) += mass_of_segment(length);
-    for (const int end : ends) coupling(end, e) -= length / 2;
-    admittance[e] += length;
+  for (const Segment& segment : segments_) {
+    const double length = segment.length / contact_impedance[segment.electrode];
+    add(segment.ends, mass_of_segment(length));
+    for (const int end : segment.ends) coupling(end, segment.electrode) -= length / 2;
+    admittance[segment.electrode] += length;
   }
-  std::vector<Eigen::MatrixXd> inwards;  // potentials of a ring from those of the next one
-  for (std::size_t r = 0; r < next.size(); ++r) {
-    inwards.emplace_back(own[r].llt().solve(next[r]));
-    own[r + 1].noalias() -= next[r].transpose() * inwards.back();
-  }
-  const Eigen::MatrixXd to_border = own.back().llt().solve(coupling);
-  Eigen::MatrixXd conductance = -coupling.transpose() * to_border;
+  Eigen::SparseMatrix<double> stiffness(nodes_.cols(), nodes_.cols());
+  stiffness.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
+      factor(stiffness);
+  const Eigen::MatrixXd to_electrodes = factor.solve(coupling);
+  Eigen::MatrixXd conductance = -coupling.transpose() * to_electrodes;
   conductance.diagonal() += admittance;
   const double trace = conductance.trace();
   conductance.array() += trace / (electrodes * electrodes);  // makes the constant regular
@@ -131,12 +188,7 @@ TankModel::Solution TankModel::solve(const Eigen::VectorXd& conductivity,
   out.resistance = conductance.llt().solve(Eigen::MatrixXd::Identity(electrodes, electrodes));
   out.resistance.array() -= 1 / trace;
   out.resistance = (out.resistance + out.resistance.transpose()).eval() / 2;
-  out.potentials.resize(nodes_.cols(), electrodes);
-  out.potentials.bottomRows(border_nodes) = -to_border * out.resistance;
-  for (std::size_t r = next.size(); r-- > 0;) {
-    out.potentials.middleRows(rings_[r].first, rings_[r].count) =
-        -inwards[r] * out.potentials.middleRows(rings_[r + 1].first, rings_[r + 1].count);
-  }
+  out.potentials = -to_electrodes * out.resistance;
   return out;
 }
 
@@ -149,16 +201,17 @@ Eigen::VectorXd TankModel::packed(const Eigen::MatrixXd& resistance) {
   return out;
 }
 
-Eigen::MatrixXd TankModel::sensitivity(const Solution& solution) const {
-  Eigen::MatrixXd out(pairs, std::ssize(triangles_));
-  Eigen::Matrix<double, 3, electrodes> corners;
+Eigen::VectorXd TankModel::sensitivity(const Solution& solution, std::size_t triangle) const {
+  const Eigen::Matrix<double, 3, electrodes> corners =
+      solution.potentials(triangles_[triangle], Eigen::all);
+  const Eigen::Matrix<double, 2, electrodes> field = gradients_[triangle] * corners;
+  return packed(-areas_[static_cast<Eigen::Index>(triangle)] * field.transpose() * field);
+}
+
+Eigen::VectorXd TankModel::node_areas() const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(nodes_.cols());
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    const auto at = static_cast<Eigen::Index>(t);
-    for (int c = 0; c < 3; ++c) {
-      corners.row(c) = solution.potentials.row(triangles_[t][static_cast<std::size_t>(c)]);
-    }
-    const Eigen::Matrix<double, 2, electrodes> field = gradients_[t] * corners;
-    out.col(at) = packed(-areas_[at] * field.transpose() * field);
+    for (const int node : triangles_[t]) out[node] += areas_[static_cast<Eigen::Index>(t)] / 3;
   }
   return out;
 }
@@ -166,12 +219,10 @@ Eigen::MatrixXd TankModel::sensitivity(const Solution& solution) const {
 Eigen::MatrixXd TankModel::impedance_sensitivity(const Solution& solution,
                                                  const Eigen::VectorXd& contact_impedance) const {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(pairs, electrodes);
-  for (const auto& [e, a, b] : segments_) {
-    Eigen::Matrix<double, 2, electrodes> drop;
-    drop.row(0) = solution.potentials.row(a) - solution.resistance.row(e);
-    drop.row(1) = solution.potentials.row(b) - solution.resistance.row(e);
-    out.col(e) +=
-        packed(drop.transpose() * mass_of_segment(segment_length_ / contact_impedance[e]) * drop);
+  for (const auto& [e, ends, length] : segments_) {
+    const Eigen::Matrix<double, 2, electrodes> drop =
+        solution.potentials(ends, Eigen::all).rowwise() - solution.resistance.row(e);
+    out.col(e) += packed(drop.transpose() * mass_of_segment(length / contact_impedance[e]) * drop);
   }
   return out;
 }

@@ -8,17 +8,21 @@ namespace ertbench {
 
 /// Finite elements for the tank of KTC2023: a disc of radius 115 mm with 32 electrodes on half of
 /// its border, counterclockwise, the first centre at 84.375 degrees. Complete electrode model,
-/// linear triangles between rings of nodes, solved ring by ring from the centre outwards.
+/// linear triangles between rings of nodes that lie closer towards the ends of the electrodes.
 class TankModel {
  public:
   static constexpr int electrodes = 32;
   static constexpr double radius = 0.115;  ///< m
 
-  TankModel();
+  /// `refinement` times as many nodes along and across; the default is meant for reconstruction.
+  explicit TankModel(int refinement = 1);
 
   const Eigen::Matrix2Xd& nodes() const { return nodes_; }  ///< m
   /// Nodes of each triangle, counterclockwise.
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
+
+  /// A third of the area of each node's triangles.
+  Eigen::VectorXd node_areas() const;
 
   /// Potentials for a unit current into each electrode that leaves evenly through all.
   struct Solution {
@@ -32,8 +36,8 @@ class TankModel {
   /// Resistances are kept as the upper triangle, row by row: [528].
   static constexpr int pairs = electrodes * (electrodes + 1) / 2;
   static Eigen::VectorXd packed(const Eigen::MatrixXd& resistance);
-  /// d packed / d conductivity, [528, triangles].
-  Eigen::MatrixXd sensitivity(const Solution& solution) const;
+  /// d packed / d conductivity of a triangle, [528].
+  Eigen::VectorXd sensitivity(const Solution& solution, std::size_t triangle) const;
   /// d packed / d log contact_impedance, [528, 32].
   Eigen::MatrixXd impedance_sensitivity(const Solution& solution,
                                         const Eigen::VectorXd& contact_impedance) const;
@@ -45,19 +49,24 @@ class TankModel {
  private:
   struct Ring {
     double radius;  ///< of the tank's
-    int first;      ///< node
-    int count;
+    std::vector<double> angles;
+    int first = 0;  ///< node
   };
-  static std::vector<Ring> rings();
+  static std::vector<Ring> rings(int refinement);
   void add_triangles(const Ring& inner, const Ring& outer);
+  /// Renumbers the nodes so that the stiffness matrix's factor stays sparse.
+  void order_nodes();
 
-  std::vector<Ring> rings_;
   Eigen::Matrix2Xd nodes_;
   std::vector<std::array<int, 3>> triangles_;
   std::vector<Eigen::Matrix<double, 2, 3>> gradients_;  ///< of the triangle's three hat functions
   Eigen::VectorXd areas_;
-  std::vector<std::array<int, 3>> segments_;  ///< electrode and two nodes of each border segment
-  double segment_length_ = 0;
+  struct Segment {
+    int electrode;
+    std::array<int, 2> ends;  ///< nodes
+    double length;
+  };
+  std::vector<Segment> segments_;  ///< of the border, below electrodes
 };
 
 }  // namespace ertbench
