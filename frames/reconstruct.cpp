@@ -59,13 +59,9 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
-constexpr double exact = 0.01;  ///< relative distance of a reference that a model made
-constexpr double least_model_error = 0.02, most_model_error = 0.1;
-
 /// Gives an entry of `contacts` what it would take from a validation set: the noise of the frames
 /// without contact, at the model's level, and the prior as it is. A measured reference lies away
-/// from the model's, and so do the changes: this distance is the model error where none is given,
-/// and the sheet's level, a gradient and the electrodes' places are unknowns, too.
+/// from the model's: this is the model error, and level, gradient and electrodes are unknowns, too.
 void complete(json& entry, const OwnFrames& frames) {
   const auto is_open = [&](const char* key) { return entry.value(key, json("auto")) == "auto"; };
   if (entry.value("type", "") != "contacts") return;
@@ -75,12 +71,10 @@ void complete(json& entry, const OwnFrames& frames) {
   entry["noise"] =
       frames.background_noise() * model.norm() / std::sqrt(static_cast<double>(model.size()));
   const Eigen::VectorXd reference = frames.reference().transpose();
-  const double level = reference.dot(model) / model.squaredNorm();
-  const double misfit = (reference - level * model).norm() / reference.norm();
-  if (!(misfit > exact)) return;
-  if (!entry.contains("model_error")) {
-    entry["model_error"] = std::clamp(misfit, least_model_error, most_model_error);
-  }
+  const Eigen::VectorXd at_level = reference.dot(model) / model.squaredNorm() * model;
+  const double misfit = (reference - at_level).norm() / reference.norm();
+  if (!(misfit > 0.01)) return;  // a model made it
+  if (!entry.contains("model_error")) entry["model_error"] = std::clamp(misfit, 0.02, 0.1);
   if (!entry.contains("nuisances") && !entry.contains("channel_mask")) {
     entry["nuisances"] = {{"level", 0.1}, {"gradient", 0.05}, {"electrodes", 0.01}};
   }

@@ -397,8 +397,8 @@ StudySection section_of(const std::shared_ptr<const PressResults>& results, cons
   if (levels.size() > 1) section.report.tables.push_back(levels_table(*results));
   section.report.tables.push_back(
       errors_table(*results, division.strength_name, levels.back().presses));
-  const TableSection parts = parts_table(*results);
-  if (!parts.rows.empty()) section.report.tables.push_back(parts);
+  if (TableSection parts = parts_table(*results); !parts.rows.empty())
+    section.report.tables.push_back(parts);
   section.figures = {
       {"_curve", "Error by the number of presses",
        "mean localisation error on presses that were not learned from", "",
@@ -416,8 +416,8 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
   const auto add = [&](const DatasetSpec& shown, int first, int last, const std::string& of) {
     const Division division = division_of(shown);
     const auto results = results_of(folds, outcomes, first, last, division);
-    study.sections.push_back(section_of(results, folds, division, of));
     json numbers = numbers_of(*results);
+    study.sections.push_back(section_of(results, folds, division, of));
     if (!division.strength_name.empty()) {
       numbers["strength"] = division.strength_name;
       numbers["mean_strength_error"] = to_json(results->mean_strength);
@@ -427,7 +427,6 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
   const auto wider = [](const DatasetSpec& a, const DatasetSpec& b) {
     return division_of(a).radius_mm < division_of(b).radius_mm;
   };
-  // All skins are drawn on the widest.
   const DatasetSpec& widest = *std::max_element(folds.skins.begin(), folds.skins.end(), wider);
   study.numbers =
       add(widest, 0, folds.total(),
