@@ -53,7 +53,7 @@ struct KtcResults {
 /// Reads the experiment and runs it on one thread. Throws InputError naming file and place.
 KtcResults ktc_results(const ExperimentJson& json);
 
-/// Writes table.md, targets.csv, summary.json and the figure of all targets, and prints the table.
+/// Writes table.md, targets.csv, scores.json and the figure of all targets, and prints the table.
 /// Returns how many figures could not be drawn.
 std::size_t report_ktc(const KtcResults& results, const std::filesystem::path& folder);
 

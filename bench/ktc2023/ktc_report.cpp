@@ -243,7 +243,7 @@ std::size_t report_ktc(const KtcResults& results, const fs::path& folder) {
                         markdown_of(table) + "\n![All targets](targets.png)\n\nAll targets by " +
                             best.label + ": water grey, resistive blue, conductive orange.\n");
   write_file_atomically(folder / "targets.csv", csv_of(targets_of(results)));
-  write_file_atomically(folder / "summary.json", json_text(summary_of(results), 1) + "\n");
+  write_file_atomically(folder / "scores.json", json_text(summary_of(results), 1) + "\n");
   const bool drawn = draw_or_say(folder / "targets", [&] {
     TargetsFigure(best).draw("KTC2023 by " + best.label, folder / "targets");
   });
