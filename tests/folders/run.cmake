@@ -1,10 +1,11 @@
 # Configures the sources SOURCE in two folders of WORK, one of which has rooms' names in its path. The
 # commands that compile them must be the same but for the path: a checkout may lie anywhere.
 function(compile_commands variable folder)
-  file(COPY ${SOURCE}/core ${SOURCE}/forward ${SOURCE}/solvers ${SOURCE}/frames ${SOURCE}/limit
+  file(COPY ${SOURCE}/core ${SOURCE}/forward ${SOURCE}/runtime ${SOURCE}/solvers ${SOURCE}/frames ${SOURCE}/limit
     ${SOURCE}/live ${SOURCE}/bench ${SOURCE}/python ${SOURCE}/cmake
     ${SOURCE}/CMakeLists.txt ${SOURCE}/CMakePresets.json ${SOURCE}/LICENSE ${SOURCE}/CITATION.cff ${SOURCE}/CHANGELOG.md
     DESTINATION ${folder})
+  file(COPY ${SOURCE}/models/inference DESTINATION ${folder}/models)
   # Benchmarks, learned solvers and tests are found slowly, and lie in folders of their own.
   execute_process(
     COMMAND ${CMAKE_COMMAND} --preset release -DERTBENCH_BENCHMARKS=OFF -DERTBENCH_MODELS=OFF
