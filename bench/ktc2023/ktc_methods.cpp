@@ -118,12 +118,22 @@ Eigen::VectorXd regularised(const Misfit& misfit, const Eigen::MatrixXf& jacobia
   return normal.llt().solve(jacobian.transpose().cast<double>() * left - coefficients);
 }
 
-class OneStep final : public KtcMethod {
- public:
-  OneStep(const TankModel& tank, const Options& options)
+/// A method whose unknowns are coefficients of smooth functions, independent and of variance 1.
+class InSmoothFunctions : public KtcMethod {
+ protected:
+  InSmoothFunctions(const TankModel& tank, const Options& options, double size)
       : options_(options),
-        functions_(smooth_functions(tank, options.length_mm / 1000)),
+        functions_(size * smooth_functions(tank, options.length_mm / 1000)),
         single_(functions_.cast<float>()) {}
+
+  Options options_;
+  Eigen::MatrixXd functions_;  ///< [nodes, coefficients]
+  Eigen::MatrixXf single_;     ///< the same
+};
+
+class OneStep final : public InSmoothFunctions {
+ public:
+  OneStep(const TankModel& tank, const Options& options) : InSmoothFunctions(tank, options, 1) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const Eigen::MatrixXf jacobian =
@@ -133,19 +143,12 @@ class OneStep final : public KtcMethod {
                                                Eigen::VectorXd::Zero(functions_.cols()));
     return {setting.tank->image(functions_ * change, image_size), std::nullopt};
   }
-
- private:
-  Options options_;
-  Eigen::MatrixXd functions_;
-  Eigen::MatrixXf single_;  ///< the same
 };
 
-class TruncatedSvd final : public KtcMethod {
+class TruncatedSvd final : public InSmoothFunctions {
  public:
   TruncatedSvd(const TankModel& tank, const Options& options)
-      : options_(options),
-        functions_(smooth_functions(tank, options.length_mm / 1000)),
-        single_(functions_.cast<float>()) {}
+      : InSmoothFunctions(tank, options, 1) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     // The misfit's square root stands for the weighted channels; then A A^T has the left vectors.
@@ -167,11 +170,6 @@ class TruncatedSvd final : public KtcMethod {
         jacobian.transpose() * (vectors * (inverse.asDiagonal() * (vectors.transpose() * side)));
     return {setting.tank->image(functions_ * coefficients, image_size), std::nullopt};
   }
-
- private:
-  Options options_;
-  Eigen::MatrixXd functions_;
-  Eigen::MatrixXf single_;  ///< the same
 };
 
 /// Log conductivity by a level set, and its derivative: `contrast` above 1, -`contrast` below -1,
@@ -189,12 +187,10 @@ struct Contrast {
   }
 };
 
-class LevelSet final : public KtcMethod {
+class LevelSet final : public InSmoothFunctions {
  public:
   LevelSet(const TankModel& tank, const Options& options)
-      : options_(options),
-        functions_(options.likely * smooth_functions(tank, options.length_mm / 1000)),
-        single_(functions_.cast<float>()) {}
+      : InSmoothFunctions(tank, options, options.likely) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const Misfit misfit = misfit_of(setting, frame, options_);
@@ -255,10 +251,6 @@ class LevelSet final : public KtcMethod {
                2 * out.resistance_change.dot(misfit.side);
     return out;
   }
-
-  Options options_;
-  Eigen::MatrixXd functions_;
-  Eigen::MatrixXf single_;  ///< the same
 };
 
 }  // namespace

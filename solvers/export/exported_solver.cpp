@@ -44,8 +44,7 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make) {
   try {
     const std::optional<LayerList> list = layered ? layered->layers() : std::nullopt;
     if (!list) {
-      throw InputError("a " + type +
-                       " has no layers that could be exported; take a linear method " +
+      throw InputError(type + " has no layers that could be exported; take a linear method " +
                        "or a network");
     }
     return {sensor, std::move(solver), *list, ExportProgram(*list)};
