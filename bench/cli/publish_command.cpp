@@ -17,6 +17,7 @@ struct PublishArguments {
   std::vector<std::string> experiments;
   int jobs = usable_cores();
   bool pages = false;
+  bool redraw = false;
 };
 
 /// `name`: a file, or the name of one in experiments/.
@@ -31,10 +32,14 @@ ExitCode publish(const PublishArguments& arguments) {
   if (arguments.experiments.empty() && !arguments.pages) {
     throw InputError("name the experiments to publish, or --pages to render the pages alone");
   }
-  if (!arguments.experiments.empty()) require_committed(project);
+  if (!arguments.experiments.empty() && !arguments.redraw) require_committed(project);
   const Cache cache = Cache::standard().with(Reuse::clean);
   int failures = 0;
   for (const std::string& name : arguments.experiments) {
+    if (arguments.redraw) {
+      redraw_published(name, project);
+      continue;
+    }
     SolverRegistry registry;
     const Experiment experiment =
         read_experiment(experiment_file(name, project), registry, chart_types());
@@ -56,6 +61,10 @@ Action add_publish(CLI::App& command) {
   command
       .add_flag("--pages", arguments->pages, "Render the pages alone, of the results that exist")
       ->excludes(command.get_option("experiments"));
+  command.add_flag(
+      "--redraw", arguments->redraw,
+      "Run nothing: write the tables and charts of the named results again, as far as\n"
+      "their summaries hold what they show");
   command.footer(
       "Example:\n  ertbench publish quick table_c1\n"
       "Refuses a tree with changes that are not committed, and a program that was built of other\n"

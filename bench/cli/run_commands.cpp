@@ -203,7 +203,7 @@ Action add_run(CLI::App& command) {
       "  ertbench run experiments/grid_alpha_beta.json --engine slurm --time 2:00:00\n"
       "Solvers with \"seeds\" are trained once for each; charts of their training are in\n"
       "RESULTS/training/. The file's \"charts\" are drawn beside the table. With \"ladders\" each\n"
-      "solver is taken to where it breaks down: RESULTS/breakdown.md, breakdown.csv and charts.");
+      "solver is taken to where it fails: RESULTS/breakdown.md, breakdown.csv and charts.");
   return [arguments, jobs] {
     arguments->jobs_given = jobs->count() > 0;
     return run(*arguments);

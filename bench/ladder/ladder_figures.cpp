@@ -43,10 +43,10 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
     map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
   }
   HeatMapPanel panel;
-  panel.title = "level at which it breaks down";
+  panel.title = "level beyond which it fails";
   panel.quantity = panel.title;
   map.published_note =
-      "colour: 0 breaks down at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
+      "colour: 0 fails at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
   panel.decimals = 2;
   panel.range = {0, 1};
   const std::size_t cells = solvers.size() * axes.size();
@@ -74,7 +74,7 @@ namespace {
 
 TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;
-  section.caption = "Where each solver breaks down";
+  section.caption = "Where each solver fails";
   section.columns = {{"axis", Align::left}};
   std::vector<AxisBreakdown> lines = breakdowns;  // in the order of the file's axes
   std::ranges::stable_sort(lines, std::less<>(), &AxisBreakdown::axis);
@@ -99,23 +99,24 @@ TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
 
 std::vector<std::string> notes_of(const Ladders& ladders) {
   const FailureRule& rule = ladders.failure;
-  return {"A frame fails when its image is not finite, when its relative error of δσ is " +
-              number_text(rule.relative_error) +
-              " or more, when its strongest contact lies more than " + number_text(rule.distance) +
-              " (domain units) from a true one, or when a blank sheet shows a change of " +
-              number_text(rule.contact_threshold) + " of the background or more.",
-          "A solver breaks down at the level where more than " + fixed(100 * rule.share, 1) + " %" +
-              " of its frames fail: the first such crossing along the ladder, found by bisection "
-              "and interpolated; in brackets the 95 % interval by resampling the frames, which are "
-              "the same at all levels and for all solvers. \"before\" and \"beyond\": the interval "
-              "leaves the ladder there.",
-          "\"fails at … already\": at the ladder's mildest level. \"holds to …\": not even at its "
-          "severest. Parameters have two rows, below and above the values that work; of levels "
-          "without an order the shares of failing frames are given.",
-          "By this rule an image that fades to nothing does not fail: its error comes near 1 from "
-          "below. Where a solver holds, the chart of its errors says what its images are worth.",
-          "no-contact, the image of nothing, fails on every frame with a contact by definition "
-          "(its relative error is 1), and on no blank one."};
+  return {
+      "A frame fails when its image is not finite, when its relative error of δσ is " +
+          number_text(rule.relative_error) +
+          " or more, when its strongest contact lies more than " + number_text(rule.distance) +
+          " (domain units) from a true one, or when a sheet without contact shows a change of " +
+          number_text(rule.contact_threshold) + " of the background or more.",
+      "A solver fails beyond the level where more than " + fixed(100 * rule.share, 1) + " %" +
+          " of its frames fail: the first such crossing along the ladder, found by bisection "
+          "and interpolated; in brackets the 95 % interval by resampling the frames, which are "
+          "the same at all levels and for all solvers. \"before\" and \"beyond\": the interval "
+          "leaves the ladder there.",
+      "\"fails at … already\": at the ladder's mildest level. \"holds to …\": not even at its "
+      "severest. Parameters have two rows, below and above the values that work; of levels "
+      "without an order the shares of failing frames are given.",
+      "By this rule an image that fades does not fail: its error comes near 1 from "
+      "below. Where a solver holds, the chart of its errors says what its images are worth.",
+      "no-contact, the empty image, fails on every frame with a contact by definition "
+      "(its relative error is 1), and on none without."};
 }
 
 }  // namespace

@@ -340,7 +340,7 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   if (const auto map = ladder_map_of(title, breakdowns)) {
     const bool drawn =
         draw_or_say(folder / "breakdown", [&] { draw_heat_map(*map, folder / "breakdown"); });
-    table.figures.push_back({"Where each solver breaks down", folder / "breakdown.svg",
+    table.figures.push_back({"Where each solver fails", folder / "breakdown.svg",
                              "dark: early on the ladder; light: late or never", drawn});
   }
   table.tables = breakdown.sections;

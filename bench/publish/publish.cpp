@@ -12,6 +12,7 @@
 #include "bench/pages/page.h"
 #include "bench/record/limit_file.h"
 #include "bench/run/runner.h"
+#include "bench/run/summary_report.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/files.h"
@@ -163,14 +164,25 @@ void replace_folder(const fs::path& published, const fs::path& made) {
   }
   for (const auto& entry : fs::directory_iterator(published)) {
     if (!entry.path().string().ends_with(".md.in")) continue;
-    fs::copy_file(entry.path(), made / entry.path().filename());
+    const auto skip = fs::copy_options::skip_existing;
+    fs::copy_file(entry.path(), made / entry.path().filename(), skip);
     const fs::path page = page_of(entry.path());
-    if (fs::exists(page)) fs::copy_file(page, made / page.filename());
+    if (fs::exists(page)) fs::copy_file(page, made / page.filename(), skip);
   }
   if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, published.c_str(), RENAME_EXCHANGE) != 0) {
     throw std::system_error(errno, std::generic_category(), published.string());
   }
   fs::remove_all(made);
+}
+
+/// Leaves in `made` what readers need, as small as it can be.
+void finish(const fs::path& made, const fs::path& project, const fs::path& published) {
+  require_drawn(made, published);
+  prune(made, project, published);
+  shorten_summary(made / "summary.json");
+  for (const auto& entry : fs::recursive_directory_iterator(made)) {
+    if (entry.path().extension() == ".png") shrink_picture(entry.path());
+  }
 }
 
 /// Writes what `ertbench run` or `ertbench fidelity` makes into `made`.
@@ -245,14 +257,21 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   const fs::path published = project / "results/published" / experiment.name;
   const fs::path made = empty_part_of(published);
   const int failures = make_results(experiment, project, cache, jobs, published, made);
-  require_drawn(made, published);
-  prune(made, project, published);
-  shorten_summary(made / "summary.json");
-  for (const auto& entry : fs::recursive_directory_iterator(made)) {
-    if (entry.path().extension() == ".png") shrink_picture(entry.path());
-  }
+  finish(made, project, published);
   replace_folder(published, made);
   return failures;
+}
+
+void redraw_published(const std::string& name, const fs::path& project) {
+  const fs::path published = project / "results/published" / name;
+  if (!fs::exists(published / "summary.json")) {
+    throw InputError(published.string() + ": has no summary.json; ertbench publish makes it");
+  }
+  const fs::path made = empty_part_of(published);
+  report_summary(published, made, chart_types());
+  finish(made, project, published);
+  fs::copy(published, made, fs::copy_options::recursive | fs::copy_options::skip_existing);
+  replace_folder(published, made);
 }
 
 void publish_pages(const fs::path& project) {

@@ -29,6 +29,11 @@ void require_committed(const std::filesystem::path& project);
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
                        const Cache& cache, int jobs);
 
+/// Writes the tables and charts of results/published/NAME again, as far as its summary.json holds
+/// what they show, in the words and the form that this program has; the other files stay. Throws
+/// InputError for a summary that is missing or damaged, and where a figure could not be drawn.
+void redraw_published(const std::string& name, const std::filesystem::path& project);
+
 /// Leaves in the folder `made` what readers of results/published/NAME, the folder `published`,
 /// need: summary.json, table.md, and the files that a page of the project names.
 void prune(const std::filesystem::path& made, const std::filesystem::path& project,

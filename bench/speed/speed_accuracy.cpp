@@ -57,12 +57,12 @@ SpeedPoint point_of(const ResultRow* row, const std::string& label, Metric metri
   point.type = row->type;
   point.family = row->family.empty() ? label : row->family;
   point.latency = row->latency_us;
-  point.error = row->metrics[metric].median;
-  point.error_ci95 = row->metrics[metric].median_ci95;
+  point.error = row->metrics[metric].mean;
+  point.error_ci95 = row->metrics[metric].ci95;
   if (row->validation && right_sizing) {
     point.validation_error = (*row->validation)[right_sizing->metric].mean;
   }
-  point.choice_error = row->validation ? (*row->validation)[metric].median : std::nullopt;
+  point.choice_error = row->validation ? (*row->validation)[metric].mean : std::nullopt;
   point.frames_per_s = row->frames_per_s;
   point.fit_s = row->fit_s;
   point.peak_rss_mb = row->peak_rss_mb;
@@ -201,13 +201,13 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
     if (row) chart.batch = std::max(chart.batch, row->throughput_batch);
   }
   if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {
-    chart.nothing = nothing->metrics[chart.metric].median;
+    chart.nothing = nothing->metrics[chart.metric].mean;
   }
   if (const ResultRow* limit = limit_of(rows, question.dataset)) {
-    chart.limit = limit->metrics[chart.metric].median;
+    chart.limit = limit->metrics[chart.metric].mean;
     chart.limit_frames = limit->frames;
     chart.limit_unresolved = limit->frames_not_converged;
-    chart.limit_ci95 = limit->metrics[chart.metric].median_ci95;
+    chart.limit_ci95 = limit->metrics[chart.metric].ci95;
   }
   mark_frontier(chart.points, &SpeedPoint::frontier, [](const SpeedPoint& p) {
     return p.latency ? std::optional(p.latency->p50) : std::nullopt;
@@ -272,7 +272,7 @@ std::string description(const SpeedPoint& point, const SpeedAccuracy& chart) {
   std::string text = point.label;
   const auto add = [&](const std::string& line) { text += "\n" + line; };
   if (point.error) {
-    std::string line = "median " + axis_title(chart.metric) + ": " + three_digits(*point.error);
+    std::string line = "mean " + axis_title(chart.metric) + ": " + three_digits(*point.error);
     if (point.error_ci95) {
       line += " (95 %: " + three_digits(point.error_ci95->low) + " to " +
               three_digits(point.error_ci95->high) + ")";

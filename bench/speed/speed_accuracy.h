@@ -36,10 +36,10 @@ struct SpeedPoint {
   Standing standing = Standing::ok;
   std::string remark;                      ///< why it is not ok
   std::optional<LatencySummary> latency;   ///< µs
-  std::optional<double> error;             ///< median over the frames
-  std::optional<Interval> error_ci95;      ///< of the median
+  std::optional<double> error;             ///< mean over the frames
+  std::optional<Interval> error_ci95;      ///< of the mean
   std::optional<double> validation_error;  ///< mean over the validation set
-  /// The error that decides recommendations: the median over the validation set if that was scored,
+  /// The error that decides recommendations: the mean over the validation set if that was scored,
   /// so that nothing is chosen on the frames it is reported on; otherwise `error`.
   std::optional<double> choice_error;
   std::optional<double> frames_per_s;  ///< with a batch
@@ -83,10 +83,9 @@ struct SpeedAccuracy {
   Metric metric = Metric::relative_error;
   std::string dataset;
   std::vector<SpeedPoint> points;  ///< in the order of the experiment file
-  std::optional<double> nothing;   ///< the median error of the image without contact
-  /// Median error, with its interval, of the estimate with the least mean error under the test
-  /// set's own prior, if `ertbench limit` computed it. It bounds the mean, while the chart shows
-  /// medians.
+  std::optional<double> nothing;   ///< the mean error of the empty image
+  /// Mean error, with its interval, of the best known estimator under the test set's own prior, if
+  /// `ertbench limit` computed it.
   std::optional<double> limit;
   std::optional<Interval> limit_ci95;
   int limit_frames = 0;

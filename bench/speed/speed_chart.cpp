@@ -84,7 +84,7 @@ TableSection choices(const SpeedAccuracy& chart) {
                         : "What to take, chosen on the test set: no validation set was scored";
   section.columns = {{"asked for", Align::left},
                      {"configuration", Align::left},
-                     "median " + axis_title(chart.metric) + " [95 %]",
+                     "mean " + axis_title(chart.metric) + " [95 %]",
                      "p50",
                      "p99"};
   for (const WithinMargin& within : chart.margins) {
@@ -140,7 +140,7 @@ TableSection configurations(const SpeedAccuracy& chart) {
                      "p50 of the rounds",
                      "p99",
                      "frames/s",
-                     "median " + axis_title(chart.metric) + " [95 %]",
+                     "mean " + axis_title(chart.metric) + " [95 %]",
                      "validation",
                      "fit",
                      "memory"};
@@ -177,7 +177,7 @@ std::string notes_on(const SpeedAccuracy& chart) {
       "Time from raw voltages to the finished image of one frame, one thread; frames per second " +
       std::to_string(chart.batch) +
       " frames at a time, one thread. The frames are timed in rounds, all configurations in turn "
-      "and never two at once. The error is the median over the frames of the test set \"" +
+      "and never two at once. The error is the mean over the frames of the test set \"" +
       chart.dataset +
       "\" with its 95 % interval. A configuration that failed, or left more than 1 % of the frames "
       "without a converged image, is shown and takes no part in the frontier or in any choice.";
@@ -296,7 +296,7 @@ void SpeedChart::draw(std::span<const ResultRow> rows, const std::string& title,
 }
 
 std::string SpeedChart::caption() const {
-  return "medians of the " + axis_title(question_.metric) + " over the time of a frame, test set " +
+  return "means of the " + axis_title(question_.metric) + " over the time of a frame, test set " +
          dataset();
 }
 

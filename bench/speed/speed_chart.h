@@ -20,7 +20,7 @@ namespace ertbench {
 Table speed_table(const SpeedAccuracy& chart, const std::string& title);
 
 /// The recommendations for programs and pages, one row each: choice, margin or budget_us, label,
-/// the median error on the test set with its interval, p50_us and p99_us.
+/// the mean error on the test set with its interval, p50_us and p99_us.
 TableSection speed_choices(const SpeedAccuracy& chart);
 
 /// Error against time: `{"type": "speed-accuracy", "name", "solvers", "metric", "dataset",
@@ -46,7 +46,7 @@ class SpeedChart : public Chart {
 };
 
 /// The vertical axis. It reaches a little above the error of the image without contact, or three
-/// times the median if that is unknown; larger errors are drawn at the upper edge.
+/// times the median of the methods if that is unknown; larger errors are drawn at the upper edge.
 Axis error_axis(const SpeedAccuracy& chart);
 
 /// One of the two panels of the chart, which share the scale of errors.
@@ -94,8 +94,8 @@ std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel);
 std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel,
                                   const std::function<Colour(const SpeedPoint&)>& colour_of);
 
-/// Draws `stem`.svg and `stem`.png: on the left the median error against the time of one frame (p50
-/// with a whisker to p99, 95 % interval of the median), on the right against the frames per second
+/// Draws `stem`.svg and `stem`.png: on the left the mean error against the time of one frame (p50
+/// with a whisker to p99, 95 % interval of the mean), on the right against the frames per second
 /// in batches. A line joins each family, a staircase the configurations that no faster one beats. A
 /// configuration that failed or did not converge is hollow or, without numbers, named in a corner.
 /// Throws InputError if gnuplot is missing or a file cannot be written.

@@ -58,7 +58,7 @@ SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box) {
                    {},
                    &SpeedPoint::frontier,
                    false};
-  panel.errors.title = "median " + axis_title(chart.metric);
+  panel.errors.title = "mean " + axis_title(chart.metric);
   std::vector<double> ends;
   for (const SpeedPoint& point : chart.points) {
     panel.x.push_back(point.latency ? std::optional(point.latency->p50) : std::nullopt);
@@ -330,7 +330,7 @@ class SpeedDrawing {
   }
 
   std::string limit_text() const {
-    std::string text = "the limit (median of what is best in the mean), of the first " +
+    std::string text = "the best known estimator, of the first " +
                        std::to_string(chart_.limit_frames) + " frames (band: 95 %)";
     if (chart_.limit_unresolved > 0) {
       text += "; " + std::to_string(chart_.limit_unresolved) + " of them unresolved";
@@ -342,7 +342,7 @@ class SpeedDrawing {
     std::vector<Box> taken = occupied(chart_, shown);
     if (!shown.batches && chart_.nothing && shown.holds(*chart_.nothing)) {
       const double y = shown.y_of(*chart_.nothing);
-      canvas_.text("an image of nothing", shown.box.right - 4, y - 8,
+      canvas_.text("an empty image", shown.box.right - 4, y - 8,
                    {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
       taken.push_back({shown.box.right - 110, y - 15, shown.box.right, y + 1});
     }
@@ -404,7 +404,7 @@ class SpeedDrawing {
                   {},
                   ring});
     }
-    legend.add({"vertical bar: 95 % interval of the median"});
+    legend.add({"vertical bar: 95 % interval of the mean"});
     return legend;
   }
 

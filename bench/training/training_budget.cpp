@@ -201,7 +201,7 @@ class BudgetDrawing {
   void add_nothing(std::vector<Box>& taken) {
     panel_.level(*budgets_.nothing, nothing_line);
     const double y = panel_.y(*budgets_.nothing);
-    canvas_.text("an image of nothing", box.right - 4, y + 8,
+    canvas_.text("an empty image", box.right - 4, y + 8,
                  {.size = 9, .align = TextAlign::right, .colour = nothing_line.colour});
     taken.push_back({box.left, y - 1, box.right, y + 1});
     taken.push_back({box.right - 110, y, box.right, y + 15});

@@ -102,6 +102,17 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3f\n", rie);
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
+
+  // Drawn again of its summary it is what it was, and what no summary holds stays.
+  const std::string table = testing::read_text(published / "table.md");
+  testing::write_text(published / "table.md", "from another version\n");
+  testing::write_text(published / "levels.csv", "of a ladder\n");
+  redraw_published("e", project());
+  EXPECT_EQ(testing::read_text(published / "table.md"), table);
+  EXPECT_EQ(testing::read_text(published / "levels.csv"), "of a ladder\n");
+  EXPECT_EQ(testing::read_text(published / "README.md"), text);
+  EXPECT_THROW(redraw_published("another", project()), InputError);
+  EXPECT_FALSE(std::filesystem::exists(project() / "results/published/another"));
 }
 
 TEST_F(PublishTest, KeepsTheNestedFilesThatPagesName) {

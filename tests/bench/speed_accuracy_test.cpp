@@ -133,9 +133,8 @@ TEST(SpeedAccuracy, RecommendationsAreChosenOnTheValidationSet) {
   EXPECT_EQ(to_json(sample.chart()).at("chosen_on"), "test");
   for (ResultRow& row : sample.rows) {
     row.validation.emplace();
-    const auto& error = row.metrics[Metric::relative_error].median;
-    (*row.validation)[Metric::relative_error].median =
-        row.label == "gn" ? std::optional(0.1) : error;
+    const auto& error = row.metrics[Metric::relative_error].mean;
+    (*row.validation)[Metric::relative_error].mean = row.label == "gn" ? std::optional(0.1) : error;
   }
   const json out = to_json(sample.chart());
   EXPECT_EQ(out.at("chosen_on"), "validation");

@@ -107,7 +107,7 @@ TEST_F(TrainingBudgetFigure, NamesEveryLineAndWhatHasNone) {
   for (const char* text : {">net<", ">deep<"}) {
     EXPECT_EQ(count(svg, text), 2u) << text;  // at its end and in the key
   }
-  for (const char* text : {"deep epochs=100: timed out", ">an image of nothing<",
+  for (const char* text : {"deep epochs=100: timed out", ">an empty image<",
                            ">time of the training, s<", ">hollow: had not converged"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
