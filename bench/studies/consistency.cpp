@@ -297,69 +297,64 @@ void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
   }
 }
 
-constexpr int parts_of_time = 6;  ///< shades of the path
-
-Colour shade(int part) { return viridis(0.85 * part / (parts_of_time - 1)); }
-MarkStyle shade_mark(int part) { return {7, shade(part), 0.3, 1}; }
-
-/// A line through consecutive frames of a part of the time, broken where a frame has no place.
-void draw_part(Panel& panel, const MeasuredPath& path, int part, const Vector2d& middle) {
-  const auto at = [&](int p) { return path.size() * static_cast<std::size_t>(p) / parts_of_time; };
+/// A line through consecutive frames, broken where a frame has no place.
+void draw_path(Panel& panel, const MeasuredPath& path, const LineStyle& line,
+               const Vector2d& middle) {
   std::vector<Vector2d> piece;
-  const auto finish = [&] {
-    panel.line(points_of(piece, middle), {shade(part), 1});
-    panel.marks(points_of(piece, middle), shade_mark(part));
-    piece.clear();
-  };
-  for (std::size_t f = at(part); f < std::min(at(part + 1) + 1, path.size()); ++f) {
-    if (path[f]) {
+  for (std::size_t f = 0; f <= path.size(); ++f) {
+    if (f < path.size() && path[f]) {
       piece.push_back(*path[f]);
-    } else {
-      finish();
+    } else if (!piece.empty()) {
+      panel.line(points_of(piece, middle), line);
+      piece.clear();
     }
   }
-  finish();
 }
 
 void draw_paths(const ConsistentSet& set, const Sensor& sensor, const std::string& heading,
                 const std::filesystem::path& stem) {
   constexpr double reach = 1.12;  // of the axes, in half sides
+  constexpr double width = 460;
+  constexpr double left = 64;
+  constexpr double top = 44;
   constexpr int points_of_the_border = 120;
-  constexpr MarkStyle electrode{5, ink::black, 0.5, 1};
+  constexpr MarkStyle electrode{5, ink::black, 0.6, 1};
   const Vector2d half = 0.5 * sensor.sheet->size_mm();
   const Vector2d middle = sensor.sheet->bounds().center() * sensor.sheet->unit_mm();
-  const PanelGrid grid{.panels = static_cast<int>(set.solvers.size()),
-                       .height = 220 * half.y() / half.x(),
-                       .gap_y = 56};
-  Canvas canvas(grid.right(), grid.bottom() + 40);
-  canvas.title(heading);
-  int number = 0;
-  for (const ConsistencyOfSolver& solver : set.solvers) {
-    Panel panel(canvas, grid.box(number++), Axis::even({-reach * half.x(), reach * half.x()}),
-                Axis::even({-reach * half.y(), reach * half.y()}));
+  const MethodStyles styles = styles_of(set.solvers);
+  Legend legend(left, left + width);
+  const double height = width * half.y() / half.x();
+  for (std::size_t s = 0; s < set.solvers.size(); ++s) {
+    const ConsistencyOfSolver& solver = set.solvers[s];
     const auto& jerk = solver.scores.jerk_mm;
-    panel.title(solver.label + (jerk ? ", jerk " + fixed(jerk->value, 1) + " mm" : std::string()));
-    panel.line(points_of(border_mm(*sensor.sheet, points_of_the_border), middle), {ink::light, 1});
-    panel.marks(points_of(electrodes_mm(sensor), middle), electrode);
-    for (int p = 0; p < parts_of_time; ++p) draw_part(panel, solver.path, p, middle);
-    panel.draw();
-    add_failure(canvas, panel.box(), solver.failure);
+    legend.add({solver.label + (jerk ? ", jerk " + fixed(jerk->value, 1) + " mm" : std::string()) +
+                    (solver.failure.empty() ? "" : ": " + one_line(solver.failure, 40)),
+                styles.line(s, 1.4)});
   }
-  Legend legend(grid.left, canvas.width() - 10);
-  for (int p = 0; p < parts_of_time; ++p) {
-    const std::string first = p == 0 ? "first frames" : p == parts_of_time - 1 ? "last" : "";
-    legend.add({first, LineStyle{shade(p), 1.2}, shade_mark(p)});
-  }
+  legend.add({"first frame", {}, styles.mark(0, 0.9)});
   legend.add({"electrode", {}, electrode});
-  legend.draw(canvas, canvas.height() - 26);
+  Canvas canvas(left + width + 24, top + height + 52 + legend.height());
+  canvas.title(heading);
+  Panel panel(canvas, Box::sized(left, top, width, height),
+              Axis::even({-reach * half.x(), reach * half.x()}, "x, mm"),
+              Axis::even({-reach * half.y(), reach * half.y()}, "y, mm"));
+  panel.line(points_of(border_mm(*sensor.sheet, points_of_the_border), middle), {ink::light, 1});
+  panel.marks(points_of(electrodes_mm(sensor), middle), electrode);
+  for (std::size_t s = 0; s < set.solvers.size(); ++s) {
+    const MeasuredPath& path = set.solvers[s].path;
+    draw_path(panel, path, styles.line(s, 1.4), middle);
+    const auto first = std::ranges::find_if(path, [](const auto& place) { return bool(place); });
+    if (first != path.end()) panel.marks(points_of({**first}, middle), styles.mark(s, 0.9));
+  }
+  panel.draw();
+  legend.draw(canvas, top + height + 50);
   canvas.draw(stem);
 }
 
 /// The path that each method saw, on the sheet with its electrodes.
 StudyFigure path_figure(const std::shared_ptr<const ConsistentSet>& set, const Sensor& sensor) {
   return {"_paths_" + set->name, "Paths seen in " + set->name,
-          "axes in mm from the middle of the sheet; the strongest contact of each frame, early "
-          "frames dark, late ones light",
+          "the strongest contact of each frame, from the middle of the sheet",
           ": paths seen, " + set->name, [set, sensor](const auto& heading, const auto& stem) {
             draw_paths(*set, sensor, heading, stem);
           }};
