@@ -225,6 +225,7 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   out.solver = std::make_unique<LiveSolver>(
       sensor, std::shared_ptr<Solver>(std::move(ready.solver)), ready.rule);
   if (reference) take_reference(*out.solver, *reference, options);
+  if (options.follow) out.solver->follow_reference();
   if (!options.quiet.empty()) {
     const QuietFrames quiet = read_quiet(options.quiet, sensor, out.map);
     require_reference(sensor, quiet.reference, "--quiet", options);

@@ -32,6 +32,7 @@ struct LiveOptions {
   FrameFormat format = FrameFormat::detect;
   std::string reference;  ///< HDF5 file, or "model"; empty: the replayed file's
   int background = 0;     ///< number of first frames whose mean is the reference; 0: none
+  bool follow = false;    ///< QuietReference
   std::string quiet;      ///< HDF5 file of frames without contact, FILE[@RATE]
   double false_alarms_per_hour = 10;
   std::string forces;  ///< dataset of single touches with known forces

@@ -181,6 +181,7 @@ const LiveAnswer& LiveSolver::answer(const Eigen::Ref<const Eigen::RowVectorXd>&
   const SteadyClock::time_point start = SteadyClock::now();
   change_ = voltages - reference_;
   if (!from_.empty()) change_ = mended(change_);
+  if (quiet_) quiet_->follow(change_.row(0), time_s);
   image();
   report(bounds_.judge(change_.row(0), expected_.row(0), answer_.report), answer_.report);
   answer_.solver_s = seconds_since(start);

@@ -13,6 +13,7 @@
 #include "frames/frame_bounds.h"
 #include "frames/reference_check.h"
 #include "frames/twin_places.h"
+#include "live/quiet_reference.h"
 #include "solvers/solver.h"
 
 namespace ertbench {
@@ -92,6 +93,9 @@ class LiveSolver {
   /// From now on frames and reference are read as the verdict on the reference says.
   void mend(const ReferenceVerdict& verdict);
 
+  /// From now on the reference follows level and gradient of the sheet while nothing presses.
+  void follow_reference() { quiet_.emplace(sensor_); }
+
   /// Calibrates forces with frames of one touch each; `changes` [frames, channels] V from their
   /// reference, `forces_N` [frames].
   void learn_forces(FramesView changes, const std::vector<double>& forces_N);
@@ -123,6 +127,7 @@ class LiveSolver {
   std::unique_ptr<ForceReader> forces_;
   std::unique_ptr<CollisionSignal> collision_;
   Tracker tracker_;
+  std::optional<QuietReference> quiet_;
   Eigen::RowVectorXd reference_;
   Frames expected_;        ///< [1, channels] V, the reference after mending
   std::vector<int> from_;  ///< as in ReferenceVerdict; empty if nothing is mended

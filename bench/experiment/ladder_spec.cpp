@@ -72,6 +72,11 @@ json varied(const JsonValue& base, const LadderAxis& axis, const Level& level, b
   };
   for (const auto& [pointer, value] : axis.set) put(pointer, *value);
   for (const std::string& pointer : axis.vary) put(pointer, level.json());
+  for (const auto& [pointer, values] : axis.together) {
+    const auto at = std::find_if(axis.levels.begin(), axis.levels.end(),
+                                 [&](const Level& one) { return one.json() == level.json(); });
+    put(pointer, values->at(static_cast<std::size_t>(at - axis.levels.begin())));
+  }
   return out;
 }
 
@@ -91,6 +96,26 @@ std::vector<std::string> read_strings(JsonObject& object, const char* key) {
       std::all_of(value.begin(), value.end(), [](const json& one) { return one.is_string(); });
   if (!strings) object.fail(key, "must be a string or a list of strings, got " + json_shown(value));
   return value.get<std::vector<std::string>>();
+}
+
+/// "vary": pointers that get the level, or {POINTER: [values], ...}, a value for each level, which
+/// has no levels between.
+void read_varied(JsonObject& object, LadderAxis& axis) {
+  if (!object.raw("vary").is_object()) {
+    axis.vary = read_strings(object, "vary");
+    return;
+  }
+  JsonObject together = object.object("vary");
+  if (!axis.categories) {
+    object.fail("vary", R"(with a value for each level needs "scale": "categories")");
+  }
+  for (const std::string& pointer : together.keys()) {
+    const json& values = together.raw(pointer);
+    if (!values.is_array() || values.size() != object.raw("levels").size()) {
+      together.fail(pointer, "must be a list of as many values as there are \"levels\"");
+    }
+    axis.together.emplace_back(pointer, values);
+  }
 }
 
 void read_levels(JsonObject& object, LadderAxis& axis) {
@@ -177,7 +202,6 @@ LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegi
   }
   axis.title = object.text_or("title", axis.name);
   axis.unit = object.text_or("unit", "");
-  axis.vary = read_strings(object, "vary");
   if (object.has("set")) {
     JsonObject set = object.object("set");
     for (const std::string& pointer : set.keys()) {
@@ -187,6 +211,7 @@ LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegi
   const std::string scale = object.choice_or("scale", "linear", {"linear", "log", "categories"});
   axis.categories = scale == "categories";
   axis.logarithmic = scale == "log";
+  read_varied(object, axis);
   axis.integer = object.boolean_or("integer", false);
   read_levels(object, axis);
   read_axis_solvers(object, experiment, registry, check, axis);

@@ -47,6 +47,9 @@ struct LadderAxis {
   /// JSON pointers to the places that get the level's value: in the JSON of the test set; on an
   /// axis of a parameter in the solver's entry or, after "train:", in the JSON of the training set.
   std::vector<std::string> vary;
+  /// Places that get a value of their own at each level, for conditions that worsen together:
+  /// [places] the pointer and its values [levels]. The levels, categories, are only names.
+  std::vector<std::pair<std::string, JsonValue>> together;
   std::vector<std::pair<std::string, JsonValue>>
       set;                    ///< other places, with their values at every level
   std::vector<Level> levels;  ///< from the mildest on; numbers unless `categories`

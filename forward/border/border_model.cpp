@@ -30,8 +30,9 @@ constexpr double reciprocity_margin = 2;
 BorderModel::BorderModel(const Sensor& sensor)
     : BorderModel(sensor, VectorXd::Zero(sensor.electrode_count)) {}
 
-BorderModel::BorderModel(const Sensor& sensor, const VectorXd& displacement)
-    : sensor_(sensor), nodes_(sensor, displacement), pairs_(reciprocal_pairs(sensor)) {
+BorderModel::BorderModel(const Sensor& sensor, const VectorXd& displacement,
+                         const VectorXd& impedances)
+    : sensor_(sensor), nodes_(sensor, displacement, impedances), pairs_(reciprocal_pairs(sensor)) {
   reference_ = voltages(nodes_.differences(nodes_.differences(nodes_.potentials).transpose()));
 }
 

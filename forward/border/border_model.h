@@ -36,8 +36,10 @@ struct ScreenedRegion;
 class BorderModel {
  public:
   explicit BorderModel(const Sensor& sensor);
-  /// Displaces the electrodes clockwise along the border by `displacement` [L], domain units.
-  BorderModel(const Sensor& sensor, const Eigen::VectorXd& displacement);
+  /// Displaces the electrodes clockwise along the border by `displacement` [L], domain units;
+  /// `impedances` as for DiscElectrodes.
+  BorderModel(const Sensor& sensor, const Eigen::VectorXd& displacement,
+              const Eigen::VectorXd& impedances = {});
 
   const Sensor& sensor() const { return sensor_; }
   /// Voltages of the uniform sheet, [channels] V, in closed form.

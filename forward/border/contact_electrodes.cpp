@@ -145,7 +145,8 @@ void share_evenly(const VectorXd& weights, Index electrodes, DiscElectrodes& out
   out.potentials = out.currents.transpose() * out.neumann * out.currents;
 }
 
-void let_conduct(const Sensor& sensor, const VectorXd& weights, DiscElectrodes& out) {
+void let_conduct(const Sensor& sensor, const VectorXd& weights, const VectorXd& impedances,
+                 DiscElectrodes& out) {
   // In domain units, for a sheet of conductivity 1.
   const double impedance =
       sensor.contact_impedance * sensor.background / (sensor.sheet->unit_mm() / 1000);
@@ -154,8 +155,11 @@ void let_conduct(const Sensor& sensor, const VectorXd& weights, DiscElectrodes& 
   // Potentials are defined up to a constant; this one makes the matrix positive definite.
   out.with_contacts = out.neumann + MatrixXd::Ones(nodes, nodes);
   for (Index n = 0; n < nodes; ++n) {
-    whose(n, out.electrodes[static_cast<std::size_t>(n)]) = 1;
-    out.with_contacts(n, n) += impedance / (weights[n % weights.size()] * sensor.electrode_width);
+    const int electrode = out.electrodes[static_cast<std::size_t>(n)];
+    whose(n, electrode) = 1;
+    const double relative = impedances.size() > 0 ? impedances[electrode] : 1;
+    out.with_contacts(n, n) +=
+        relative * impedance / (weights[n % weights.size()] * sensor.electrode_width);
   }
   const MatrixXd inverse = out.with_contacts.partialPivLu().inverse();
   const MatrixXd spread = inverse * whose;
@@ -173,7 +177,8 @@ void let_conduct(const Sensor& sensor, const VectorXd& weights, DiscElectrodes& 
 
 }  // namespace
 
-DiscElectrodes::DiscElectrodes(const Sensor& sensor, const VectorXd& displacement) {
+DiscElectrodes::DiscElectrodes(const Sensor& sensor, const VectorXd& displacement,
+                               const VectorXd& impedances) {
   const int each = nodes_of(sensor.electrode_model);
   const VectorXd angles = node_angles(each);
   const VectorXd middles = electrode_distances(sensor);
@@ -212,7 +217,7 @@ DiscElectrodes::DiscElectrodes(const Sensor& sensor, const VectorXd& displacemen
   if (sensor.electrode_model == ElectrodeModel::gap) {
     share_evenly(weights, sensor.electrode_count, *this);
   } else {
-    let_conduct(sensor, weights, *this);
+    let_conduct(sensor, weights, impedances, *this);
   }
 }
 

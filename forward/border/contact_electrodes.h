@@ -64,8 +64,10 @@ Scene scene_of(std::span<const EllipticContact> contacts);
 /// with the electrodes' currents J and the incidence E [nodes, L] of nodes and electrodes (Cheng et
 /// al. 1989, Somersalo et al. 1992). In the gap model I is uniform and U is the mean potential.
 struct DiscElectrodes {
-  /// `displacement` [L]: along the border, clockwise, domain units.
-  DiscElectrodes(const Sensor& sensor, const Eigen::VectorXd& displacement);
+  /// `displacement` [L]: along the border, clockwise, domain units. `impedances` [L]: relative to
+  /// the sensor's contact impedance, of the complete model; empty: 1.
+  DiscElectrodes(const Sensor& sensor, const Eigen::VectorXd& displacement,
+                 const Eigen::VectorXd& impedances = {});
 
   Eigen::Matrix2Xd positions;   ///< [2, nodes] on the sheet
   Eigen::Array2Xd places;       ///< [2, nodes] on the unit circle

@@ -169,7 +169,7 @@ void read_drawn_scenes(JsonObject& object, DatasetSpec& spec) {
   spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
 }
 
-/// Reads "snr_db" and "snr_basis".
+/// Reads "snr_db", "snr_basis" and "noise_spread".
 void read_noise(JsonObject& object, Noise& noise) {
   const nlohmann::json& snr = object.raw("snr_db");
   if (!snr.is_null()) {
@@ -178,6 +178,7 @@ void read_noise(JsonObject& object, Noise& noise) {
     noise.basis = object.choice("snr_basis", {"absolute", "difference"}) == "absolute"
                       ? SnrBasis::absolute
                       : SnrBasis::difference;
+    noise.spread = object.number_or("noise_spread", 0, {0, 3});
   } else if (object.has("snr_basis")) {
     object.choice("snr_basis", {"absolute", "difference"});
   }
@@ -266,6 +267,7 @@ nlohmann::json to_json(const DatasetSpec& spec) {
                          {"snr_db", nullptr},
                          {"snr_basis", name_of(spec.noise.basis)}};
   if (spec.noise.snr_db) json["snr_db"] = *spec.noise.snr_db;
+  if (spec.noise.spread > 0) json["noise_spread"] = spec.noise.spread;
   if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
     json["grid"] = grid->side;
   } else {

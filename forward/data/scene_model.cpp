@@ -58,6 +58,10 @@ void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
   const auto count = static_cast<Eigen::Index>(scenes.size());
   Images sheets(std::min(batch, count), pixels.count());
   Eigen::VectorXd ratio(pixels.count());
+  const Faults& faults = spec.faults;
+  const bool mottled = faults.background_mottle > 0;
+  const bool retaken = mottled && faults.displacement_reference == DisplacementReference::retaken;
+  Images films(retaken ? sheets.rows() : 0, pixels.count());
   for (Eigen::Index start = 0; start < count; start += batch) {
     const Eigen::Index rows = std::min(batch, count - start);
     for (Eigen::Index i = 0; i < rows; ++i) {
@@ -67,26 +71,61 @@ void solve_on_grid(const ForwardModel& model, const DatasetSpec& spec,
         RandomStream random = spec.stream(numbers[index], Purpose::gradient);
         ratio.array() *= gradient_factors(spec.faults, *spec.sensor.sheet, pixels, random).array();
       }
+      if (mottled) {
+        RandomStream random = spec.stream(numbers[index], Purpose::gradient);
+        const Eigen::VectorXd film = mottle_factors(faults, *spec.sensor.sheet, pixels, random);
+        ratio.array() *= film.array();
+        if (retaken) films.row(i) = spec.sensor.background * film;
+      }
       sheets.row(i) = spec.sensor.background * ratio;
     }
     voltages.middleRows(start, rows) = model.solve(sheets.topRows(rows));
+    if (!retaken) continue;
+    voltages.middleRows(start, rows) -= model.solve(films.topRows(rows));
+    voltages.middleRows(start, rows).rowwise() += model.reference_voltages().transpose();
   }
+}
+
+/// The model of electrodes that are where, as wide and as good as the faults have them.
+BorderModel faulty_model(const DatasetSpec& spec, const Sensor& sensor, std::uint64_t number) {
+  RandomStream random = spec.stream(number, Purpose::displacement);
+  const Eigen::VectorXd displaced = displacements(spec.faults, sensor, random);
+  return {sensor, displaced, impedance_factors(spec.faults, sensor, random)};
+}
+
+/// [channels, 2] V, for gradients of size one along x and y, to first order.
+Eigen::MatrixX2d gradient_responses(const Sensor& sensor) {
+  const PixelGrid pixels = sensor.image();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  Eigen::MatrixX2d slopes = Eigen::MatrixX2d::Zero(pixels.count(), 2);
+  for (int p = 0; p < pixels.count(); ++p) {
+    if (pixels.on_sheet(p)) slopes.row(p) = pixels.centre(p) - middle;
+  }
+  return sensor.background * uniform_jacobian(sensor) * slopes;
 }
 
 void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
                       std::span<const Scene> scenes, std::span<const std::uint64_t> numbers,
                       Eigen::Ref<Frames> voltages, Eigen::Ref<RowMajorMatrix> effort) {
   const double model_error = std::get<ContinuousSheet>(spec.model).model_error;
+  const Faults& faults = spec.faults;
+  const Sensor sensor = with_faulty_electrodes(faults, spec.sensor);
+  // Electrodes as they were when the reference was taken, whose voltages the set has as nominal.
+  const BorderModel before(sensor);
+  Eigen::MatrixX2d gradients;
+  if (faults.background_gradient > 0) gradients = gradient_responses(spec.sensor);
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     std::optional<BorderModel> displaced;
-    if (spec.faults.electrode_displacement > 0) {
-      RandomStream random = spec.stream(numbers[i], Purpose::displacement);
-      displaced.emplace(spec.sensor, displacements(spec.faults, spec.sensor, random));
-    }
+    if (faults.of_electrodes()) displaced.emplace(faulty_model(spec, sensor, numbers[i]));
     const BorderModel& model = displaced ? *displaced : nominal;
-    const bool stale = spec.faults.displacement_reference == DisplacementReference::stale;
-    const Eigen::VectorXd& reference =
-        stale ? model.reference_voltages() : nominal.reference_voltages();
+    Eigen::VectorXd reference = nominal.reference_voltages();
+    if (faults.displacement_reference == DisplacementReference::stale) {
+      reference += model.reference_voltages() - before.reference_voltages();
+    }
+    if (faults.background_gradient > 0) {
+      RandomStream random = spec.stream(numbers[i], Purpose::gradient);
+      reference += gradients * gradient_of(faults, *spec.sensor.sheet, random);
+    }
     // Scaled like the frame in the set: a divider of its voltages divides their error, too.
     const double divisor = 1 + spec.faults.background_change;
     const auto tolerance = [&](const Eigen::VectorXd& change) {

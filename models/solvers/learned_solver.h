@@ -67,6 +67,8 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
 
   /// The sensor of the fit; the default sensor before `fit` or `load`.
   const Sensor& sensor() const { return sensor_; }
+  const Standardisation& standardisation() const { return standardisation_; }
+  const Network& network() const { return *network_; }  ///< only after `fit` or `load`
 
   /// The settings of the network and its objective.
   virtual void visit(Fields& fields) = 0;
@@ -76,8 +78,9 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
   /// Reads "inference_precision". Only for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
   void read_inference(JsonObject& object);
-  /// Overwrites the random weights of the network's constructor.
-  virtual void initialise(Network&, const FitInput&, const Standardisation&) const {}
+  /// Overwrites the random weights of the network's constructor, and the standardisation if the
+  /// weights belong to another.
+  virtual void initialise(Network&, const FitInput&, Standardisation&) const {}
   virtual std::unique_ptr<Objective> make_objective(const FitInput& input) const = 0;
   /// True if matrix products over many frames are faster than one frame after the other, because
   /// reading the weights takes most of the time.

@@ -9,6 +9,7 @@
 #include "models/solvers/learned_solver.h"
 #include "models/training/standardisation.h"
 #include "solvers/channel_mask.h"
+#include "solvers/check/stored_solver.h"
 
 namespace ertbench {
 
@@ -100,7 +101,7 @@ std::shared_ptr<Network> DdErtSolver::make_network(const Sensor& sensor) const {
 }
 
 void DdErtSolver::initialise(Network& network, const FitInput& input,
-                             const Standardisation& standardisation) const {
+                             Standardisation& standardisation) const {
   torch::nn::Linear& dense = dynamic_cast<DdErtGenerator&>(network).initial_imaging();
   if (physics_) set_sensitivity_inverse(dense, input, standardisation);
   if (!train_dense_) {
@@ -132,6 +133,24 @@ torch::Tensor float_tensor(const RowMajorMatrix& matrix) {
       .to(torch::kFloat32, false, true);
 }
 
+/// Gives a network the weights of one that is told less; what only the network is told weighs
+/// nothing. Throws InputError for a network of another shape.
+void start_network(const NamedTensors& from, const NamedTensors& to) {
+  const torch::NoGradGuard no_gradients;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const torch::Tensor& target = to[i].values;
+    torch::Tensor source = i < from.size() ? from[i].values : torch::Tensor();
+    if (source.defined() && to[i].name == "start.weight" && source.size(1) < target.size(1)) {
+      source = torch::constant_pad_nd(source, {0, target.size(1) - source.size(1)});
+    }
+    if (!source.defined() || source.sizes() != target.sizes()) {
+      throw InputError("\"start_from\": has another " + to[i].name +
+                       "; name a network of the same width, blocks and maps");
+    }
+    to[i].values.copy_(source);
+  }
+}
+
 }  // namespace
 
 void LeanNetSolver::check(const Sensor& sensor) const { LeanNet::check(sensor); }
@@ -144,8 +163,9 @@ void LeanNetSolver::visit(Fields& fields) {
   fields.choice("output", shape_.bounded, {{"bounded", true}, {"linear", false}});
   fields.choice("initialisation", lmmse_, {{"lmmse", true}, {"random", false}});
   fields.choice("loss", relative_loss_, {{"relative", true}, {"mse", false}});
-  // Written where it is on: files of older networks have none.
+  // Written where they are on: files of older networks have none.
   if (!fields.writing() || told_) fields.boolean("front", told_);
+  if (!fields.writing() || !start_from_.empty()) fields.text("start_from", start_from_);
 }
 
 std::shared_ptr<Network> LeanNetSolver::make_network(const Sensor& sensor) const {
@@ -153,7 +173,14 @@ std::shared_ptr<Network> LeanNetSolver::make_network(const Sensor& sensor) const
 }
 
 void LeanNetSolver::initialise(Network& network, const FitInput& input,
-                               const Standardisation& standardisation) const {
+                               Standardisation& standardisation) const {
+  if (!start_from_.empty()) {
+    LeanNetSolver start(JsonObject(nlohmann::json::object(), "lean-net", ""));
+    start.load(fitted_file(start_from_, "."), input.sensor);
+    standardisation = start.standardisation();
+    start_network(weights_of(start.network()), weights_of(network));
+    return;
+  }
   if (!lmmse_) return;
   auto& net = dynamic_cast<LeanNet&>(network);
   const DatasetFile& training = *input.training;

@@ -82,7 +82,7 @@ class DdErtSolver final : public LearnedSolver {
   void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   void initialise(Network& network, const FitInput& input,
-                  const Standardisation& standardisation) const override;
+                  Standardisation& standardisation) const override;
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
   GeneratorShape shape_;
@@ -105,10 +105,11 @@ class LeanNetSolver final : public LearnedSolver {
   void visit(Fields& fields) override;
   std::shared_ptr<Network> make_network(const Sensor& sensor) const override;
   void initialise(Network& network, const FitInput& input,
-                  const Standardisation& standardisation) const override;
+                  Standardisation& standardisation) const override;
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
   LeanShape shape_;
+  std::string start_from_;     ///< a fitted network whose weights the training starts from
   bool told_ = false;          ///< "front"
   bool lmmse_ = true;          ///< the dense layer begins as the linear MMSE estimate
   bool relative_loss_ = true;  ///< RelativeError, else SquaredError

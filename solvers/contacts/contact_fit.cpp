@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -191,9 +192,26 @@ ContactFit::ContactFit(const Sensor& sensor, const ContactPrior& prior, const Ma
   }
 }
 
+void ContactFit::set_kept(const VectorXd& kept, Workspace& workspace) const {
+  workspace.kept = kept;
+  workspace.ignored.resize(0, 0);
+  if (uniform_noise_ > 0 || kept.size() == 0 || whitening_.isDiagonal(1e-12)) return;
+  std::vector<Index> ignored;
+  for (Index p = 0; p < kept.size(); ++p) {
+    // Half the standard deviation: a quarter of the weight.
+    if (kept[p] < 0.5) ignored.push_back(p);
+    workspace.kept[p] = kept[p] < 0.5 ? 0 : 1;
+  }
+  if (ignored.empty()) return;
+  const MatrixXd reached = whitening_(Eigen::all, ignored);
+  workspace.ignored =
+      reached.householderQr().householderQ() * MatrixXd::Identity(reached.rows(), reached.cols());
+}
+
 void ContactFit::set_weights(Workspace& workspace) const {
   workspace.weights.setConstant(model_.pairs(), workspace.scale);
-  if (workspace.kept.size() > 0) workspace.weights.array() *= workspace.kept.array();
+  if (workspace.kept.size() > 0 && workspace.ignored.size() == 0)
+    workspace.weights.array() *= workspace.kept.array();
 }
 
 void ContactFit::whitened_residual(const VectorXd& changes, Workspace& workspace) const {
@@ -204,6 +222,7 @@ void ContactFit::whitened_residual(const VectorXd& changes, Workspace& workspace
   } else {
     workspace.residual = changes - workspace.change;
     workspace.whitened.noalias() = whitening_ * workspace.residual;
+    project(workspace, workspace.whitened);
   }
 }
 
@@ -234,6 +253,7 @@ void ContactFit::linearise(Workspace& workspace, Point& point) const {
     columns = (workspace.weights / uniform_noise_).asDiagonal() * workspace.derivatives;
   } else {
     columns.noalias() = whitening_ * workspace.derivatives;
+    project(workspace, columns);
     columns.array().colwise() *= workspace.weights.array();
   }
   if (!options_.ellipses) {

@@ -96,8 +96,13 @@ class ContactFit {
     EllipseModel::Workspace model;
     Eigen::VectorXd change, residual, whitened, weights;
     Eigen::MatrixXd derivatives, columns;
-    /// [pairs] 1, or 0 for a pair that is ignored; empty: none is. Set by the caller.
+    /// [pairs] square root of the weight of each pair's misfit, 0 for a pair that is ignored;
+    /// empty: all are 1. Set by the caller (set_kept).
     Eigen::VectorXd kept;
+    /// [pairs, ignored pairs] where the whitening mixes pairs: directions of the whitened residual
+    /// that ignored pairs reach. The residual is projected onto the rest, which leaves the
+    /// likelihood of the other pairs alone; weights between 0 and 1 do not count.
+    Eigen::MatrixXd ignored;
     std::vector<ContactAtoms::Start> starts;
     int iterations = 0;
     int work = 0;            ///< cost of all iterations, linear and quadratic in the points
@@ -125,6 +130,9 @@ class ContactFit {
                                        std::span<const EllipticContact> contacts,
                                        Workspace& workspace) const;
 
+  /// Weights of the pairs of the next frame, see Workspace::kept.
+  void set_kept(const Eigen::VectorXd& kept, Workspace& workspace) const;
+
   const Options& options() const { return options_; }
   const EllipseModel& model() const { return model_; }
 
@@ -140,9 +148,16 @@ class ContactFit {
     /// Stops if the evidence will not reach this.
     double least_evidence = -std::numeric_limits<double>::infinity();
   };
-  /// Number of pairs that are not ignored.
+  /// Number of pairs by their weights.
   double pairs_in_use(const Workspace& workspace) const {
-    return workspace.kept.size() > 0 ? workspace.kept.sum() : static_cast<double>(model_.pairs());
+    return workspace.kept.size() > 0 ? workspace.kept.squaredNorm()
+                                     : static_cast<double>(model_.pairs());
+  }
+  /// `whitened` [pairs, any]
+  template <typename Matrix>
+  static void project(const Workspace& workspace, Matrix& whitened) {
+    if (workspace.ignored.size() == 0) return;
+    whitened -= workspace.ignored * (workspace.ignored.transpose() * whitened).eval();
   }
   void begin(const Eigen::VectorXd& changes, Workspace& workspace) const;
   const EllipseModel& model_in_use(const Workspace& workspace) const {

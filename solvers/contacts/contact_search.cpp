@@ -206,7 +206,7 @@ void ContactFit::begin(const VectorXd& changes, Workspace& workspace) const {
   workspace.coarse = false;
   workspace.unexplained = uniform_noise_ > 0
                               ? changes.squaredNorm() / (uniform_noise_ * uniform_noise_)
-                              : (whitening_ * changes).squaredNorm();
+                              : whitened_residual_of(changes, {}, workspace).squaredNorm();
   const double error = options_.model_error * options_.model_error * workspace.unexplained;
   workspace.scale = 1 / std::sqrt(1 + error / pairs_in_use(workspace));
   set_weights(workspace);
@@ -215,7 +215,11 @@ void ContactFit::begin(const VectorXd& changes, Workspace& workspace) const {
 VectorXd ContactFit::whitened_residual_of(const VectorXd& changes,
                                           std::span<const EllipticContact> contacts,
                                           Workspace& workspace) const {
-  if (contacts.empty() || !model_.place(contacts, workspace.model)) return whitening_ * changes;
+  if (contacts.empty() || !model_.place(contacts, workspace.model)) {
+    VectorXd whitened = whitening_ * changes;
+    project(workspace, whitened);
+    return whitened;
+  }
   whitened_residual(changes, workspace);
   return workspace.whitened;
 }
@@ -226,7 +230,9 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
   const bool first = from.contacts.empty();
   if (first) {
     workspace.weights = (1 + (soft * whitened.array()).square()).rsqrt();
-    if (workspace.kept.size() > 0) workspace.weights.array() *= workspace.kept.array();
+    if (workspace.kept.size() > 0 && workspace.ignored.size() == 0) {
+      workspace.weights.array() *= workspace.kept.array();
+    }
   }
   atoms_.best(whitened, workspace.weights, most_starts, prior_, workspace.starts);
   std::vector<std::vector<EllipticContact>> starts;

@@ -34,6 +34,14 @@ constexpr double little = 0.1;
 /// Least standard deviation of the logarithm of a conductivity ratio that the user gives.
 constexpr double least_known = 0.02;
 
+/// Both channels of a reciprocal pair have the noise of Student's t with this many degrees of
+/// freedom, whose precision is that of the pair. Given their difference in deviations, the mean of
+/// this precision is the weight of their sum; a sound pair has 1 at most.
+double weight_of(double difference) {
+  constexpr double freedom = 4;
+  return std::min(1.0, (freedom + 1) / (freedom + difference * difference));
+}
+
 FoundContact found_contact(const EllipticContact& contact, double background,
                            const Eigen::Matrix<double, 6, 6>& covariance) {
   FoundContact out;
@@ -76,9 +84,7 @@ void ContactSolver::read(JsonObject parameters) {
   nuisances_ = Nuisances::from_json(parameters);
   choice_ = read_chosen(parameters, prior_weight_.value);
   mask_ = ChannelMask::from_json(parameters);
-  if ((mask_.detect || mask_.electrodes != 0) && nuisances_.any()) {
-    parameters.fail("nuisances", R"(cannot be had together with "channel_mask")");
-  }
+  student_ = parameters.choice_or("likelihood", "normal", {"normal", "student"}) == "student";
   if (parameters.has("learned")) {
     JsonObject learned = parameters.object("learned");
     prior_ = contact_prior_from_json(learned.object("prior"));
@@ -101,6 +107,7 @@ nlohmann::json ContactSolver::parameters() const {
   if (known_ratio_) out["conductivity_ratio"] = {known_ratio_->first, known_ratio_->second};
   nuisances_.add_to(out);
   mask_.add_to(out);
+  if (student_) out["likelihood"] = "student";
   if (choice_) out["chosen"] = to_json(*choice_);
   if (misfit_limit_ > 0) {
     out["learned"] = {{"prior", to_json(prior_)}, {"misfit_limit", misfit_limit_}};
@@ -211,14 +218,19 @@ void ContactSolver::fit_frame(const double* changes, ElectrodeSet dead, bool fol
   const auto count = static_cast<Index>(pairs_.size());
   Eigen::VectorXd means(count);
   const ElectrodeSet masked = mask_.electrodes | dead;
-  workspace.kept.resize(masked == 0 ? 0 : count);
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(masked == 0 && !student_ ? 0 : count);
   for (Index p = 0; p < count; ++p) {
     const auto index = static_cast<std::size_t>(p);
     const bool kept = (electrodes_of_pairs_[index] & masked) == 0;
     // Channels of a dead electrode may read anything, also NaN.
     means[p] = kept ? (changes[pairs_[index][0]] + changes[pairs_[index][1]]) / 2 : 0;
-    if (masked != 0) workspace.kept[p] = kept ? 1 : 0;
+    if (!kept) weights[p] = 0;
+    if (kept && student_) {
+      const double apart = changes[pairs_[index][0]] - changes[pairs_[index][1]];
+      weights[p] = weight_of(apart / (std::numbers::sqrt2 * *noise_.value));
+    }
   }
+  fit_->set_kept(weights.cwiseSqrt(), workspace);
   // In a stream the factor of the last frame is the first guess.
   const double factor = followed ? 1 / (1 + fitted.level) : 1;
   fitted.level = 0;
@@ -268,7 +280,8 @@ void ContactSolver::draw(const Fitted& fitted, Eigen::Ref<Eigen::RowVectorXd> im
   report.iterations = found.iterations;
   report.level = fitted.level;
   const Eigen::VectorXd& kept = fitted.workspace.kept;
-  const double in_use = kept.size() > 0 ? kept.mean() : 1;  // share of the pairs
+  // Share of the pairs.
+  const double in_use = kept.size() > 0 ? kept.squaredNorm() / static_cast<double>(kept.size()) : 1;
   if (found.best.misfit > in_use * misfit_limit_ && misfit_limit_ > 0) {
     report.reasons |= unexplained;
   }
@@ -381,6 +394,9 @@ std::vector<SolverType> contact_solvers() {
        "above, where that is known; default none"},
       {"image",
        "\"mean\" (the default) of the posterior, or \"most-likely\": the contacts of its maximum"},
+      {"likelihood",
+       "of the noise: \"normal\" (the default), or \"student\": of Student's t, by which a channel "
+       "that differs from its reciprocal one counts less"},
       Nuisances::parameter(),
       ChannelMask::parameter()};
   info.make = make_from_json<ContactSolver>;

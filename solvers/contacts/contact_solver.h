@@ -25,8 +25,8 @@ class ContactSolver final : public Solver, private ContactFinder {
 
   /// `{"shape": "ellipse" | "disc", "most_contacts": 1 ... 8, "prior": "broad" | "training",
   /// "prior_weight": > 0 | "auto", "model_error": 0 ... 0.5, "noise": > 0 | "auto",
-  /// "conductivity_ratio": [low, high], "image": "mean" | "most-likely", "nuisances": {...}}` and
-  /// what ChannelMask reads.
+  /// "conductivity_ratio": [low, high], "image": "mean" | "most-likely", "likelihood": "normal" |
+  /// "student", "nuisances": {...}}` and what ChannelMask reads.
   explicit ContactSolver(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -75,6 +75,7 @@ class ContactSolver final : public Solver, private ContactFinder {
   ContactFit::Options options_;
   bool learns_prior_ = false;
   bool most_likely_ = false;
+  bool student_ = false;                                  ///< "likelihood"
   std::optional<std::pair<double, double>> known_ratio_;  ///< both below 1 or both above
   Tunable prior_weight_;
   Tunable noise_;  ///< of a channel, V

@@ -39,6 +39,30 @@ std::string refusal_of(const json& axis) {
   return "accepted";
 }
 
+TEST(Ladder, LetsConditionsWorsenTogether) {
+  json axis = {{"name", "combined"},
+               {"scale", "categories"},
+               {"levels", {"mild", "severe"}},
+               {"vary",
+                {{"/snr_db", {60, 40}},
+                 {"/faults/dead_electrodes", {0, 1}},
+                 {"/faults/background_change", {-0.02, -0.05}}}}};
+  const Experiment experiment = read(with_axis(axis));
+  const Ladders& ladders = *experiment.ladders;
+  const LadderAxis& read_axis = ladders.axes[0];
+  const DatasetSpec severe = dataset_at(ladders, experiment.sensor, read_axis, read_axis.levels[1]);
+  EXPECT_EQ(severe.noise.snr_db, 40);
+  EXPECT_EQ(severe.faults.dead_electrodes, 1);
+  EXPECT_EQ(severe.faults.background_change, -0.05);
+  EXPECT_EQ(dataset_at(ladders, experiment.sensor, read_axis, read_axis.levels[0]).noise.snr_db,
+            60);
+  axis["vary"]["/snr_db"] = {60};
+  EXPECT_NE(refusal_of(axis).find("as many values as there are"), std::string::npos);
+  axis["vary"]["/snr_db"] = {60, 40};
+  axis.erase("scale");
+  EXPECT_NE(refusal_of(axis).find("categories"), std::string::npos);
+}
+
 /// A level at which the first `failures` of 100 frames are undefined.
 LadderLevel level_of(const Level& level, int failures) {
   LadderLevel out{level, std::vector<JudgedFrame>(100), ""};

@@ -253,6 +253,29 @@ TEST(LeanNetWithAFront, ReadsNothingFromDeadElectrodes) {
   EXPECT_EQ(reconstruct(*again, changes).images, floating.images);
 }
 
+/// A training that changes nothing shows what it started from: what only the new network is told
+/// weighs nothing.
+TEST(LeanNetWithAFront, StartsFromTheWeightsOfOneWithout) {
+  const TrainingFiles files(96, 120);
+  json spec = with_budget({{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}});
+  const auto plain = make_learned(spec);
+  plain->fit(files.input());
+  plain->save(files.folder() / "plain.fitted");
+  spec["front"] = true;
+  spec["start_from"] = (files.folder() / "plain.fitted").string();
+  spec["learning_rate"] = 1e-12;
+  spec["freeze_statistics"] = 0;
+  const auto told = make_learned(spec);
+  told->fit(files.input());
+  const Frames changes = fresh_changes(3);
+  EXPECT_LT(
+      relative_difference(reconstruct(*told, changes).images, reconstruct(*plain, changes).images),
+      1e-4);
+  spec["width"] = 5;
+  const auto wider = make_learned(spec);
+  EXPECT_THROW(wider->fit(files.input()), InputError);
+}
+
 TEST(LearnedSolverSettings, OfTheAdversarialGameAreKeptWithTheNetwork) {
   const TrainingFiles files;
   json spec = with_budget(specs[3]);

@@ -129,6 +129,56 @@ TEST(Contacts, AreFoundWithoutTheDeadElectrodes) {
   EXPECT_LT((found[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 0.01);
 }
 
+/// What the channels of a dead electrode read has no effect, also where the nuisances' covariance
+/// joins all pairs, and the likelihood is that of the frame without these pairs.
+TEST(Contacts, AreFoundWithoutTheDeadElectrodesOnAnotherLevel) {
+  const Scene scene{{disc(0.3, -0.2, 0.25, 0.5), disc(-0.4, 0.3, 0.2, 0.6)}};
+  const VectorXd reference = BorderModel{Sensor{}}.reference_voltages();
+  const Frames frame =
+      (frame_of(scene, 70, 1) + reference.transpose()) / 1.1 - Frames(reference.transpose());
+  const auto solver =
+      solver_for(70, {{"channel_mask", {4}},
+                      {"nuisances", {{"level", 0.2}, {"gradient", 0.1}, {"electrodes", 0.01}}}});
+  const std::vector<ElectrodeSet> electrodes = electrodes_of_pairs(Sensor{});
+  const auto pairs = reciprocal_pairs(Sensor{});
+  std::vector<Images> images;
+  for (const double reading : {0.0, 1.0}) {
+    Frames dead = frame;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      if ((electrodes[p] & 1U << 4) == 0) continue;
+      for (const int channel : pairs[p]) dead(0, channel) = reading;
+    }
+    const std::vector<FoundContact> found = found_in(*solver, dead);
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_LT((found[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 0.03);
+    EXPECT_LT((found[1].place - Eigen::Vector2d(-0.4, 0.3)).norm(), 0.03);
+    const Reconstruction out = reconstruct(*solver, dead);
+    EXPECT_NEAR(out.reports[0].level, 0.1, 0.01);
+    images.push_back(out.images);
+  }
+  EXPECT_LT((images[1] - images[0]).norm(), 1e-3 * images[0].norm());
+}
+
+/// One wrong channel differs from its reciprocal one, and is no contact beside those there are.
+TEST(Contacts, OfStudentsNoiseAreNotOneWrongChannel) {
+  const Scene scene{{disc(0.3, -0.2, 0.25, 0.5)}};
+  const Frames sound = frame_of(scene, 60, 1);
+  const auto normal = solver_for(60);
+  const auto student = solver_for(60, {{"likelihood", "student"}});
+  int normal_more = 0;
+  for (const int channel : {5, 40, 77, 111, 150, 203}) {
+    Frames wrong = sound;
+    wrong(0, channel) += 100 * noise_at(60);
+    const std::vector<FoundContact> found = found_in(*student, wrong);
+    ASSERT_EQ(found.size(), 1U) << channel;
+    EXPECT_LT((found[0].place - Eigen::Vector2d(0.3, -0.2)).norm(), 0.02) << channel;
+    const std::vector<FoundContact> taken_in = found_in(*normal, wrong);
+    normal_more +=
+        taken_in.size() != 1 || (taken_in[0].place - Eigen::Vector2d(0.3, -0.2)).norm() > 0.02;
+  }
+  EXPECT_GE(normal_more, 3);
+}
+
 /// Where one contact has to stand for several, the image shows the one that is listed, though none
 /// would have more evidence.
 TEST(Contacts, ThatAreListedAreInTheImage) {
