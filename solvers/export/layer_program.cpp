@@ -1,6 +1,7 @@
 #include "solvers/export/layer_program.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -25,6 +26,26 @@ std::vector<float> channels_last(const std::vector<float>& weights, std::size_t 
   return out;
 }
 
+/// Repeats the last pair, with weights of zero, until the code can add four inputs in a row.
+void pad_pairs(std::vector<ExportStep>& steps, std::vector<ExportProgram::Value>& values) {
+  if (steps[0].kind != StepKind::sums_of_pairs) return;
+  int& pairs = values[index_of(steps[0].value)].channels;
+  const int more = (4 - pairs % 4) % 4;
+  for (ExportStep& step : steps) {
+    if (step.kind != StepKind::convolve || step.inputs[0] != steps[0].value) continue;
+    std::vector<float> padded;
+    for (auto row = step.weights.begin(); row != step.weights.end(); row += pairs) {
+      padded.insert(padded.end(), row, row + pairs);
+      padded.resize(padded.size() + index_of(more), 0.0F);
+    }
+    step.weights = std::move(padded);
+  }
+  std::vector<int>& indices = steps[0].indices;
+  const std::array last = {indices.end()[-2], indices.end()[-1]};
+  for (int i = 0; i < more; ++i) indices.insert(indices.end(), last.begin(), last.end());
+  pairs += more;
+}
+
 }  // namespace
 
 ExportProgram::ExportProgram(const LayerList& list)
@@ -44,6 +65,7 @@ ExportProgram::ExportProgram(const LayerList& list)
   for (std::size_t s = 0; s + 1 < steps_.size(); ++s) {
     if (can_merge(steps_[s], steps_[s + 1])) merge(s);
   }
+  pad_pairs(steps_, values_);
   place_values();
 }
 
