@@ -11,7 +11,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are written as memory has them");
 
-constexpr char magic[] = "ERTRUN1\n";
+constexpr char magic[] = "ERTRUN2\n";
 constexpr std::size_t magic_size = sizeof magic - 1;
 
 std::uint64_t checksum_of(const char* bytes, std::size_t size) {
@@ -95,6 +95,23 @@ void visit(Archive& archive, Layer& layer) {
 }
 
 template <typename Archive>
+void visit(Archive& archive, FrameFront& front) {
+  archive.number(front.electrodes);
+  archive.number(front.told);
+  archive.number(front.neighbours);
+  archive.number(front.of_change);
+  archive.list(front.pairs);
+  archive.list(front.users);
+  archive.list(front.least_bad);
+  archive.list(front.reference);
+  for (double* one : {&front.reference_square, &front.noise, &front.noise_slope, &front.limit,
+                      &front.least_size, &front.residual, &front.residual_slope}) {
+    archive.number(*one);
+  }
+  archive.list(front.directions);
+}
+
+template <typename Archive>
 void visit(Archive& archive, LayerFile& file) {
   archive.list(file.name);
   for (int* one : {&file.channels, &file.rows, &file.columns}) archive.number(*one);
@@ -108,6 +125,7 @@ void visit(Archive& archive, LayerFile& file) {
   archive.list(file.list.shift);
   archive.list(file.list.scale);
   archive.list(file.list.layers);
+  visit(archive, file.front);
 }
 
 }  // namespace

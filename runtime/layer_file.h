@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/frame_front.h"
 #include "core/layers.h"
 
 namespace ertbench::runtime {
@@ -24,9 +25,10 @@ struct LayerFile {
   float width_mm = 0;  ///< of a pixel
   float height_mm = 0;
   LayerList list;
+  FrameFront front;  ///< of which the first layer has `told` inputs behind the channels
 };
 
-/// The bytes of a file: "ERTRUN1" and a newline, size and checksum (FNV-1a) of the rest in 8 bytes
+/// The bytes of a file: "ERTRUN2" and a newline, size and checksum (FNV-1a) of the rest in 8 bytes
 /// each, then the numbers, little-endian, each list behind its length.
 std::string bytes_of(const LayerFile& file);
 

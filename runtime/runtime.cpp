@@ -48,21 +48,67 @@ typedef union {
 
 using std::int16_t;
 using std::int32_t;
+using std::log10;
 using std::uint16_t;
 using std::uint32_t;
+using std::uint64_t;
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 #include "runtime/contacts.c.in"
+#include "runtime/front.c.in"
 #pragma GCC diagnostic pop
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
 }
 
+/// What is done with a frame before its layers.
+struct FrontState {
+  std::vector<std::uint16_t> pairs;
+  std::vector<std::uint16_t> least_bad;
+  std::vector<float> reference;
+  ErtFrontModel model = {};
+  std::uint64_t known = 0;
+  std::vector<double> products;
+  std::vector<double> work;
+
+  explicit FrontState(const FrameFront& front)
+      : pairs(front.pairs.begin(), front.pairs.end()),
+        least_bad(front.least_bad.begin(), front.least_bad.end()),
+        reference(front.reference.begin(), front.reference.end()) {
+    if (front.electrodes == 0) return;
+    const std::size_t directions = front.directions.size() / front.users.size();
+    products.resize(directions * (directions + 1) / 2);
+    work.resize(products.size() + directions);
+    model = {.channels = static_cast<int>(reference.size()),
+             .electrodes = front.electrodes,
+             .pairs = static_cast<int>(front.users.size()),
+             .directions = static_cast<int>(directions),
+             .told = front.told,
+             .neighbours = front.neighbours,
+             .of_change = front.of_change,
+             .noise = front.noise,
+             .noise_slope = front.noise_slope,
+             .limit = front.limit,
+             .least_size = front.least_size,
+             .residual = front.residual,
+             .residual_slope = front.residual_slope,
+             .reference_square = front.reference_square,
+             .pair = pairs.data(),
+             .users = front.users.data(),
+             .least_bad = least_bad.data(),
+             .reference = reference.data(),
+             .direction = front.directions.data()};
+  }
+  FrontState(const FrontState&) = delete;
+  FrontState& operator=(const FrontState&) = delete;
+};
+
 }  // namespace
 
 struct Solver::State {
   LayerFile file;
+  FrontState front;
   std::unique_ptr<InferencePlan> plan;
   std::vector<float> reference;
   std::vector<float> changes;
@@ -74,9 +120,10 @@ struct Solver::State {
 
   State(LayerFile loaded, std::size_t pixels)
       : file(std::move(loaded)),
-        plan(plan_of(file.list, file.channels, static_cast<int>(pixels))),
+        front(file.front),
+        plan(plan_of(file.list, file.channels + file.front.told, static_cast<int>(pixels))),
         reference(file.reference),
-        changes(file.reference.size()),
+        changes(file.reference.size() + static_cast<std::size_t>(file.front.told)),
         weight(pixels),
         order(pixels),
         hill(pixels),
@@ -91,13 +138,28 @@ struct Solver::State {
 
 namespace {
 
+bool is_sound(const FrameFront& front, std::size_t channels) {
+  constexpr std::size_t most_directions = 64;
+  if (front.electrodes == 0) return front.told == 0;
+  const std::size_t pairs = front.users.size();
+  const auto is_channel = [&](int c) { return c >= 0 && static_cast<std::size_t>(c) < channels; };
+  return front.electrodes > 0 && front.electrodes <= 64 &&
+         (front.told == 0 || front.told == front.electrodes + 1) && pairs > 0 &&
+         front.pairs.size() == 2 * pairs &&
+         std::all_of(front.pairs.begin(), front.pairs.end(), is_channel) &&
+         front.least_bad.size() == static_cast<std::size_t>(front.electrodes) &&
+         front.reference.size() == channels && !front.directions.empty() &&
+         front.directions.size() % pairs == 0 && front.directions.size() / pairs <= most_directions;
+}
+
 /// Throws std::runtime_error for a file whose lists do not belong together.
 void check(const LayerFile& file) {
   const auto channels = static_cast<std::size_t>(std::max(0, file.channels));
   const bool scaled = file.list.shift.size() == channels && file.list.scale.size() == channels;
   bool sound = file.channels > 0 && file.rows > 0 && file.columns > 0 && file.rows <= most_pixels &&
                file.columns <= most_pixels / file.rows && file.reference.size() == channels &&
-               (scaled || (file.list.shift.empty() && file.list.scale.empty()));
+               (scaled || (file.list.shift.empty() && file.list.scale.empty())) &&
+               is_sound(file.front, channels);
   for (const int pixel : file.no_sheet) {
     sound = sound && pixel >= 0 && pixel < file.rows * file.columns;
   }
@@ -143,10 +205,15 @@ void Solver::set_reference(std::span<const float> voltages) {
 
 void Solver::reconstruct(std::span<const float> voltages, std::span<float> image) {
   State& state = *state_;
-  require(voltages.size() == state.changes.size(), "a frame of another size");
+  require(voltages.size() == state.reference.size(), "a frame of another size");
   require(image.size() == state.pixels(), "an image of another size");
   for (std::size_t i = 0; i < voltages.size(); ++i) {
     state.changes[i] = voltages[i] - state.reference[i];
+  }
+  FrontState& front = state.front;
+  if (front.model.electrodes > 0) {
+    ert_front(&front.model, &front.known, front.products.data(), front.work.data(),
+              state.changes.data());
   }
   const std::vector<float>& scale = state.file.list.scale;
   for (std::size_t i = 0; i < scale.size(); ++i) {

@@ -13,6 +13,7 @@
 #include "solvers/check/stored_solver.h"
 #include "solvers/export/exported_solver.h"
 #include "solvers/export/matrix_files.h"
+#include "solvers/export/onnx_file.h"
 #include "solvers/export/runtime_file.h"
 #include "solvers/registry/registry.h"
 
@@ -25,6 +26,7 @@ struct ExportArguments {
   std::string precision = "float32";
   std::string frames;
   std::uint64_t check_frames = 0;
+  bool front = false;
   std::string out;
   ContactSettings contacts;
 };
@@ -36,7 +38,7 @@ bool is_exported(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   const char* const mark = ending == ".npz"   ? "reference_voltages.npy"
                            : ending == ".csv" ? ","
-                           : ending == ".ert" ? "ERTRUN1"
+                           : ending == ".ert" ? "ERTRUN"
                                               : "ertbench export";
   return contents_of(file).find(mark) != std::string::npos;
 }
@@ -54,7 +56,8 @@ Files c_files(const ExportArguments& arguments, SolverToExport& exported,
   CExport how{.name = arguments.solver,
               .sensor = exported.sensor,
               .precision = precision_from_name(arguments.precision),
-              .rule = rule_of(arguments, exported, frames)};
+              .rule = rule_of(arguments, exported, frames),
+              .front = exported.front};
   if (how.precision == ExportPrecision::int8) {
     if (!frames) {
       throw InputError(
@@ -63,19 +66,32 @@ Files c_files(const ExportArguments& arguments, SolverToExport& exported,
     }
     Frames changes = frames->voltages(0, std::min(int8_calibration_frames, frames->size()));
     changes.rowwise() -= frames->reference_voltages().transpose();
-    how.ranges = calibrate(exported.program, changes);
+    how.ranges = calibrate(exported, std::move(changes));
   }
   return c_source(exported.program, how);
 }
 
 Files runtime_files(const ExportArguments& arguments, const SolverToExport& exported,
                     const DatasetFile* frames) {
-  if (arguments.precision != "float32") {
-    throw InputError("--to runtime calculates in float32; --to c has float16 and int8");
-  }
   return runtime_file(exported.layers, {.name = arguments.solver,
                                         .sensor = exported.sensor,
-                                        .rule = rule_of(arguments, exported, frames)});
+                                        .rule = rule_of(arguments, exported, frames),
+                                        .front = exported.front});
+}
+
+Files files_of(const ExportArguments& arguments, SolverToExport& exported,
+               const DatasetFile* frames) {
+  const std::string& to = arguments.to;
+  if (to == "c") return c_files(arguments, exported, frames);
+  if (to == "matrix") {
+    return matrix_files(exported.program, *exported.solver, exported.sensor,
+                        precision_from_name(arguments.precision));
+  }
+  if (arguments.precision != "float32") {
+    throw InputError("--to " + to + " calculates in float32; --to c has float16 and int8");
+  }
+  if (to == "runtime") return runtime_files(arguments, exported, frames);
+  return onnx_file(exported.layers, {.name = arguments.solver, .sensor = exported.sensor});
 }
 
 /// The reference and some frames as constants, for a check on the target.
@@ -98,8 +114,8 @@ ExitCode run_export(const ExportArguments& arguments) {
   SolverRegistry registry;
   registry.allow_plugins();
   const std::filesystem::path file = fitted_file(arguments.solver, "");
-  SolverToExport exported =
-      load_to_export(file, [&](const JsonObject& entry) { return registry.make(entry); });
+  SolverToExport exported = load_to_export(
+      file, [&](const JsonObject& entry) { return registry.make(entry); }, arguments.front);
   std::optional<DatasetFile> frames;
   if (!arguments.frames.empty()) {
     frames.emplace(arguments.frames);
@@ -110,11 +126,11 @@ ExitCode run_export(const ExportArguments& arguments) {
   const DatasetFile* const given = frames ? &*frames : nullptr;
   Files files;
   try {
-    files = arguments.to == "c" ? c_files(arguments, exported, given)
-            : arguments.to == "runtime"
-                ? runtime_files(arguments, exported, given)
-                : matrix_files(exported.program, *exported.solver, exported.sensor,
-                               precision_from_name(arguments.precision));
+    if (exported.front.electrodes > 0 && arguments.to != "c" && arguments.to != "runtime") {
+      throw InputError("--to " + arguments.to +
+                       " has no front, which finds dead electrodes; take --to c or --to runtime");
+    }
+    files = files_of(arguments, exported, given);
   } catch (const InputError& error) {
     throw InputError(printable(arguments.solver) + ": " + error.what());
   }
@@ -149,8 +165,9 @@ Action add_export(CLI::App& command) {
       .add_option("--to", arguments->to,
                   "c: solver.h, solver.c, weights.h, weights.c in C99, and example.c (default)\n"
                   "runtime: NAME.ert, which ertbench::runtime loads in a C++ program of your own\n"
+                  "onnx: NAME.onnx, for ONNX runtimes\n"
                   "matrix: matrix.npz and matrix.csv of a linear method")
-      ->check(CLI::IsMember({"c", "runtime", "matrix"}));
+      ->check(CLI::IsMember({"c", "runtime", "onnx", "matrix"}));
   command
       .add_option("--precision", arguments->precision,
                   "Of the weights: float32 (default), float16, or int8 with integers throughout")
@@ -159,6 +176,9 @@ Action add_export(CLI::App& command) {
       "--frames", arguments->frames,
       "A dataset file like the frames to come: int8 is calibrated on its first 200,\n"
       "and the rule for contacts chosen on its first 500");
+  command.add_flag("--front", arguments->front,
+                   "Also find dead electrodes and replace their channels, as the program does;\n"
+                   "a network that is told of them always has it");
   command.add_option("--threshold", arguments->contacts.threshold,
                      "Of the largest change: what is below is no contact (default: chosen on\n"
                      "--frames, else 0.25)");
@@ -173,6 +193,7 @@ Action add_export(CLI::App& command) {
       "Example:\n  ertbench export lean-net-8 --out robot\n"
       "  ertbench export lean-net-8 --precision int8 --frames validation.h5 --out robot\n"
       "  ertbench export lean-net-8 --to runtime --out robot\n"
+      "  ertbench export lean-net-8 --to onnx --out robot\n"
       "  ertbench export tsvd --to matrix --out robot\n"
       "See docs/robot.md.");
   refuse_empty_values(command);

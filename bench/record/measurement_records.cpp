@@ -148,6 +148,8 @@ LatencySummary summarise_latency(const SortedValues& microseconds) {
           microseconds.largest(),
           {},
           {},
+          {},
+          {},
           {}};
 }
 
@@ -157,7 +159,8 @@ struct Rounds {
   std::vector<double> p50;
   std::vector<double> relative;
   std::vector<double> frames_per_s;
-  std::vector<double> pipe;  ///< microseconds
+  std::vector<double> pipe;      ///< microseconds
+  std::vector<double> contacts;  ///< microseconds
   int batch = 0;
 
   void add(const json& times, double calibration_us) {
@@ -168,10 +171,13 @@ struct Rounds {
     microseconds.insert(microseconds.end(), some.begin(), some.end());
     frames_per_s.push_back(times.at("frames_per_s").get<double>());
     batch = times.at("batch").get<int>();
-    if (times.contains("pipe_us")) {
-      const auto alone = times.at("pipe_us").get<std::vector<double>>();
-      pipe.insert(pipe.end(), alone.begin(), alone.end());
-    }
+    const auto add_if_any = [&](const char* name, std::vector<double>& to) {
+      if (!times.contains(name)) return;
+      const auto more = times.at(name).get<std::vector<double>>();
+      to.insert(to.end(), more.begin(), more.end());
+    };
+    add_if_any("pipe_us", pipe);
+    add_if_any("contacts_us", contacts);
   }
 };
 
@@ -189,7 +195,8 @@ std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tes
               {"label", recipe.entry.label},
               {"entry", recipe.entry.spec.text()},
               {"solver", Cache::fitted_solver_key(recipe).dump()},
-              {"timing", {timing.frames, timing.warm_up, timing.batch, timing.rounds}}};
+              {"timing", {timing.frames, timing.warm_up, timing.batch, timing.rounds}},
+              {"to_contacts", true}};
   for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
   return hash_of(key.dump());
 }
@@ -220,6 +227,11 @@ TimingRecord timing_record_from_json(const std::vector<json>& rounds) {
     times.latency_us.p50_of_rounds = set.p50;
     times.latency_us.relative_of_rounds = set.relative;
     if (!set.pipe.empty()) times.latency_us.pipe = median(set.pipe);
+    if (!set.contacts.empty()) {
+      const LatencySummary to_contacts = summarise_latency(set.contacts);
+      times.latency_us.contacts_p50 = to_contacts.p50;
+      times.latency_us.contacts_p99 = to_contacts.p99;
+    }
     record.sets[dataset] = std::move(times);
   }
   record.calibration_us = median(calibration);

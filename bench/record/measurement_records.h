@@ -73,8 +73,8 @@ struct MeasuredTimes {
 };
 
 /// The record of each round is `{"schema", "key", "timing": {dataset: {"latency_us": [every frame],
-/// "frames_per_s", "batch", "pipe_us": [every frame through Solver::transport, if any]}},
-/// "calibration_us", "peak_rss_mb", "place"}`, put together.
+/// "frames_per_s", "batch", "contacts_us": [frames, to the contacts], "pipe_us": [every frame
+/// through Solver::transport, if any]}}, "calibration_us", "peak_rss_mb", "place"}`, put together.
 struct TimingRecord {
   std::map<std::string, MeasuredTimes> sets;  ///< by test set
   double calibration_us = 0;                  ///< median of the rounds

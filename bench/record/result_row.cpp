@@ -105,6 +105,10 @@ json to_json(const LatencySummary& latency) {
               {"p50_of_rounds", latency.p50_of_rounds},
               {"relative_of_rounds", latency.relative_of_rounds}};
   if (latency.pipe) out["pipe"] = or_null(latency.pipe);
+  if (latency.contacts_p50) {
+    out["contacts_p50"] = or_null(latency.contacts_p50);
+    out["contacts_p99"] = or_null(latency.contacts_p99);
+  }
   return out;
 }
 
@@ -241,6 +245,10 @@ LatencySummary latency_from_json(JsonObject object) {
                          rounds_from_json(object, "p50_of_rounds"),
                          rounds_from_json(object, "relative_of_rounds")};
   if (object.has("pipe")) latency.pipe = number_or_null(object, "pipe");
+  if (object.has("contacts_p50")) {
+    latency.contacts_p50 = number_or_null(object, "contacts_p50");
+    latency.contacts_p99 = number_or_null(object, "contacts_p99");
+  }
   object.finish();
   return latency;
 }

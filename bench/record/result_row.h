@@ -63,6 +63,9 @@ struct LatencySummary {
   /// The part of p50 that the way to the solver's own process and back takes: the median of the
   /// same bytes through a program that only answers. Of a solver in a process of its own alone.
   std::optional<double> pipe = {};
+  /// Time from raw voltages to the contacts, in a pass of its own; none in older results.
+  std::optional<double> contacts_p50 = {};
+  std::optional<double> contacts_p99 = {};
 
   bool operator==(const LatencySummary&) const = default;
 };
@@ -130,10 +133,11 @@ struct ResultRow {
 /// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
 /// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
 /// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
-/// "max", "p50_of_rounds", "relative_of_rounds", "pipe"}, "calibration_us", "frames_per_s",
-/// "throughput_batch", "fit_s", "peak_rss_mb", "build": {"commit", "dirty", "program",
-/// "scored": [...], "fitted": [...], "timed": [...]}}`, the first of the builds being that of the
-/// scores, with `"validation": {"AR": {...}, ...}`, `"over_limit": {"ratio", "ci95", "frames"}`,
+/// "max", "p50_of_rounds", "relative_of_rounds", "pipe", "contacts_p50", "contacts_p99"},
+/// "calibration_us", "frames_per_s", "throughput_batch", "fit_s", "peak_rss_mb", "build":
+/// {"commit", "dirty", "program", "scored": [...], "fitted": [...], "timed": [...]}}`, the first of
+/// the builds being that of the scores, with `"validation": {"AR": {...}, ...}`, `"over_limit":
+/// {"ratio", "ci95", "frames"}`,
 /// `"timed_on": {"cpu", "node", "busy_cores"},
 /// "seeds": {"values", "means": {"AR":
 /// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":

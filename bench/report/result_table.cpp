@@ -93,22 +93,41 @@ bool has_limits(std::span<const ResultRow> rows) {
   return std::any_of(rows.begin(), rows.end(), is_limit);
 }
 
-/// Whether some solver runs in a process of its own.
-bool has_pipes(std::span<const ResultRow> rows) {
-  return std::any_of(rows.begin(), rows.end(),
-                     [](const ResultRow& row) { return row.latency_us && row.latency_us->pipe; });
+using LatencyPart = std::optional<double> LatencySummary::*;
+
+/// Times that only some solvers, or only newer results, have.
+std::optional<double> part_of(const ResultRow& row, LatencyPart part) {
+  return row.latency_us ? (*row.latency_us).*part : std::nullopt;
 }
 
-std::vector<Column> result_columns(bool limits, bool pipes) {
+bool any_has(std::span<const ResultRow> rows, LatencyPart part) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [&](const ResultRow& row) { return part_of(row, part).has_value(); });
+}
+
+/// The parts that some row has, with the titles of their columns.
+std::vector<std::pair<std::string, LatencyPart>> parts_of(std::span<const ResultRow> rows) {
+  std::vector<std::pair<std::string, LatencyPart>> out;
+  for (const auto& [title, part] : {std::pair{"to contacts (µs)", &LatencySummary::contacts_p50},
+                                    std::pair{"pipe (µs)", &LatencySummary::pipe}}) {
+    if (any_has(rows, part)) out.emplace_back(title, part);
+  }
+  return out;
+}
+
+std::vector<Column> result_columns(std::span<const ResultRow> rows) {
   std::vector<Column> out = {{"Solver", Align::left}};
   for (const Metric metric : metrics_in_order()) {
     const MetricEntry& entry = entry_of(metric);
     out.emplace_back(entry.heading, Align::right, part_of(entry));
   }
-  if (limits) out.emplace_back("error / limit", Align::right, 1);
-  for (const std::string title : {"p50 (µs)", "p99 (µs)", "pipe (µs)", "frames/s", "fit (s)",
-                                  "memory (MB)", "undef. / not conv. / suspect"}) {
-    if (pipes || title != "pipe (µs)") out.emplace_back(title, Align::right, 1);
+  const auto add = [&](const std::string& title) { out.emplace_back(title, Align::right, 1); };
+  if (has_limits(rows)) add("error / limit");
+  add("p50 (µs)");
+  add("p99 (µs)");
+  for (const auto& [title, part] : parts_of(rows)) add(title);
+  for (const char* title : {"frames/s", "fit (s)", "memory (MB)", "undef. / not conv. / suspect"}) {
+    add(title);
   }
   return out;
 }
@@ -130,7 +149,7 @@ std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows
   }
   std::vector<std::optional<double>> times = {latency_of(row, &LatencySummary::p50),
                                               latency_of(row, &LatencySummary::p99)};
-  if (has_pipes(rows)) times.push_back(row.latency_us ? row.latency_us->pipe : std::nullopt);
+  for (const auto& [title, part] : parts_of(rows)) times.push_back(part_of(row, part));
   times.push_back(row.frames_per_s);
   for (const std::optional<double>& time : times) {
     cells.push_back(short_cell(time));
@@ -241,7 +260,12 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
       ". frames/s: throughput with a batch. fit: preparation before the first frame, once (stored: "
       "loaded already fitted). "
       "memory: the most that the process of the solver held.");
-  if (has_pipes(rows)) {
+  if (any_has(rows, &LatencySummary::contacts_p50)) {
+    out.emplace_back(
+        "to contacts: p50 from the raw voltages to the contacts, which the solver finds itself or "
+        "the rule of the experiment reads in the image.");
+  }
+  if (any_has(rows, &LatencySummary::pipe)) {
     out.emplace_back(
         "pipe: of a solver that is a program of its own, the part of p50 that the way there and "
         "back "
@@ -319,8 +343,7 @@ Table result_table(std::span<const ResultRow> rows, const TableText& text) {
   table.title = text.title;
   const std::string usual = usual_processor(rows);
   for (const ResultRow& row : rows) {
-    TableSection& section =
-        section_of(table, row.dataset, result_columns(has_limits(rows), has_pipes(rows)));
+    TableSection& section = section_of(table, row.dataset, result_columns(rows));
     section.rows.push_back(cells_of(row, rows, usual, text.published));
     if (row.message.size() > kMessageLength) section.notes.push_back(note_of(row));
   }

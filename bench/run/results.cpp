@@ -239,10 +239,11 @@ std::vector<Column> data_columns() {
     add("_paper");
     add("_difference");
   }
-  for (const char* title : {"relative_error_over_limit", "relative_error_over_limit_low",
-                            "relative_error_over_limit_high", "latency_p50_us", "latency_p99_us",
-                            "latency_max_us", "latency_pipe_us", "frames_per_s", "throughput_batch",
-                            "fit_s", "peak_rss_mb", "seeds", "sweep", "parameters"}) {
+  for (const char* title :
+       {"relative_error_over_limit", "relative_error_over_limit_low",
+        "relative_error_over_limit_high", "latency_p50_us", "latency_p99_us", "latency_max_us",
+        "contacts_p50_us", "contacts_p99_us", "latency_pipe_us", "frames_per_s", "throughput_batch",
+        "fit_s", "peak_rss_mb", "seeds", "sweep", "parameters"}) {
     out.emplace_back(title);
   }
   return out;
@@ -303,7 +304,10 @@ TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& 
     cells.push_back(latency(&LatencySummary::p50));
     cells.push_back(latency(&LatencySummary::p99));
     cells.push_back(latency(&LatencySummary::max));
-    cells.push_back(exact_cell(row.latency_us ? row.latency_us->pipe : std::nullopt));
+    for (const auto part :
+         {&LatencySummary::contacts_p50, &LatencySummary::contacts_p99, &LatencySummary::pipe}) {
+      cells.push_back(exact_cell(row.latency_us ? (*row.latency_us).*part : std::nullopt));
+    }
     cells.push_back(exact_cell(row.frames_per_s));
     cells.emplace_back(row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "");
     cells.push_back(exact_cell(row.fit_s));

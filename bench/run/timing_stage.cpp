@@ -19,6 +19,7 @@
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
 #include "bench/run/rows.h"
+#include "bench/score/image_contacts.h"
 #include "core/seconds.h"
 #include "core/statistics.h"
 #include "core/supervisor.h"
@@ -105,6 +106,7 @@ class TimedSet {
   TimedSet(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
            const TimingSettings& timing)
       : solver_(solver),
+        sensor_(sensor),
         pixels_(sensor.pixels()),
         timing_(timing),
         voltages_(set.voltages(
@@ -114,8 +116,9 @@ class TimedSet {
 
   /// One by one the frames `first` to `last` - 1, again from the beginning where the set has fewer;
   /// µs each, from the raw voltages to the finished image. Those of sequences in a stream, as a
-  /// robot has them.
-  std::vector<double> latencies(int first, int last) const {
+  /// robot has them. With a rule to the contacts, which the solver finds or the rule reads: 20
+  /// frames, and more as far as the round's share of a second has room for them.
+  std::vector<double> latencies(int first, int last, const ContactRule* rule = nullptr) const {
     Frames change(1, voltages_.cols());
     Images image(1, pixels_);
     std::unique_ptr<FrameStream> stream;
@@ -124,14 +127,24 @@ class TimedSet {
         stream = solver_.open_stream();
       }
     };
+    ContactReader reader(sensor_);
+    std::vector<FoundContact> found;
+    const ContactFinder* const finder = rule ? solver_.contact_finder() : nullptr;
     const auto one_frame = [&](Eigen::Index frame) {
       FrameReport report;
       change = voltages_.row(frame % voltages_.rows()) - reference_;
+      if (finder && !stream) {
+        found.clear();
+        finder->find_contacts(change, {&found, 1});
+        return;
+      }
       if (stream) {
         stream->reconstruct(change, image, {&report, 1});
       } else {
         solver_.reconstruct(change, image, {&report, 1});
       }
+      if (!rule || (stream && stream->contacts())) return;
+      if (report.status != FrameStatus::undefined) reader.read(*rule, image.row(0), found);
     };
     for (int i = 0; i < timing_.warm_up; ++i) {
       begin_stream(first + i);
@@ -139,7 +152,9 @@ class TimedSet {
     }
     stream.reset();
     std::vector<double> microseconds;
+    const Clock::time_point begin = Clock::now();
     for (int i = first; i < last; ++i) {
+      if (rule && i >= first + 20 && seconds_since(begin) > 1.0 / timing_.rounds) break;
       begin_stream(i);
       const Clock::time_point start = Clock::now();
       one_frame(i);
@@ -182,6 +197,7 @@ class TimedSet {
   }
 
   const Solver& solver_;
+  const Sensor& sensor_;
   int pixels_;
   const TimingSettings& timing_;
   Frames voltages_;               ///< [frames, channels] V
@@ -241,6 +257,8 @@ json TimingStage::run(const Job& job, const JobContext& context) const {
                                             context.registry, 1, context.progress_file);
   const int first = job.round * timing.frames / timing.rounds;
   const int last = (job.round + 1) * timing.frames / timing.rounds;
+  // What the validation set would choose takes about as long as the defaults.
+  const ContactRule rule = experiment.contacts.rule();
   const MachineLoad load;
   json record = {{"schema", record_schema}, {"calibration_us", calibration_us()}};
   for (const DatasetSpec& test : experiment.tests) {
@@ -250,6 +268,7 @@ json TimingStage::run(const Job& job, const JobContext& context) const {
     json& times = record["timing"][test.name];
     times = {
         {"latency_us", latencies}, {"frames_per_s", set.frames_per_s()}, {"batch", timing.batch}};
+    times["contacts_us"] = set.latencies(first, last, &rule);
     if (const std::unique_ptr<Solver> transport = fitted.solver->transport()) {
       const TimedSet alone(*transport, file, experiment.sensor, timing);
       times["pipe_us"] = alone.latencies(first, last);

@@ -19,6 +19,7 @@ constexpr double most_lost = 0.01;
 /// An error counts as smaller only by more than this share, which rounding cannot cause.
 constexpr double least_gain = 1e-3;
 constexpr double margins[] = {0.01, 0.05, 0.20};
+constexpr double contact_budgets_us[] = {50, 100, 200, 500, 1000};
 
 const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& label,
                           const std::string& dataset) {
@@ -137,7 +138,10 @@ void choose_by_margin(SpeedAccuracy& chart) {
         chart.points, [&](const SpeedPoint& p) { return *p.choice_error <= most; }, faster);
   }
   for (WithinBudget& budget : chart.budgets) {
-    const auto keeps = [&](const SpeedPoint& p) { return p.latency->p99 <= budget.us; };
+    const auto keeps = [&](const SpeedPoint& p) {
+      if (!budget.to_contacts) return p.latency->p99 <= budget.us;
+      return p.timed_to_contacts() && *p.latency->contacts_p99 <= budget.us;
+    };
     const auto least = choose(chart.points, keeps, smaller);
     if (!least) continue;
     const double most = (1 + least_gain) * *chart.points[*least].choice_error;
@@ -215,7 +219,11 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
   mark_frontier(chart.points, &SpeedPoint::batch_frontier, [](const SpeedPoint& p) {
     return p.frames_per_s ? std::optional(1 / *p.frames_per_s) : std::nullopt;
   });
-  for (const double us : question.budgets_us) chart.budgets.push_back({us, {}});
+  for (const double us : question.budgets_us) chart.budgets.push_back({us, false, {}});
+  for (const double us : contact_budgets_us) {
+    if (std::ranges::none_of(chart.points, &SpeedPoint::timed_to_contacts)) break;
+    chart.budgets.push_back({us, true, {}});
+  }
   settle_choice(chart);
   choose_by_margin(chart);
   choose_sizes(chart);
@@ -236,8 +244,9 @@ json to_json(const SpeedAccuracy& chart) {
   }
   out["within_budget"] = json::array();
   for (const WithinBudget& budget : chart.budgets) {
-    out["within_budget"].push_back(
-        {{"budget_us", budget.us}, {"label", label_or_null(chart, budget.point)}});
+    json& one = out["within_budget"].emplace_back();
+    one = {{"budget_us", budget.us}, {"label", label_or_null(chart, budget.point)}};
+    if (budget.to_contacts) one["to_contacts"] = true;
   }
   out["right_sizes"] = json::array();
   for (const RightSize& size : chart.right_sizes) {
@@ -282,6 +291,10 @@ std::string description(const SpeedPoint& point, const SpeedAccuracy& chart) {
   if (point.latency) {
     add("one frame: p50 " + time_text(point.latency->p50) + ", p99 " +
         time_text(point.latency->p99));
+  }
+  if (point.timed_to_contacts()) {
+    add("to contacts: p50 " + time_text(*point.latency->contacts_p50) + ", p99 " +
+        time_text(*point.latency->contacts_p99));
   }
   if (point.frames_per_s) {
     add(rate_text(*point.frames_per_s) + " frames/s, " + std::to_string(chart.batch) +

@@ -67,14 +67,40 @@ std::string wish_of(const WithinMargin& within) {
 }
 
 std::string wish_of(const WithinBudget& budget) {
-  return "the least error with p99 within " + time_text(budget.us);
+  return std::string("the least error with p99 ") + (budget.to_contacts ? "to contacts " : "") +
+         "within " + time_text(budget.us);
+}
+
+std::string contacts_text(const SpeedPoint& point, std::optional<double> LatencySummary::*part) {
+  return point.timed_to_contacts() ? time_text(*((*point.latency).*part)) : dash;
+}
+
+bool any_to_contacts(const SpeedAccuracy& chart) {
+  return std::ranges::any_of(chart.points, &SpeedPoint::timed_to_contacts);
+}
+
+template <typename List>
+void add_contact_columns(const SpeedAccuracy& chart, List& columns) {
+  if (!any_to_contacts(chart)) return;
+  columns.push_back("to contacts, p50");
+  columns.push_back("to contacts, p99");
+}
+
+void add_contact_cells(const SpeedAccuracy& chart, const SpeedPoint& point,
+                       std::vector<Cell>& row) {
+  if (!any_to_contacts(chart)) return;
+  row.emplace_back(contacts_text(point, &LatencySummary::contacts_p50));
+  row.emplace_back(contacts_text(point, &LatencySummary::contacts_p99));
 }
 
 std::vector<Cell> choice_row(const std::string& wish, const SpeedAccuracy& chart,
                              const std::optional<std::size_t>& choice) {
-  if (!choice) return {wish, "none", dash, dash, dash};
-  const SpeedPoint& point = chart.points[*choice];
-  return {wish, point.label, error_cell(point), p50_text(point), p99_text(point)};
+  SpeedPoint none;
+  none.label = "none";
+  const SpeedPoint& point = choice ? chart.points[*choice] : none;
+  std::vector<Cell> row = {wish, point.label, error_cell(point), p50_text(point), p99_text(point)};
+  add_contact_cells(chart, point, row);
+  return row;
 }
 
 TableSection choices(const SpeedAccuracy& chart) {
@@ -87,6 +113,7 @@ TableSection choices(const SpeedAccuracy& chart) {
                      "mean " + axis_title(chart.metric) + " [95 %]",
                      "p50",
                      "p99"};
+  add_contact_columns(chart, section.columns);
   for (const WithinMargin& within : chart.margins) {
     section.rows.push_back(choice_row(wish_of(within), chart, within.point));
   }
@@ -144,6 +171,7 @@ TableSection configurations(const SpeedAccuracy& chart) {
                      "validation",
                      "fit",
                      "memory"};
+  add_contact_columns(chart, section.columns);
   for (const BreakEven& one : chart.break_even) {
     section.columns.emplace_back("frames until it pays against " + one.reference);
   }
@@ -164,6 +192,7 @@ TableSection configurations(const SpeedAccuracy& chart) {
                              point.validation_error ? three_digits(*point.validation_error) : dash,
                              seconds_text(point.fit_s),
                              point.peak_rss_mb ? fixed(*point.peak_rss_mb, 0) + " MB" : dash};
+    add_contact_cells(chart, point, row);
     for (const BreakEven& one : chart.break_even) row.emplace_back(frames_text(chart, one, i));
     row.emplace_back(marks_of(point));
     section.rows.push_back(std::move(row));
@@ -212,8 +241,13 @@ TableSection speed_choices(const SpeedAccuracy& chart) {
                      "error_high",
                      "p50_us",
                      "p99_us"};
+  const bool to_contacts = any_to_contacts(chart);
+  for (const char* title : {"contacts_budget_us", "contacts_p50_us", "contacts_p99_us"}) {
+    if (to_contacts) section.columns.emplace_back(title);
+  }
   const auto add = [&](const std::string& wish, std::optional<double> margin,
-                       std::optional<double> budget, const std::optional<std::size_t>& choice) {
+                       std::optional<double> budget, std::optional<double> contacts_budget,
+                       const std::optional<std::size_t>& choice) {
     const SpeedPoint point = choice ? chart.points[*choice] : SpeedPoint{};
     const auto end = [&](double Interval::*which) -> std::optional<double> {
       return point.error_ci95 ? std::optional((*point.error_ci95).*which) : std::nullopt;
@@ -221,16 +255,32 @@ TableSection speed_choices(const SpeedAccuracy& chart) {
     const auto time = [&](double LatencySummary::*which) -> std::optional<double> {
       return point.latency ? std::optional((*point.latency).*which) : std::nullopt;
     };
-    section.rows.push_back(
-        {wish, exact_cell(margin), exact_cell(budget), point.label, exact_cell(point.error),
-         exact_cell(end(&Interval::low)), exact_cell(end(&Interval::high)),
-         exact_cell(time(&LatencySummary::p50)), exact_cell(time(&LatencySummary::p99))});
+    const auto contacts = [&](std::optional<double> LatencySummary::*which) {
+      return point.latency ? (*point.latency).*which : std::nullopt;
+    };
+    std::vector<Cell>& row = section.rows.emplace_back();
+    row = {wish,
+           exact_cell(margin),
+           exact_cell(budget),
+           point.label,
+           exact_cell(point.error),
+           exact_cell(end(&Interval::low)),
+           exact_cell(end(&Interval::high)),
+           exact_cell(time(&LatencySummary::p50)),
+           exact_cell(time(&LatencySummary::p99))};
+    if (!to_contacts) return;
+    row.push_back(exact_cell(contacts_budget));
+    row.push_back(exact_cell(contacts(&LatencySummary::contacts_p50)));
+    row.push_back(exact_cell(contacts(&LatencySummary::contacts_p99)));
   };
   for (const WithinMargin& within : chart.margins) {
-    add(wish_of(within), within.margin, {}, within.point);
+    add(wish_of(within), within.margin, {}, {}, within.point);
   }
-  for (const WithinBudget& budget : chart.budgets)
-    add(wish_of(budget), {}, budget.us, budget.point);
+  for (const WithinBudget& budget : chart.budgets) {
+    const std::optional<double> none;
+    add(wish_of(budget), {}, budget.to_contacts ? none : budget.us,
+        budget.to_contacts ? std::optional(budget.us) : none, budget.point);
+  }
   return section;
 }
 

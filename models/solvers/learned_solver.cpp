@@ -223,7 +223,7 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
 
 std::optional<LayerList> LearnedSolver::layers() const {
   LayerList out;
-  if (!network_ || front_ || !network_->plan(PlanBuilder(false, &out.layers))) return std::nullopt;
+  if (!network_ || !network_->plan(PlanBuilder(false, &out.layers))) return std::nullopt;
   // (-change - mean) scale is (change - (-mean)) (-scale), to the last bit.
   const Eigen::RowVectorXf shift = -standardisation_.mean;
   const Eigen::RowVectorXf scale = -standardisation_.scale;

@@ -51,7 +51,6 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
   FitReport fit_report() const final;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const final;
-  /// None for a network that is told of its frames, for which no source is written.
   std::optional<LayerList> layers() const final;
   bool is_told() const override { return false; }
   MaskedChannels masked_channels() const final { return {.detect = is_told()}; }

@@ -51,11 +51,12 @@ function draw() {
     end = at;
   }
   document.getElementById("plot").innerHTML = `<svg width=${width} height=${below + 46} role=group aria-label="Chart of ${escaped(name)} against time">${svg}</svg>`;
-  const columns = {label: ["method", row => row.label], error: [name + ", 95 %", error], p50: ["p50", row => row.time.p50], p99: ["p99", row => row.time.p99], batch: ["in a batch", row => row.time.batch]};
+  const columns = {label: ["method", row => row.label], error: [name + ", 95 %", error], p50: ["p50", row => row.time.p50], p99: ["p99", row => row.time.p99], batch: ["in a batch", row => row.time.batch],
+    ...data.times.contacts && {contacts: ["to contacts", row => row.time.contacts]}};
   const key = columns[shown.sort][1], sorted = [...rows].sort((a, b) => (key(a) < key(b) ? -1 : key(a) > key(b)) * (shown.up ? 1 : -1));
   document.getElementById("rows").innerHTML = `<thead><tr>${Object.entries(columns).map(([id, [words]]) => `<th${id === "label" ? "" : " class=number"}${id === shown.sort ?
     ` aria-sort=${shown.up ? "ascending" : "descending"}` : ""}><button data-sort=${id}>${escaped(words)}${id === shown.sort ? (shown.up ? " ▲" : " ▼") : ""}</button>`).join("")}</thead><tbody>` + sorted.map(row =>
-    `<tr data-row=${data.rows.indexOf(row)}><td>${dot(row)}${escaped(row.label)}<td class=number>${[interval(row), ...Object.values(row.time).map(time)].join("<td class=number>")}`).join("");
+    `<tr data-row=${data.rows.indexOf(row)}><td>${dot(row)}${escaped(row.label)}<td class=number>${[interval(row), ...Object.keys(data.times).map(name => time(row.time[name]))].join("<td class=number>")}`).join("");
 }
 
 function tell({target}) {

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "core/lists.h"
 #include "core/text.h"
+#include "solvers/export/c_constants.h"
 #include "solvers/export/quantised.h"
 #include "solvers/export/runtime_file.h"
 
@@ -21,19 +22,13 @@ const std::string& c_float_kernels();
 const std::string& c_int8_kernels();
 const std::string& c_steps();
 const std::string& c_contacts();
+const std::string& c_front();
 const std::string& c_example();
 
 namespace {
 
 using StepKind = ExportStep::Kind;
 constexpr std::array<const char*, 3> precisions = {"float32", "float16", "int8"};
-
-std::string c_number(float value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, 8);
-  return std::string(text, end.ptr) + "F";
-}
-std::string c_number(int value) { return std::to_string(value); }
 
 /// `$KEY$` in the text replaced by the value of each key.
 std::string filled(std::string text, const std::map<std::string, std::string>& values) {
@@ -54,34 +49,6 @@ std::string part(const std::string& name) {
   const std::size_t first = at + mark.size();
   return c_steps().substr(first, c_steps().find("//// ", first) - first);
 }
-
-/// Arrays of constants: their definitions, their declarations and their size.
-class Constants {
- public:
-  template <typename Number>
-  std::string add(const std::string& type, const std::string& name,
-                  const std::vector<Number>& numbers, std::size_t bytes_each) {
-    const std::string begin =
-        "const " + type + " " + name + "[" + std::to_string(numbers.size()) + "]";
-    declarations_ += "extern " + begin + ";\n";
-    definitions_ += "\n" + begin + " = {";
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      definitions_ += i == 0 ? "\n    " : i % 8 == 0 ? ",\n    " : ", ";
-      definitions_ += c_number(numbers[i]);
-    }
-    definitions_ += "\n};\n";
-    bytes_ += bytes_each * numbers.size();
-    return name;
-  }
-  const std::string& declarations() const { return declarations_; }
-  const std::string& definitions() const { return definitions_; }
-  std::size_t bytes() const { return bytes_; }
-
- private:
-  std::string declarations_;
-  std::string definitions_;
-  std::size_t bytes_ = 0;
-};
 
 /// Outputs that are summed together, as many as the number of outputs allows.
 int group_of(const ExportStep& step) {
@@ -130,6 +97,10 @@ class Writer {
   void add_call(std::size_t index);
   void add_steps();
   void add_input();
+  std::size_t front_directions() const;
+  void add_front();
+  /// Takes a function that has another source for integers.
+  void use(const std::string& name) { parts_.insert(is_int8() ? name + " int8" : name); }
   std::string contact_numbers() const;
   std::map<std::string, std::string> words();
   std::string heading(const std::string& what) const {
@@ -146,6 +117,7 @@ class Writer {
   std::map<std::string, std::string> sums_;
   std::string calls_;
   std::set<std::string> parts_;
+  std::string front_;  ///< what is done with a frame, and its numbers
 };
 
 std::string Writer::weights(std::size_t index) {
@@ -232,15 +204,38 @@ void Writer::add_call(std::size_t index) {
       calls_ += "  ert_sum_pairs(" + constants_.add("uint16_t", "ert_pairs", step.indices, 2) +
                 ", " + in.substr(1) + out + ", " + std::to_string(step.indices.size() / 2) + ");\n";
       return;
+    case StepKind::gather:
+      parts_.insert("gather");
+      calls_ += "  ert_gather(" + constants_.add("int16_t", "ert_sources", step.indices, 2) + ", " +
+                in.substr(1) + out + ", " + std::to_string(step.indices.size()) + ");\n";
+      return;
+    case StepKind::pool:
+      parts_.insert("pool");
+      calls_ += "  ert_pool" + in + std::to_string(from.columns) + ", " + channels + ", " + out +
+                ", " + std::to_string(program_.value(step.value).rows) + ", " +
+                std::to_string(program_.value(step.value).columns) + ");\n";
+      return;
+    case StepKind::prelu: {
+      use("prelu");
+      const std::string name = "ert_slopes_" + std::to_string(index);
+      calls_ += "  ert_prelu(" +
+                (is_int8() ? constants_.add("int32_t", name, quantised_.steps[index].factors, 4)
+                           : constants_.add("float", name, step.weights, 4)) +
+                ", " + in.substr(1) + std::to_string(from.size()) + ", " + channels + ", " + out +
+                ");\n";
+      return;
+    }
     case StepKind::join: {
-      parts_.insert("join");
+      use("join");
       int first = 0;
-      for (const int input : step.inputs) {
-        const std::string own = std::to_string(program_.value(input).channels);
-        calls_ += "  ert_join(&numbers[" + place(input) + "], " + pixels + ", " + own + ", " + out +
-                  ", " + std::to_string(first) + ", " +
-                  std::to_string(program_.value(step.value).channels) + ");\n";
-        first += program_.value(input).channels;
+      for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+        const int own = program_.value(step.inputs[i]).channels;
+        calls_ += "  ert_join(&numbers[" + place(step.inputs[i]) + "], " + pixels + ", " +
+                  std::to_string(own) + ", " + out + ", " + std::to_string(first) + ", " +
+                  std::to_string(program_.value(step.value).channels) +
+                  (is_int8() ? ", " + std::to_string(quantised_.steps[index].factors[i]) : "") +
+                  ");\n";
+        first += own;
       }
       return;
     }
@@ -249,17 +244,26 @@ void Writer::add_call(std::size_t index) {
       calls_ += "  ert_shuffle" + in + std::to_string(from.rows) + ", " +
                 std::to_string(from.columns) + ", " + out + ");\n";
       return;
-    case StepKind::sigmoid:
-      parts_.insert("sigmoid");
-      if (is_int8()) return;  // a table, where the image is written
-      calls_ += "  ert_sigmoid" + in + std::to_string(from.size()) + ");\n";
+    case StepKind::sigmoid: {
+      const bool image = step.value == program_.output();
+      if (is_int8() && image) return;  // a table, where the image is written
+      use("sigmoid");
+      std::string table;
+      if (is_int8()) {
+        const double unit = quantised_.values[index_of(step.value)].step;
+        table = constants_.add("uint16_t", "ert_sigmoids_" + std::to_string(index),
+                               sigmoid_table(unit), 2) +
+                ", ";
+      }
+      calls_ += "  ert_sigmoid(" + table + in.substr(1) + std::to_string(from.size()) + ");\n";
       return;
+    }
     case StepKind::summarise:
-      parts_.insert("summarise");
+      use("summarise");
       calls_ += "  ert_summarise" + in + pixels + ", " + channels + ", " + out + ");\n";
       return;
     case StepKind::weigh:
-      parts_.insert("weigh");
+      use("weigh");
       calls_ += "  ert_weigh" + in + "&numbers[" + place(step.inputs[1]) + "], " + pixels + ", " +
                 channels + ", " + out + ");\n";
       return;
@@ -275,6 +279,45 @@ void Writer::add_input() {
     constants_.add("float", "ert_scale", scale, 4);
   }
   constants_.add("float", "ert_reference", numbers_.reference, 4);
+}
+
+std::size_t Writer::front_directions() const {
+  return how_.front.directions.size() / how_.front.users.size();
+}
+
+void Writer::add_front() {
+  const FrameFront& front = how_.front;
+  if (front.electrodes == 0) return;
+  constants_.add("uint16_t", "ert_front_pairs", front.pairs, 2);
+  constants_.add("uint64_t", "ert_front_users", front.users, 8);
+  constants_.add("uint16_t", "ert_front_least_bad", front.least_bad, 2);
+  constants_.add("float", "ert_front_reference",
+                 std::vector<float>(front.reference.begin(), front.reference.end()), 4);
+  constants_.add("float", "ert_front_directions", front.directions, 4);
+  front_ = c_front() + "\nstatic const ErtFrontModel ert_front_model = {\n";
+  const auto field = [&](const char* name, const std::string& value) {
+    front_ += "    ." + std::string(name) + " = " + value + ",\n";
+  };
+  field("channels", std::to_string(numbers_.channels));
+  field("electrodes", std::to_string(front.electrodes));
+  field("pairs", std::to_string(front.users.size()));
+  field("directions", std::to_string(front_directions()));
+  field("told", std::to_string(front.told));
+  field("neighbours", std::to_string(front.neighbours));
+  field("of_change", std::to_string(front.of_change));
+  for (const auto& [name, value] :
+       {std::pair{"noise", front.noise}, std::pair{"noise_slope", front.noise_slope},
+        std::pair{"limit", front.limit}, std::pair{"least_size", front.least_size},
+        std::pair{"residual", front.residual}, std::pair{"residual_slope", front.residual_slope},
+        std::pair{"reference_square", front.reference_square}}) {
+    field(name, c_number(value));
+  }
+  field("pair", "ert_front_pairs");
+  field("users", "ert_front_users");
+  field("least_bad", "ert_front_least_bad");
+  field("reference", "ert_front_reference");
+  field("direction", "ert_front_directions");
+  front_ += "};\n\n";
 }
 
 std::string Writer::contact_numbers() const {
@@ -293,14 +336,24 @@ std::string Writer::contact_numbers() const {
 }
 
 std::map<std::string, std::string> Writer::words() {
-  const bool exponential = parts_.count("sigmoid") > 0 && !is_int8();
-  const std::string library = exponential && is_half() ? "memcpy and expf"
-                              : exponential            ? "expf"
-                              : is_half() || is_int8() ? "memcpy"
-                                                       : "nothing";
+  std::vector<std::string> library;
+  if (is_half() || is_int8()) library.emplace_back("memcpy");
+  if (parts_.count("sigmoid") > 0) library.emplace_back("expf");
+  std::string front;
+  if (!front_.empty()) {
+    library.emplace_back("log10");
+    const auto products = front_directions() * (front_directions() + 1) / 2;
+    front = "#define ERT_TOLD " + std::to_string(how_.front.told) +
+            " /* of dead electrodes and noise */" + "\n#define ERT_DIRECTIONS " +
+            std::to_string(front_directions()) + "\n#define ERT_PRODUCTS " +
+            std::to_string(products) + "\n";
+  }
   return {{"NAME", name_},
           {"PRECISION", name_of(how_.precision)},
-          {"LIBRARY", library},
+          {"LIBRARY", library.empty() ? "nothing" : joined(library, " and ")},
+          {"FRONT", front},
+          {"STATE", front.empty() ? "" : part("state front")},
+          {"WORK", front.empty() ? "" : "    double work[ERT_PRODUCTS + ERT_DIRECTIONS];\n"},
           {"CHANNELS", std::to_string(numbers_.channels)},
           {"ROWS", std::to_string(numbers_.rows)},
           {"COLUMNS", std::to_string(numbers_.columns)},
@@ -317,20 +370,14 @@ std::map<std::string, std::string> Writer::files() {
   }
   for (std::size_t i = 0; i < program_.steps().size(); ++i) add_call(i);
   add_input();
-  const bool sigmoid = is_int8() && parts_.count("sigmoid") > 0;
+  add_front();
+  const ExportStep& last = program_.steps().back();
+  const bool sigmoid = is_int8() && last.kind == StepKind::sigmoid;
   const double step = is_int8() ? quantised_.values[index_of(program_.output())].step : 1;
-  if (sigmoid) {
-    std::vector<int> table;
-    for (int i = 0; i <= 256; ++i) {
-      table.push_back(static_cast<int>(
-          std::min(65535.0, std::round(65536 / (1 + std::exp(-step * (256 * i - 32768)))))));
-    }
-    constants_.add("uint16_t", "ert_sigmoids", table, 2);
-    parts_.erase("sigmoid");
-  }
+  if (sigmoid) constants_.add("uint16_t", "ert_sigmoids", sigmoid_table(step), 2);
   std::string solver =
       heading("the layers, the image and the contacts") + "#include \"solver.h\"\n\n";
-  if (parts_.count("sigmoid") > 0) solver += "#include <math.h>\n";
+  if (parts_.count("sigmoid") > 0 || !front_.empty()) solver += "#include <math.h>\n";
   if (is_half()) solver += "#include <string.h>\n";
   if (is_int8()) solver += part("includes int8");
   solver += "#include \"weights.h\"\n\n";
@@ -363,7 +410,9 @@ std::map<std::string, std::string> Writer::files() {
   for (const int p : numbers_.no_sheet) {
     solver += "  image[" + std::to_string(p) + "] = 0.0F; /* no sheet */\n";
   }
-  solver += "}\n\n" + part("calls") + c_contacts() + "\n" + part("contacts");
+  const std::string which = front_.empty() ? "" : " front";
+  solver += "}\n\n" + front_ + part("start" + which) + part("calls") + part("images" + which) +
+            c_contacts() + "\n" + part("contacts");
   return {
       {"solver.h", filled(c_solver_header(), words())},
       {"solver.c", solver},

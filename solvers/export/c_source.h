@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/frame_front.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/export/layer_program.h"
 
@@ -30,6 +31,7 @@ struct CExport {
   Sensor sensor = {};
   ExportPrecision precision = ExportPrecision::float32;
   ExportedRule rule = {};
+  FrameFront front = {};            ///< what is done with a frame before its layers
   std::vector<double> ranges = {};  ///< for int8, ExportProgram::ranges
 };
 

@@ -12,8 +12,12 @@
 #include "core/process.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
+#include "forward/data/sheet_model.h"
+#include "solvers/channel_mask.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/check/stored_solver.h"
+#include "solvers/front/front.h"
+#include "solvers/front/front_numbers.h"
 #include "solvers/layered_solver.h"
 #include "solvers/solver_file.h"
 
@@ -22,7 +26,7 @@ namespace ertbench {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-SolverToExport load_to_export(const fs::path& file, const MakeSolver& make) {
+SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool front) {
   std::string type;
   Sensor sensor;
   {
@@ -41,21 +45,53 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make) {
   solver->fit(input);
   const auto* const checked = dynamic_cast<const CheckedSolver*>(solver.get());
   const auto* const layered = checked ? checked->inner_as<LayeredSolver>() : nullptr;
+  const auto* const told = checked ? checked->inner_as<ToldSolver>() : nullptr;
   try {
     const std::optional<LayerList> list = layered ? layered->layers() : std::nullopt;
+    if (!list && type == "lmmse") {
+      throw InputError(
+          "an lmmse of several components weighs their estimates anew in each frame, which layers "
+          "cannot do; export one of \"components\": 1, or a network");
+    }
     if (!list) {
       throw InputError(type + " has no layers that could be exported; take a linear method " +
                        "or a network");
     }
-    return {sensor, std::move(solver), *list, ExportProgram(*list)};
+    SolverToExport out = {sensor, std::move(solver), *list, ExportProgram(*list), {}, {}};
+    const bool is_told = told && told->is_told();
+    if (!front && !is_told) return out;
+    out.frame_check = CheckedFile(file, {type, sensor}).frame_check().value_or(Eigen::VectorXd());
+    out.front = front_numbers(sensor, out.solver->masked_channels().electrodes, out.frame_check);
+    out.front.told = is_told ? Front::told(sensor) : 0;
+    return out;
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }
 }
 
-std::vector<double> calibrate(ExportProgram& program, const Frames& changes) {
-  program.equalise_input(changes);
-  return program.ranges(changes);
+std::vector<double> calibrate(SolverToExport& exported, Frames changes) {
+  const Eigen::Index told = exported.front.told;
+  if (told > 0) {
+    const Sensor& sensor = exported.sensor;
+    const Front front(sensor, FrameCheck(sensor, 0, exported.frame_check));
+    const std::vector<ElectrodeSet> users = electrode_sets_of_channels(sensor);
+    const Eigen::VectorXd reference = uniform_reference(sensor);
+    const Eigen::Index channels = changes.cols();
+    changes.conservativeResize(Eigen::NoChange, channels + told);
+    std::vector<float> numbers(static_cast<std::size_t>(told));
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      for (Eigen::Index c = 0; c < channels && f % 2 == 1; ++c) {
+        const auto dead = f / 2 % sensor.electrode_count;
+        if (users[static_cast<std::size_t>(c)] >> dead & 1) changes(f, c) = -reference[c];
+      }
+      front.prepare(changes.row(f).data(), numbers.data());
+      for (Eigen::Index i = 0; i < told; ++i) {
+        changes(f, channels + i) = static_cast<double>(numbers[static_cast<std::size_t>(i)]);
+      }
+    }
+  }
+  exported.program.equalise_input(changes);
+  return exported.program.ranges(changes);
 }
 
 namespace {
@@ -68,6 +104,7 @@ unsigned long ert_state_bytes(void) { return sizeof(ErtSolver); }
 void ert_frame(void *state, const float *changes, float *image)
 {
   static const float none[ERT_CHANNELS];
+  ert_start((ErtSolver *)state);
   ert_set_reference((ErtSolver *)state, none);
   ert_image((ErtSolver *)state, changes, image);
 }
@@ -148,10 +185,12 @@ void ExportedSolver::compile(const Sensor& sensor, const Frames& calibration) {
     throw InputError(fitted_.string() + ": was fitted for another sensor");
   }
   sensor_ = sensor;
-  CExport how{.name = of_, .sensor = sensor, .precision = precision_};
+  has_front_ = exported.front.electrodes > 0;
+  CExport how{
+      .name = of_, .sensor = sensor, .precision = precision_, .rule = {}, .front = exported.front};
   if (precision_ == ExportPrecision::int8) {
     calibration_ = calibration;
-    how.ranges = calibrate(exported.program, calibration);
+    how.ranges = calibrate(exported, calibration);
   }
   library_ = std::make_unique<const Library>(c_source(exported.program, how));
 }

@@ -27,14 +27,19 @@ struct SolverToExport {
   std::unique_ptr<Solver> solver;
   LayerList layers;
   ExportProgram program;
+  FrameFront front;             ///< none unless it is needed or asked for
+  Eigen::VectorXd frame_check;  ///< its numbers (FrameCheck::packed)
 };
 
-/// Loads the fitted solver in `file`. Throws InputError naming it where it has no layers.
-SolverToExport load_to_export(const std::filesystem::path& file, const MakeSolver& make);
+/// Loads the fitted solver in `file`, with the front that it needs or, with `front`, the one that
+/// every solver has in the program. Throws InputError naming it where it has no layers.
+SolverToExport load_to_export(const std::filesystem::path& file, const MakeSolver& make,
+                              bool front = false);
 
-/// Prepares `program` for int8: changes [frames, channels] V, of frames like those to come. Returns
-/// the ranges of its values.
-std::vector<double> calibrate(ExportProgram& program, const Frames& changes);
+/// Prepares the program for int8: changes [frames, channels] V, of frames like those to come.
+/// Returns the ranges of its values. A network that is told of dead electrodes sees one in every
+/// second frame.
+std::vector<double> calibrate(SolverToExport& exported, Frames changes);
 
 /// A fitted solver as C, `{"type": "exported", "of": NAME, "precision": "int8"}`: written and
 /// compiled by the system's C compiler when it is fitted or loaded, and called as a library. What
@@ -49,6 +54,8 @@ class ExportedSolver final : public Solver {
   void fit(const FitInput& input) override;
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
+  /// The code finds the dead electrodes of each frame, if it has a front.
+  MaskedChannels masked_channels() const override { return {.detect = has_front_}; }
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
@@ -63,6 +70,7 @@ class ExportedSolver final : public Solver {
   MakeSolver make_;
   Sensor sensor_;
   Frames calibration_;
+  bool has_front_ = false;
   std::unique_ptr<const Library> library_;
 };
 

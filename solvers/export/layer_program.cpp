@@ -1,6 +1,7 @@
 #include "solvers/export/layer_program.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -25,22 +26,24 @@ std::vector<float> channels_last(const std::vector<float>& weights, std::size_t 
   return out;
 }
 
-/// One output pixel of a convolution: the sum over the part of the kernel that lies on the maps.
-float window_sum(const ExportStep& step, const ExportProgram::Value& from,
-                 const std::vector<float>& numbers, int output, int row, int column) {
-  float sum = step.bias[index_of(output)];
-  for (int y = 0; y < step.kernel; ++y) {
-    for (int x = 0; x < step.kernel; ++x) {
-      const int r = row * step.stride - step.padding + y;
-      const int c = column * step.stride - step.padding + x;
-      if (r < 0 || r >= from.rows || c < 0 || c >= from.columns) continue;
-      const int tap = (output * step.kernel + y) * step.kernel + x;
-      const float* weights = &step.weights[index_of(tap * from.channels)];
-      const float* pixel = &numbers[index_of((r * from.columns + c) * from.channels)];
-      for (int i = 0; i < from.channels; ++i) sum += weights[i] * pixel[i];
+/// Repeats the last pair, with weights of zero, until the code can add four inputs in a row.
+void pad_pairs(std::vector<ExportStep>& steps, std::vector<ExportProgram::Value>& values) {
+  if (steps[0].kind != StepKind::sums_of_pairs) return;
+  int& pairs = values[index_of(steps[0].value)].channels;
+  const int more = (4 - pairs % 4) % 4;
+  for (ExportStep& step : steps) {
+    if (step.kind != StepKind::convolve || step.inputs[0] != steps[0].value) continue;
+    std::vector<float> padded;
+    for (auto row = step.weights.begin(); row != step.weights.end(); row += pairs) {
+      padded.insert(padded.end(), row, row + pairs);
+      padded.resize(padded.size() + index_of(more), 0.0F);
     }
+    step.weights = std::move(padded);
   }
-  return sum;
+  std::vector<int>& indices = steps[0].indices;
+  const std::array last = {indices.end()[-2], indices.end()[-1]};
+  for (int i = 0; i < more; ++i) indices.insert(indices.end(), last.begin(), last.end());
+  pairs += more;
 }
 
 }  // namespace
@@ -50,15 +53,19 @@ ExportProgram::ExportProgram(const LayerList& list)
   for (const Layer& layer : list.layers) {
     value_of_.resize(std::max(value_of_.size(), index_of(layer.value) + 1), -1);
     add(layer);
+    if (!layer.slopes.empty()) add_slopes(layer);
   }
   output_ = value_of_[index_of(list.layers.back().value)];
   if (!standardised_) {
-    shift_.assign(index_of(value(0).size()), 0);
-    scale_.assign(index_of(value(0).size()), 1);
+    shift_.clear();
+    scale_.clear();
   }
+  shift_.resize(index_of(value(0).size()), 0);
+  scale_.resize(index_of(value(0).size()), 1);
   for (std::size_t s = 0; s + 1 < steps_.size(); ++s) {
     if (can_merge(steps_[s], steps_[s + 1])) merge(s);
   }
+  pad_pairs(steps_, values_);
   place_values();
 }
 
@@ -89,7 +96,6 @@ void ExportProgram::add(const Layer& layer) {
       return add_maps(layer);
     case Layer::Kind::convolution:
     case Layer::Kind::transposed_convolution: {
-      if (!layer.slopes.empty()) break;
       const bool transposed = layer.kind == Layer::Kind::transposed_convolution;
       if (transposed && layer.stride > 1) return add_spread(layer);
       const auto taps = index_of(layer.kernel * layer.kernel);
@@ -109,10 +115,25 @@ void ExportProgram::add(const Layer& layer) {
       steps_.push_back({.kind = StepKind::sigmoid, .inputs = {from(0)}, .value = from(0)});
       return;
     case Layer::Kind::gather:
+      made = add_value(layer.width, 1, 1);
+      steps_.push_back(
+          {.kind = StepKind::gather, .inputs = {from(0)}, .value = made, .indices = layer.indices});
+      return;
     case Layer::Kind::pool:
-      break;
+      made = add_value(layer.channels, layer.height, layer.width);
+      steps_.push_back({.kind = StepKind::pool, .inputs = {from(0)}, .value = made});
+      return;
   }
-  throw InputError("has layers (pooling, PReLU) that are not exported; export another method");
+  throw InputError("has layers that are not exported; export another method");
+}
+
+void ExportProgram::add_slopes(const Layer& layer) {
+  const int from = value_of_[index_of(layer.value)];
+  const Value shape = value(from);
+  const int made = add_value(shape.channels, shape.rows, shape.columns);
+  value_of_[index_of(layer.value)] = made;
+  steps_.push_back(
+      {.kind = StepKind::prelu, .inputs = {from}, .value = made, .weights = layer.slopes});
 }
 
 void ExportProgram::add_dense(const Layer& layer) {
@@ -131,11 +152,13 @@ void ExportProgram::add_dense(const Layer& layer) {
   steps_.push_back(std::move(step));
 }
 
-/// The vector is written in the order of the maps, by the dense layer that makes it.
+/// The vector is written in the order of the maps, by the dense layer that makes it; one map is in
+/// order.
 void ExportProgram::add_maps(const Layer& layer) {
   const int made = value_of_[index_of(layer.inputs[0])];
   value_of_[index_of(layer.value)] = made;
   values_[index_of(made)] = {layer.channels, layer.height, layer.width};
+  if (layer.channels == 1) return;
   ExportStep& dense = steps_.back();
   const std::size_t pixels = index_of(layer.height * layer.width);
   const std::size_t inputs = dense.weights.size() / dense.bias.size();
@@ -329,59 +352,6 @@ void ExportProgram::equalise_input(const Frames& changes) {
     scale_[index_of(a)] = scale_[index_of(b)] = 1 / size;
     for (std::size_t i = p; i < weights.size(); i += pairs) weights[i] *= size;
   }
-}
-
-void ExportProgram::run(std::vector<std::vector<float>>& numbers) const {
-  for (const ExportStep& step : steps_) {
-    const Value& from = value(step.inputs[0]);
-    const Value& to = value(step.value);
-    const std::vector<float>& in = numbers[index_of(step.inputs[0])];
-    std::vector<float>& out = numbers[index_of(step.value)];
-    out.resize(index_of(to.size()));
-    if (step.kind == StepKind::sums_of_pairs) {
-      for (std::size_t i = 0; i < out.size(); ++i) {
-        out[i] = in[index_of(step.indices[2 * i])] + in[index_of(step.indices[2 * i + 1])];
-      }
-    } else if (step.kind == StepKind::shuffle) {
-      out = in;  // in another order, of which ranges do not depend
-    } else if (step.kind == StepKind::convolve) {
-      const int columns = sum_columns(step);
-      for (int i = 0; i < sum_rows(step) * columns * step.outputs; ++i) {
-        const int output = i % step.outputs;
-        const int row = i / step.outputs / columns;
-        const int column = i / step.outputs % columns;
-        const int pixel = (row * step.spread + step.row) * columns * step.spread +
-                          column * step.spread + step.column;
-        float sum = window_sum(step, from, in, output, row, column);
-        if (step.added >= 0) {
-          sum +=
-              numbers[index_of(step.added)][index_of(pixel * value(step.added).channels + output)];
-        }
-        out[index_of(pixel * step.outputs + output)] = step.relu ? std::max(sum, 0.0F) : sum;
-      }
-    } else if (step.kind != StepKind::sigmoid) {
-      throw InputError("has attention, which is not quantised; take float32 or float16");
-    }
-  }
-}
-
-std::vector<double> ExportProgram::ranges(const Frames& changes) const {
-  std::vector<double> most(values_.size(), 0);
-  std::vector<std::vector<float>> numbers(values_.size());
-  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-    numbers[0].resize(scale_.size());
-    for (std::size_t c = 0; c < scale_.size(); ++c) {
-      const auto change = static_cast<float>(changes(f, static_cast<Eigen::Index>(c)));
-      numbers[0][c] = (change - shift_[c]) * scale_[c];
-    }
-    run(numbers);
-    for (std::size_t v = 0; v < most.size(); ++v) {
-      for (const float number : numbers[v]) {
-        most[v] = std::max(most[v], std::abs(static_cast<double>(number)));
-      }
-    }
-  }
-  return most;
 }
 
 }  // namespace ertbench

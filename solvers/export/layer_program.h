@@ -12,7 +12,18 @@ inline std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
 
 /// One call of the exported code. Maps lie as [row][column][channel], and a vector is one pixel.
 struct ExportStep {
-  enum class Kind { sums_of_pairs, convolve, join, shuffle, sigmoid, summarise, weigh };
+  enum class Kind {
+    sums_of_pairs,
+    gather,
+    convolve,
+    prelu,
+    pool,
+    join,
+    shuffle,
+    sigmoid,
+    summarise,
+    weigh
+  };
 
   Kind kind = Kind::convolve;
   std::vector<int> inputs = {};  ///< values
@@ -26,9 +37,9 @@ struct ExportStep {
   int row = 0;
   int column = 0;
   bool relu = false;
-  std::vector<float> weights = {};  ///< [outputs][kernel][kernel][inputs]
+  std::vector<float> weights = {};  ///< [outputs][kernel][kernel][inputs], slopes of a prelu
   std::vector<float> bias = {};     ///< [outputs]
-  std::vector<int> indices = {};    ///< pairs
+  std::vector<int> indices = {};    ///< pairs, or of a gather
 };
 
 /// The layers of a solver in the order and the memory of the exported code.
@@ -55,7 +66,7 @@ class ExportProgram {
   int sum_columns(const ExportStep& step) const;
   int output() const { return output_; }
   int memory() const { return memory_; }  ///< numbers
-  /// Of its input as in LayerList; never empty.
+  /// Of its input as in LayerList; never empty, and of what a front tells 0 and 1.
   const std::vector<float>& shift() const { return shift_; }
   const std::vector<float>& scale() const { return scale_; }
   double unit() const { return unit_; }
@@ -64,12 +75,14 @@ class ExportProgram {
   /// Gives the input of a linear method, which is in V, the scale that the pairs of channels have
   /// in `changes` [frames, channels], so that each is resolved as well as the others.
   void equalise_input(const Frames& changes);
-  /// Largest absolute number of each value over the frames. No attention.
+  /// Largest absolute number of each value over frames, behind whose channels stands what a front
+  /// tells; of what a sigmoid makes, before it.
   std::vector<double> ranges(const Frames& changes) const;
 
  private:
   int add_value(int channels, int rows, int columns);
   void add(const Layer& layer);
+  void add_slopes(const Layer& layer);
   void add_dense(const Layer& layer);
   void add_convolution(const Layer& layer, std::vector<float> weights, int padding);
   void add_spread(const Layer& layer);
@@ -91,5 +104,10 @@ class ExportProgram {
   std::vector<float> scale_;
   double unit_;
 };
+
+/// One output pixel of a convolution of `numbers`: the sum over the part of the kernel that lies on
+/// the maps.
+float window_sum(const ExportStep& step, const ExportProgram::Value& from,
+                 const std::vector<float>& numbers, int output, int row, int column);
 
 }  // namespace ertbench

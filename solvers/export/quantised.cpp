@@ -67,6 +67,45 @@ QuantisedProgram::Step quantised_step(const ExportStep& step,
   return out;
 }
 
+/// Steps whose output has the scale of their input.
+bool keeps_scale(const ExportStep& step) {
+  return step.kind != StepKind::convolve && step.kind != StepKind::join &&
+         step.kind != StepKind::sums_of_pairs && step.kind != StepKind::sigmoid;
+}
+
+std::vector<std::int32_t> in_65536ths(const std::vector<double>& numbers) {
+  std::vector<std::int32_t> out;
+  for (const double one : numbers) {
+    out.push_back(static_cast<std::int32_t>(std::round(65536 * std::clamp(one, -1e4, 1e4))));
+  }
+  return out;
+}
+
+/// In the order of the steps, because a step of an output depends on that of its input.
+void settle_scales(const std::vector<ExportStep>& steps,
+                   const std::vector<std::vector<double>>& weight_step,
+                   std::vector<QuantisedProgram::Value>& values) {
+  for (std::size_t s = 0; s < steps.size(); ++s) {
+    QuantisedProgram::Value& in = values[index_of(steps[s].inputs[0])];
+    QuantisedProgram::Value& out = values[index_of(steps[s].value)];
+    if (steps[s].kind == StepKind::sums_of_pairs) {
+      in = {out.step, out.most / 2};
+    } else if (steps[s].kind == StepKind::gather) {
+      in = out;
+    } else if (steps[s].kind == StepKind::join) {
+      out = in;
+      for (const int input : steps[s].inputs) {
+        out.step = std::max(out.step, values[index_of(input)].step);
+      }
+    } else if (keeps_scale(steps[s])) {
+      out = in;
+    } else if (steps[s].kind == StepKind::convolve) {
+      const double largest = *std::max_element(weight_step[s].begin(), weight_step[s].end());
+      out.step = std::max(out.step, in.step * largest / most_factor);
+    }
+  }
+}
+
 }  // namespace
 
 QuantisedProgram quantise(const ExportProgram& program, std::vector<double> ranges) {
@@ -78,9 +117,16 @@ QuantisedProgram quantise(const ExportProgram& program, std::vector<double> rang
     const std::size_t in = index_of(steps[s].inputs[0]);
     const std::size_t out = index_of(steps[s].value);
     if (steps[s].kind == StepKind::sums_of_pairs) ranges[out] = 2 * ranges[in];
+    if (keeps_scale(steps[s])) ranges[in] = ranges[out] = std::max(ranges[in], ranges[out]);
     if (steps[s].kind != StepKind::convolve) continue;
     weight_step[s] = weight_steps(steps[s]);
     limits[in] = std::min(limits[in], input_limit(steps[s], weight_step[s], ranges));
+  }
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    if (!keeps_scale(*step) && step->kind != StepKind::join) continue;
+    for (const int in : step->inputs) {
+      limits[index_of(in)] = std::min(limits[index_of(in)], limits[index_of(step->value)]);
+    }
   }
   // All layers write numbers of the same bits, to which an instruction can limit them.
   QuantisedProgram result;
@@ -95,20 +141,21 @@ QuantisedProgram quantise(const ExportProgram& program, std::vector<double> rang
   for (std::size_t v = 0; v < ranges.size(); ++v) {
     result.values.push_back({ranges[v] / limits[v], static_cast<int>(limits[v])});
   }
-  // In the order of the steps, because a step of an output depends on that of its input.
+  settle_scales(steps, weight_step, result.values);
   for (std::size_t s = 0; s < steps.size(); ++s) {
-    QuantisedProgram::Value& in = result.values[index_of(steps[s].inputs[0])];
-    QuantisedProgram::Value& out = result.values[index_of(steps[s].value)];
-    if (steps[s].kind == StepKind::sums_of_pairs) in = {out.step, out.most / 2};
-    if (steps[s].kind == StepKind::shuffle) out = in;
-    if (steps[s].kind != StepKind::convolve) continue;
-    const double largest = *std::max_element(weight_step[s].begin(), weight_step[s].end());
-    out.step = std::max(out.step, in.step * largest / most_factor);
-  }
-  for (std::size_t s = 0; s < steps.size(); ++s) {
-    result.steps.push_back(steps[s].kind == StepKind::convolve
-                               ? quantised_step(steps[s], weight_step[s], result.values)
-                               : QuantisedProgram::Step{});
+    QuantisedProgram::Step& made = result.steps.emplace_back();
+    if (steps[s].kind == StepKind::convolve) {
+      made = quantised_step(steps[s], weight_step[s], result.values);
+    } else if (steps[s].kind == StepKind::prelu) {
+      made.factors = in_65536ths({steps[s].weights.begin(), steps[s].weights.end()});
+    } else if (steps[s].kind == StepKind::join) {
+      std::vector<double> ratios;
+      for (const int input : steps[s].inputs) {
+        ratios.push_back(result.values[index_of(input)].step /
+                         result.values[index_of(steps[s].value)].step);
+      }
+      made.factors = in_65536ths(ratios);
+    }
   }
   return result;
 }

@@ -18,8 +18,9 @@ struct QuantisedProgram {
   struct Step {
     std::vector<std::int8_t> weights;  ///< as ExportStep::weights
     std::vector<std::int32_t> bias;
-    std::vector<std::int32_t> factors;  ///< of the sums, 2^-32
-    std::vector<std::int32_t> added;    ///< factors of the counts that are added; may be empty
+    /// Of the sums, 2^-32; of a join's inputs, and the slopes of a prelu, 2^-16.
+    std::vector<std::int32_t> factors;
+    std::vector<std::int32_t> added;  ///< factors of the counts that are added; may be empty
   };
   int bits = 0;  ///< of the counts that layers write, without the sign
   std::vector<Value> values;

@@ -38,6 +38,7 @@ runtime::LayerFile sensor_and_rule(const CExport& how) {
 std::map<std::string, std::string> runtime_file(const LayerList& list, const CExport& how) {
   runtime::LayerFile file = sensor_and_rule(how);
   file.list = list;
+  file.front = how.front;
   return {{file.name + ".ert", runtime::bytes_of(file)}};
 }
 

@@ -63,6 +63,8 @@ TEST(Program, RunWritesEveryResult) {
     EXPECT_GT(latency.at("p50"), 0);
     EXPECT_LE(latency.at("p50"), latency.at("p99"));
     EXPECT_LE(latency.at("p99"), latency.at("max"));
+    EXPECT_GT(latency.at("contacts_p50"), 0);
+    EXPECT_LE(latency.at("contacts_p50"), latency.at("contacts_p99"));
     EXPECT_GT(row.at("frames_per_s"), 0);
     EXPECT_GT(row.at("peak_rss_mb"), 0);
   }

@@ -26,7 +26,7 @@ ResultRow sample() {
   row.metrics[Metric::PE] = {std::nullopt, std::nullopt, std::nullopt, 0, 5};
   row.family = "gauss-newton";
   row.validation.emplace()[Metric::relative_error] = {0.5, Interval{0.4, 0.6}, 0.45, 9, 0};
-  row.latency_us = LatencySummary{10, 20, 30, {9, 11}, {2, 2.4}, 1.5};
+  row.latency_us = LatencySummary{10, 20, 30, {9, 11}, {2, 2.4}, 1.5, 14, 28};
   row.calibration_us = 4.5;
   row.frames_per_s = 1e5;
   row.throughput_batch = 64;
@@ -47,6 +47,7 @@ TEST(ResultRow, IsWrittenAsTheContractSays) {
   EXPECT_EQ(out.at("metrics").at("AR").at("median_ci95"), json::parse("[0.9, 1.15]"));
   EXPECT_EQ(out.at("latency_us").at("p99"), 20);
   EXPECT_EQ(out.at("latency_us").at("pipe"), 1.5);
+  EXPECT_EQ(out.at("latency_us").at("contacts_p99"), 28);
   EXPECT_EQ(out.at("validation").at("relative_error").at("mean"), 0.5);
   EXPECT_EQ(out.at("frames_per_s"), 1e5);
   EXPECT_TRUE(out.at("peak_rss_mb").is_null());

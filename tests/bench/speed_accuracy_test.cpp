@@ -126,6 +126,30 @@ TEST(SpeedAccuracy, ChoosesByMarginAndByBudget) {
       << csv;
 }
 
+TEST(SpeedAccuracy, BudgetsToContactsAreThoseOfTheContacts) {
+  Sample sample;
+  for (ResultRow& row : sample.rows) {
+    if (!row.latency_us || row.label == "net") continue;  // net was not timed to the contacts
+    row.latency_us->contacts_p50 = row.latency_us->p50 + 30;
+    row.latency_us->contacts_p99 = row.latency_us->p99 + 46;
+  }
+  const SpeedAccuracy chart = sample.chart();
+  const json within = to_json(chart).at("within_budget");
+  ASSERT_EQ(within.size(), 3 + 5U);
+  std::vector<json> labels;
+  for (std::size_t i = 3; i < within.size(); ++i) {
+    EXPECT_EQ(within[i].at("to_contacts"), true);
+    labels.push_back(within[i].at("label"));
+  }
+  // 50, 100, 200, 500 and 1000 us: svd 10 takes 47.5, svd 20 49, svd 40 50.5, gn 52, net small 196.
+  EXPECT_EQ(labels, (std::vector<json>{"svd 20", "gn", "net small", "net small", "net small"}));
+  const std::string csv = csv_of(speed_choices(chart));
+  EXPECT_NE(csv.find("the least error with p99 to contacts within 50.0 µs,,,svd 20,"),
+            std::string::npos)
+      << csv;
+  EXPECT_NE(csv.find(",50,32,49\n"), std::string::npos) << csv;
+}
+
 /// A configuration that is the best on the validation set is recommended, with what it has on the
 /// test set, where it need not be the best.
 TEST(SpeedAccuracy, RecommendationsAreChosenOnTheValidationSet) {

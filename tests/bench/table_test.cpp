@@ -118,6 +118,16 @@ TEST(ResultTable, ShowsThePipeWhereASolverHasOne) {
   EXPECT_NE(text.find("- pipe: of a solver that is a program of its own"), std::string::npos);
 }
 
+TEST(ResultTable, ShowsTheTimeToContactsWhereItWasMeasured) {
+  std::vector<ResultRow> rows = {made_row("gn", "test"), made_row("older", "test")};
+  EXPECT_EQ(markdown_table(rows, text_of()).find("to contacts"), std::string::npos);
+  rows[0].latency_us->contacts_p50 = 14.5;
+  rows[0].latency_us->contacts_p99 = 51.25;
+  const std::string text = markdown_table(rows, text_of());
+  EXPECT_NE(text.find("p99 (µs) | to contacts (µs) |"), std::string::npos) << text;
+  EXPECT_NE(text.find(" 14.5 |"), std::string::npos) << text;
+}
+
 TEST(MarkdownTable, ShowsMeanIntervalPublishedValueAndDifference) {
   const std::vector<ResultRow> rows = {made_row("gn", "test")};
   const std::string out = markdown_table(rows, text_of());

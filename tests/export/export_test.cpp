@@ -4,128 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <fstream>
 #include <functional>
 #include <random>
 #include <regex>
 #include <sstream>
 
-#include "bench/score/image_contacts.h"
 #include "core/errors.h"
-#include "forward/data/generate.h"
 #include "runtime/layer_file.h"
-#include "runtime/runtime.h"
-#include "tests/bench/program.h"
-#include "tests/export/allocations.h"
-#include "tests/solvers/solver_testing.h"
+#include "tests/export/export_testing.h"
 
 namespace ertbench::testing {
 namespace {
-
-using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-constexpr int frames = 60;
-constexpr int pixels = 576;
-constexpr int most_contacts = 8;  ///< ERT_MOST_CONTACTS
-constexpr int contact_numbers = 1 + 5 * most_contacts;
-
-/// What a shell says to a command in `folder`; its exit code comes first where it is not 0.
-Outcome shell(const fs::path& folder, const std::string& command) {
-  return run_program(folder, "-c " + quoted(command), "/bin/bash");
-}
-
-bool has(const std::string& program) { return shell("/", "command -v " + program).exit_code == 0; }
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-FloatRows floats_of(const fs::path& file, Eigen::Index columns) {
-  const std::string bytes = text_of(file);
-  const auto* first = reinterpret_cast<const float*>(bytes.data());
-  const auto size = static_cast<Eigen::Index>(bytes.size() / sizeof(float));
-  return Eigen::Map<const FloatRows>(first, size / columns, columns);
-}
-
-void write(const fs::path& file, const FloatRows& numbers) {
-  std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(numbers.data()),
-             static_cast<std::streamsize>(sizeof(float)) * numbers.size());
-}
-
-/// Frames of random contacts whose voltages are floats: a dataset, and what the C code reads.
-class Export : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<TemporaryFolder>();
-    generate_dataset(random_contacts(frames), path() / "frames.h5");
-    const DatasetFile set(path() / "frames.h5");
-    FloatRows numbers(frames + 1, 208);
-    numbers.row(0) = set.reference_voltages().cast<float>();
-    numbers.bottomRows(frames) = set.voltages(0, frames).cast<float>();
-    write(path() / "frames.bin", numbers);
-    Hdf5File rounded = Hdf5File::create(path() / "rounded.h5");
-    rounded.write_matrix("/voltages", numbers.bottomRows(frames).cast<double>());
-    rounded.write_vector("/reference_voltages", numbers.row(0).cast<double>());
-    rounded.close();
-  }
-  static void TearDownTestSuite() { folder_.reset(); }
-  static fs::path path() { return folder_->path(); }
-
-  /// Exports into a folder of its name and compiles, without a warning, into `program`.
-  static fs::path exported(const std::string& solver, const std::string& precision,
-                           const std::string& compiler = "gcc") {
-    const std::string name = solver + "-" + precision;
-    const Outcome written = run_program(path(), "export " + solver + " --precision " + precision +
-                                                    " --frames frames.h5 --threshold 0.25 --floor 0"
-                                                    " --out " +
-                                                    name);
-    EXPECT_EQ(written.exit_code, 0) << written.output;
-    const Outcome compiled =
-        shell(path() / name, compiler +
-                                 " -std=c99 -O2 -Wall -Wextra -Wconversion -pedantic -Werror -I. " +
-                                 ERTBENCH_SOURCE_DIR
-                                 "/tests/export/check.c solver.c weights.c -lm -o program"
-                                 " && " +
-                                 compiler +
-                                 " -std=c99 -O2 -Wall -Wextra -pedantic -Werror example.c "
-                                 "solver.c weights.c -lm -o example");
-    EXPECT_EQ(compiled.exit_code, 0) << compiler << ": " << compiled.output;
-    return path() / name;
-  }
-  static FloatRows answers(const fs::path& folder) {
-    const Outcome ran = shell(folder, "./program images < ../frames.bin > answers.bin");
-    EXPECT_EQ(ran.exit_code, 0) << ran.output;
-    return floats_of(folder / "answers.bin", pixels + contact_numbers);
-  }
-  /// The program's images of the same frames [frames, pixels].
-  static Eigen::MatrixXd images(const std::string& solver) {
-    const std::string file = solver + ".images.h5";
-    const Outcome ran = run_program(
-        path(), "reconstruct --force --solver " + solver + " --input rounded.h5 --output " + file);
-    EXPECT_EQ(ran.exit_code, 0) << ran.output;
-    return Hdf5File::open(path() / file).read_rows("/conductivity_change", 0, frames);
-  }
-
-  inline static std::unique_ptr<TemporaryFolder> folder_;
-};
-
-void expect_contacts(const Eigen::Ref<const Eigen::RowVectorXf>& numbers,
-                     const std::vector<FoundContact>& contacts) {
-  const Sensor sensor;
-  const double mm = sensor.sheet->unit_mm();
-  ASSERT_EQ(numbers[0], std::min<std::size_t>(contacts.size(), most_contacts));
-  for (int i = 0; i < static_cast<int>(numbers[0]); ++i) {
-    const FoundContact& one = contacts[static_cast<std::size_t>(i)];
-    const auto found = numbers.segment(1 + 5 * i, 5);
-    EXPECT_NEAR(found[0], mm * one.place.x(), 1e-3);
-    EXPECT_NEAR(found[1], mm * one.place.y(), 1e-3);
-    EXPECT_NEAR(found[2], mm * mm * one.strength, 1e-5 * mm * mm * one.strength);
-    EXPECT_NEAR(found[3], one.peak, 1e-6 * one.peak);
-    EXPECT_NEAR(found[4], mm * mm * one.area, 1e-2);
-  }
-}
 
 TEST_F(Export, ImagesAndContactsAreTheProgramsInEachMethod) {
   for (const std::string solver :
@@ -334,6 +223,9 @@ TEST_F(Export, WhatCannotBeExportedIsSaid) {
   EXPECT_NE(said("lean-net-9").find("did you mean \"lean-net-8\""), std::string::npos);
   EXPECT_NE(said("tsvd --precision int8").find("--frames"), std::string::npos);
   EXPECT_NE(said("lean-net-8 --to matrix").find("--to c"), std::string::npos);
+  EXPECT_NE(said("lean-net-8 --to onnx --precision int8").find("--to c has"), std::string::npos);
+  EXPECT_NE(said("lean-net-8-rugged --to onnx").find("has no front"), std::string::npos);
+  EXPECT_NE(said("tsvd --front --to matrix").find("--to c or --to runtime"), std::string::npos);
   std::ofstream(path() / "frames.txt") << "none";
   EXPECT_NE(said("tsvd --frames frames.txt").find("frames.txt"), std::string::npos);
 }
