@@ -88,6 +88,10 @@ class BorderModel {
   /// unit currents, `density` [points, pairs or nodes], and from `own`, see source_potentials.
   Eigen::MatrixXd impedance_change(const BorderSystem& system, const Eigen::MatrixXd& own,
                                    const Eigen::MatrixXd& density) const;
+  /// The system's matrix with the Neumann function of the sheet with its conductors
+  /// (DiscElectrodes::redistribution), for contacts that cover no electrode: the slopes of the
+  /// pairs' currents, spread as on the uniform sheet, then give the densities.
+  Eigen::MatrixXd conductors_matrix(const BorderSystem& system) const;
   /// Change of the voltages as weighted means of reciprocal values, with the error estimate from
   /// their differences. `magnitude` as in BorderSystem: the value whose drive has the smaller
   /// charges is more accurate by their ratio.
