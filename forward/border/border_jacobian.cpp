@@ -262,8 +262,14 @@ RowMajorMatrix border_jacobian(const Sensor& sensor) {
   return jacobian;
 }
 
-Eigen::VectorXd border_sensitivity(const Sensor& sensor, const Eigen::Vector2d& place) {
-  return FieldProducts(sensor).at(place);
+Eigen::MatrixXd border_sensitivity(const Sensor& sensor,
+                                   const std::vector<Eigen::Vector2d>& places) {
+  FieldProducts products(sensor);
+  Eigen::MatrixXd out(sensor.channels(), std::ssize(places));
+  for (Index p = 0; p < out.cols(); ++p) {
+    out.col(p) = products.at(places[static_cast<std::size_t>(p)]);
+  }
+  return out;
 }
 
 }  // namespace ertbench

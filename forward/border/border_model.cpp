@@ -90,8 +90,8 @@ MatrixXd BorderModel::impedance_change(const BorderSystem& system, const MatrixX
 
 MatrixXd BorderModel::conductors_matrix(const BorderSystem& system) const {
   if (!nodes_.is_complete()) return system.matrix;
-  const MatrixXd slopes = system.slopes.transpose() * nodes_.redistribution;
-  return system.matrix + slopes * (nodes_.redistribution.transpose() * system.potentials);
+  const MatrixXd redistributed = nodes_.redistribution * system.potentials;
+  return system.matrix + system.slopes.transpose() * redistributed;
 }
 
 BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, const ArrayXd& source,

@@ -115,7 +115,9 @@ class BorderModel {
 /// the part of the pixel on the sheet; pixels off it are zero.
 RowMajorMatrix border_jacobian(const Sensor& sensor);
 
-/// Density of that integral at a point of the sheet, [channels]: dV/dsigma per squared domain unit.
-Eigen::VectorXd border_sensitivity(const Sensor& sensor, const Eigen::Vector2d& place);
+/// Densities of that integral at points of the sheet, [channels, places]: dV/dsigma per squared
+/// domain unit.
+Eigen::MatrixXd border_sensitivity(const Sensor& sensor,
+                                   const std::vector<Eigen::Vector2d>& places);
 
 }  // namespace ertbench
