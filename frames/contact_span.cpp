@@ -1,9 +1,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "core/kept.h"
 #include "forward/border/border_model.h"
 #include "forward/data/sheet_model.h"
+#include "forward/sheet/sensor_json.h"
 #include "frames/reference_check.h"
 #include "solvers/decompositions.h"
 
@@ -71,9 +74,7 @@ constexpr double disc_ratio = 0.5;
 constexpr double resolution = 0.7;
 constexpr double least_value = 0.003;  ///< of the largest singular value
 
-}  // namespace
-
-ContactSpan::ContactSpan(const Sensor& sensor) {
+Eigen::MatrixXd contact_basis(const Sensor& sensor) {
   const BorderModel model(sensor);
   const PixelGrid places(sensor.sheet->bounds(), discs_across, discs_across);
   std::vector<Eigen::VectorXd> changes;
@@ -96,8 +97,14 @@ ContactSpan::ContactSpan(const Sensor& sensor) {
   const Eigen::VectorXd& values = svd.values;
   Eigen::Index kept = 0;
   while (kept < values.size() && values[kept] > least_value * values[0]) ++kept;
-  basis_ = svd.left.leftCols(kept);
+  return svd.left.leftCols(kept);
 }
+
+}  // namespace
+
+ContactSpan::ContactSpan(const Sensor& sensor)
+    : basis_(kept_matrix("contact-span", to_json(sensor).dump(),
+                         [&] { return contact_basis(sensor); })) {}
 
 double ContactSpan::share(const Frames& changes) const {
   const double all = changes.squaredNorm();

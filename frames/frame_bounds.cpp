@@ -4,10 +4,13 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "core/kept.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/border/border_model.h"
+#include "forward/sheet/sensor_json.h"
 #include "solvers/channel_mask.h"
 
 namespace ertbench {
@@ -104,6 +107,16 @@ std::string FrameVerdict::text() const {
 
 FrameBounds::FrameBounds(const Sensor& sensor)
     : electrodes_(electrode_sets_of_channels(sensor)), span_(sensor) {
+  const Eigen::MatrixXd extremes = kept_matrix("frame-bounds", to_json(sensor).dump(), [&] {
+    find_extremes(sensor);
+    return Eigen::MatrixXd(Eigen::RowVector3d(least_level_, most_level_, most_change_));
+  });
+  least_level_ = std::max(0.0, extremes(0, 0)) / margin;
+  most_level_ = margin * extremes(0, 1);
+  most_change_ = change_margin * extremes(0, 2);
+}
+
+void FrameBounds::find_extremes(const Sensor& sensor) {
   const BorderModel model(sensor);
   const Eigen::RowVectorXd reference = model.reference_voltages().transpose();
   const double inner = sensor.sheet->inner_radius();
@@ -124,9 +137,6 @@ FrameBounds::FrameBounds(const Sensor& sensor)
     for (const double r : insulating_radii) take(places.centre(p), r * inner, insulator);
     for (const double r : conducting_radii) take(places.centre(p), r * inner, conductor);
   }
-  least_level_ = std::max(0.0, least_level_) / margin;
-  most_level_ *= margin;
-  most_change_ *= change_margin;
 }
 
 void FrameBounds::judge_levels(const Eigen::Ref<const Eigen::RowVectorXd>& change,

@@ -72,6 +72,8 @@ class FrameBounds {
   double most_change() const { return most_change_; }
 
  private:
+  /// Sets the levels and the change to those of the discs.
+  void find_extremes(const Sensor& sensor);
   void judge_levels(const Eigen::Ref<const Eigen::RowVectorXd>& change,
                     const Eigen::Ref<const Eigen::RowVectorXd>& reference, const FrameReport& said,
                     FrameVerdict& verdict) const;

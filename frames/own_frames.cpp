@@ -23,6 +23,13 @@ constexpr std::uint64_t looked_at = 1000;  ///< number of frames used by the che
 constexpr std::uint64_t block_frames = 1024;
 constexpr double least_noise = 5e-4, most_noise = 0.02;  ///< of a frame, relative to the reference
 
+/// Half the sum of the squared steps between successive frames, where they are finite.
+double square_of_steps(const Frames& frames) {
+  const Eigen::Index steps = frames.rows() - 1;
+  const Frames step = frames.bottomRows(steps) - frames.topRows(steps);
+  return step.array().isFinite().select(step.array(), 0).square().sum() / 2;
+}
+
 /// Mean of frames without contact, read in blocks. Throws InputError for frames unlike the others.
 /// `noise` is set to the standard deviation of a channel over the root mean square of the mean,
 /// from the steps between successive frames; 0 for one frame.
@@ -36,9 +43,8 @@ Frames mean_of_rows(const Sensor& sensor, const FrameSource& source, const Chann
     const Frames block = map.apply(source.read(row, count));
     require_quiet(sensor, block, "--background: " + source.files().front().string(), row);
     sum += block.colwise().sum();
-    const Frames step = block.bottomRows(block.rows() - 1) - block.topRows(block.rows() - 1);
-    steps += step.array().isFinite().select(step.array(), 0).square().sum() / 2;
-    count_of_steps += static_cast<double>(step.rows());
+    steps += square_of_steps(block);
+    count_of_steps += static_cast<double>(block.rows() - 1);
   }
   const Frames mean = sum / static_cast<double>(last + 1 - first);
   const double square = mean.array().isFinite().select(mean.array(), 0).square().sum();
@@ -47,6 +53,12 @@ Frames mean_of_rows(const Sensor& sensor, const FrameSource& source, const Chann
 }
 
 }  // namespace
+
+double relative_noise(const Frames& frames) {
+  const double square = frames.colwise().mean().squaredNorm();
+  const auto steps = static_cast<double>(frames.rows() - 1);
+  return steps > 0 && square > 0 ? std::sqrt(square_of_steps(frames) / steps / square) : 0;
+}
 
 std::optional<std::pair<std::uint64_t, std::uint64_t>> rows_of(const std::string& text) {
   std::uint64_t first = 0;
@@ -94,8 +106,14 @@ OwnFrames::OwnFrames(const OwnFramesOptions& options)
   leave_out_channels();
   fit_background();
   if (options_.normalised) normalise();
-  bounds_.emplace(sensor_);
-  if (references_.rows() > 1) reference_verdicts_ = bounds_->judge_references(references_);
+}
+
+FrameBounds& OwnFrames::bounds() const {
+  if (!bounds_) {
+    bounds_.emplace(sensor_);
+    if (references_.rows() > 1) reference_verdicts_ = bounds_->judge_references(references_);
+  }
+  return *bounds_;
 }
 
 void OwnFrames::require_declared_rows() const {
@@ -272,7 +290,7 @@ FrameVerdict OwnFrames::judge(std::uint64_t frame,
                               const FrameReport& said) const {
   const bool own = references_.rows() > 1;
   const auto row = own ? static_cast<Eigen::Index>(frame) : 0;
-  FrameVerdict verdict = bounds_->judge(change, references_.row(row), said);
+  FrameVerdict verdict = bounds().judge(change, references_.row(row), said);
   if (own && reference_verdicts_[frame].faults != 0) verdict.faults |= wrong_reference;
   return verdict;
 }
@@ -292,12 +310,12 @@ ReferenceVerdict OwnFrames::check() {
     // A quarter of the frames or more are quiet, or the noise remains unknown.
     const double noise =
         interpolated_quantile(std::vector<double>(sizes.begin(), sizes.end()), 0.25) / size;
-    bounds_->set_noise(std::clamp(noise, least_noise, most_noise));
+    bounds().set_noise(std::clamp(noise, least_noise, most_noise));
   }
   ReferenceVerdict verdict =
       check_reference(sensor_, reference().transpose(), some.topRows(possible));
-  bounds_->set_dead(verdict.dead);
-  if (verdict.unexplained) bounds_->set_noise(least_noise);
+  bounds().set_dead(verdict.dead);
+  if (verdict.unexplained) bounds().set_noise(least_noise);
   const std::vector<std::string> notes = source_->notes();
   verdict.notes.insert(verdict.notes.begin(), notes.begin(), notes.end());
   if (!left_out_.empty()) verdict.notes.insert(verdict.notes.begin(), left_out_);

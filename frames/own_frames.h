@@ -88,6 +88,7 @@ class OwnFrames {
   void take_reference();
   void fit_background();
   Frames background_rows();
+  FrameBounds& bounds() const;
 
   OwnFramesOptions options_;
   std::unique_ptr<FrameSource> source_;
@@ -99,11 +100,16 @@ class OwnFrames {
   ChannelMap map_;
   Frames references_;  ///< [1, channels] or [frames, channels] V
   double background_noise_ = 0;
-  std::optional<FrameBounds> bounds_;
-  std::vector<FrameVerdict> reference_verdicts_;  ///< [frames] if each has its own reference
+  mutable std::optional<FrameBounds> bounds_;  ///< once they are asked for
+  mutable std::vector<FrameVerdict>
+      reference_verdicts_;  ///< [frames] if each has its own reference
   std::string reference_text_;
   bool mended_ = false;
 };
+
+/// Standard deviation of a channel in frames [N, channels] without contact, from the steps between
+/// successive ones, over the root mean square of their mean; 0 for one frame.
+double relative_noise(const Frames& frames);
 
 /// Parses rows "first-last"; nothing if the text is something else.
 std::optional<std::pair<std::uint64_t, std::uint64_t>> rows_of(const std::string& text);

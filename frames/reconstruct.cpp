@@ -59,18 +59,16 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
-/// Gives an entry of `contacts` what it would take from a validation set: the noise of the frames
-/// without contact, at the model's level, and the prior as it is. A measured reference lies away
-/// from the model's: this is the model error, and level, gradient and electrodes are unknowns, too.
-void complete(json& entry, const OwnFrames& frames) {
+}  // namespace
+
+void complete_contacts(json& entry, const Sensor& sensor, const Eigen::VectorXd& reference,
+                       double relative_noise) {
   const auto is_open = [&](const char* key) { return entry.value(key, json("auto")) == "auto"; };
   if (entry.value("type", "") != "contacts") return;
   if (is_open("prior_weight")) entry["prior_weight"] = 1;
-  if (!is_open("noise") || !(frames.background_noise() > 0)) return;
-  const Eigen::VectorXd model = uniform_reference(frames.sensor());
-  entry["noise"] =
-      frames.background_noise() * model.norm() / std::sqrt(static_cast<double>(model.size()));
-  const Eigen::VectorXd reference = frames.reference().transpose();
+  if (!is_open("noise") || !(relative_noise > 0)) return;
+  const Eigen::VectorXd model = uniform_reference(sensor);
+  entry["noise"] = relative_noise * model.norm() / std::sqrt(static_cast<double>(model.size()));
   const Eigen::VectorXd at_level = reference.dot(model) / model.squaredNorm() * model;
   const double misfit = (reference - at_level).norm() / reference.norm();
   if (!(misfit > 0.01)) return;  // a model made it
@@ -79,6 +77,8 @@ void complete(json& entry, const OwnFrames& frames) {
     entry["nuisances"] = {{"level", 0.1}, {"gradient", 0.05}, {"electrodes", 0.01}};
   }
 }
+
+namespace {
 
 /// Channels that were left out are not asked of a solver that is fitted here. `filling` makes the
 /// frames of a stored one, which has all, and is empty otherwise.
@@ -98,7 +98,8 @@ std::unique_ptr<Solver> solver_from(const std::string& file_or_name, const OwnFr
     fit.validation = &set.emplace(folder / "calibrated.h5");
   } else if (!is_stored && named.entry->is_object()) {
     json entry = *named.entry;
-    complete(entry, frames);
+    complete_contacts(entry, frames.sensor(), frames.reference().transpose(),
+                      frames.background_noise());
     named.entry = JsonValue(std::move(entry));
   }
   return fitted_solver(named, fit, registry);

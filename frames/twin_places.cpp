@@ -10,17 +10,23 @@ namespace ertbench {
 std::vector<Eigen::Matrix2d> twin_symmetries(const Sensor& sensor) {
   constexpr double same_voltages = 1e-6;  // relative
   const Eigen::Vector2d centre = sensor.sheet->bounds().center();
+  const Eigen::Matrix<double, 2, 3> own =
+      sensor.sheet->inner_radius() *
+      Eigen::Matrix<double, 2, 3>{{0.31, -0.55, 0.08}, {0.17, 0.24, -0.71}};
+  const auto symmetries = sensor.sheet->symmetries();
+  std::vector<Eigen::Vector2d> places;
+  for (const Eigen::Matrix2d& symmetry : symmetries) {
+    for (const auto& place : (symmetry * own).eval().colwise()) places.push_back(centre + place);
+  }
+  const Eigen::MatrixXd voltages = border_sensitivity(sensor, places);
+  Eigen::Index identity = 0;
+  while (!symmetries[static_cast<std::size_t>(identity)].isIdentity()) ++identity;
+  const auto here = voltages.middleCols<3>(3 * identity);
   std::vector<Eigen::Matrix2d> out;
-  for (const Eigen::Matrix2d& symmetry : sensor.sheet->symmetries()) {
-    if (symmetry.isIdentity()) continue;
-    const auto is_hidden = [&](const Eigen::Vector2d& direction) {
-      const Eigen::Vector2d place = sensor.sheet->inner_radius() * direction;
-      const Eigen::VectorXd here = border_sensitivity(sensor, centre + place);
-      const Eigen::VectorXd there = border_sensitivity(sensor, centre + symmetry * place);
-      return (here - there).norm() <= same_voltages * here.norm();
-    };
-    const Eigen::Vector2d places[] = {{0.31, 0.17}, {-0.55, 0.24}, {0.08, -0.71}};
-    if (std::all_of(std::begin(places), std::end(places), is_hidden)) out.push_back(symmetry);
+  for (Eigen::Index s = 0; s < std::ssize(symmetries); ++s) {
+    const auto differences = (voltages.middleCols<3>(3 * s) - here).colwise().norm().array();
+    const bool is_hidden = (differences <= same_voltages * here.colwise().norm().array()).all();
+    if (s != identity && is_hidden) out.push_back(symmetries[static_cast<std::size_t>(s)]);
   }
   return out;
 }

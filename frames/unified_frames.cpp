@@ -188,15 +188,16 @@ UnifiedFile parse_unified(std::string_view text, const std::string& source) {
     if (std::set<int>(at.begin(), at.end()).size() != at.size()) {
       lines.fail("a b m n must be four electrodes");
     }
-    if (valid && row[*valid] == 0) {
-      lines.fail("is not valid; take such data out, of all frames");
-    }
     const auto quotient = [&](std::size_t above, std::size_t below) {
       if (row[below] == 0) lines.fail(names[below] + " must not be 0");
       return row[above] / row[below];
     };
-    const double resistance = r ? row[*r] : u && i ? quotient(*u, *i) : quotient(*rhoa, *k);
-    if (!(std::abs(resistance) < 1e12)) lines.fail("has no finite resistance");
+    const bool is_valid = !valid || row[*valid] != 0;
+    const double resistance = !is_valid ? std::nan("")
+                              : r       ? row[*r]
+                              : u && i  ? quotient(*u, *i)
+                                        : quotient(*rhoa, *k);
+    if (is_valid && !(std::abs(resistance) < 1e12)) lines.fail("has no finite resistance");
     file.resistances.push_back(resistance);
     file.channels.push_back({{at[0], at[1]}, {at[2], at[3]}});
     if (!seen.emplace(file.channels.back(), d).second) lines.fail("is a channel that came before");
@@ -205,6 +206,7 @@ UnifiedFile parse_unified(std::string_view text, const std::string& source) {
   double agreement = 0;
   for (std::size_t c = 0; c < file.channels.size(); ++c) {
     const auto& [drive, measurement] = file.channels[c];
+    if (std::isnan(file.resistances[c])) continue;
     const auto apart = [&](int one, int other) {
       return std::log((points.col(one) - points.col(other)).norm() + 1e-9);
     };

@@ -12,6 +12,7 @@
 #include "core/errors.h"
 #include "core/json.h"
 #include "frames/calibration.h"
+#include "frames/own_frames.h"
 #include "live/datagrams.h"
 #include "live/line_output.h"
 #include "live/live_record.h"
@@ -70,6 +71,7 @@ class Stream {
         stop_(stop),
         solver_(*setup.solver),
         source_(*setup.source),
+        fit_(setup.fit),
         map_(setup.map),
         state_(state),
         mailbox_(options.places, options.lossless),
@@ -174,6 +176,9 @@ class Stream {
     if (++background_frames_ < options_.background) return;
     if (!options_.force) require_quiet(solver_.sensor(), background_, "--background");
     take_reference(solver_, background_sum_ / background_frames_, options_);
+    if (fit_) {
+      solver_.use(fit_(solver_.expected().row(0).transpose(), relative_noise(background_)));
+    }
     say({{"event", "background"}, {"frames", background_frames_}, {"time_s", now_s()}});
   }
 
@@ -258,6 +263,7 @@ class Stream {
   Stop& stop_;
   LiveSolver& solver_;
   LiveSource& source_;
+  const decltype(LiveSetup::fit)& fit_;
   const ChannelMap& map_;
   LiveState& state_;
   Mailbox mailbox_;

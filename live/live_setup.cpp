@@ -18,6 +18,8 @@
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
+#include "forward/data/sheet_model.h"
+#include "frames/reconstruct.h"
 #include "frames/reference_check.h"
 #include "live/live_record.h"
 #include "solvers/registry/named_solver.h"
@@ -37,6 +39,7 @@ struct ReadySolver {
   Sensor sensor;
   SheetModel model = ContinuousSheet{};  ///< gives the reference voltages
   std::unique_ptr<Solver> solver;
+  decltype(LiveSetup::fit) fit;
   ContactRule rule;
 };
 
@@ -89,9 +92,28 @@ ReadySolver solver_of_entry(const LiveOptions& options, const Sensor& sensor,
   fit.sensor = sensor;
   fit.threads = options.threads;
   fit.work_folder = folder.path();
-  const NamedSolver named = read_named_solver(options.solver);
+  NamedSolver named = read_named_solver(options.solver);
   ReadySolver out;
   out.sensor = sensor;
+  if (options.background > 1 && named.entry->is_object()) {
+    // Until the first frames tell their noise.
+    constexpr double usual_noise = 1e-3;
+    const NamedSolver given = named;
+    const auto complete = [given, sensor](const Eigen::VectorXd& reference, double noise) {
+      json entry = *given.entry;
+      complete_contacts(entry, sensor, reference, noise);
+      return NamedSolver{JsonValue(std::move(entry)), given.source};
+    };
+    named = complete(uniform_reference(sensor), usual_noise);
+    if (*named.entry != *given.entry) {
+      out.fit = [=, &registry](const Eigen::VectorXd& reference, double noise) {
+        FitInput again;
+        again.sensor = sensor;
+        again.threads = options.threads;
+        return std::shared_ptr<Solver>(fitted_solver(complete(reference, noise), again, registry));
+      };
+    }
+  }
   out.solver = fitted_solver(named, fit, registry);
   out.name = named.entry->value("label", named.entry->at("type").get<std::string>());
   return out;
@@ -221,6 +243,7 @@ LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   out.files = files_of(options, place);
   out.solver_name = ready.name;
   out.parameters = json_text(printable_json(ready.solver->parameters()));
+  out.fit = ready.fit;
   out.checked = ready.solver->fit_report().frame_check.empty();
   out.solver = std::make_unique<LiveSolver>(
       sensor, std::shared_ptr<Solver>(std::move(ready.solver)), ready.rule);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,6 +56,9 @@ struct LiveSetup {
   std::string solver_name;  ///< label or type
   std::string parameters;   ///< the solver's, JSON
   std::unique_ptr<LiveSolver> solver;
+  /// Fits a solver that takes its noise from the first frames: from their mean [channels] V, after
+  /// mending, and their noise relative to its root mean square. Empty: `solver` is ready.
+  std::function<std::shared_ptr<Solver>(const Eigen::VectorXd& reference, double noise)> fit;
   std::unique_ptr<LiveSource> source;
   ChannelMap map;                            ///< from the sender's columns to channels in V
   bool checked = true;                       ///< frames are checked for noise and range

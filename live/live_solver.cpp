@@ -111,6 +111,11 @@ void LiveSolver::set_reference(const Eigen::RowVectorXd& voltages) {
   expected_ = mended(Frames(voltages));
 }
 
+void LiveSolver::use(std::shared_ptr<const Solver> solver) {
+  solver_ = std::move(solver);
+  begin_sequence();
+}
+
 void LiveSolver::mend(const ReferenceVerdict& verdict) {
   from_ = verdict.from;
   factor_ = verdict.factor;

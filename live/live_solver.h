@@ -90,6 +90,9 @@ class LiveSolver {
   /// From now on frames are flagged whose solver does not know these dead electrodes.
   void set_dead(const std::vector<int>& electrodes) { bounds_.set_dead(electrodes); }
   const Eigen::RowVectorXd& reference() const { return reference_; }  ///< as set
+  const Frames& expected() const { return expected_; }  ///< [1, channels] V, after mending
+  /// Takes another solver for this sensor from the next frame on.
+  void use(std::shared_ptr<const Solver> solver);
   /// From now on frames and reference are read as the verdict on the reference says.
   void mend(const ReferenceVerdict& verdict);
 

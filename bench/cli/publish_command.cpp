@@ -18,6 +18,7 @@ struct PublishArguments {
   int jobs = usable_cores();
   bool pages = false;
   bool redraw = false;
+  std::vector<std::string> set;
 };
 
 /// `name`: a file, or the name of one in experiments/.
@@ -42,7 +43,8 @@ ExitCode publish(const PublishArguments& arguments) {
     }
     SolverRegistry registry;
     const Experiment experiment =
-        read_experiment(experiment_file(name, project), registry, chart_types());
+        read_experiment(experiment_file(name, project), registry, chart_types(), SolverCheck::all,
+                        arguments.set);
     warn_of_slow_trainings(experiment, cache);
     failures += publish_experiment(experiment, project, cache, arguments.jobs);
     std::printf("published %s in %s\n", experiment.name.c_str(),
@@ -58,6 +60,8 @@ Action add_publish(CLI::App& command) {
   const auto arguments = std::make_shared<PublishArguments>();
   command.add_option("experiments", arguments->experiments, "EXPERIMENT.json or its name ...");
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
+  command.add_option("--set", arguments->set, "As of run, for files that are elsewhere")
+      ->allow_extra_args(false);
   command
       .add_flag("--pages", arguments->pages, "Render the pages alone, of the results that exist")
       ->excludes(command.get_option("experiments"));

@@ -166,7 +166,8 @@ KtcResults ktc_results(const ExperimentJson& json) {
         references.emplace(target.reference, read_ktc_reference(target.reference)).first->second;
     KtcCalibration fit = calibrate_ktc(tank, reference.patterns, reference.voltages);
     results.calibrations[fs::relative(target.reference, spec.data).string()] = fit;
-    Eigen::MatrixXd channels = channel_operator(reference.patterns, fit.gain, fit.common_mode);
+    Eigen::SparseMatrix<double> channels =
+        channel_operator(reference.patterns, fit.gain, fit.common_mode).sparseView();
     settings[target.reference] = {&tank, std::move(fit), std::move(channels)};
     results.simulated_levels |= target.any_level;
   }

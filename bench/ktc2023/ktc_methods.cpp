@@ -35,14 +35,9 @@ Misfit misfit_of(const KtcSetting& setting, const KtcFrame& frame, const Options
   const Eigen::ArrayXd weight =
       frame.present.array() /
       (std::pow(options.noise, 2) + (options.model_error * frame.change.array()).square()).sqrt();
-  const Eigen::MatrixXf weighted =
-      weight.matrix().cast<float>().asDiagonal() * setting.channels.cast<float>();
-  Misfit out;
-  Eigen::MatrixXf normal = Eigen::MatrixXf::Zero(TankModel::pairs, TankModel::pairs);
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
-  out.normal = normal.cast<double>().selfadjointView<Eigen::Lower>();
-  out.side = weighted.transpose().cast<double>() * (weight * frame.change.array()).matrix();
-  return out;
+  const Eigen::SparseMatrix<double> weighted = weight.matrix().asDiagonal() * setting.channels;
+  return {Eigen::SparseMatrix<double>(weighted.transpose() * weighted),
+          weighted.transpose() * (weight * frame.change.array()).matrix()};
 }
 
 /// d packed resistance / d coefficients of the `functions`, of which a triangle has the mean at its
@@ -54,7 +49,7 @@ Eigen::MatrixXf sensitivity_of(const TankModel& tank, const TankModel::Solution&
   Eigen::MatrixXf nodal = Eigen::MatrixXf::Zero(TankModel::pairs, tank.nodes().cols());
   for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
     const double share = by_triangle[static_cast<Eigen::Index>(t)] / 3;
-    const Eigen::VectorXf column = (share * tank.sensitivity(solution, t)).cast<float>();
+    const Eigen::VectorXf column = static_cast<float>(share) * tank.sensitivity(solution, t);
     for (const int node : tank.triangles()[t]) nodal.col(node) += column;
   }
   return nodal * functions;

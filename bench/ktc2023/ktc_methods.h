@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,7 +23,7 @@ struct KtcFrame {
 struct KtcSetting {
   const TankModel* tank;
   KtcCalibration calibration;
-  Eigen::MatrixXd channels;  ///< channel_operator
+  Eigen::SparseMatrix<double> channels;  ///< channel_operator, of which a row has six entries
 };
 
 /// An image of a method [256, 256], row 0 on top, and its own segmentation where it has one.

@@ -201,11 +201,21 @@ Eigen::VectorXd TankModel::packed(const Eigen::MatrixXd& resistance) {
   return out;
 }
 
-Eigen::VectorXd TankModel::sensitivity(const Solution& solution, std::size_t triangle) const {
+Eigen::VectorXf TankModel::sensitivity(const Solution& solution, std::size_t triangle) const {
   const Eigen::Matrix<double, 3, electrodes> corners =
       solution.potentials(triangles_[triangle], Eigen::all);
-  const Eigen::Matrix<double, 2, electrodes> field = gradients_[triangle] * corners;
-  return packed(-areas_[static_cast<Eigen::Index>(triangle)] * field.transpose() * field);
+  const Eigen::Matrix<float, electrodes, 2> field =
+      (gradients_[triangle] * corners).transpose().cast<float>();
+  const auto area = static_cast<float>(areas_[static_cast<Eigen::Index>(triangle)]);
+  Eigen::VectorXf out(pairs);
+  Eigen::Index at = 0;
+  for (int a = 0; a < electrodes; ++a) {
+    const Eigen::Index count = electrodes - a;
+    out.segment(at, count) = -area * field(a, 0) * field.col(0).tail(count) -
+                             area * field(a, 1) * field.col(1).tail(count);
+    at += count;
+  }
+  return out;
 }
 
 Eigen::VectorXd TankModel::node_areas() const {

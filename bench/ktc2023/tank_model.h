@@ -36,8 +36,8 @@ class TankModel {
   /// Resistances are kept as the upper triangle, row by row: [528].
   static constexpr int pairs = electrodes * (electrodes + 1) / 2;
   static Eigen::VectorXd packed(const Eigen::MatrixXd& resistance);
-  /// d packed / d conductivity of a triangle, [528].
-  Eigen::VectorXd sensitivity(const Solution& solution, std::size_t triangle) const;
+  /// d packed / d conductivity of a triangle, [528], in single precision.
+  Eigen::VectorXf sensitivity(const Solution& solution, std::size_t triangle) const;
   /// d packed / d log contact_impedance, [528, 32].
   Eigen::MatrixXd impedance_sensitivity(const Solution& solution,
                                         const Eigen::VectorXd& contact_impedance) const;

@@ -14,6 +14,7 @@
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/kept.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/solver_file.h"
@@ -167,6 +168,11 @@ std::vector<CachedThing> cache_contents(const Cache& cache) {
       if (entry.path().extension() == ending) things.push_back(thing_at(entry.path()));
     }
   };
+  add("kept", "", [](const fs::path& file) {
+    CachedThing thing{"kept", file, {file}};
+    thing.stale = !is_kept_by_this_program(file);
+    return thing;
+  });
   add("datasets", ".h5", cached_dataset);
   add("solvers", ".fitted", cached_solver);
   for (CachedThing& thing : things) {

@@ -46,7 +46,7 @@ class Cache {
 
 /// A dataset or a fitted solver in the cache.
 struct CachedThing {
-  std::string kind;                          ///< "dataset", "solver"
+  std::string kind;                          ///< "dataset", "solver", "kept" (core/kept.h)
   std::filesystem::path file;                ///< its own; others of it stand beside
   std::vector<std::filesystem::path> files;  ///< all that go with it
   std::uint64_t bytes = 0;

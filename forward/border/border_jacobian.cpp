@@ -62,24 +62,13 @@ BorderModel::Linearisation BorderModel::linearise(const Scene& scene, double res
       border_system(*sensor_.sheet, layout, nodes_, ArrayXd::Ones(nodes_.nodes()), resolution);
   const BorderPoints& points = system.points;
   out.points = static_cast<int>(points.size());
-  const auto factor = system.matrix.partialPivLu();
-  MatrixXd density = factor.solve(system.slopes.transpose());  // [points, pairs]
-  const MatrixXd nothing = MatrixXd::Zero(nodes_.nodes(), nodes_.nodes());
-  const MatrixXd impedance = impedance_change(system, nothing, density);
-  out.change = reciprocal_mean(impedance, system.magnitude).change;
+  const auto factor = conductors_matrix(system).partialPivLu();
+  const MatrixXd slopes = nodes_.by_nodes() ? nodes_.pair_rows(system.slopes) : system.slopes;
+  const MatrixXd density = factor.solve(slopes.transpose());        // [points, pairs]
+  const MatrixXd potentials = nodes_.pair_rows(system.potentials);  // [pairs, points]
+  out.change = reciprocal_mean(potentials * density, system.magnitude).change;
   // The solution y of the transposed equation, over its weights, gives the potential u = y / (r -
   // l).
-  MatrixXd potentials;  // [pairs, points]
-  if (nodes_.is_complete()) {
-    // Currents of the nodes in this scene.
-    const MatrixXd shared =
-        nodes_.differences(nodes_.currents_where(system.potentials * density).transpose());
-    density = (density * shared.transpose()).eval();
-    potentials = shared * system.potentials;
-  } else {
-    potentials = nodes_.pair_rows(system.potentials);
-    if (nodes_.by_nodes()) density = nodes_.pair_rows(density.transpose()).transpose().eval();
-  }
   const MatrixXd transposed = factor.transpose().solve(potentials.transpose());
   const ArrayXd jump = system.right - system.left;
   const MatrixXd potential = (points.weight * jump).inverse().matrix().asDiagonal() * transposed;
@@ -147,6 +136,7 @@ using Eigen::Vector2d;
 constexpr int halvings_at_electrodes = 12;
 /// Number of bisections at the sheet's border; after that a box counts by its area and its centre.
 constexpr int halvings_at_border = 5;
+constexpr Index points_at_once = 64;
 /// Gauss points on [-1, 1].
 constexpr std::array<double, 4> abscissae{-0.8611363115940526, -0.3399810435848563,
                                           0.3399810435848563, 0.8611363115940526};
@@ -160,38 +150,35 @@ class FieldProducts {
       : sheet_(*sensor.sheet),
         nodes_(sensor, Eigen::VectorXd::Zero(sensor.electrode_count)),
         background_(sensor.background) {
-    for (Index n = 0; n < nodes_.nodes(); ++n) {
-      places_.emplace_back(nodes_.places(0, n), nodes_.places(1, n));
-    }
-    by_node_.resize(nodes_.nodes(), 2);
+    by_node_.resize(nodes_.nodes(), 2 * points_at_once);
     // [electrodes, nodes] distribution of each electrode's current.
     shares_ = Eigen::MatrixXd::Identity(nodes_.nodes(), nodes_.nodes());
     if (nodes_.currents.size() > 0) shares_ = nodes_.currents.transpose();
-    by_electrode_.resize(shares_.rows(), 2);
-    sum_.resize(shares_.rows(), shares_.rows());
+    sum_ = MatrixXd::Zero(shares_.rows(), shares_.rows());
   }
 
   /// Integral over the part of the box on the sheet, [channels].
   Eigen::VectorXd integral(const AlignedBox2d& box) {
-    sum_.setZero();
     add(box, 0);
     return of_channels();
   }
 
   Eigen::VectorXd at(const Vector2d& place) {
-    sum_.setZero();
     add_point(place, 1);
     return of_channels();
   }
 
  private:
-  Eigen::VectorXd of_channels() const {
+  /// The sum so far, from which the next one begins anew.
+  Eigen::VectorXd of_channels() {
+    add_points();
     const MatrixXd by_pairs = nodes_.differences(nodes_.differences(sum_).transpose());
     Eigen::VectorXd out(static_cast<Index>(nodes_.channels.size()));
     for (std::size_t c = 0; c < nodes_.channels.size(); ++c) {
       const auto& [measurement, drive] = nodes_.channels[c];
       out[static_cast<Index>(c)] = nodes_.volts[c] / background_ * by_pairs(measurement, drive);
     }
+    sum_.setZero();
     return out;
   }
 
@@ -238,22 +225,28 @@ class FieldProducts {
 
   void add_point(const Vector2d& place, double weight) {
     const DiscPoint point = sheet_.to_disc({place.x(), place.y()});
-    for (std::size_t n = 0; n < places_.size(); ++n) {
-      // The gradient of -ln|w - e| / pi, times the map's slope, conjugated.
-      const Complex field = -point.first / (std::numbers::pi * (point.w - places_[n]));
-      by_node_.row(static_cast<Index>(n)) << field.real(), field.imag();
-    }
-    by_electrode_.noalias() = shares_ * by_node_;
-    sum_.noalias() += weight * by_electrode_ * by_electrode_.transpose();
+    // The gradient of -ln|w - e| / pi, times the map's slope, conjugated: s / d with d = w - e.
+    const Complex slope = -std::sqrt(weight) / std::numbers::pi * point.first;
+    const ArrayXd dx = point.w.real() - nodes_.places.row(0).transpose();
+    const ArrayXd dy = point.w.imag() - nodes_.places.row(1).transpose();
+    const ArrayXd over_square = (dx.square() + dy.square()).inverse();
+    by_node_.col(waiting_++) = (slope.real() * dx + slope.imag() * dy) * over_square;
+    by_node_.col(waiting_++) = (slope.imag() * dx - slope.real() * dy) * over_square;
+    if (waiting_ == by_node_.cols()) add_points();
+  }
+
+  void add_points() {
+    const MatrixXd by_electrode = shares_ * by_node_.leftCols(waiting_);
+    sum_.noalias() += by_electrode * by_electrode.transpose();
+    waiting_ = 0;
   }
 
   const Sheet& sheet_;
   DiscElectrodes nodes_;
   double background_;
-  std::vector<Complex> places_;
   Eigen::MatrixXd shares_;
-  Eigen::MatrixX2d by_node_;
-  Eigen::MatrixX2d by_electrode_;
+  Eigen::MatrixXd by_node_;  ///< [nodes, two for each of the points that wait to be added]
+  Index waiting_ = 0;
   Eigen::MatrixXd sum_;
 };
 
@@ -269,8 +262,14 @@ RowMajorMatrix border_jacobian(const Sensor& sensor) {
   return jacobian;
 }
 
-Eigen::VectorXd border_sensitivity(const Sensor& sensor, const Eigen::Vector2d& place) {
-  return FieldProducts(sensor).at(place);
+Eigen::MatrixXd border_sensitivity(const Sensor& sensor,
+                                   const std::vector<Eigen::Vector2d>& places) {
+  FieldProducts products(sensor);
+  Eigen::MatrixXd out(sensor.channels(), std::ssize(places));
+  for (Index p = 0; p < out.cols(); ++p) {
+    out.col(p) = products.at(places[static_cast<std::size_t>(p)]);
+  }
+  return out;
 }
 
 }  // namespace ertbench

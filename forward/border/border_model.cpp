@@ -89,6 +89,12 @@ MatrixXd BorderModel::impedance_change(const BorderSystem& system, const MatrixX
   return nodes_.pair_rows(nodes_.differences((by_nodes * currents).transpose()).transpose());
 }
 
+MatrixXd BorderModel::conductors_matrix(const BorderSystem& system) const {
+  if (!nodes_.is_complete()) return system.matrix;
+  const MatrixXd redistributed = nodes_.redistribution * system.potentials;
+  return system.matrix + system.slopes.transpose() * redistributed;
+}
+
 BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, const ArrayXd& source,
                                                 double resolution) const {
   if (layout.arcs.empty()) {
@@ -99,9 +105,17 @@ BorderModel::Solution BorderModel::solve_layout(const BorderLayout& layout, cons
     return {voltages(impedance_change(nothing, own, MatrixXd(0, nodes_.nodes())))};
   }
   const BorderSystem system = border_system(*sensor_.sheet, layout, nodes_, source, resolution);
-  const MatrixXd own = source_potentials(source, system.screened, system.potentials);
-  const MatrixXd density = system.matrix.partialPivLu().solve(system.slopes.transpose());
-  Solution solution = reciprocal_mean(impedance_change(system, own, density), system.magnitude);
+  MatrixXd impedance;
+  if (nodes_.is_complete() && (source == 1).all()) {
+    const MatrixXd density =
+        conductors_matrix(system).partialPivLu().solve(nodes_.pair_rows(system.slopes).transpose());
+    impedance = nodes_.pair_rows(system.potentials) * density;
+  } else {
+    const MatrixXd own = source_potentials(source, system.screened, system.potentials);
+    const MatrixXd density = system.matrix.partialPivLu().solve(system.slopes.transpose());
+    impedance = impedance_change(system, own, density);
+  }
+  Solution solution = reciprocal_mean(impedance, system.magnitude);
   solution.points = static_cast<int>(system.points.size());
   return solution;
 }

@@ -90,6 +90,10 @@ class BorderModel {
   /// unit currents, `density` [points, pairs or nodes], and from `own`, see source_potentials.
   Eigen::MatrixXd impedance_change(const BorderSystem& system, const Eigen::MatrixXd& own,
                                    const Eigen::MatrixXd& density) const;
+  /// The system's matrix with the Neumann function of the sheet with its conductors
+  /// (DiscElectrodes::redistribution), for contacts that cover no electrode: the slopes of the
+  /// pairs' currents, spread as on the uniform sheet, then give the densities.
+  Eigen::MatrixXd conductors_matrix(const BorderSystem& system) const;
   /// Change of the voltages as weighted means of reciprocal values, with the error estimate from
   /// their differences. `magnitude` as in BorderSystem: the value whose drive has the smaller
   /// charges is more accurate by their ratio.
@@ -113,7 +117,9 @@ class BorderModel {
 /// the part of the pixel on the sheet; pixels off it are zero.
 RowMajorMatrix border_jacobian(const Sensor& sensor);
 
-/// Density of that integral at a point of the sheet, [channels]: dV/dsigma per squared domain unit.
-Eigen::VectorXd border_sensitivity(const Sensor& sensor, const Eigen::Vector2d& place);
+/// Densities of that integral at points of the sheet, [channels, places]: dV/dsigma per squared
+/// domain unit.
+Eigen::MatrixXd border_sensitivity(const Sensor& sensor,
+                                   const std::vector<Eigen::Vector2d>& places);
 
 }  // namespace ertbench

@@ -1,7 +1,6 @@
 #include "forward/border/contact_electrodes.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <complex>
@@ -79,8 +78,6 @@ using std::numbers::pi;
 
 constexpr int gap_nodes = 6;
 constexpr int complete_nodes = 12;
-/// Redistributions weaker than this are rounding.
-constexpr double least_mode = 1e-13;
 
 int nodes_of(ElectrodeModel model) {
   if (model == ElectrodeModel::point) return 1;
@@ -165,14 +162,8 @@ void let_conduct(const Sensor& sensor, const VectorXd& weights, const VectorXd& 
   const MatrixXd spread = inverse * whose;
   out.potentials = (whose.transpose() * spread).partialPivLu().inverse();
   out.currents = spread * out.potentials;
-  MatrixXd free = inverse - out.currents * spread.transpose();
-  free = (free + free.transpose()).eval() / 2;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(free);
-  const VectorXd& strengths = modes.eigenvalues();  // ascending
-  Index first = 0;
-  while (first < nodes && strengths[first] <= least_mode * strengths[nodes - 1]) ++first;
-  out.redistribution = modes.eigenvectors().rightCols(nodes - first) *
-                       strengths.tail(nodes - first).cwiseSqrt().asDiagonal();
+  const MatrixXd free = inverse - out.currents * spread.transpose();
+  out.redistribution = (free + free.transpose()) / 2;
 }
 
 }  // namespace

@@ -77,9 +77,8 @@ struct DiscElectrodes {
   /// I per J on the uniform sheet [nodes, L]; empty for points, where I = J.
   Eigen::MatrixXd currents;
   Eigen::MatrixXd potentials;  ///< U per J on the uniform sheet [L, L]
-  /// For the complete model, else empty: N + D, and R [nodes, modes] of the Neumann function of the
-  /// sheet with its conductors, N(x, y) - (n(x)^T R) (R^T n(y)), where n(x) is N from x to the
-  /// nodes.
+  /// For the complete model, else empty: N + D, and R [nodes, nodes] of the Neumann function of the
+  /// sheet with its conductors, N(x, y) - n(x)^T R n(y), where n(x) is N from x to the nodes.
   Eigen::MatrixXd with_contacts;
   Eigen::MatrixXd redistribution;
 

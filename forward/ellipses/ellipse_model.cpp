@@ -129,8 +129,7 @@ void EllipseModel::place_sources(Workspace::Memory& m) const {
 /// sign.
 void EllipseModel::add_conductors(Workspace::Memory& m) const {
   const RowMajorMatrix slopes = m.slopes * nodes_.redistribution;
-  const RowMajorMatrix charges = m.charges * nodes_.redistribution;
-  const RowMajorMatrix added = slopes * charges.transpose();
+  const RowMajorMatrix added = slopes * m.charges.transpose();
   for (int i = 0; i < m.points; ++i) {
     for (int j = 0; j < m.points; ++j) m.matrix.row(i)[j] += added(i, j);
   }

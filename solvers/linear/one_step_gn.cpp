@@ -55,6 +55,24 @@ class RegularisedInverse {
   Eigen::RowVectorXd constant_jacobian_;
 };
 
+/// The same for one lambda by a Cholesky factor, three times as fast. Nothing where the square of
+/// lambda would be lost, for matrices so small that it does not matter, and for priors with a free
+/// constant.
+std::optional<Eigen::MatrixXd> direct_inverse(const Eigen::MatrixXd& jacobian,
+                                              const PriorFactors& prior, double lambda) {
+  constexpr Eigen::Index small = 512;
+  constexpr double lost = 1e-9;
+  if (prior.free_constant || jacobian.rows() <= small) return std::nullopt;
+  const Eigen::VectorXd shaping = prior.shaping.diagonal();
+  Eigen::MatrixXd shaped = jacobian * shaping.asDiagonal();
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(shaped.rows(), shaped.rows());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(shaped);
+  if (lambda * lambda < lost * gram.trace()) return std::nullopt;
+  gram.diagonal().array() += lambda * lambda;
+  gram.selfadjointView<Eigen::Lower>().llt().solveInPlace(shaped);
+  return shaping.asDiagonal() * shaped.transpose();
+}
+
 }  // namespace
 
 OneStepGaussNewton::OneStepGaussNewton(JsonObject parameters)
@@ -88,8 +106,15 @@ nlohmann::json OneStepGaussNewton::fit_parameters() const {
 void OneStepGaussNewton::fit(const FitInput& input) {
   set_sensor(input.sensor);
   const Eigen::MatrixXd jacobian = whole_jacobian();
-  const RegularisedInverse inverse(jacobian(kept_pairs(), Eigen::all),
-                                   prior_factors(prior_, jacobian, sensor().image_columns()));
+  const PriorFactors prior = prior_factors(prior_, jacobian, sensor().image_columns());
+  const Eigen::MatrixXd kept = jacobian(kept_pairs(), Eigen::all);
+  if (const auto direct =
+          lambda_.automatic() ? std::nullopt : direct_inverse(kept, prior, *lambda_.value)) {
+    set_inverse(*direct);
+    finish();
+    return;
+  }
+  const RegularisedInverse inverse(kept, prior);
   if (lambda_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, lambda_.place);
     const auto error_of = [&](double lambda) {

@@ -1,9 +1,12 @@
 #include "solvers/registry/named_solver.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/kept.h"
+#include "forward/sheet/sensor_json.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/registry/registry.h"
 
@@ -26,14 +29,46 @@ NamedSolver read_named_solver(const std::string& file_or_name) {
           source};
 }
 
+namespace {
+
+/// Whether the fit follows from the entry and the sensor alone.
+bool needs_no_files(const NamedSolver& named, const FitInput& input,
+                    const SolverRegistry& registry) {
+  const std::string type = named.entry->value("type", "");
+  const SolverInfo* const info = registry.find_known(type);
+  if (!info || registry.is_of_plugin(type) || input.training || input.validation) return false;
+  return !named.entry->contains("checkpoint") &&
+         std::none_of(info->parameters.begin(), info->parameters.end(),
+                      [&](const ParameterInfo& parameter) {
+                        return parameter.role == ParameterRole::file &&
+                               named.entry->contains(parameter.name);
+                      });
+}
+
+}  // namespace
+
 std::unique_ptr<Solver> fitted_solver(const NamedSolver& named, const FitInput& input,
                                       SolverRegistry& registry) {
-  std::unique_ptr<Solver> solver = registry.make(JsonObject(*named.entry, named.source, ""));
-  try {
-    solver->fit(input);
-  } catch (const InputError& e) {
-    throw InputError(named.source + ": " + e.what());
+  std::unique_ptr<Solver> solver;
+  const auto make = [&] { solver = registry.make(JsonObject(*named.entry, named.source, "")); };
+  const auto fit = [&] {
+    make();
+    try {
+      solver->fit(input);
+    } catch (const InputError& e) {
+      throw InputError(named.source + ": " + e.what());
+    }
+  };
+  if (!needs_no_files(named, input, registry)) {
+    fit();
+    return solver;
   }
+  const auto load = [&](const fs::path& file) {
+    make();
+    solver->load(file, input.sensor);
+  };
+  keep("fit-" + named.entry->value("type", ""), json{*named.entry, to_json(input.sensor)}.dump(),
+       load, fit, [&](const fs::path& file) { solver->save(file); });
   return solver;
 }
 

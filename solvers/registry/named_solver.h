@@ -23,7 +23,8 @@ struct NamedSolver {
 /// there is neither.
 NamedSolver read_named_solver(const std::string& file_or_name);
 
-/// Makes the solver and fits it, or loads its checkpoint. Throws InputError naming its file.
+/// Makes the solver and fits it, or loads its checkpoint, or what an earlier call kept of a long
+/// fit to the sensor alone (core/kept.h). Throws InputError naming its file.
 std::unique_ptr<Solver> fitted_solver(const NamedSolver& named, const FitInput& input,
                                       SolverRegistry& registry);
 

@@ -168,7 +168,8 @@ TEST(KtcTank, SensitivitiesAreDerivatives) {
     const Eigen::VectorXd change =
         TankModel::packed(tank().solve(other, impedance).resistance - at.resistance);
     const Eigen::VectorXd expected =
-        small * conductivity[t] * tank().sensitivity(at, static_cast<std::size_t>(t));
+        small * conductivity[t] *
+        tank().sensitivity(at, static_cast<std::size_t>(t)).cast<double>();
     EXPECT_LT((change - expected).norm(), 1e-3 * expected.norm()) << t;
   }
   impedance[5] *= std::exp(small);

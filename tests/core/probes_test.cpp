@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "core/build_stamp.h"
 #include "core/files.h"
+#include "core/kept.h"
 #include "core/probe.h"
 
 namespace ertbench {
@@ -93,6 +95,35 @@ TEST(Probes, AreComputedOnceAndKeptForTheProgram) {
   EXPECT_FALSE(has_cached_probe("test/damaged"));
   EXPECT_EQ(cached_probe("test/damaged", compute).numbers, first.numbers);
   EXPECT_EQ(computed, 2);
+  ::unsetenv("ERTBENCH_CACHE");
+}
+
+TEST(Kept, WhatTookLongIsReadTheNextTimeAndADamagedFileIsNot) {
+  const TemporaryFolder folder("kept");
+  ::setenv("ERTBENCH_CACHE", folder.path().c_str(), 1);
+  int computed = 0;
+  const auto slowly = [&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    return Eigen::MatrixXd(Eigen::MatrixXd::Constant(2, 3, ++computed));
+  };
+  const auto another = [&] { kept_matrix("test", "another", [] { return Eigen::MatrixXd(1, 1); }); };
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(kept_matrix("test", "recipe", slowly), Eigen::MatrixXd::Constant(2, 3, 1));
+    another();  // takes the place in memory, and is too fast to be kept
+  }
+  const std::vector<std::filesystem::directory_entry> files(
+      std::filesystem::directory_iterator(kept_folder()), {});
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_TRUE(is_kept_by_this_program(files.front()));
+  std::filesystem::resize_file(files.front(), 600);
+  EXPECT_EQ(kept_matrix("test", "recipe", slowly), Eigen::MatrixXd::Constant(2, 3, 2));
+  another();
+  // Those of other programs go.
+  std::ofstream(files.front().path().string() + "0") << "x";
+  EXPECT_FALSE(is_kept_by_this_program(files.front().path().string() + "0"));
+  std::filesystem::remove(files.front());
+  EXPECT_EQ(kept_matrix("test", "recipe", slowly), Eigen::MatrixXd::Constant(2, 3, 3));
+  EXPECT_FALSE(std::filesystem::exists(files.front().path().string() + "0"));
   ::unsetenv("ERTBENCH_CACHE");
 }
 

@@ -58,7 +58,7 @@ TEST(ChannelList, VoltagesAndSensitivityAreThoseOfTheClosedForm) {
     disc.half_size = {0.01, 0.01};
     disc.conductivity_ratio = 0.5;
     const VectorXd change = model.solve_at({{disc}}, 2).change;
-    const VectorXd density = border_sensitivity(sensor, {0.3, 0.4});
+    const VectorXd density = border_sensitivity(sensor, {Eigen::Vector2d(0.3, 0.4)});
     const auto channels = channels_of(sensor);
     const auto electrodes = electrodes_of_channels(sensor);
     VectorXd wanted(count);

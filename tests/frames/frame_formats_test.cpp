@@ -295,6 +295,17 @@ TEST(FrameFormats, TheUnifiedFormatBringsItsSensor) {
     expect_place(folder, "--input object.dat --background empty.dat", 0);
   }
   const std::string good = unified_text(0, true, "r valid");
+  {
+    // What is not valid in either file is left out, whatever stands there.
+    const TemporaryFolder folder("unified");
+    std::string object = unified_text(3, true, "r valid");
+    const std::size_t line = object.find("\n1\t2\t3\t4\t") + 1;
+    object.replace(line, object.find('\n', line) - line, "1\t2\t3\t4\t1e9\t0");
+    write_text(folder / "empty.dat", good);
+    write_text(folder / "object.dat", object);
+    expect_place(folder, "--input object.dat --background empty.dat", 0);
+    EXPECT_TRUE(std::isnan(parse_unified(object, "f").resistances.front()));
+  }
   const UnifiedFile file = parse_unified(good, "f");
   EXPECT_NEAR(file.sensor.sheet->unit_mm(), 100, 1e-6);
   EXPECT_EQ(file.sensor.channels(), 208);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/errors.h"
+#include "forward/data/sheet_model.h"
 #include "forward/fem/forward_model.h"
 #include "solvers/linear/masked_inverse.h"
 #include "tests/solvers/solver_testing.h"
@@ -34,6 +35,21 @@ TEST_P(EveryPrior, SolvesTheNormalEquations) {
                          (jacobian.transpose() * changes.transpose()).norm();
     EXPECT_LT(gradient.norm(), 1e-11 * scale) << "lambda " << lambda;
   }
+}
+
+TEST_P(EveryPrior, SolvesTheNormalEquationsOfManyChannels) {
+  Sensor sensor;
+  sensor.electrode_count = 40;  // 740 pairs, more than are left to the singular value decomposition
+  sensor.image_grid = 12;
+  const Eigen::MatrixXd jacobian = uniform_jacobian(sensor);
+  const Eigen::MatrixXd prior = prior_matrix(GetParam(), jacobian);
+  const Frames changes = (jacobian * Eigen::VectorXd::LinSpaced(144, -1, 2)).transpose();
+  const double lambda = 0.05;
+  const Eigen::MatrixXd x = images(changes, lambda, sensor).transpose();
+  const Eigen::MatrixXd data = jacobian.transpose() * changes.transpose();
+  const Eigen::MatrixXd gradient =
+      jacobian.transpose() * (jacobian * x) - data + lambda * lambda * (prior * x);
+  EXPECT_LT(gradient.norm(), 1e-9 * data.norm());
 }
 
 TEST_P(EveryPrior, FittedVoltagesApproachTheDataAsLambdaFalls) {
