@@ -35,6 +35,11 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool
       throw InputError(file.string() + ": is not the file of a fitted solver");
     }
     type = in.read_text("/", "solver");
+    if (type == "lmmse" && parameters_of_fit(in).value("components", 1) > 1) {
+      throw InputError(file.string() +
+                       ": an lmmse of several components weighs their estimates anew in each "
+                       "frame, which layers cannot do; export one of \"components\": 1");
+    }
     const json said = json_attribute(in, "sensor");
     sensor = sensor_from_json(JsonObject(said, file.string(), "/sensor"));
   }
@@ -48,11 +53,6 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool
   const auto* const told = checked ? checked->inner_as<ToldSolver>() : nullptr;
   try {
     const std::optional<LayerList> list = layered ? layered->layers() : std::nullopt;
-    if (!list && type == "lmmse") {
-      throw InputError(
-          "an lmmse of several components weighs their estimates anew in each frame, which layers "
-          "cannot do; export one of \"components\": 1, or a network");
-    }
     if (!list) {
       throw InputError(type + " has no layers that could be exported; take a linear method " +
                        "or a network");
