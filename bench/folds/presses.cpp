@@ -442,6 +442,7 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
     StudySection& section = study.sections.back();
     section.part = "_" + std::filesystem::path(name).stem().string();
     section.subject = ", " + name;
+    for (StudyFigure& figure : section.figures) figure.part = section.part + figure.part;
     section.report.title = "Presses on " + name;
   }
   return study;
