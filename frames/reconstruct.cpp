@@ -56,8 +56,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t streamed_frames = 1024;
-constexpr Eigen::Index most_written = written_contacts[0];
-constexpr Eigen::Index contact_columns = written_contacts[1];
+constexpr Eigen::Index most_written = written_contacts[0], contact_columns = written_contacts[1];
 
 }  // namespace
 

@@ -42,9 +42,8 @@ ExitCode publish(const PublishArguments& arguments) {
       continue;
     }
     SolverRegistry registry;
-    const Experiment experiment =
-        read_experiment(experiment_file(name, project), registry, chart_types(), SolverCheck::all,
-                        arguments.set);
+    const Experiment experiment = read_experiment(experiment_file(name, project), registry,
+                                                  chart_types(), SolverCheck::all, arguments.set);
     warn_of_slow_trainings(experiment, cache);
     failures += publish_experiment(experiment, project, cache, arguments.jobs);
     std::printf("published %s in %s\n", experiment.name.c_str(),

@@ -394,11 +394,10 @@ StudySection section_of(const std::shared_ptr<const PressResults>& results, cons
                            " is read from the contact's strength, in which the targets are linear.";
   }
   const auto& levels = results->solvers.front().levels;
-  if (levels.size() > 1) section.report.tables.push_back(levels_table(*results));
-  section.report.tables.push_back(
-      errors_table(*results, division.strength_name, levels.back().presses));
-  if (TableSection parts = parts_table(*results); !parts.rows.empty())
-    section.report.tables.push_back(parts);
+  auto& tables = section.report.tables;
+  if (levels.size() > 1) tables.push_back(levels_table(*results));
+  tables.push_back(errors_table(*results, division.strength_name, levels.back().presses));
+  if (TableSection parts = parts_table(*results); !parts.rows.empty()) tables.push_back(parts);
   section.figures = {
       {"_curve", "Error by the number of presses",
        "mean localisation error on presses that were not learned from", "",
@@ -441,6 +440,7 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
     study.numbers["skins"][name] = add(skin, s * folds.count, (s + 1) * folds.count, name);
     StudySection& section = study.sections.back();
     section.part = "_" + std::filesystem::path(name).stem().string();
+    for (StudyFigure& figure : section.figures) figure.part = section.part + figure.part;
     section.subject = ", " + name;
     section.report.title = "Presses on " + name;
   }

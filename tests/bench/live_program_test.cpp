@@ -5,9 +5,11 @@
 #include <stdlib.h>
 #include <sys/socket.h>
 
+#include <random>
 #include <thread>
 
 #include "core/statistics.h"
+#include "forward/border/border_model.h"
 #include "forward/sheet/sensor.h"
 #include "tests/bench/live_testing.h"
 
@@ -209,6 +211,41 @@ TEST(LiveProgram, TheFirstFramesMayBeTheReference) {
     }
   }
   EXPECT_LT(largest[0], 1e-9 * largest[1]);
+}
+
+TEST(LiveProgram, ContactsTakeTheirNoiseFromTheFirstFrames) {
+  const TemporaryFolder folder("live");
+  write_text(folder / "contacts.json", R"({"type": "contacts"})");
+  const Sensor sensor;
+  const BorderModel model(sensor);
+  Contact disc;
+  disc.centre = {0.35, -0.2};
+  disc.half_size = {0.15, 0.15};
+  disc.conductivity_ratio = 0.4;
+  const Eigen::VectorXd& reference = model.reference_voltages();
+  const Eigen::VectorXd touched = reference + model.solve_at({{disc}}, 1).change;
+  RunningProgram program(folder.path(), {"live", "--solver", "contacts.json", "--input", "-",
+                                         "--background", "20", "--lossless"});
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 1e-4 * reference.cwiseAbs().mean());
+  for (int f = 0; f < 22; ++f) {
+    std::string line;
+    for (const double value : f == 20 ? touched : reference) {
+      line += (line.empty() ? "" : ",") + json(value + noise(random)).dump();
+    }
+    program.write(line + "\n");
+  }
+  program.close_input();
+  const std::vector<json> answers = answers_of(program.lines());
+  EXPECT_EQ(program.exit_code(), 0) << program.errors();
+  ASSERT_EQ(answers.size(), 2u);
+  ASSERT_EQ(answers[0].at("contacts").size(), 1u);
+  const json& contact = answers[0].at("contacts")[0];
+  const double mm = sensor.sheet->unit_mm();
+  EXPECT_NEAR(contact.at("x_mm").get<double>(), 0.35 * mm, 0.02 * mm);
+  EXPECT_NEAR(contact.at("y_mm").get<double>(), -0.2 * mm, 0.02 * mm);
+  EXPECT_EQ(answers[0].at("status"), "ok");
+  EXPECT_TRUE(answers[1].at("contacts").empty());
 }
 
 TEST(LiveProgram, UnitsAndOrdersAreDeclaredAndCheckedAsByReconstruct) {

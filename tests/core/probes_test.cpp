@@ -106,7 +106,9 @@ TEST(Kept, WhatTookLongIsReadTheNextTimeAndADamagedFileIsNot) {
     std::this_thread::sleep_for(std::chrono::milliseconds(400));
     return Eigen::MatrixXd(Eigen::MatrixXd::Constant(2, 3, ++computed));
   };
-  const auto another = [&] { kept_matrix("test", "another", [] { return Eigen::MatrixXd(1, 1); }); };
+  const auto another = [&] {
+    kept_matrix("test", "another", [] { return Eigen::MatrixXd(1, 1); });
+  };
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(kept_matrix("test", "recipe", slowly), Eigen::MatrixXd::Constant(2, 3, 1));
     another();  // takes the place in memory, and is too fast to be kept
