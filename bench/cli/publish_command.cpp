@@ -53,6 +53,7 @@ Action add_publish(CLI::App& command) {
   const auto arguments = std::make_shared<PublishArguments>();
   command.add_option("experiments", arguments->experiments, "EXPERIMENT.json or its name ...");
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
+  add_device(command);
   command
       .add_flag("--pages", arguments->pages, "Render the pages alone, of the results that exist")
       ->excludes(command.get_option("experiments"));
