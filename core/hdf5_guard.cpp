@@ -110,7 +110,7 @@ void add_number(Checksum& checksum, std::uint64_t number) {
 /// Names of all datasets, sorted.
 std::vector<std::string> datasets_of(hid_t file) {
   std::vector<std::string> names;
-  const auto note = [](hid_t, const char* name, const H5O_info_t* info, void* out) -> herr_t {
+  const auto note = [](hid_t, const char* name, const auto* info, void* out) -> herr_t {
     if (info->type == H5O_TYPE_DATASET)
       static_cast<std::vector<std::string>*>(out)->push_back(name);
     return 0;

@@ -109,6 +109,15 @@ void refuse_empty_values(CLI::App& command) {
   }
 }
 
+void add_device(CLI::App& command) {
+  command
+      .add_option_function<std::string>(
+          "--device", [](const std::string& name) { ::setenv("ERTBENCH_DEVICE", name.c_str(), 1); },
+          "That networks are trained on (default: auto, CUDA where there is\n"
+          "one); images are made and timed on the CPU")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}));
+}
+
 namespace {
 
 bool is_trained_in_bfloat16(const SolverEntry& entry) {

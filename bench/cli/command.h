@@ -58,6 +58,10 @@ void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions
 /// Refuses empty values of all options that have been added: those of unset shell variables.
 void refuse_empty_values(CLI::App& command);
 
+/// `--device`: what the "device" of trainings is where a solver leaves it at "auto". It is passed
+/// on to the trials by the environment (ERTBENCH_DEVICE).
+void add_device(CLI::App& command);
+
 /// The overrides (`--set`) that have the experiment's networks trained in `precision` ("float32")
 /// where its file has them trained in bfloat16: "/solvers/13/precision=float32".
 std::vector<std::string> precision_overrides(const Experiment& experiment,

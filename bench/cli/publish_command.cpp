@@ -61,6 +61,7 @@ Action add_publish(CLI::App& command) {
   command.add_option("--jobs", arguments->jobs, "As of run")->check(CLI::Range(1, 256));
   command.add_option("--set", arguments->set, "As of run, for files that are elsewhere")
       ->allow_extra_args(false);
+  add_device(command);
   command
       .add_flag("--pages", arguments->pages, "Render the pages alone, of the results that exist")
       ->excludes(command.get_option("experiments"));

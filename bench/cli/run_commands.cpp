@@ -192,6 +192,7 @@ Action add_run(CLI::App& command) {
                   "float32: train in it what the file trains in bfloat16, where the\n"
                   "processor has no AVX512-BF16; other networks than the file's")
       ->check(CLI::IsMember({"float32"}));
+  add_device(command);
   command.add_flag("--fresh", arguments->fresh, "Fit and measure again what is finished already");
   command.add_flag("--rebuild-stale", arguments->rebuild_stale,
                    "Make again what another build of the program made, even where nothing\n"

@@ -61,6 +61,7 @@ DatasetFile Cache::open_dataset(const DatasetSpec& spec) const {
 nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
   nlohmann::json solver = *recipe.entry.spec;
   solver.erase("label");
+  solver.erase("device");  // it changes a network by rounding alone, as the number of threads
   for (const std::string& name : recipe.entry.inference_parameters) solver.erase(name);
   nlohmann::json key = {{"format_version", solver_file_version},
                         {"solver", solver},

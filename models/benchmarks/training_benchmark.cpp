@@ -25,7 +25,7 @@ struct Training {
       : bfloat16(reduced),
         network(kind.network()),
         objective(kind.objective(reduced)),
-        optimiser(network->parameters()),
+        optimiser(std::vector<Adam::Group>{network->parameters()}),
         frames(torch::randn({batch, Sensor{}.channels()})),
         truths((torch::rand({batch, 1, 24, 24}) > 0.9).to(torch::kFloat32) * 0.4),
         terms(objective->terms().size()) {
@@ -49,7 +49,7 @@ struct Training {
   bool bfloat16;
   std::shared_ptr<Network> network;
   std::unique_ptr<Objective> objective;
-  torch::optim::Adam optimiser;
+  Adam optimiser;
   torch::Tensor frames;
   torch::Tensor truths;
   std::vector<double> terms;

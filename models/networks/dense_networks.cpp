@@ -208,13 +208,14 @@ Dcnn::Dcnn(const Sensor& sensor, const std::array<int, 3>& widths)
 }
 
 torch::Tensor Dcnn::forward(const torch::Tensor& frames) {
+  source_ = source_.to(frames.device());
   const torch::Tensor with_none =
       nn::functional::pad(frames, nn::functional::PadFuncOptions({0, 1}));
   return layers_->forward(with_none.index_select(1, source_).view({-1, 1, drives_, measurements_}));
 }
 
 std::unique_ptr<InferencePlan> Dcnn::plan(PlanBuilder plan) const {
-  const torch::Tensor order = source_.contiguous();
+  const torch::Tensor order = source_.cpu().contiguous();
   const std::int64_t* first = order.data_ptr<std::int64_t>();
   std::vector<int> sources;
   for (std::int64_t i = 0; i < order.numel(); ++i) {

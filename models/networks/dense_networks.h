@@ -67,7 +67,8 @@ class Dcnn final : public Network {
 
  private:
   torch::nn::Sequential layers_;
-  torch::Tensor source_;  ///< [map] channel of each element; one past the last channel: none
+  torch::Tensor source_;  ///< [map] channel of each element; one past the last channel: none; on
+                          ///< the device of the last frames
   int channels_;
   int drives_;
   int measurements_;

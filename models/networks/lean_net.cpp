@@ -93,7 +93,8 @@ torch::Tensor LeanNet::blocks(nn::Sequential& convolutions, torch::Tensor maps) 
   return maps;
 }
 
-torch::Tensor LeanNet::means_of_pairs(const torch::Tensor& frames) const {
+torch::Tensor LeanNet::means_of_pairs(const torch::Tensor& frames) {
+  pairs_ = pairs_.to(frames.device());
   return (frames.index_select(1, pairs_.select(1, 0)) +
           frames.index_select(1, pairs_.select(1, 1))) /
          2;
@@ -141,7 +142,7 @@ std::unique_ptr<InferencePlan> LeanNet::plan(PlanBuilder plan) const {
     return maps;
   };
   std::vector<int> pairs;
-  const torch::Tensor order = pairs_.contiguous();
+  const torch::Tensor order = pairs_.cpu().contiguous();
   for (std::int64_t i = 0; i < order.numel(); ++i) {
     pairs.push_back(static_cast<int>(order.data_ptr<std::int64_t>()[i]));
   }

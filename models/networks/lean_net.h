@@ -44,7 +44,7 @@ class LeanNet final : public Network {
 
   /// Input of the dense layer: means of reciprocal pairs and what is told beside them,
   /// [frames, channels + told] -> [frames, pairs + told].
-  torch::Tensor means_of_pairs(const torch::Tensor& frames) const;
+  torch::Tensor means_of_pairs(const torch::Tensor& frames);
   /// Sets the image of the dense layer to weights [pixels, pairs] times these plus bias [pixels].
   void set_first_image(const torch::Tensor& weights, const torch::Tensor& bias);
 
@@ -57,7 +57,7 @@ class LeanNet final : public Network {
   int inputs_;  ///< channels, and what is told
   int rows_;    ///< of the maps at half the resolution
   int columns_;
-  torch::Tensor pairs_;  ///< [pairs + told, 2] inputs
+  torch::Tensor pairs_;  ///< [pairs + told, 2] inputs, on the device of the last frames
   torch::nn::Linear start_;
   torch::nn::Sequential encode_;
   torch::nn::Sequential encode_blocks_;

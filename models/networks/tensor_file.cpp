@@ -62,7 +62,7 @@ std::vector<std::uint64_t> shape_of(const torch::Tensor& tensor) {
 void write_tensor(Hdf5File& file, const std::string& dataset, const torch::Tensor& values) {
   const std::vector<std::uint64_t> shape = shape_of(values);
   file.create_dataset(dataset, shape, number_of(values));
-  const torch::Tensor wide = values.detach().to(torch::kFloat64).contiguous();
+  const torch::Tensor wide = values.detach().cpu().to(torch::kFloat64).contiguous();
   const auto rows = static_cast<Eigen::Index>(shape[0]);
   file.write_rows(dataset, 0,
                   Eigen::Map<const RowMajorMatrix>(wide.data_ptr<double>(), rows,

@@ -8,11 +8,16 @@
 #include <malloc.h>
 #include <omp.h>
 #include <spdlog/spdlog.h>
+#include <torch/cuda.h>
 #include <torch/version.h>
 
+#include <cstdlib>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+
+#include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -83,16 +88,46 @@ OneThread::~OneThread() {
   if (before_ != 1) omp_set_num_threads(before_);
 }
 
-ReducedPrecision::ReducedPrecision(bool enabled) : enabled_(enabled) {
-  if (!enabled_) return;
-  at::autocast::set_autocast_cpu_dtype(at::kBFloat16);
-  at::autocast::set_cpu_enabled(true);
+c10::Device training_device(const std::string& name) {
+  const char* const preferred = std::getenv("ERTBENCH_DEVICE");
+  const std::string wanted = name == "auto" && preferred && *preferred ? preferred : name;
+  const bool has_cuda = torch::cuda::is_available();
+  if (wanted == "cpu" || (wanted == "auto" && !has_cuda)) return c10::kCPU;
+  if (wanted != "cuda" && wanted != "auto") {
+    throw InputError("ERTBENCH_DEVICE: must be auto, cpu or cuda, not " + printable(wanted));
+  }
+  if (!has_cuda) {
+    throw InputError(std::string("device \"cuda\": ") +
+                     (at::hasCUDA() ? "libtorch finds no GPU; see whether nvidia-smi does"
+                                    : "this libtorch (" TORCH_VERSION ") was built without CUDA; "
+                                      "build with PyTorch's (docs/solver.md)") +
+                     ", or train on \"cpu\"");
+  }
+  at::globalContext().setAllowTF32CuDNN(false);
+  at::globalContext().setBenchmarkCuDNN(true);
+  return c10::kCUDA;
+}
+
+ReducedPrecision::ReducedPrecision(bool enabled, c10::Device device)
+    : enabled_(enabled), device_(device) {
+  if (enabled_) set(true);
 }
 
 ReducedPrecision::~ReducedPrecision() {
   if (!enabled_) return;
   at::autocast::clear_cache();  // weights that were rounded; the next step changes them
-  at::autocast::set_cpu_enabled(false);
+  set(false);
+}
+
+void ReducedPrecision::set(bool reduced) const {
+#if TORCH_VERSION_MAJOR > 2 || (TORCH_VERSION_MAJOR == 2 && TORCH_VERSION_MINOR >= 4)
+  at::autocast::set_autocast_dtype(device_.type(), at::kBFloat16);
+  at::autocast::set_autocast_enabled(device_.type(), reduced);
+#else
+  at::autocast::set_autocast_cpu_dtype(at::kBFloat16);
+  at::autocast::set_autocast_gpu_dtype(at::kBFloat16);
+  device_.is_cuda() ? at::autocast::set_enabled(reduced) : at::autocast::set_cpu_enabled(reduced);
+#endif
 }
 
 }  // namespace ertbench

@@ -158,7 +158,9 @@ void LearnedSolver::fit(const FitInput& input) {
                      ": /training_faults/dead_electrodes: must leave five electrodes of the " +
                      std::to_string(input.sensor.electrode_count) + " or more");
   }
-  const json runtime = start_torch(input.threads);
+  json runtime = start_torch(input.threads);
+  const torch::Device device = training_device(training_.device);
+  runtime["device"] = device.str();
   torch::manual_seed(training_.seed);
 
   standardisation_ = Standardisation::of(training);
@@ -169,9 +171,11 @@ void LearnedSolver::fit(const FitInput& input) {
   if (is_told()) front.emplace(input.sensor, FrameCheck(input, 0));
   const Front* const told = front ? &*front : nullptr;
   TrainingSet scenes(training, standardisation_, training_, told);
-  const TrainingResult result =
-      train(*network, *objective, scenes, ValidationSet(validation, standardisation_, told),
-            training_, {.folder = input.work_folder, .progress = input.progress});
+  const TrainingResult result = train(*network, *objective, scenes,
+                                      ValidationSet(validation, standardisation_, told), training_,
+                                      {.folder = input.work_folder,
+                                       .progress = input.progress,
+                                       .on = {device, input.threads, device.is_cuda()}});
   result_ = to_json(result);
   result_["scenes"] = training.size();
   result_["runtime"] = runtime;

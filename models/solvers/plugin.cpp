@@ -27,6 +27,10 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
       {"precision",
        "of convolutions and dense layers in training: \"float32\" (the default) or \"bfloat16\", "
        "two to three times faster with AVX512-BF16"},
+      {"device",
+       "that it is trained on: \"cpu\", \"cuda\" or \"auto\", CUDA where there is one (the "
+       "default; "
+       "`--device` sets what auto means); images are made on the CPU"},
       {"symmetries", "whether scenes are turned by the sensor's symmetries; default true"},
       {"new_scenes", "whether every epoch draws scenes of its own; default false"},
       {"patience", "epochs without a better validation error before the training ends; default 20"},
@@ -94,6 +98,9 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
         "\"minimax\" (B4; the default), \"non-saturating\" or \"least-squares\""},
        {"discriminator_rate",
         "learning rate of the discriminator over that of the generator, > 0; default 0.1"},
+       {"adversarial_every",
+        "steps from one move of the game to the next, whose term then weighs as many times more; "
+        "default 1"},
        {"spectral_norm",
         "whether the discriminator's convolutions are divided by their largest singular values "
         "(Miyato et al. 2018), in place of batch normalisation; default false"},

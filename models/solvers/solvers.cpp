@@ -91,6 +91,7 @@ void DdErtSolver::visit(Fields& fields) {
   fields.integers("discriminator_widths", a.discriminator_widths, {1, 4096});
   // Written where they are on: files of older networks have none of them.
   const bool all = !fields.writing();
+  if (all || a.every > 1) fields.integer("adversarial_every", a.every, 1, 1000);
   if (all || a.spectral_norm) fields.boolean("spectral_norm", a.spectral_norm);
   if (all || a.instance_noise > 0) fields.number("instance_noise", a.instance_noise, {0, 10});
   if (all || a.label_smoothing > 0) fields.number("label_smoothing", a.label_smoothing, {0, 0.49});

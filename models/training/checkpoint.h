@@ -1,31 +1,21 @@
 #pragma once
 
-#include <torch/optim/adam.h>
-#include <torch/optim/optimizer.h>
-
 #include <filesystem>
 #include <vector>
 
 #include "core/arrays.h"
 #include "models/networks/network.h"
 #include "models/networks/tensor_file.h"
+#include "models/training/adam.h"
 #include "models/training/trainer.h"
 
 namespace ertbench {
 
 /// Groups of parameters: all others first, then Network::slow_parameters.
-std::vector<torch::optim::OptimizerParamGroup> parameter_groups(const Network& network);
+std::vector<Adam::Group> parameter_groups(const Network& network);
 
 /// Makes batch normalisation use the running statistics from now on, not those of the batch.
 void freeze_statistics(Network& network);
-
-/// State of Adam by parameter, numbered through its groups: "0.steps", and "0.mean" and
-/// "0.mean_square" of the gradient. A parameter without a step has zeros, which leave its first
-/// step unchanged. Deep copies.
-NamedTensors state_of(const torch::optim::Adam& optimiser);
-
-/// Restores `state`, in the order of state_of for an optimiser of the same parameters.
-void set_state(torch::optim::Adam& optimiser, const NamedTensors& state);
 
 /// Complete state of a training after an epoch.
 struct Checkpoint {
@@ -33,7 +23,7 @@ struct Checkpoint {
   RowMajorMatrix log;      ///< [epochs, columns] of training.csv
   NamedTensors network;    ///< weights
   NamedTensors best;       ///< weights of the best epoch
-  NamedTensors optimiser;  ///< adam_state.h
+  NamedTensors optimiser;  ///< Adam::state
   NamedTensors objective;  ///< Objective::state
 };
 

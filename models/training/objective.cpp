@@ -8,7 +8,6 @@
 
 #include "core/random.h"
 #include "models/networks/torch_runtime.h"
-#include "models/training/checkpoint.h"
 
 namespace ertbench {
 
@@ -95,7 +94,7 @@ void InstanceNoise::begin_step(std::uint64_t step, std::uint64_t steps) {
 
 torch::Tensor InstanceNoise::add_to(const torch::Tensor& images) {
   if (deviation_ == 0) return images;
-  return images + deviation_ * torch::randn(images.sizes(), generator_, images.options());
+  return images + deviation_ * torch::randn(images.sizes(), generator_).to(images.device());
 }
 
 namespace {
@@ -125,8 +124,11 @@ AdversarialObjective::AdversarialObjective(const AdversarialSettings& settings)
     : settings_(settings), noise_(settings.instance_noise, settings.seed) {
   if (settings_.alpha == 0) return;
   discriminator_ = PatchDiscriminator(settings_.discriminator_widths, settings_.spectral_norm);
-  optimiser_ = std::make_unique<torch::optim::Adam>(
-      discriminator_->parameters(), torch::optim::AdamOptions().betas({0.5, 0.999}));
+  optimiser_ = std::make_unique<Adam>(std::vector<Adam::Group>{discriminator_->parameters()}, 0.5);
+}
+
+void AdversarialObjective::to(torch::Device device) {
+  if (discriminator_) discriminator_->to(device);
 }
 
 std::vector<std::string> AdversarialObjective::terms() const {
@@ -138,7 +140,7 @@ std::vector<std::string> AdversarialObjective::terms() const {
 }
 
 torch::Tensor AdversarialObjective::odds(const torch::Tensor& images) {
-  const ReducedPrecision precision(settings_.bfloat16);
+  const ReducedPrecision precision(settings_.bfloat16, images.device());
   return discriminator_->forward(noise_.add_to(images)).to(torch::kFloat32);
 }
 
@@ -171,11 +173,17 @@ torch::Tensor AdversarialObjective::loss(const torch::Tensor& images, const torc
       settings_.squared_content ? F::mse_loss(images, truths) : F::l1_loss(images, truths);
   terms.assign(optimiser_ ? right_images_term + 1 : discriminator_term + 1, 0.0);
   terms[content_term] = total.item<double>();
-  if (optimiser_) {
+  if (optimiser_ && plays_) {
     train_discriminator(images, truths, terms);
     const torch::Tensor adversarial = generator_loss(settings_.form, odds(images));
     terms[adversarial_term] = adversarial.item<double>();
-    total = total + settings_.alpha * adversarial;
+    total = total + settings_.every * settings_.alpha * adversarial;
+    played_ = torch::tensor(terms).to(torch::kFloat32);
+  } else if (optimiser_) {  // the log goes on with the last move
+    for (const Term term :
+         {adversarial_term, discriminator_term, right_truths_term, right_images_term}) {
+      terms[term] = played_[term].item<double>();
+    }
   }
   if (settings_.beta != 0) {
     const torch::Tensor mask = mask_loss(images, truths, settings_.mask_threshold);
@@ -187,13 +195,12 @@ torch::Tensor AdversarialObjective::loss(const torch::Tensor& images, const torc
 
 void AdversarialObjective::begin_step(std::uint64_t step, std::uint64_t steps) {
   noise_.begin_step(step, steps);
+  plays_ = step % static_cast<std::uint64_t>(settings_.every) == 0;
 }
 
 void AdversarialObjective::set_learning_rate(double learning_rate) {
   if (!optimiser_) return;
-  for (auto& group : optimiser_->param_groups()) {
-    group.options().set_lr(settings_.discriminator_rate * learning_rate);
-  }
+  optimiser_->set_rate(0, settings_.discriminator_rate * learning_rate);
 }
 
 std::optional<std::string> AdversarialObjective::collapse() {
@@ -207,7 +214,8 @@ NamedTensors AdversarialObjective::state() const {
   NamedTensors all;
   if (!optimiser_) return all;
   append(all, "discriminator.", weights_of(*discriminator_));
-  append(all, "optimiser.", state_of(*optimiser_));
+  append(all, "optimiser.", optimiser_->state());
+  if (settings_.every > 1) all.push_back({"played", played_});
   return all;
 }
 
@@ -215,8 +223,10 @@ void AdversarialObjective::set_state(const NamedTensors& state) {
   if (!optimiser_) return;
   const NamedTensors weights = weights_of(*discriminator_);
   copy_values(state, weights);
-  ertbench::set_state(*optimiser_,
-                      {state.begin() + static_cast<std::ptrdiff_t>(weights.size()), state.end()});
+  const auto first = state.begin() + static_cast<std::ptrdiff_t>(weights.size());
+  const auto last = state.end() - (settings_.every > 1);
+  optimiser_->set_state({first, last});
+  if (last != state.end()) played_ = last->values;
 }
 
 }  // namespace ertbench

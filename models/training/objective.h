@@ -1,6 +1,5 @@
 #pragma once
 
-#include <torch/optim/adam.h>
 #include <torch/types.h>
 
 #include <array>
@@ -13,6 +12,7 @@
 #include "forward/sheet/sensor.h"
 #include "models/networks/dd_ert_generator.h"
 #include "models/networks/tensor_file.h"
+#include "models/training/adam.h"
 
 namespace ertbench {
 
@@ -23,6 +23,11 @@ torch::Tensor sheet_mask(const Sensor& sensor);
 /// Sets pixels off the sheet to zero; unchanged if `mask` is undefined.
 inline torch::Tensor masked(const torch::Tensor& images, const torch::Tensor& mask) {
   return mask.defined() ? images * mask : images;
+}
+
+/// An undefined tensor stays undefined.
+inline torch::Tensor on_device(const torch::Tensor& tensor, torch::Device device) {
+  return tensor.defined() ? tensor.to(device) : tensor;
 }
 
 /// How discriminator and generator oppose each other.
@@ -50,6 +55,9 @@ torch::Tensor mask_loss(const torch::Tensor& images, const torch::Tensor& truths
 class Objective {
  public:
   virtual ~Objective() = default;
+
+  /// Moves it to the device of the network, before the first step.
+  virtual void to(torch::Device) {}
 
   /// Names of the parts of the loss, the columns of the log.
   virtual std::vector<std::string> terms() const { return {}; }
@@ -92,6 +100,8 @@ class SquaredError final : public Objective {
   torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
                      std::vector<double>& terms) override;
 
+  void to(torch::Device device) override { blur_ = on_device(blur_, device); }
+
  private:
   torch::Tensor blur_;
 };
@@ -131,8 +141,11 @@ struct AdversarialSettings {
   double instance_noise = 0;        ///< y; standard deviation at the first step (InstanceNoise)
   double label_smoothing = 0;       ///< one-sided: truths are labelled 1 - this, below 0.5
   std::uint64_t seed = 1;           ///< of the instance noise
-  double mask_threshold = 0.05;     ///< y from which a pixel belongs to a contact
-  bool bfloat16 = false;            ///< the discriminator's precision (ReducedPrecision)
+  /// The game is played in every such step, its term then with this times alpha (lazy, as the
+  /// regularisation of Karras et al. 2020): it costs more than all of the generator.
+  int every = 1;
+  double mask_threshold = 0.05;  ///< y from which a pixel belongs to a contact
+  bool bfloat16 = false;         ///< the discriminator's precision (ReducedPrecision)
 };
 
 /// DD-ERT's loss with its discriminator, which takes one step of its own for each batch and then
@@ -148,6 +161,7 @@ class AdversarialObjective final : public Objective {
   explicit AdversarialObjective(const AdversarialSettings& settings);
 
   std::vector<std::string> terms() const override;
+  void to(torch::Device device) override;
   torch::Tensor loss(const torch::Tensor& images, const torch::Tensor& truths,
                      std::vector<double>& terms) override;
   void begin_step(std::uint64_t step, std::uint64_t steps) override;
@@ -165,7 +179,9 @@ class AdversarialObjective final : public Objective {
   AdversarialSettings settings_;
   InstanceNoise noise_;
   PatchDiscriminator discriminator_{nullptr};  ///< null where alpha is 0
-  std::unique_ptr<torch::optim::Adam> optimiser_;
+  std::unique_ptr<Adam> optimiser_;
+  torch::Tensor played_ = torch::zeros({6});  ///< the terms of the last move
+  bool plays_ = true;                         ///< in this step
   double largest_spread_ = 0;  ///< largest range of log-odds in a batch of this epoch
 };
 

@@ -1,7 +1,6 @@
 #include "models/training/trainer.h"
 
 #include <spdlog/spdlog.h>
-#include <torch/optim/adam.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +13,8 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "models/networks/torch_runtime.h"
+#include "models/training/adam.h"
+#include "models/training/batch_stream.h"
 #include "models/training/checkpoint.h"
 #include "models/training/objective.h"
 
@@ -130,6 +131,7 @@ class Training {
         outlet_(outlet),
         batch_(std::min<std::uint64_t>(static_cast<std::uint64_t>(settings.batch), scenes.size())),
         steps_per_epoch_(scenes.size() / batch_),
+        mask_(on_device(scenes.mask(), outlet.on.device)),
         optimiser_(parameter_groups(network)),
         log_(log_columns(objective)) {
     result_.validation_error = std::numeric_limits<double>::infinity();
@@ -165,8 +167,8 @@ class Training {
   double set_learning_rate(std::uint64_t step) {
     const double rate = settings_.one_cycle ? one_cycle_rate(settings_.learning_rate, step, steps())
                                             : settings_.learning_rate;
-    optimiser_.param_groups()[0].options().set_lr(rate);
-    optimiser_.param_groups()[1].options().set_lr(rate * settings_.slow_rate);
+    optimiser_.set_rate(0, rate);
+    optimiser_.set_rate(1, rate * settings_.slow_rate);
     objective_.set_learning_rate(rate);
     return rate;
   }
@@ -185,7 +187,7 @@ class Training {
   }
 
   torch::Tensor images_of(const torch::Tensor& frames) {
-    const ReducedPrecision precision(settings_.bfloat16);
+    const ReducedPrecision precision(settings_.bfloat16, outlet_.on.device);
     return network_.forward(frames).to(torch::kFloat32);
   }
 
@@ -199,15 +201,16 @@ class Training {
     double rate = 0;
     const auto frozen_from = static_cast<std::uint64_t>(
         settings_.freeze_statistics * settings_.epochs * static_cast<double>(steps_per_epoch_));
+    BatchStream batches(scenes_, batch_, steps_per_epoch_, outlet_.on);
     for (std::uint64_t i = 0; i < steps_per_epoch_; ++i) {
       const std::uint64_t step = number * steps_per_epoch_ + i;
       rate = set_learning_rate(step);
       objective_.begin_step(step, steps());
       if (step >= frozen_from) freeze_statistics(network_);
-      const TrainingBatch batch = scenes_.batch(i * batch_, batch_);
+      const TrainingBatch batch = batches.next();
       std::vector<double> terms(objective_.terms().size());
       const torch::Tensor loss =
-          objective_.loss(masked(images_of(batch.frames), scenes_.mask()), batch.truths, terms);
+          objective_.loss(masked(images_of(batch.frames), mask_), batch.truths, terms);
       const double value = loss.item<double>();
       if (!std::isfinite(value)) {
         set_status("diverged", "the loss is not finite in epoch " + std::to_string(number + 1) +
@@ -226,7 +229,7 @@ class Training {
   }
 
   void finish_epoch(const std::vector<double>& sums, double rate, const Stopwatch& watch) {
-    const ValidationSet::Score score = validation_.score(network_);
+    const ValidationSet::Score score = validation_.score(network_, outlet_.on.device);
     ++result_.epochs;
     judge(score);
     if (score.error < result_.validation_error) {
@@ -263,7 +266,7 @@ class Training {
             .log = log_.rows(),
             .network = weights_of(network_),
             .best = best_,
-            .optimiser = state_of(optimiser_),
+            .optimiser = optimiser_.state(),
             .objective = objective_.state()};
   }
 
@@ -292,7 +295,7 @@ class Training {
     log_.set_rows(found.log);
     copy_values(found.network, weights_of(network_));
     best_ = std::move(found.best);
-    set_state(optimiser_, found.optimiser);
+    optimiser_.set_state(found.optimiser);
     objective_.set_state(found.objective);
   }
 
@@ -312,7 +315,8 @@ class Training {
   const TrainingOutlet& outlet_;
   std::uint64_t batch_;
   std::uint64_t steps_per_epoch_;
-  torch::optim::Adam optimiser_;
+  torch::Tensor mask_;  ///< see sheet_mask
+  Adam optimiser_;
   TrainingLog log_;
   TrainingResult result_;
   NamedTensors best_;  ///< weights of the best epoch; empty before the first
@@ -325,7 +329,11 @@ class Training {
 TrainingResult train(Network& network, Objective& objective, TrainingSet& scenes,
                      const ValidationSet& validation, const TrainingSettings& settings,
                      const TrainingOutlet& outlet) {
-  return Training(network, objective, scenes, validation, settings, outlet).run();
+  network.to(outlet.on.device);
+  objective.to(outlet.on.device);
+  TrainingResult result = Training(network, objective, scenes, validation, settings, outlet).run();
+  network.to(torch::kCPU);
+  return result;
 }
 
 }  // namespace ertbench

@@ -9,6 +9,7 @@
 
 #include "core/arrays.h"
 #include "models/networks/network.h"
+#include "models/training/batch_stream.h"
 #include "models/training/objective.h"
 #include "models/training/training_set.h"
 #include "solvers/solver.h"
@@ -51,19 +52,20 @@ class TrainingLog {
   std::vector<std::vector<double>> rows_;
 };
 
-/// Files and progress of a training.
+/// Files and progress of a training, and where it runs.
 struct TrainingOutlet {
   std::filesystem::path folder;       ///< training.csv, and the checkpoint while it is not done
   double checkpoint_interval_s = 10;  ///< at least between two checkpoints
   double progress_interval_s = 0.5;   ///< at least between two calls of `progress`
   std::function<void(std::uint64_t done, std::uint64_t total, const std::string& text)> progress =
       {};
+  TrainingPlace on = {};
 };
 
 /// Trains a network by Adam and leaves it with the weights of the epoch with the least validation
 /// error. Writes a checkpoint after an epoch, at most once in `checkpoint_interval_s`. A training
 /// that finds a checkpoint in its folder continues it and ends with the same weights, bit for bit,
-/// as without the interruption.
+/// as without the interruption. The network is on the CPU before and after it.
 ///
 /// The report's status is "diverged" if the loss was not finite (the best weights so far are kept),
 /// "generator collapsed" if the network gives the same image for all frames, or the objective's

@@ -13,6 +13,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/hdf5_file.h"
+#include "core/process.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/faults.h"
 #include "forward/data/fresh_scenes.h"
@@ -184,38 +185,45 @@ void TrainingSet::change_sheet(const Faults& faults, RandomStream& random,
   voltages /= 1 + faults.background_change;
 }
 
-TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count) const {
+void TrainingSet::draw(std::uint64_t place, Eigen::VectorXd& voltages, float* frame,
+                       float* truth) const {
+  RandomStream random(seed_, key_of("scene"), epoch_ * size() + place, Purpose::training);
+  const auto row = static_cast<Eigen::Index>(order_[place]);
+  const Symmetry& symmetry = symmetries_[static_cast<std::size_t>(
+      random.integer(0, static_cast<int>(symmetries_.size()) - 1))];
+  for (Eigen::Index c = 0; c < voltages.size(); ++c) {
+    voltages[c] = clean_(row, symmetry.channels[static_cast<std::size_t>(c)]);
+  }
+  RandomStream faulty(seed_, key_of("fault"), epoch_ * size() + place, Purpose::training);
+  const Faults faults = faults_ ? faults_.draw(faulty) : Faults{};
+  if (faults_.of_sheet()) change_sheet(faults, faulty, voltages);
+  Noise noise = spec_.noise;
+  if (faults_.snr_db) noise.snr_db = faulty.uniform(faults_.snr_db->first, faults_.snr_db->second);
+  add_noise(noise, reference_, random, voltages);
+  apply_faults(faults, spec_.sensor, reference_, faulty, voltages);
+  voltages -= reference_;
+  if (front_) front_->prepare(voltages.data(), frame + clean_.cols());
+  standardisation_.apply(voltages.transpose(), frame);
+  for (Eigen::Index p = 0; p < truths_.cols(); ++p) {
+    truth[p] = truths_(row, symmetry.pixels[static_cast<std::size_t>(p)]);
+  }
+}
+
+TrainingBatch TrainingSet::batch(std::uint64_t first, std::uint64_t count, int threads) const {
   const auto rows = static_cast<std::int64_t>(count);
   TrainingBatch out{
       torch::empty({rows, clean_.cols() + told_}),
       torch::empty({rows, 1, spec_.sensor.image_rows(), spec_.sensor.image_columns()})};
-  float* frame = out.frames.data_ptr<float>();
-  float* truth = out.truths.data_ptr<float>();
-  Eigen::VectorXd voltages(clean_.cols());
-  const Eigen::Index inputs = clean_.cols() + told_;
-  for (std::uint64_t i = 0; i < count; ++i, frame += inputs, truth += truths_.cols()) {
-    RandomStream random(seed_, key_of("scene"), epoch_ * size() + first + i, Purpose::training);
-    const auto row = static_cast<Eigen::Index>(order_[first + i]);
-    const Symmetry& symmetry = symmetries_[static_cast<std::size_t>(
-        random.integer(0, static_cast<int>(symmetries_.size()) - 1))];
-    for (Eigen::Index c = 0; c < voltages.size(); ++c) {
-      voltages[c] = clean_(row, symmetry.channels[static_cast<std::size_t>(c)]);
+  const auto inputs = static_cast<std::size_t>(clean_.cols() + told_);
+  const auto pixels = static_cast<std::size_t>(truths_.cols());
+  float* const frames = out.frames.data_ptr<float>();
+  float* const truths = out.truths.data_ptr<float>();
+  parallel_for(count, threads, [&](std::size_t begin, std::size_t end) {
+    Eigen::VectorXd voltages(clean_.cols());
+    for (std::size_t i = begin; i < end; ++i) {
+      draw(first + i, voltages, frames + i * inputs, truths + i * pixels);
     }
-    RandomStream faulty(seed_, key_of("fault"), epoch_ * size() + first + i, Purpose::training);
-    const Faults faults = faults_ ? faults_.draw(faulty) : Faults{};
-    if (faults_.of_sheet()) change_sheet(faults, faulty, voltages);
-    Noise noise = spec_.noise;
-    if (faults_.snr_db)
-      noise.snr_db = faulty.uniform(faults_.snr_db->first, faults_.snr_db->second);
-    add_noise(noise, reference_, random, voltages);
-    apply_faults(faults, spec_.sensor, reference_, faulty, voltages);
-    voltages -= reference_;
-    if (front_) front_->prepare(voltages.data(), frame + clean_.cols());
-    standardisation_.apply(voltages.transpose(), frame);
-    for (Eigen::Index p = 0; p < truths_.cols(); ++p) {
-      truth[p] = truths_(row, symmetry.pixels[static_cast<std::size_t>(p)]);
-    }
-  }
+  });
   return out;
 }
 
@@ -255,7 +263,7 @@ ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& sta
       y(touched, Eigen::all).cast<float>();
 }
 
-ValidationSet::Score ValidationSet::score(Network& network) const {
+ValidationSet::Score ValidationSet::score(Network& network, torch::Device device) const {
   const torch::NoGradGuard no_gradients;
   network.eval();
   Score score;
@@ -265,8 +273,9 @@ ValidationSet::Score ValidationSet::score(Network& network) const {
   for (std::int64_t first = 0; first < frames_.size(0); first += batch) {
     const std::int64_t last = std::min(first + batch, frames_.size(0));
     const torch::Tensor images =
-        masked(network.forward(frames_.slice(0, first, last)), mask_).flatten(1);
-    const torch::Tensor truths = truths_.slice(0, first, last).flatten(1);
+        masked(network.forward(frames_.slice(0, first, last).to(device)), on_device(mask_, device))
+            .flatten(1);
+    const torch::Tensor truths = truths_.slice(0, first, last).to(device).flatten(1);
     sum += ((images - truths).norm(2, 1) / truths.norm(2, 1)).sum(torch::kFloat64).item<double>();
     const torch::Tensor low = images.amin(0);
     const torch::Tensor high = images.amax(0);

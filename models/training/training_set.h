@@ -83,11 +83,14 @@ class TrainingSet {
   /// Prepares the scenes of an epoch and their order; epochs count from 0.
   void begin_epoch(std::uint64_t epoch);
   /// The scenes at [first, first + count) of the epoch's order.
-  TrainingBatch batch(std::uint64_t first, std::uint64_t count) const;
+  /// Drawn by `threads` threads; the batch does not depend on their number.
+  TrainingBatch batch(std::uint64_t first, std::uint64_t count, int threads = 1) const;
 
  private:
   using FloatRows = EpochScenes::FloatRows;
 
+  /// Draws the scene at `place` of the epoch's order. `voltages`: room for a frame.
+  void draw(std::uint64_t place, Eigen::VectorXd& voltages, float* frame, float* truth) const;
   /// Puts level, gradient and displaced electrodes into the voltages of one frame.
   void change_sheet(const Faults& faults, RandomStream& random, Eigen::VectorXd& voltages) const;
 
@@ -123,7 +126,8 @@ class ValidationSet {
   };
 
   /// Puts the network into evaluation mode.
-  Score score(Network& network) const;
+  /// `device`: that of the network.
+  Score score(Network& network, torch::Device device = torch::kCPU) const;
 
  private:
   torch::Tensor frames_;

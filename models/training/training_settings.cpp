@@ -59,6 +59,8 @@ void visit(Fields& fields, TrainingSettings& settings) {
   fields.number("slow_rate", settings.slow_rate, {0, 1});
   fields.number("freeze_statistics", settings.freeze_statistics, {0, 1});
   fields.choice("precision", settings.bfloat16, {{"float32", false}, {"bfloat16", true}});
+  // Not written: as the number of threads, it changes a network by rounding alone.
+  if (!fields.writing()) fields.name("device", settings.device, {"auto", "cpu", "cuda"});
   fields.boolean("symmetries", settings.symmetries);
   fields.boolean("new_scenes", settings.new_scenes);
   fields.integer("patience", settings.patience, 1, 100000);

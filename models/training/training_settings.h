@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "forward/data/faults.h"
@@ -52,16 +53,18 @@ struct TrainingSettings {
   /// Share of the steps after which batch normalisation stops looking at the batch and uses the
   /// statistics gathered so far, as it will when images are made.
   double freeze_statistics = 0.6;
-  bool bfloat16 = false;       ///< compute in bfloat16 (ReducedPrecision), else float32
-  bool symmetries = true;      ///< turn scenes by the symmetries of the sensor
-  bool new_scenes = false;     ///< draw new scenes for every epoch
-  int patience = 20;           ///< epochs without a better validation error before it ends early
-  TrainingFaults faults = {};  ///< put into the frames, besides fresh noise
+  bool bfloat16 = false;        ///< compute in bfloat16 (ReducedPrecision), else float32
+  std::string device = "auto";  ///< training_device; the fits of all devices are one
+  bool symmetries = true;       ///< turn scenes by the symmetries of the sensor
+  bool new_scenes = false;      ///< draw new scenes for every epoch
+  int patience = 20;            ///< epochs without a better validation error before it ends early
+  TrainingFaults faults = {};   ///< put into the frames, besides fresh noise
 };
 
 /// "seed", "epochs", "batch", "learning_rate", "schedule", "slow_rate", "freeze_statistics",
-/// "precision", "symmetries", "new_scenes", "patience"; "training_faults" and "fault_share", which
-/// are written where there are any, so that networks trained without them are what they were.
+/// "precision", "device" (only read), "symmetries", "new_scenes", "patience"; "training_faults" and
+/// "fault_share", which are written where there are any, so that networks trained without them are
+/// what they were.
 void visit(Fields& fields, TrainingSettings& settings);
 
 }  // namespace ertbench

@@ -185,5 +185,32 @@ TEST(Losses, ADiscriminatorThatSaysNothingIsReported) {
   EXPECT_TRUE(objective.collapse().has_value());  // an epoch in which it never spoke
 }
 
+/// In between the loss is that without a game, and the discriminator stays as it is.
+TEST(AdversarialObjective, PlaysInEveryFourthStepWithFourTimesTheWeight) {
+  torch::manual_seed(1);
+  const torch::Tensor images = torch::rand({4, 1, 24, 24});
+  const torch::Tensor truths = torch::rand({4, 1, 24, 24});
+  AdversarialSettings settings;
+  settings.discriminator_widths = {4, 8};
+  settings.every = 4;
+  AdversarialObjective game(settings);
+  settings.alpha = 0;
+  AdversarialObjective none(settings);
+  std::vector<double> terms;
+  const double without = none.loss(images, truths, terms).item<double>();
+  double played = 0;
+  for (std::uint64_t step = 0; step < 9; ++step) {
+    SCOPED_TRACE(step);
+    const NamedTensors before = copies(game.state());
+    game.begin_step(step, 9);
+    const double loss = game.loss(images, truths, terms).item<double>();
+    const bool plays = step % 4 == 0;
+    EXPECT_NEAR(loss, without + (plays ? 4e-3 * terms[1] : 0), 1e-6);
+    EXPECT_EQ(game.state().front().values.equal(before.front().values), !plays);
+    if (plays) played = terms[1];
+    EXPECT_NEAR(terms[1], played, 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace ertbench

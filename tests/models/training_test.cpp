@@ -88,6 +88,84 @@ TEST(Training, IsTheSameBitForBit) {
   EXPECT_NE(weights_after(files, settings), first);
 }
 
+/// The way of a GPU, where batches are drawn on other threads while the network learns.
+TEST(Training, IsTheSameWhereBatchesAreDrawnAheadOfTime) {
+  const TrainingFiles files;
+  const TemporaryFolder folder;
+  SmallTraining training(files, small_settings());
+  training.run({.folder = folder / "", .on = {.threads = 3, .ahead = true}});
+  EXPECT_EQ(training.weights(), weights_after(files, small_settings()));
+}
+
+/// Settings of 32 steps at the full rate.
+TrainingSettings settings_of_32_steps() {
+  TrainingSettings settings = small_settings();
+  settings.batch = 12;  // of 96 scenes
+  settings.one_cycle = false;
+  return settings;
+}
+
+TEST(Training, OnAGpuComesToTheNetworkOfTheCpu) {
+  if (!torch::cuda::is_available()) GTEST_SKIP() << "libtorch finds no GPU";
+  const TrainingFiles files;
+  const TemporaryFolder folder;
+  SmallTraining cpu(files, settings_of_32_steps());
+  SmallTraining gpu(files, settings_of_32_steps());
+  cpu.run({.folder = folder / ""});
+  gpu.run({.folder = folder / "", .on = {training_device("cuda"), 2, true}});
+  const std::vector<double> expected = cpu.weights();
+  const std::vector<double> found = gpu.weights();
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_NEAR(found[i], expected[i], 1e-3 * std::max(1.0, std::abs(expected[i]))) << i;
+  }
+}
+
+TEST(Training, ADeviceThatIsNotThereIsAnErrorOfTheInput) {
+  EXPECT_TRUE(training_device("cpu").is_cpu());
+  ::setenv("ERTBENCH_DEVICE", "cpu", 1);
+  EXPECT_TRUE(training_device("auto").is_cpu());
+  ::setenv("ERTBENCH_DEVICE", "tpu", 1);
+  EXPECT_THAT(message_of<InputError>([] { training_device("auto"); }),
+              ::testing::HasSubstr("must be auto, cpu or cuda"));
+  ::unsetenv("ERTBENCH_DEVICE");
+  if (torch::cuda::is_available()) return;
+  EXPECT_TRUE(training_device("auto").is_cpu());
+  EXPECT_THAT(message_of<InputError>([] { training_device("cuda"); }),
+              ::testing::HasSubstr("or train on \"cpu\""));
+}
+
+/// libtorch's own Adam is the judge.
+TEST(Training, AdamIsLibtorchs) {
+  torch::manual_seed(3);
+  const auto parameters = [] {
+    return std::vector{torch::ones({3, 2}).set_requires_grad(true),
+                       torch::ones({4}).set_requires_grad(true), torch::ones({2})};
+  };
+  std::vector<torch::Tensor> ours = parameters();
+  std::vector<torch::Tensor> theirs = parameters();
+  Adam adam({{ours[0]}, {ours[1], ours[2]}}, 0.5);
+  torch::optim::Adam reference(theirs, torch::optim::AdamOptions(0.01).betas({0.5, 0.999}));
+  adam.set_rate(0, 0.01);
+  adam.set_rate(1, 0.01);
+  for (int step = 0; step < 5; ++step) {
+    const torch::Tensor a = torch::randn({3, 2});
+    const torch::Tensor b = torch::randn({4});
+    const auto loss = [&](const std::vector<torch::Tensor>& x) {
+      return (a * x[0] * x[0]).sum() + (b * x[1]).exp().sum();
+    };
+    adam.zero_grad();
+    loss(ours).backward();
+    adam.step();
+    reference.zero_grad();
+    loss(theirs).backward();
+    reference.step();
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_LT((ours[i] - theirs[i]).abs().max().item<double>(), 1e-6) << i;
+  }
+}
+
 TEST(TrainingSet, ChangesTheWholeSheetAsTold) {
   const TrainingFiles files;
   const DatasetFile& file = *files.input().training;
@@ -144,7 +222,9 @@ TEST(Training, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   lively.label_smoothing = 0.1;
   AdversarialSettings alone;  // no discriminator
   alone.alpha = 0;
-  for (const AdversarialSettings& game : {AdversarialSettings{}, lively, alone}) {
+  AdversarialSettings lazy;  // 4 is no divisor of an epoch's 6 steps
+  lazy.every = 4;
+  for (const AdversarialSettings& game : {AdversarialSettings{}, lively, alone, lazy}) {
     SCOPED_TRACE(game.alpha + game.instance_noise);
     TrainingSettings settings = small_settings();
     settings.new_scenes = !game.spectral_norm;
