@@ -90,8 +90,9 @@ static Action add_live(CLI::App& command) {
       ->check(CLI::Range(0.0, 1e6));
   command.add_option("--forces", options.forces,
                      "Dataset of single touches with known forces: tells forces in N");
-  command.add_flag("--follow", options.follow,
-                   "Let the reference follow level and gradient of the sheet while nothing presses");
+  command.add_flag(
+      "--follow", options.follow,
+      "Let the reference follow level and gradient of the sheet while nothing presses");
   command.add_option("--quiet", options.quiet,
                      "FILE.h5[@RATE] of frames in which nothing touches: tells collisions");
   command
