@@ -31,7 +31,7 @@ std::span<const Command> commands() {
        "The least error that any method could have on an experiment's test sets"},
       {"calibrate", add_calibrate},
       {"score", add_score},
-      {"export", nullptr, "tools", "A fitted solver as C code for a robot, or as a matrix"},
+      {"export", nullptr, "tools", "A fitted solver as C code, for C++, as ONNX or as a matrix"},
       {"cache", add_cache},
       {"live", nullptr, "live", "Images, contacts and forces from a stream of frames"},
       {"trial", add_trial},
