@@ -4,6 +4,9 @@
 
 namespace ertbench {
 
+/// Components of a mixture with less than this share of the largest probability are left out.
+inline constexpr float least_mixture_share = 1e-3F;
+
 /// One layer of a network, as data. A value is a vector, or a stack of maps
 /// [channels][row][column].
 struct Layer {
@@ -19,6 +22,11 @@ struct Layer {
     attention,               ///< weights [2][kernel][kernel] of the maps of means and of maxima
     shuffle,  ///< 4 maps as one of twice the side, map 2 (row % 2) + column % 2 at row, column
     sigmoid,  ///< in place: `value` is its input
+    /// Estimates weights [component][outputs][inputs] x + constant, weighted by the components'
+    /// probabilities. The first input, which it may overwrite, is [component][coordinate], of which
+    /// half the squares' sum is taken from the logarithm of the component's weight; the second is
+    /// x. `bias` [component][1 + outputs]: that logarithm, then the constant.
+    mixture,
   };
 
   Kind kind = Kind::input;

@@ -177,6 +177,14 @@ class Builder {
         return builder_.shuffle(input(layer), added(layer));
       case Kind::sigmoid:
         return builder_.sigmoid(input(layer));
+      case Kind::mixture:
+        require(layer.inputs.size() == 2 && layout(layer.inputs[0]).height == 1 &&
+                    layout(layer.inputs[0]).channels == 1 && layout(layer.inputs[1]).height == 1 &&
+                    layout(layer.inputs[1]).channels == 1,
+                "vectors of a mixture");
+        return builder_.mixture(
+            value(layer.inputs[0]), value(layer.inputs[1]),
+            {layout(layer.inputs[1]).width, layer.width, layer.weights, layer.bias});
     }
     throw std::runtime_error("has a layer of a kind that this version does not know");
   }

@@ -27,7 +27,8 @@ struct Contact {
 
 /// A fitted solver. It serves one caller at a time: take one for each thread, or several calls of
 /// `load`. Nothing is allocated after `load`, and the time of a frame does not depend on what it
-/// shows but for `contacts`, which grows with the pixels above the threshold, and for a front,
+/// shows but for `contacts`, which grows with the pixels above the threshold, for an `lmmse` of
+/// several components, of which those count that a frame is likely of, and for a front,
 /// which the file has for a network that is told of dead electrodes or by `export --front`: frames
 /// with dead electrodes take longer, the first of them longest.
 class Solver {

@@ -295,6 +295,25 @@ int PlanBuilder::sigmoid(int maps) {
   return maps;
 }
 
+int PlanBuilder::mixture(int whitened, int from, DenseWeights estimates) {
+  const auto outputs = static_cast<std::size_t>(estimates.outputs);
+  const auto components = estimates.bias.size() / (outputs + 1);
+  require(components > 0 && estimates.bias.size() == components * (outputs + 1) &&
+              estimates.weights.size() ==
+                  components * outputs * static_cast<std::size_t>(estimates.inputs) &&
+              layout(from).width == estimates.inputs &&
+              static_cast<std::size_t>(layout(whitened).width) % components == 0,
+          "sizes of a mixture");
+  const int out = vector(estimates.outputs);
+  record({.kind = Layer::Kind::mixture,
+          .inputs = {whitened, from},
+          .weights = recorded_ ? estimates.weights : std::vector<float>(),
+          .bias = estimates.bias},
+         out);
+  step<MixtureStep>(whitened, from, out, std::move(estimates));
+  return out;
+}
+
 std::unique_ptr<InferencePlan> PlanBuilder::finish(int output) {
   require(layout(output).planar, "its output is not planar");
   for (bool changed = true; changed;) {

@@ -138,6 +138,8 @@ class PlanBuilder {
   int shuffle(int maps, int added = none);
   /// In place.
   int sigmoid(int maps);
+  /// The mean of a mixture (Layer::Kind::mixture): `weights` and `bias` of all components.
+  int mixture(int whitened, int vector, DenseWeights estimates);
 
   const MapLayout& layout(int value) const { return values_.at(static_cast<std::size_t>(value)); }
   /// Ends the building. `output` is planar.

@@ -105,6 +105,37 @@ void SigmoidStep::run(float* workspace) const {
   }
 }
 
+void MixtureStep::prepare(Layouts layouts) {
+  scores_ = of(layouts, whitened_);
+  from_ = of(layouts, input_).channel(0);
+  to_ = of(layouts, output_).channel(0);
+}
+
+void MixtureStep::run(float* workspace) const {
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Eigen::Index outputs = estimates_.outputs;
+  const Eigen::Index components = std::ssize(estimates_.bias) / (outputs + 1);
+  const Eigen::Map<const Rows> constants(estimates_.bias.data(), components, outputs + 1);
+  float* const whitened = workspace + scores_.channel(0);
+  const Eigen::Map<const Rows> gates(whitened, components, scores_.width / components);
+  Eigen::Map<Eigen::ArrayXf> scores(whitened, components);  // in the place of what is read before
+  for (Eigen::Index k = 0; k < components; ++k) {
+    scores[k] = constants(k, 0) - gates.row(k).squaredNorm() / 2;
+  }
+  scores = (scores - scores.maxCoeff()).exp();
+  const float sum = (scores < least_mixture_share).select(0.0F, scores).sum();
+  const Eigen::Map<const Eigen::VectorXf> x(workspace + from_, estimates_.inputs);
+  Eigen::Map<Eigen::VectorXf> out(workspace + to_, outputs);
+  out.setZero();
+  const float* weights = estimates_.weights.data();
+  for (Eigen::Index k = 0; k < components; ++k, weights += outputs * x.size()) {
+    if (scores[k] < least_mixture_share) continue;
+    const float share = scores[k] / sum;
+    out += share * constants.row(k).tail(outputs).transpose();
+    out.noalias() += share * (Eigen::Map<const Rows>(weights, outputs, x.size()) * x);
+  }
+}
+
 void FillStep::prepare(Layouts layouts) {
   to_ = of(layouts, output_);
   if (added_ >= 0) plus_ = of(layouts, added_);

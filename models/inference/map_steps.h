@@ -98,6 +98,24 @@ class SigmoidStep final : public PlanStep {
   MapLayout layout_;
 };
 
+/// The mean of a mixture: estimates, weighted by the probabilities of their components.
+class MixtureStep final : public PlanStep {
+ public:
+  MixtureStep(int whitened, int input, int output, DenseWeights estimates)
+      : whitened_(whitened), input_(input), output_(output), estimates_(std::move(estimates)) {}
+  void prepare(Layouts layouts) override;
+  void run(float* workspace) const override;
+
+ private:
+  int whitened_;
+  int input_;
+  int output_;
+  DenseWeights estimates_;
+  MapLayout scores_;
+  std::ptrdiff_t from_ = 0;
+  std::ptrdiff_t to_ = 0;
+};
+
 /// Initialises blocked maps with the bias and the added value, for passes that add to them.
 class FillStep final : public PlanStep {
  public:

@@ -62,6 +62,10 @@ int step_of(const ExportProgram::Value& from) {
   return step;
 }
 
+int components_of(const ExportStep& mixture) {
+  return static_cast<int>(mixture.bias.size()) / (mixture.outputs + 1);
+}
+
 /// [outputs][taps and inputs] as [outputs / group][taps and inputs / together][group][together].
 template <typename Number>
 std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group,
@@ -99,6 +103,7 @@ class Writer {
   void add_input();
   std::size_t front_directions() const;
   void add_front();
+  bool needs_exp() const { return parts_.count("sigmoid") + parts_.count("mixture") > 0; }
   /// Takes a function that has another source for integers.
   void use(const std::string& name) { parts_.insert(is_int8() ? name + " int8" : name); }
   std::string contact_numbers() const;
@@ -130,7 +135,8 @@ std::string Writer::weights(std::size_t index) {
                 std::min(2, step_of(program_.value(step.inputs[0]))));
     return constants_.add("ErtWeight", name, std::vector<int>(all.begin(), all.end()), 1);
   }
-  const std::vector<float> all = grouped(step.weights, step.outputs, group, 1);
+  const int components = step.kind == StepKind::mixture ? components_of(step) : 1;
+  const std::vector<float> all = grouped(step.weights, components * step.outputs, group, 1);
   if (!is_half()) return constants_.add("ErtWeight", name, all, 4);
   std::vector<int> halves;
   for (const float one : all) halves.push_back(Eigen::half(one).x);
@@ -186,7 +192,16 @@ void Writer::add_layer(std::size_t index) {
     layers_ += ", .bias = " + constants_.add("float", "ert_bias_" + number, step.bias, 4);
   }
   layers_ += "};\n";
-  calls_ += "  ert_convolve(&layer_" + number + ", numbers);\n";
+  if (step.kind != StepKind::mixture) {
+    calls_ += "  ert_convolve(&layer_" + number + ", numbers);\n";
+    return;
+  }
+  parts_.insert("mixture");
+  const int components = components_of(step);
+  calls_ += "  ert_mixture(&layer_" + number + ", " + std::to_string(components) + ", " +
+            std::to_string(program_.value(step.inputs[1]).channels / components) + ", " +
+            c_number(least_mixture_share) + ", &numbers[" + place(step.inputs[1]) +
+            "], numbers);\n";
 }
 
 void Writer::add_call(std::size_t index) {
@@ -198,6 +213,7 @@ void Writer::add_call(std::size_t index) {
   const std::string out = "&numbers[" + place(step.value) + "]";
   switch (step.kind) {
     case StepKind::convolve:
+    case StepKind::mixture:
       return add_layer(index);
     case StepKind::sums_of_pairs:
       parts_.insert("sums");
@@ -338,7 +354,7 @@ std::string Writer::contact_numbers() const {
 std::map<std::string, std::string> Writer::words() {
   std::vector<std::string> library;
   if (is_half() || is_int8()) library.emplace_back("memcpy");
-  if (parts_.count("sigmoid") > 0) library.emplace_back("expf");
+  if (needs_exp()) library.emplace_back("expf");
   std::string front;
   if (!front_.empty()) {
     library.emplace_back("log10");
@@ -377,7 +393,7 @@ std::map<std::string, std::string> Writer::files() {
   if (sigmoid) constants_.add("uint16_t", "ert_sigmoids", sigmoid_table(step), 2);
   std::string solver =
       heading("the layers, the image and the contacts") + "#include \"solver.h\"\n\n";
-  if (parts_.count("sigmoid") > 0 || !front_.empty()) solver += "#include <math.h>\n";
+  if (needs_exp() || !front_.empty()) solver += "#include <math.h>\n";
   if (is_half()) solver += "#include <string.h>\n";
   if (is_int8()) solver += part("includes int8");
   solver += "#include \"weights.h\"\n\n";

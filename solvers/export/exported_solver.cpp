@@ -29,21 +29,20 @@ using nlohmann::json;
 SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool front) {
   std::string type;
   Sensor sensor;
+  json entry = {{"checkpoint", fs::absolute(file).string()}};
   {
     const Hdf5File in = Hdf5File::open(file);
     if (!in.has_attribute("/", "solver")) {
       throw InputError(file.string() + ": is not the file of a fitted solver");
     }
     type = in.read_text("/", "solver");
-    if (type == "lmmse" && parameters_of_fit(in).value("components", 1) > 1) {
-      throw InputError(file.string() +
-                       ": an lmmse of several components weighs their estimates anew in each "
-                       "frame, which layers cannot do; export one of \"components\": 1");
-    }
+    // A mixture is a class of its own.
+    const json fitted = parameters_of_fit(in);
+    if (fitted.contains("components")) entry["components"] = fitted["components"];
     const json said = json_attribute(in, "sensor");
     sensor = sensor_from_json(JsonObject(said, file.string(), "/sensor"));
   }
-  const json entry = {{"type", type}, {"checkpoint", fs::absolute(file).string()}};
+  entry["type"] = type;
   std::unique_ptr<Solver> solver = make(JsonObject(entry, file.string(), ""));
   FitInput input;
   input.sensor = sensor;
@@ -70,6 +69,11 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool
 }
 
 std::vector<double> calibrate(SolverToExport& exported, Frames changes) {
+  if (exported.program.steps().back().kind == ExportStep::Kind::mixture) {
+    throw InputError(
+        "weighs estimates by exponentials, for which integers are too coarse; take "
+        "the precision float32 or float16");
+  }
   const Eigen::Index told = exported.front.told;
   if (told > 0) {
     const Sensor& sensor = exported.sensor;

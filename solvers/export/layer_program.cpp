@@ -123,6 +123,15 @@ void ExportProgram::add(const Layer& layer) {
       made = add_value(layer.channels, layer.height, layer.width);
       steps_.push_back({.kind = StepKind::pool, .inputs = {from(0)}, .value = made});
       return;
+    case Layer::Kind::mixture:
+      made = add_value(layer.width, 1, 1);
+      steps_.push_back({.kind = StepKind::mixture,
+                        .inputs = {from(1), from(0)},
+                        .value = made,
+                        .outputs = layer.width,
+                        .weights = layer.weights,
+                        .bias = layer.bias});
+      return;
   }
   throw InputError("has layers that are not exported; export another method");
 }

@@ -22,7 +22,8 @@ struct ExportStep {
     shuffle,
     sigmoid,
     summarise,
-    weigh
+    weigh,
+    mixture
   };
 
   Kind kind = Kind::convolve;
@@ -37,7 +38,8 @@ struct ExportStep {
   int row = 0;
   int column = 0;
   bool relu = false;
-  std::vector<float> weights = {};  ///< [outputs][kernel][kernel][inputs], slopes of a prelu
+  std::vector<float> weights = {};  ///< [outputs][kernel][kernel][inputs], slopes of a prelu;
+                                    ///< with the bias, of a mixture as Layer has them
   std::vector<float> bias = {};     ///< [outputs]
   std::vector<int> indices = {};    ///< pairs, or of a gather
 };

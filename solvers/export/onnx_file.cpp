@@ -116,6 +116,7 @@ class Graph {
   std::string convolution(const Layer& layer, std::string from);
   std::string attention(const Layer& layer, const std::string& from);
   std::string shuffle(const Layer& layer, std::string from);
+  std::string mixture(const Layer& layer, const std::string& from);
   std::string activated(const Layer& layer, const std::string& sum);
 
   const LayerList& list_;
@@ -195,6 +196,38 @@ std::string Graph::shuffle(const Layer& layer, std::string from) {
   return node("DepthToSpace", {from}, {attribute("blocksize", 2)});
 }
 
+std::string Graph::mixture(const Layer& layer, const std::string& from) {
+  const auto components = std::ssize(layer.bias) / (layer.width + 1);
+  std::vector<float> logarithms;
+  std::vector<float> constants;
+  for (auto one = layer.bias.begin(); one != layer.bias.end(); one += layer.width) {
+    logarithms.push_back(*one++);
+    constants.insert(constants.end(), one, one + layer.width);
+  }
+  const std::string parts = node("Reshape", {from, indices({0, components, -1})});
+  const std::string squares =
+      node("ReduceSumSquare", {parts}, {attribute("axes", Sizes{2}), attribute("keepdims", 0)});
+  const std::string score = node("Sub", {constant({components}, logarithms),
+                                         node("Div", {squares, constant({1}, std::vector{2.0F})})});
+  const Message row = attribute("axes", Sizes{1});
+  const std::string share = node("Exp", {node("Sub", {score, node("ReduceMax", {score}, {row})})});
+  const std::string least = constant({1}, std::vector{least_mixture_share});
+  const std::string kept =
+      node("Where", {node("Less", {share, least}), constant({1}, std::vector{0.0F}), share});
+  const std::string weights = node("Div", {kept, node("ReduceL1", {kept}, {row})});
+  const std::int64_t outputs = components * layer.width;
+  const std::string estimates =
+      node("Gemm",
+           {values_.at(layer.inputs[1]),
+            constant({outputs, std::ssize(layer.weights) / outputs}, layer.weights),
+            constant({outputs}, constants)},
+           {attribute("transB", 1)});
+  const std::string mean =
+      node("MatMul", {node("Reshape", {weights, indices({0, 1, components})}),
+                      node("Reshape", {estimates, indices({0, components, layer.width})})});
+  return node("Reshape", {mean, indices({0, layer.width})});
+}
+
 std::string Graph::made(const Layer& layer) {
   const std::string from = layer.inputs.empty() ? "" : values_.at(layer.inputs[0]);
   switch (layer.kind) {
@@ -229,6 +262,8 @@ std::string Graph::made(const Layer& layer) {
       return shuffle(layer, from);
     case Kind::sigmoid:
       return node("Sigmoid", {from});
+    case Kind::mixture:
+      return mixture(layer, from);
   }
   throw InputError("has layers that ONNX does not have");
 }

@@ -162,36 +162,51 @@ void LinearSolver::mask_dead(FramesView changes, ImagesView images,
   }
 }
 
-std::optional<LayerList> LinearSolver::layers() const {
-  if (masked_) {
+LayerList pair_layers(const Reciprocity& reciprocity, const ChannelMask& mask) {
+  if (mask.detect) {
     throw InputError(
         "\"channel_mask\": \"detect\" chooses a matrix for each frame and has no layers; use "
         "\"none\" or a list of electrodes");
   }
   LayerList out;
   std::vector<int> pairs;
-  for (Eigen::Index p = 0; p < reciprocity_.pairs(); ++p) {
-    pairs.insert(pairs.end(), reciprocity_.pair(p).begin(), reciprocity_.pair(p).end());
+  for (Eigen::Index p = 0; p < reciprocity.pairs(); ++p) {
+    pairs.insert(pairs.end(), reciprocity.pair(p).begin(), reciprocity.pair(p).end());
   }
-  out.layers.push_back({.width = static_cast<int>(reciprocity_.channels())});
+  out.layers.push_back({.width = static_cast<int>(reciprocity.channels())});
   out.layers.push_back({.kind = Layer::Kind::means_of_pairs,
                         .inputs = {0},
                         .value = 1,
-                        .width = static_cast<int>(reciprocity_.pairs()),
+                        .width = static_cast<int>(reciprocity.pairs()),
                         .indices = std::move(pairs)});
-  const auto multiply = [&](const Rows<float>& matrix) {
-    const int value = static_cast<int>(out.layers.size());
-    out.layers.push_back({.kind = Layer::Kind::dense,
-                          .inputs = {value - 1},
-                          .value = value,
-                          .width = static_cast<int>(matrix.rows()),
-                          .weights = {matrix.data(), matrix.data() + matrix.size()},
-                          .bias = std::vector<float>(static_cast<std::size_t>(matrix.rows()))});
+  return out;
+}
+
+Eigen::MatrixXd on_means(Eigen::MatrixXd matrix, const Reciprocity& reciprocity) {
+  for (Eigen::Index p = 0; p < matrix.cols(); ++p) {
+    matrix.col(p) *= std::numbers::sqrt2 * reciprocity.of_mean(p);
+  }
+  return matrix;
+}
+
+void add_dense(LayerList& list, const Eigen::MatrixXf& matrix, const Eigen::VectorXf& bias) {
+  const int value = static_cast<int>(list.layers.size());
+  const Rows<float> rows = matrix;
+  list.layers.push_back({.kind = Layer::Kind::dense,
+                         .inputs = {value - 1},
+                         .value = value,
+                         .width = static_cast<int>(rows.rows()),
+                         .weights = {rows.data(), rows.data() + rows.size()},
+                         .bias = {bias.begin(), bias.end()}});
+}
+
+std::optional<LayerList> LinearSolver::layers() const {
+  LayerList out = pair_layers(reciprocity_, mask_);
+  const auto multiply = [&](const Eigen::MatrixXd& matrix) {
+    add_dense(out, matrix.cast<float>(), Eigen::VectorXf::Zero(matrix.rows()));
   };
-  // The map acts on sums of pairs, or on sqrt(2) d.
-  const double of_means = reciprocity_.single() ? std::numbers::sqrt2 : 2;
-  if (map_.factored()) multiply((of_means * map_.right).cast<float>());
-  multiply(((map_.factored() ? 1 : of_means) * map_.left).cast<float>());
+  multiply(on_means(map_.factored() ? map_.right : map_.left, reciprocity_));
+  if (map_.factored()) multiply(map_.left);
   return out;
 }
 

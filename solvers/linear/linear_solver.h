@@ -30,6 +30,14 @@ struct LinearInference {
 
 class Hdf5File;
 
+/// Layers to the means of the reciprocal pairs. Throws InputError for a mask that is detected anew
+/// in each frame.
+LayerList pair_layers(const Reciprocity& reciprocity, const ChannelMask& mask);
+/// A matrix that acts on sums of pairs (Reciprocity::sum) as one that acts on their means.
+Eigen::MatrixXd on_means(Eigen::MatrixXd matrix, const Reciprocity& reciprocity);
+/// Adds a dense layer to the last value.
+void add_dense(LayerList& list, const Eigen::MatrixXf& matrix, const Eigen::VectorXf& bias);
+
 /// A solver whose image is a fixed matrix times the frame. By reciprocity the two channels of a
 /// pair have equal columns; the matrix is stored once per pair, [pixels, channels / 2], and
 /// multiplies the sums of the pairs, which halves the memory traffic. A matrix of low rank is

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "core/errors.h"
 #include "core/random.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/decompositions.h"
+#include "solvers/linear/linear_solver.h"
 
 namespace ertbench {
 namespace {
@@ -196,8 +198,6 @@ constexpr Eigen::Index image_directions = 64;
 constexpr Eigen::Index gate_directions = 24;
 /// Weight of the pooled covariance, in scenes, when it is mixed with a component's own.
 constexpr double shared_scenes = 50;
-/// Components with less than this share of the largest probability are left out of the image.
-constexpr double least_share = 1e-3;
 constexpr double noise_part = 0.2;  ///< of the directions, the weakest, hold the noise alone
 
 /// Up to `count` eigenvectors of a symmetric matrix, in descending order of their values.
@@ -323,10 +323,10 @@ void MixtureMean::estimate(const Eigen::Ref<const Eigen::VectorXd>& sums,
         log_weight_[k] - 0.5 * static_cast<double>(whitened.segment(k * gate, gate).squaredNorm());
   }
   score = (score.array() - score.maxCoeff()).exp();
-  const double sum = (score.array() >= least_share).select(score.array(), 0).sum();
+  const double sum = (score.array() >= least_mixture_share).select(score.array(), 0).sum();
   out = Eigen::VectorXf::Zero(image.size());
   for (Eigen::Index k = 0; k < score.size(); ++k) {
-    if (score[k] < least_share) continue;
+    if (score[k] < least_mixture_share) continue;
     const Estimate& estimate = estimates_[static_cast<std::size_t>(k)];
     const auto share = static_cast<float>(score[k] / sum);
     out += share * estimate.constant;
@@ -335,6 +335,34 @@ void MixtureMean::estimate(const Eigen::Ref<const Eigen::VectorXd>& sums,
     y /= share;
   }
   image = out.transpose().cast<double>();
+}
+
+void MixtureMean::add_layers(LayerList& list, const Reciprocity& reciprocity) const {
+  // Half of the whitening's size, a power of two, goes to the coordinates: both fit half precision.
+  const float scale = std::exp2(std::round(std::log2(whitening_.cwiseAbs().maxCoeff()) / 2));
+  add_dense(list, scale * on_means(coordinates_.cast<double>(), reciprocity).cast<float>(),
+            Eigen::VectorXf::Zero(coordinates_.rows()));
+  const int coordinates = list.layers.back().value;
+  std::vector<int> leading(static_cast<std::size_t>(whitening_.cols()));
+  std::iota(leading.begin(), leading.end(), 0);
+  list.layers.push_back({.kind = Layer::Kind::gather,
+                         .inputs = {coordinates},
+                         .value = coordinates + 1,
+                         .width = static_cast<int>(leading.size()),
+                         .indices = std::move(leading)});
+  add_dense(list, whitening_ / scale, -centres_);
+  Layer mean{.kind = Layer::Kind::mixture,
+             .inputs = {coordinates + 2, coordinates},
+             .value = coordinates + 3,
+             .width = static_cast<int>(estimates_.front().matrix.rows())};
+  for (std::size_t k = 0; k < estimates_.size(); ++k) {
+    const Rows matrix = estimates_[k].matrix / scale;
+    mean.weights.insert(mean.weights.end(), matrix.data(), matrix.data() + matrix.size());
+    mean.bias.push_back(static_cast<float>(log_weight_[static_cast<Eigen::Index>(k)]));
+    const Eigen::VectorXf& constant = estimates_[k].constant;
+    mean.bias.insert(mean.bias.end(), constant.begin(), constant.end());
+  }
+  list.layers.push_back(std::move(mean));
 }
 
 }  // namespace ertbench

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/arrays.h"
+#include "core/layers.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/channel_mask.h"
 #include "solvers/solver.h"
@@ -91,6 +92,8 @@ class MixtureMean {
   /// `sums` [pairs] V: d_a + d_b; `image` [pixels] S/m.
   void estimate(const Eigen::Ref<const Eigen::VectorXd>& sums,
                 Eigen::Ref<Eigen::RowVectorXd> image) const;
+  /// Adds the same to pair_layers.
+  void add_layers(LayerList& list, const Reciprocity& reciprocity) const;
 
  private:
   using Matrix = Eigen::MatrixXf;

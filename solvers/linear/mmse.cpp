@@ -207,6 +207,12 @@ void MixtureMmse::reconstruct(FramesView changes, ImagesView images,
   }
 }
 
+std::optional<LayerList> MixtureMmse::layers() const {
+  LayerList out = pair_layers(reciprocity_, mask_);
+  mean_->add_layers(out, reciprocity_);
+  return out;
+}
+
 void MixtureMmse::save(const std::filesystem::path& file) const {
   using Component = GaussianMixture::Component;
   Hdf5File out = create_solver_file(file, type, sensor_, parameters());

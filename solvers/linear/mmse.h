@@ -70,7 +70,7 @@ class LinearMmse final : public LinearSolver {
 ///
 /// Dead electrodes are marginalised out of the Gaussians, which is exact except for the choice of
 /// the directions; the result is cached for the sets of electrodes met last.
-class MixtureMmse final : public Solver {
+class MixtureMmse final : public Solver, public LayeredSolver {
  public:
   static constexpr const char* type = "lmmse";
 
@@ -85,6 +85,7 @@ class MixtureMmse final : public Solver {
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const override;
   MaskedChannels masked_channels() const override { return mask_; }
+  std::optional<LayerList> layers() const override;
   void save(const std::filesystem::path& file) const override;
   void load(const std::filesystem::path& file, const Sensor& sensor) override;
 

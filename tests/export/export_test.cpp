@@ -17,8 +17,7 @@ namespace ertbench::testing {
 namespace {
 
 TEST_F(Export, ImagesAndContactsAreTheProgramsInEachMethod) {
-  for (const std::string solver :
-       {"one-step-gn", "tsvd", "lmmse", "fcnn-288", "eit-nn-288", "lean-net-8"}) {
+  for (const std::string& solver : methods()) {
     SCOPED_TRACE(solver);
     const FloatRows found = answers(exported(solver, "float32"));
     ASSERT_EQ(found.rows(), frames);
@@ -44,6 +43,11 @@ TEST_F(Export, CoarseWeightsCostLittle) {
       EXPECT_LE(relative_difference(found.leftCols(pixels).cast<double>(), own), most) << precision;
     }
   }
+}
+
+TEST_F(Export, AMixtureInHalfPrecisionCostsLittle) {
+  const FloatRows found = answers(exported(mixture(), "float16"));
+  EXPECT_LE(relative_difference(found.leftCols(pixels).cast<double>(), images(mixture())), 0.004);
 }
 
 TEST_F(Export, VoltagesBeyondTheRangeAreItsEnds) {
@@ -88,13 +92,12 @@ TEST_F(Export, ContactsOfAnyImageAreTheRules) {
 
 TEST_F(Export, TheRuntimeGivesTheProgramsImagesAndContactsAndAllocatesNothing) {
   const FloatRows given = floats_of(path() / "frames.bin", 208);
-  for (const std::string solver :
-       {"one-step-gn", "tsvd", "lmmse", "fcnn-288", "eit-nn-288", "lean-net-8"}) {
+  for (const std::string& solver : methods()) {
     SCOPED_TRACE(solver);
     const Outcome written = run_program(
         path(), "export " + solver + " --to runtime --threshold 0.25 --floor 0 --out runtime");
     ASSERT_EQ(written.exit_code, 0) << written.output;
-    runtime::Solver loaded = runtime::Solver::load(solver, path() / "runtime");
+    runtime::Solver loaded = runtime::Solver::load(stem(solver), path() / "runtime");
     ASSERT_EQ(loaded.channels(), 208);
     loaded.set_reference({given.row(0).data(), 208});
     const Eigen::MatrixXd own = images(solver);
@@ -223,6 +226,8 @@ TEST_F(Export, WhatCannotBeExportedIsSaid) {
   EXPECT_NE(said("lean-net-9").find("did you mean \"lean-net-8\""), std::string::npos);
   EXPECT_NE(said("tsvd --precision int8").find("--frames"), std::string::npos);
   EXPECT_NE(said("lean-net-8 --to matrix").find("--to c"), std::string::npos);
+  EXPECT_NE(said(mixture() + " --precision int8 --frames frames.h5").find("float16"),
+            std::string::npos);
   EXPECT_NE(said("lean-net-8 --to onnx --precision int8").find("--to c has"), std::string::npos);
   EXPECT_NE(said("lean-net-8-rugged --to onnx").find("has no front"), std::string::npos);
   EXPECT_NE(said("tsvd --front --to matrix").find("--to c or --to runtime"), std::string::npos);

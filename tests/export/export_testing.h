@@ -107,8 +107,9 @@ class Export : public ::testing::Test {
     std::string named = solver;
     if (solver.ends_with(".fitted")) {
       named = solver + ".json";
-      std::ofstream(path() / named) << R"({"type": ")" << solver.substr(0, solver.find(".fitted"))
-                                    << R"(", "checkpoint": ")" << solver << "\"}";
+      std::ofstream(path() / named)
+          << R"({"type": ")" << stem(solver) << R"(", "checkpoint": ")" << solver << '"'
+          << (stem(solver) == "lmmse" ? R"(, "components": 8})" : "}");
     }
     const Outcome ran = run_program(path(), "reconstruct --force --solver " + named + " --input " +
                                                 recording + ".h5 --output " + file);
@@ -136,9 +137,9 @@ class Export : public ::testing::Test {
     }
     return numbers;
   }
-  /// The file of a small network that is trained for an epoch.
+  /// The file of a small solver that is trained here.
   static std::string trained(const std::string& name, const std::string& settings) {
-    const fs::path folder = path() / name;
+    const fs::path folder = path() / (name + "-trained");
     fs::create_directories(folder);
     std::ofstream(folder / "e.json") << R"({"datasets": {
       "train": {"count": 200, "seed": 1, "grid": 24, "snr_db": 50, "snr_basis": "absolute", "scenes": {}},
@@ -146,7 +147,7 @@ class Export : public ::testing::Test {
       "test": {"count": 20, "seed": 3, "grid": 24, "snr_db": 50, "snr_basis": "absolute", "scenes": {}}},
       "timing": {"enabled": false},
       "solvers": [{"type": ")" << name
-                                     << R"(", "epochs": 6, "batch": 16, )" << settings << "}]}";
+                                     << R"(", )" << settings << "}]}";
     const Outcome ran = run_program(folder, "run e.json --out out");
     EXPECT_EQ(ran.exit_code, 0) << ran.output;
     for (const auto& file : fs::recursive_directory_iterator(folder / "cache")) {
@@ -158,9 +159,22 @@ class Export : public ::testing::Test {
   }
   static const std::vector<std::string>& small_networks() {
     static const std::vector<std::string> names = {
-        trained("dd-ert", R"("width": 4, "convolutions": 1, "discriminator_widths": [4, 8])"),
-        trained("dcnn", R"("widths": [8, 8, 16])")};
+        trained("dd-ert", R"("epochs": 6, "batch": 16, "width": 4, "convolutions": 1,
+                             "discriminator_widths": [4, 8])"),
+        trained("dcnn", R"("epochs": 6, "batch": 16, "widths": [8, 8, 16])")};
     return names;
+  }
+  /// An lmmse of several components.
+  static const std::string& mixture() {
+    static const std::string name = trained("lmmse", R"("components": 8)");
+    return name;
+  }
+  /// Whose images are held against the program's, in C, the runtime and ONNX.
+  static std::vector<std::string> methods() {
+    return {"one-step-gn", "tsvd", "lmmse", mixture(), "fcnn-288", "eit-nn-288", "lean-net-8"};
+  }
+  static std::string stem(const std::string& solver) {
+    return solver.substr(0, solver.find(".fitted"));
   }
   /// Images of a recording by the runtime library [frames, pixels].
   static FloatRows runtime_images(const std::string& solver, const std::string& recording,
@@ -168,9 +182,7 @@ class Export : public ::testing::Test {
     const Outcome written =
         run_program(path(), "export " + solver + more + " --to runtime --out runtime");
     EXPECT_EQ(written.exit_code, 0) << written.output;
-    const std::string name =
-        fs::path(solver).extension() == ".fitted" ? fs::path(solver).stem() : fs::path(solver);
-    runtime::Solver loaded = runtime::Solver::load(name, path() / "runtime");
+    runtime::Solver loaded = runtime::Solver::load(stem(solver), path() / "runtime");
     const FloatRows given = floats_of(path() / (recording + ".bin"), 208);
     loaded.set_reference({given.row(0).data(), 208});
     FloatRows out(frames, pixels);

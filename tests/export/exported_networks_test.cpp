@@ -49,8 +49,7 @@ TEST_F(Export, NetworksThatAreTrainedHereAreExported) {
 }
 
 TEST_F(Export, OnnxIsValidAndGivesTheProgramsImages) {
-  std::vector<std::string> solvers = {"one-step-gn", "tsvd",       "lmmse",
-                                      "fcnn-288",    "eit-nn-288", "lean-net-8"};
+  std::vector<std::string> solvers = methods();
   solvers.insert(solvers.end(), small_networks().begin(), small_networks().end());
   bool checked = false;
   bool ran = false;
@@ -58,7 +57,7 @@ TEST_F(Export, OnnxIsValidAndGivesTheProgramsImages) {
     SCOPED_TRACE(solver);
     const Outcome written = run_program(path(), "export " + solver + " --to onnx --out onnx");
     ASSERT_EQ(written.exit_code, 0) << written.output;
-    const std::string name = "onnx/" + solver.substr(0, solver.find(".fitted")) + ".onnx";
+    const std::string name = "onnx/" + stem(solver) + ".onnx";
     const Outcome checker = shell(
         path(), "/usr/bin/python3 " ERTBENCH_SOURCE_DIR "/tests/export/check_onnx.py " + name);
     checked = checked || checker.exit_code == 0;
