@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "solvers/export/layer_program.h"
+
 namespace ertbench {
 
 inline std::string c_number(double value, int digits = 16) {
@@ -27,6 +29,23 @@ inline std::vector<int> sigmoid_table(double step) {
         std::min(65535.0, std::round(65536 / (1 + std::exp(-step * (256 * i - 32768)))))));
   }
   return table;
+}
+
+/// [outputs][taps and inputs] as [outputs / group][taps and inputs / together][group][together].
+template <typename Number>
+std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group,
+                            int together) {
+  const std::size_t size = weights.size() / index_of(outputs);
+  std::vector<Number> out;
+  for (int first = 0; first < outputs; first += group) {
+    for (std::size_t i = 0; i < size; i += index_of(together)) {
+      for (int o = first; o < first + group; ++o) {
+        const auto at = weights.begin() + static_cast<std::ptrdiff_t>(index_of(o) * size + i);
+        out.insert(out.end(), at, at + together);
+      }
+    }
+  }
+  return out;
 }
 
 /// Arrays of constants: their definitions, their declarations and their size.

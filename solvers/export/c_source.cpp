@@ -66,23 +66,6 @@ int components_of(const ExportStep& mixture) {
   return static_cast<int>(mixture.bias.size()) / (mixture.outputs + 1);
 }
 
-/// [outputs][taps and inputs] as [outputs / group][taps and inputs / together][group][together].
-template <typename Number>
-std::vector<Number> grouped(const std::vector<Number>& weights, int outputs, int group,
-                            int together) {
-  const std::size_t size = weights.size() / index_of(outputs);
-  std::vector<Number> out;
-  for (int first = 0; first < outputs; first += group) {
-    for (std::size_t i = 0; i < size; i += index_of(together)) {
-      for (int o = first; o < first + group; ++o) {
-        const auto at = weights.begin() + static_cast<std::ptrdiff_t>(index_of(o) * size + i);
-        out.insert(out.end(), at, at + together);
-      }
-    }
-  }
-  return out;
-}
-
 /// Writes one program.
 class Writer {
  public:
