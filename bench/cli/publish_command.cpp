@@ -25,7 +25,7 @@ struct PublishArguments {
 std::filesystem::path experiment_file(const std::string& name,
                                       const std::filesystem::path& project) {
   if (name.ends_with(".json")) return name;
-  return project / "experiments" / (name + ".json");
+  return std::filesystem::proximate(project / "experiments" / (name + ".json"));
 }
 
 ExitCode publish(const PublishArguments& arguments) {
