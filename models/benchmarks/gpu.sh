@@ -72,8 +72,7 @@ echo
 echo "$device: ${card:-no GPU}, $(nproc) cores; build $built s, tests $tested s, all $((SECONDS - start)) s"
 python3 - "$work/out/summary.json" "$scenes" << 'END'
 import json, sys
-rows = json.load(open(sys.argv[1]))
-rows = rows.get("results", rows.get("rows", rows))
+rows = json.load(open(sys.argv[1]))["rows"]
 print("| network | scenes/s | s for 4 million scenes | device | validation error | status |\n|---|---:|---:|---|---:|---|")
 for row in rows:
     training = (row.get("parameters") or {}).get("training")
