@@ -15,8 +15,8 @@
 #include "core/json.h"
 #include "core/process.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/sheet_model.h"
 #include "frames/calibration.h"
+#include "frames/contacts_entry.h"
 #include "frames/twin_places.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/registry/named_solver.h"
@@ -56,28 +56,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t streamed_frames = 1024;
-constexpr Eigen::Index most_written = written_contacts[0], contact_columns = written_contacts[1];
-
-}  // namespace
-
-void complete_contacts(json& entry, const Sensor& sensor, const Eigen::VectorXd& reference,
-                       double relative_noise) {
-  const auto is_open = [&](const char* key) { return entry.value(key, json("auto")) == "auto"; };
-  if (entry.value("type", "") != "contacts") return;
-  if (is_open("prior_weight")) entry["prior_weight"] = 1;
-  if (!is_open("noise") || !(relative_noise > 0)) return;
-  const Eigen::VectorXd model = uniform_reference(sensor);
-  entry["noise"] = relative_noise * model.norm() / std::sqrt(static_cast<double>(model.size()));
-  const Eigen::VectorXd at_level = reference.dot(model) / model.squaredNorm() * model;
-  const double misfit = (reference - at_level).norm() / reference.norm();
-  if (!(misfit > 0.01)) return;  // a model made it
-  if (!entry.contains("model_error")) entry["model_error"] = std::clamp(misfit, 0.02, 0.1);
-  if (!entry.contains("nuisances") && !entry.contains("channel_mask")) {
-    entry["nuisances"] = {{"level", 0.1}, {"gradient", 0.05}, {"electrodes", 0.01}};
-  }
-}
-
-namespace {
+constexpr Eigen::Index most_written = written_contacts[0];
+constexpr Eigen::Index contact_columns = written_contacts[1];
 
 /// Channels that were left out are not asked of a solver that is fitted here. `filling` makes the
 /// frames of a stored one, which has all, and is empty otherwise.

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -32,13 +31,6 @@ inline constexpr std::array<Eigen::Index, 2> written_contacts = {8, 6};
 /// first, NaN where there is none. Behind each contact stand its twins (twin_symmetries).
 RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
                            const std::vector<Eigen::Matrix2d>& twins, const Frames& changes);
-
-/// Gives an entry of `contacts` what it would take from a validation set: the noise of the frames
-/// without contact, over the root mean square of their mean, at the model's level, and the prior as
-/// it is. A measured reference [channels] lies away from the model's: this is the model error, and
-/// level, gradient and electrodes are unknowns, too.
-void complete_contacts(nlohmann::json& entry, const Sensor& sensor,
-                       const Eigen::VectorXd& reference, double relative_noise);
 
 struct ReconstructOptions {
   /// A file with one entry of an experiment's "solvers" list, or the name of a stored solver

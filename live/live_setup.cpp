@@ -19,7 +19,7 @@
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
 #include "forward/data/sheet_model.h"
-#include "frames/reconstruct.h"
+#include "frames/contacts_entry.h"
 #include "frames/reference_check.h"
 #include "live/live_record.h"
 #include "solvers/registry/named_solver.h"

@@ -210,8 +210,12 @@ void ContactFit::set_kept(const VectorXd& kept, Workspace& workspace) const {
 
 void ContactFit::set_weights(Workspace& workspace) const {
   workspace.weights.setConstant(model_.pairs(), workspace.scale);
-  if (workspace.kept.size() > 0 && workspace.ignored.size() == 0)
-    workspace.weights.array() *= workspace.kept.array();
+  weigh_pairs(workspace);
+}
+
+void ContactFit::weigh_pairs(Workspace& workspace) {
+  if (workspace.kept.size() == 0 || workspace.ignored.size() > 0) return;
+  workspace.weights.array() *= workspace.kept.array();
 }
 
 void ContactFit::whitened_residual(const VectorXd& changes, Workspace& workspace) const {

@@ -159,6 +159,8 @@ class ContactFit {
     if (workspace.ignored.size() == 0) return;
     whitened -= workspace.ignored * (workspace.ignored.transpose() * whitened).eval();
   }
+  /// Multiplies the weights by those of the pairs; ignored ones are projected out instead.
+  static void weigh_pairs(Workspace& workspace);
   void begin(const Eigen::VectorXd& changes, Workspace& workspace) const;
   const EllipseModel& model_in_use(const Workspace& workspace) const {
     return workspace.coarse ? coarse_ : model_;

@@ -230,9 +230,7 @@ bool ContactFit::add_one(const VectorXd& changes, const Result& from, Workspace&
   const bool first = from.contacts.empty();
   if (first) {
     workspace.weights = (1 + (soft * whitened.array()).square()).rsqrt();
-    if (workspace.kept.size() > 0 && workspace.ignored.size() == 0) {
-      workspace.weights.array() *= workspace.kept.array();
-    }
+    weigh_pairs(workspace);
   }
   atoms_.best(whitened, workspace.weights, most_starts, prior_, workspace.starts);
   std::vector<std::vector<EllipticContact>> starts;
