@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -107,15 +108,24 @@ struct PageTexts {
   }
 
   bool name(const std::string& result, const std::string& file) const {
-    return others.find(result + "/" + file) != std::string::npos ||
-           own.find(file) != std::string::npos;
+    return holds(others, result + "/" + file) || holds(own, file);
+  }
+
+ private:
+  /// Whether the text has the name, and not only as the end of a longer one.
+  static bool holds(const std::string& text, const std::string& name) {
+    for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
+      const auto before = static_cast<unsigned char>(at > 0 ? text[at - 1] : ' ');
+      if (!std::isalnum(before) && before != '_' && before != '-') return true;
+    }
+    return false;
   }
 };
 
 /// Removes the lists by position and by candidate, of which no page shows a value.
 void drop_long_lists(json& value) {
   if (value.is_object()) {
-    for (const char* key : {"places", "curve"}) {
+    for (const char* key : {"places", "curve", "by_place"}) {
       if (value.contains(key) && value.at(key).is_array()) value.erase(key);
     }
   }

@@ -120,13 +120,17 @@ TEST_F(PublishTest, KeepsTheNestedFilesThatPagesName) {
   const auto made = project() / "made";
   std::filesystem::create_directories(made / "maps");
   std::filesystem::create_directories(made / "training");
-  for (const char* name : {"summary.json", "training/my net.csv", "training/net.csv", "maps/a.csv"})
+  testing::write_text(project() / "results/published/e/README.md.in", "![](skin_curve.png)");
+  for (const char* name : {"summary.json", "training/my net.csv", "training/net.csv", "maps/a.csv",
+                           "skin_curve.png", "curve.png"})
     testing::write_text(made / name, "text");
   prune(made, project(), project() / "results/published/e");
   EXPECT_TRUE(std::filesystem::exists(made / "summary.json"));
   EXPECT_TRUE(std::filesystem::exists(made / "training/my net.csv"));
   EXPECT_FALSE(std::filesystem::exists(made / "training/net.csv"));
   EXPECT_FALSE(std::filesystem::exists(made / "maps"));
+  EXPECT_TRUE(std::filesystem::exists(made / "skin_curve.png"));
+  EXPECT_FALSE(std::filesystem::exists(made / "curve.png"));  // the end of another name
 }
 
 TEST_F(PublishTest, PutsAComparisonOfTheSheetsModelsIntoItsPlace) {
