@@ -71,9 +71,7 @@ TEST(CommandProgram, OfNumPyIsARowWithItsPipeBesideItsTime) {
   // It has learned what the linearised method knows: an image of zero has the error 1.
   EXPECT_LT(error("numpy ridge"), 0.95);
   EXPECT_LT(error("numpy ridge"), 1.1 * error("one-step-gn"));
-  const json& latency = row.at("latency_us");
-  EXPECT_GT(latency.at("pipe").get<double>(), 1);  // two changes of process
-  EXPECT_LT(latency.at("pipe").get<double>(), latency.at("p50").get<double>());
+  EXPECT_GT(row.at("latency_us").at("pipe").get<double>(), 1);  // two changes of process
   EXPECT_FALSE(row_of(summary, "one-step-gn").at("latency_us").contains("pipe"));
   const std::string table = read_text(folder / "results/small/table.md");
   EXPECT_NE(table.find("pipe (µs)"), std::string::npos) << table;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <thread>
 
 #include "bench/record/record_file.h"
@@ -16,6 +17,7 @@ TEST(ProgressFile, TellsWhatIsDoneAndGoesAway) {
   {
     ProgressFile file(path);
     EXPECT_FALSE(read_progress(path));
+    const auto started = std::chrono::steady_clock::now();
     file.update(3, 12, "epoch 3 of 12");
     const auto first = read_progress(path);
     ASSERT_TRUE(first);
@@ -23,12 +25,16 @@ TEST(ProgressFile, TellsWhatIsDoneAndGoesAway) {
     EXPECT_DOUBLE_EQ(first->fraction, 0.25);
     EXPECT_EQ(first->seconds_left, 0);  // nothing to go by
     file.update(4, 12, "epoch 4 of 12");
-    EXPECT_EQ(read_progress(path)->text, "epoch 3 of 12") << "written more than twice a second";
+    const std::string text = read_progress(path)->text;
+    if (std::chrono::steady_clock::now() - started < std::chrono::milliseconds(500)) {
+      EXPECT_EQ(text, "epoch 3 of 12") << "written more than twice a second";
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
     file.update(6, 12, "epoch 6 of 12");
-    // Three epochs in 0.6 s or more, six to go; 10 s for a machine that is busy.
+    // Three epochs took 0.6 s or more, six are to go: twice the time that passed.
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - started;
     EXPECT_GE(read_progress(path)->seconds_left, 1.2);
-    EXPECT_LT(read_progress(path)->seconds_left, 20);
+    EXPECT_LE(read_progress(path)->seconds_left, 2 * passed.count());
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
