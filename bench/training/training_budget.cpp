@@ -67,6 +67,19 @@ BudgetLine& line_of(std::vector<BudgetLine>& lines, const std::string& family) {
 
 }  // namespace
 
+std::optional<double> BudgetLine::last_doubling() const {
+  if (points.size() < 2) return std::nullopt;
+  const BudgetPoint& before = points[points.size() - 2];
+  const double doublings = std::log2(points.back().cost / before.cost);
+  if (!(doublings > 0) || before.error <= 0 || points.back().error <= 0) return std::nullopt;
+  return std::pow(points.back().error / before.error, 1 / doublings) - 1;
+}
+
+bool BudgetLine::flat() const {
+  const std::optional<double> change = last_doubling();
+  return change && std::abs(*change) < flat_below;
+}
+
 TrainingBudgets training_budgets_of(const BudgetQuestion& question,
                                     std::span<const ResultRow> rows) {
   TrainingBudgets out;
@@ -109,6 +122,13 @@ constexpr LineStyle nothing_line{rgb(0x606060), 1, 3};
 
 const char* title_of(TrainingCost cost) {
   return cost == TrainingCost::seconds ? "time of the training, s" : "scenes seen in training";
+}
+
+/// "lean-net, -6 %": with what the last doubling of the cost changed.
+std::string name_of(const BudgetLine& line) {
+  if (line.flat()) return line.family + ", flat";
+  const std::optional<double> change = line.last_doubling();
+  return change ? line.family + ", " + number_text(std::round(100 * *change)) + " %" : line.family;
 }
 
 /// "20", "5000", "60 k", "2 M".
@@ -159,7 +179,7 @@ class BudgetDrawing {
     const Span span = costs();
     const double decades = std::max(0.5, std::log10(span.high / span.low));
     Axis axis = Axis::logarithms(
-        {span.low / std::pow(10, 0.05 * decades), span.high * std::pow(10, 0.16 * decades)},
+        {span.low / std::pow(10, 0.05 * decades), span.high * std::pow(10, 0.24 * decades)},
         title_of(budgets_.cost));
     for (Tick& tick : axis.ticks) tick.text = short_number(tick.value);
     return axis;
@@ -227,7 +247,7 @@ class BudgetDrawing {
     panel_.marks(hollow_points, styles_.hollow_mark(family, 1));
     panel_.marks(filled_points, converged);
     occupy(points, taken);
-    names.push_back({line.family, panel_.x(points.back().first), panel_.y(points.back().second),
+    names.push_back({name_of(line), panel_.x(points.back().first), panel_.y(points.back().second),
                      styles_.colour(family).for_text()});
   }
 
@@ -278,6 +298,8 @@ class BudgetDrawing {
                 {},
                 MarkStyle{circle, ink::dark}});
     legend.add({"vertical bar: 95 % interval of the mean"});
+    legend.new_line();
+    legend.add({"behind a name: change of the error over the last doubling; flat: less than 1 %"});
     return legend;
   }
 

@@ -38,6 +38,15 @@ struct BudgetPoint {
 struct BudgetLine {
   std::string family;
   std::vector<BudgetPoint> points;  ///< from the cheapest to the dearest
+
+  /// By what part the error changed over the last doubling of the cost, negative where it fell, as
+  /// the straight line of logarithms between the last two points has it; nothing with one point.
+  std::optional<double> last_doubling() const;
+  /// Whether that was less than flat_below: more training of the same kind buys nothing to speak
+  /// of.
+  bool flat() const;
+
+  static constexpr double flat_below = 0.01;
 };
 
 /// Error against training cost.

@@ -73,6 +73,18 @@ TEST(TrainingBudget, SaysWhoseBestEpochWasTheLast) {
   EXPECT_FALSE(budgets.lines[1].points[1].converged);
 }
 
+TEST(TrainingBudget, ALineIsFlatWhereTheLastDoublingChangedLessThanOnePercent) {
+  const auto line = [](double before, double after) {
+    return BudgetLine{"net", {{"few", 100, before, {}}, {"many", 400, after, {}}}};
+  };
+  EXPECT_NEAR(*line(0.8, 0.2).last_doubling(), -0.5, 1e-12);  // two doublings
+  EXPECT_FALSE(line(0.8, 0.2).flat());
+  EXPECT_TRUE(line(0.5, 0.495).flat());
+  EXPECT_FALSE(line(0.5, 0.48).flat());
+  EXPECT_FALSE(line(0.48, 0.5).flat()) << "it grew";
+  EXPECT_FALSE((BudgetLine{"net", {{"one", 100, 0.5, {}}}}.flat()));
+}
+
 TEST(TrainingBudget, WhatHasNoPointIsNamedWithItsReason) {
   const Budgets made;
   using Missing = std::vector<std::pair<std::string, std::string>>;
@@ -104,8 +116,8 @@ class TrainingBudgetFigure : public testing::FigureTest {
 TEST_F(TrainingBudgetFigure, NamesEveryLineAndWhatHasNone) {
   const Budgets made;
   const std::string svg = drawn(training_budgets_of(made.question, made.rows));
-  for (const char* text : {">net<", ">deep<"}) {
-    EXPECT_EQ(count(svg, text), 2u) << text;  // at its end and in the key
+  for (const char* text : {">net<", ">deep<", ">net, -13 %<", ">deep, -16 %<"}) {
+    EXPECT_EQ(count(svg, text), 1u) << text;  // in the key and at its end
   }
   for (const char* text : {"deep epochs=100: timed out", ">an empty image<",
                            ">time of the training, s<", ">hollow: had not converged"}) {
