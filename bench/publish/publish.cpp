@@ -84,7 +84,7 @@ void require_limits(const ExperimentResults& results, const Experiment& experime
   const json before = read_json_file(published / "summary.json");
   for (const json& row : before.value("rows", json::array())) {
     const std::string type = row.value("type", "");
-    if (type != limit_oracle && type != limit_fair) continue;
+    if (!type.starts_with("limit-")) continue;
     throw InputError(published.string() + ": the row " + type +
                      " would be lost; compute it first: ertbench limit " +
                      experiment.file.string());
