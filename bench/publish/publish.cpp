@@ -130,6 +130,7 @@ void drop_details(json& value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.7g", value.get<double>());
     value = std::strtod(text, nullptr);
+    return;
   }
   if (value.is_object()) {
     for (const char* key : {"places", "curve", "by_place"}) {
