@@ -133,6 +133,11 @@ class AnnealingIsland {
   void take(const AnnealingIsland& other);
   /// Moves at the posterior itself and appends snapshots, whose scenes divide `weight`.
   void collect(int island, double weight, std::vector<PosteriorSample>& samples);
+  /// Runs `particles` chains at the posterior itself from a scene that was drawn from it, and
+  /// appends snapshots, the chains in turn, whose `island` is the chain. Given the scene the chains
+  /// are independent. Every sample has the posterior's distribution: the widths of the moves are
+  /// drawn for each round and adapt to nothing, and the number of contacts moves, too.
+  void run_chains(const SceneDraw& drawn, std::vector<PosteriorSample>& samples);
 
   double log_evidence() const { return log_evidence_; }
   std::uint64_t solves() const { return solves_; }
@@ -175,6 +180,7 @@ class AnnealingIsland {
   MoveScales scales_{};
   std::vector<Particle> particles_;
   double heat_ = 0;
+  bool number_moves_ = false;
   double log_evidence_ = 0;
   std::uint64_t solves_ = 0;
 };

@@ -188,7 +188,9 @@ std::pair<SceneDraw, double> JointStep::after(const SceneDraw& scene,
 namespace {
 
 constexpr double wanted_acceptance = 0.3;
-constexpr double joint_share = 0.5;  ///< of all moves, if there are joint ones
+constexpr double joint_share = 0.5;        ///< of all moves, if there are joint ones
+constexpr double number_share = 0.1;       ///< of the other moves, where the number is free
+constexpr double log_narrowest_round = 3;  ///< widths of a round of chains: down to exp(-this)
 /// Factor on the number of scenes at the smallest powers, where positions are still uncertain and
 /// voltages need not be accurate.
 constexpr double most_particles = 4;
@@ -324,6 +326,24 @@ void AnnealingIsland::collect(int island, double weight, std::vector<PosteriorSa
   }
 }
 
+void AnnealingIsland::run_chains(const SceneDraw& drawn, std::vector<PosteriorSample>& samples) {
+  heat_ = 1;
+  number_moves_ = true;
+  const Scene scene = scene_of(drawn);
+  const SceneFit fit = likelihood_.of({&scene, 1}).front();
+  particles_.assign(static_cast<std::size_t>(options_.particles),
+                    {drawn, fit, prior_.log_density(drawn)});
+  const int between = std::max(1, options_.final_rounds / options_.snapshots);
+  for (int snapshot = 0; snapshot < options_.snapshots; ++snapshot) {
+    for (int r = 0; r < between; ++r) {
+      scales_.fill(std::exp(-log_narrowest_round * random_.uniform()));
+      move(false);
+    }
+    int chain = 0;
+    for (const Particle& p : particles_) samples.push_back({p.scene, p.fit, 1, chain++});
+  }
+}
+
 std::size_t AnnealingIsland::particles_at(double heat) const {
   return static_cast<std::size_t>(options_.particles *
                                   std::clamp(1 / std::cbrt(heat), 1.0, most_particles));
@@ -341,7 +361,8 @@ std::optional<AnnealingIsland::Trial> AnnealingIsland::tried(std::size_t i) {
     std::tie(trial.scene, log_sizes) = joint_->after(p.scene, trial.step);
     trial.log_ratio = log_sizes - local->log_density(trial.step);
   } else {
-    trial.kind = moves_.choose(random_);
+    const bool number = number_moves_ && random_.uniform() < number_share;
+    trial.kind = number ? Move::number : moves_.choose(random_);
     std::optional<Proposal> proposal =
         moves_.propose(trial.kind, p.scene, scale_of(trial.kind), heat_, random_);
     if (!proposal) return std::nullopt;

@@ -57,6 +57,16 @@ double total_variance(const WeightedSamples& samples) {
   return samples.weights.dot(apart.cwiseAbs2()) / samples.weights.sum();
 }
 
+double variance_between_last(const WeightedSamples& samples) {
+  const auto islands = static_cast<Eigen::Index>(
+      *std::max_element(samples.islands.begin(), samples.islands.end()) + 1);
+  RowMajorMatrix last(islands, samples.values.cols());
+  for (Eigen::Index i = 0; i < samples.values.rows(); ++i) {
+    last.row(samples.islands[static_cast<std::size_t>(i)]) = samples.values.row(i);
+  }
+  return (last.rowwise() - last.colwise().mean()).squaredNorm() / static_cast<double>(islands - 1);
+}
+
 double effective_samples(const WeightedSamples& samples) {
   const auto& weights = samples.weights;
   const double kish = weights.sum() * weights.sum() / weights.squaredNorm();
@@ -193,6 +203,7 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   limit.one_origin = posterior.one_origin;
   const RowVectorXd change = truth.conductivity.array() - sensor.background;
   const bool blank = is_empty(sensor, change);
+  limit.energy = change.squaredNorm();
   const RowVectorXd mean = posterior_mean(images.changes);
   limit.squared_error = (mean - change).squaredNorm();
   limit.variance = total_variance(images.changes);
@@ -239,6 +250,17 @@ FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameT
   return limit;
 }
 
+FrameLimit lower_bound_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
+                                const PosteriorSamples& chains) {
+  FrameLimit limit = limit_of_frame(sensor, rule, truth, chains, 0.5);
+  limit.variance = variance_between_last(images_of(sensor, rule, chains).changes);
+  limit.metrics.erase("PE");  // undefined for some samples, which would bias its mean
+  for (auto& [name, value] : limit.metrics) value.error = value.expected;
+  limit.sampler = "chains from the truth";
+  limit.resolved = true;
+  return limit;
+}
+
 namespace {
 
 constexpr std::pair<const char*, double FrameLimit::*> limit_numbers[] = {
@@ -248,6 +270,7 @@ constexpr std::pair<const char*, double FrameLimit::*> limit_numbers[] = {
     {"seconds", &FrameLimit::seconds},
     {"relative_error_of_mean", &FrameLimit::relative_error_of_mean},
     {"squared_error", &FrameLimit::squared_error},
+    {"energy", &FrameLimit::energy},
     {"variance", &FrameLimit::variance},
     {"chi_square", &FrameLimit::chi_square},
     {"sphere_effective", &FrameLimit::sphere_effective}};

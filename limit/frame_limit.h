@@ -39,6 +39,9 @@ double expected_distance(const WeightedSamples& samples, const Eigen::VectorXd& 
 /// Sum of the variances of all entries.
 double total_variance(const WeightedSamples& samples);
 
+/// Half the mean squared distance between the last samples of any two islands, at least two.
+double variance_between_last(const WeightedSamples& samples);
+
 /// Effective number of independent samples: the samples' variance over the variance of their mean.
 /// With several islands, which are independent, the mean's variance follows from the spread of
 /// their means; with one, the samples are independent and their weights give Kish's number.
@@ -82,6 +85,7 @@ struct FrameLimit {
   double relative_error_of_mean = 0;     ///< the posterior mean's; 0 if the truth has no contact
   double squared_error = 0;              ///< the posterior mean's, (S/m)^2
   double variance = 0;                   ///< the posterior's, (S/m)^2
+  double energy = 0;                     ///< |truth|^2, the squared error of an empty image
   std::array<double, limit_ranks.size()> ranks{};
   double chi_square = 0;  ///< posterior mean
   /// Relative error of the best estimate, and effective samples, with the noise on the sphere
@@ -103,6 +107,17 @@ struct FrameTruth {
 /// breaks ties of ranks.
 FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
                           const PosteriorSamples& posterior, double uniform);
+
+/// A lower bound of what the best estimates can have in the mean over frames, from chains that were
+/// started at scenes drawn from the posterior (AnnealingIsland::run_chains). For samples x_1 ...
+/// x_K that each have the posterior's distribution, whatever their dependence, the expected error
+/// of any estimate is that of (1/K) sum_i w_i |estimate - x_i|, which is at least the mean of the
+/// least value of this sum. That is each metric's `error` and `expected`. `variance` is
+/// variance_between_last() of the images: the covariance of two chains that are independent given
+/// their common start is not negative, so that its mean is at most that of the posterior variance.
+/// `truth` must have a contact.
+FrameLimit lower_bound_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
+                                const PosteriorSamples& chains);
 
 /// Sets `resolved` and `remark`. A resolved frame has enough effective samples, importance weights
 /// without a heavy tail, samples that descend from more than one island, and scenes that explain

@@ -24,6 +24,12 @@ std::vector<std::optional<double>> column(std::span<const FrameLimit> frames, co
   return out;
 }
 
+std::vector<double> column_of(std::span<const FrameLimit> frames, double FrameLimit::*value) {
+  std::vector<double> out;
+  for (const FrameLimit& frame : frames) out.push_back(frame.*value);
+  return out;
+}
+
 auto value_of(const std::string& metric, std::optional<double> FrameLimit::Value::*which) {
   return [=](const FrameLimit& frame) -> std::optional<double> {
     const auto found = frame.metrics.find(metric);
@@ -127,12 +133,19 @@ ResultRow row_of(const SetLimit& limit) {
     if (!frame.resolved) unresolved.push_back(frame.frame);
   }
   row.frames_not_converged = static_cast<int>(unresolved.size());
-  const LimitCalibration calibration = calibration_of(limit.frames);
-  row.parameters = json{{"set", limit.key},
-                        {"calibration", json_of(calibration)},
-                        {"prior", limit.prior},
-                        {"model", limit.model},
-                        {"unresolved", unresolved}};
+  json parameters = {{"set", limit.key},
+                     {"prior", limit.prior},
+                     {"model", limit.model},
+                     {"unresolved", unresolved}};
+  if (row.type == limit_lower) {
+    const auto part = ratio_of_sums(column_of(limit.frames, &FrameLimit::variance),
+                                    column_of(limit.frames, &FrameLimit::energy), "squared error");
+    parameters["squared_error"] = {{"over_empty", part->ratio},
+                                   {"ci95", {part->ci95.low, part->ci95.high}}};
+  } else {
+    parameters["calibration"] = json_of(calibration_of(limit.frames));
+  }
+  row.parameters = parameters;
   row.build.scored = distinct(limit.frames, &FrameLimit::build);
   return row;
 }
@@ -149,14 +162,9 @@ bool is_ranked(std::span<const FrameLimit> frames, std::size_t rank) {
 
 LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
   LimitCalibration out;
-  std::vector<double> errors;
-  std::vector<double> variances;
-  for (const FrameLimit& frame : frames) {
-    errors.push_back(frame.squared_error);
-    variances.push_back(frame.variance);
-  }
   // If every frame determines its scene there is neither error nor variance.
-  const auto found = ratio_of_sums(errors, variances, "calibration");
+  const auto found = ratio_of_sums(column_of(frames, &FrameLimit::squared_error),
+                                   column_of(frames, &FrameLimit::variance), "calibration");
   out.squared_error_over_variance = found ? found->ratio : 1;
   out.ci95 = found ? found->ci95 : Interval{1, 1};
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
@@ -202,8 +210,8 @@ std::vector<ResultRow> finished_limits(const std::filesystem::path& folder,
     if (!why_no_limit(test).empty()) continue;
     const auto frames = static_cast<int>(
         std::min<std::uint64_t>(test.count, static_cast<std::uint64_t>(options.frames)));
-    std::vector<std::string> types = {limit_oracle};
-    if (options.fair && sets.training) types.emplace_back(limit_fair);
+    std::vector<std::string> types = {options.lower ? limit_lower : limit_oracle};
+    if (!options.lower && options.fair && sets.training) types.emplace_back(limit_fair);
     for (const std::string& type : types) {
       const auto found = std::find_if(usable.begin(), usable.end(), [&](const ResultRow& row) {
         return row.dataset == test.name && row.type == type && row.frames == frames;

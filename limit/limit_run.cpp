@@ -27,13 +27,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int limit_version = 6;        ///< version of the records' content
+constexpr int limit_version = 7;        ///< version of the records' content
 constexpr std::array efforts = {1, 2};  ///< the second is tried if the first was not enough
+/// The chains of a lower bound. They start at the frame's own scene.
+constexpr AnnealingOptions chains = {
+    .islands = 1, .particles = 4, .final_rounds = 6000, .snapshots = 100};
+constexpr const char* lower = "lower";
 
 /// Everything but the code that determines a frame's record. `broad`: the prior whose samples are
 /// reweighted if possible, or null.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, const ScenePrior* broad,
-                          const std::string& model, SamplerKind kind) {
+                          const std::string& model, const std::string& sampler) {
   nlohmann::json set = to_json(spec);
   set.erase("count");
   const nlohmann::json key = {{"version", limit_version},
@@ -41,7 +45,7 @@ std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, cons
                               {"prior", to_json(prior.distribution())},
                               {"broad", broad ? to_json(broad->distribution()) : nullptr},
                               {"model", model},
-                              {"sampler", names_of_samplers()[static_cast<std::size_t>(kind)]}};
+                              {"sampler", sampler}};
   return key.dump();
 }
 
@@ -85,7 +89,7 @@ class Records {
 
 /// The frames of a set under one prior.
 struct Task {
-  std::string name;  ///< "oracle", "fair"
+  std::string name;  ///< "oracle", "fair", "lower"
   ScenePrior prior;
   Records records;
   std::vector<std::optional<FrameLimit>> frames;
@@ -102,8 +106,10 @@ class SetRun {
         std::min<std::uint64_t>(spec.count, static_cast<std::uint64_t>(options.frames)));
     const auto add = [&](const std::string& name, const ScenePrior& prior,
                          const ScenePrior* broad) {
-      const std::string key =
-          key_of_record(spec, prior, broad, model_name(spec, *voltages_), options.sampler);
+      const std::string& sampler = names_of_samplers()[static_cast<std::size_t>(options.sampler)];
+      const std::string key = key_of_record(
+          spec, prior, broad, model_name(spec, *voltages_),
+          name != lower ? sampler : lower + std::to_string(chains.particles * chains.final_rounds));
       const fs::path folder = options.records / (spec.name + "_" + name);
       fs::create_directories(folder);
       const DatasetSpec& scenes = name == "fair" ? *training : spec;
@@ -113,6 +119,15 @@ class SetRun {
     };
     const auto& own = std::get<SceneDistribution>(spec.scenes);
     const ScenePrior oracle(own, spec.sensor.sheet);
+    if (options.lower) {
+      if (own.contacts.first == 0 || own.blank_fraction > 0) {
+        throw InputError("--lower: \"" + spec.name +
+                         "\" has scenes without contact, whose relative error is undefined; name "
+                         "other sets by --dataset");
+      }
+      add(lower, oracle, nullptr);
+      return;
+    }
     const auto* taught = training ? std::get_if<SceneDistribution>(&training->scenes) : nullptr;
     const bool same = taught && to_json(*taught) == to_json(own);
     std::optional<ScenePrior> fair;
@@ -137,7 +152,7 @@ class SetRun {
       std::mutex mutex;
       parallel_for(count, 1, options_.threads, [&](std::size_t i, std::size_t) {
         if (!unfinished_[i]) return;
-        compute(i);
+        options_.lower ? compute_lower(i) : compute(i);
         const std::lock_guard lock(mutex);
         progress.update(++done, missing);
       });
@@ -149,7 +164,7 @@ class SetRun {
           {spec_.name, task.name, model_name(spec_, *voltages_), limit_key(spec_, scenes), {}});
       for (const std::optional<FrameLimit>& frame : task.frames) {
         out.back().frames.push_back(*frame);
-        judge(spec_.sensor.channels(), out.back().frames.back());
+        if (!options_.lower) judge(spec_.sensor.channels(), out.back().frames.back());
       }
     }
     if (is_fair_too_) {
@@ -170,6 +185,14 @@ class SetRun {
     if (std::none_of(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; })) return;
     const SceneModel model(spec_.sensor, spec_.model);
     block_ = generate_block(spec_, model, 0, count, options_.threads);
+    if (options_.lower) {
+      const double noise = noise_norm(spec_.noise, voltages_->reference(), voltages_->reference());
+      metric_ = std::make_unique<PlaceMetric>(
+          spec_.sensor, std::max(noise, 1e-12 * voltages_->reference().norm()) /
+                            std::sqrt(static_cast<double>(spec_.sensor.channels())));
+      if (voltages_->is_smooth()) ellipses_ = std::make_unique<EllipseModel>(spec_.sensor);
+      return;
+    }
     // The broadest prior comes first: its samples may be reweighted for the other.
     for (auto task = tasks_.rbegin(); task != tasks_.rend(); ++task) {
       samplers_.push_back(std::make_unique<PosteriorSampler>(spec_, task->prior, *voltages_,
@@ -208,6 +231,35 @@ class SetRun {
       task.records.write(*limit);
       task.frames[frame] = limit;
     }
+  }
+
+  /// Chains from the scene of a frame. Its voltages are made anew by the chains' own model, with
+  /// the Gaussian noise of the likelihood, so that the scene is a draw from their posterior.
+  void compute_lower(std::size_t frame) {
+    const auto start = std::chrono::steady_clock::now();
+    const ScenePrior& prior = tasks_.front().prior;
+    RandomStream scenes = spec_.stream(spec_.scene_number(frame), Purpose::scene);
+    const SceneDraw drawn = prior.draw(scenes);
+    const FrameTruth truth{scene_of(drawn),
+                           block_.conductivity.row(static_cast<Eigen::Index>(frame))};
+    RandomStream random(key_of("limit lower"), key_of(spec_.name), frame, Purpose::scene);
+    const FrameLikelihood given(*voltages_, spec_.noise,
+                                block_.voltages.row(static_cast<Eigen::Index>(frame)).transpose());
+    Eigen::VectorXd voltages = given.voltages_of({&truth.scene, 1}).row(0);
+    const double noise = given.channel_noise(voltages);
+    for (double& value : voltages) value += noise * random.normal();
+    const FrameLikelihood likelihood(*voltages_, spec_.noise, voltages);
+    std::optional<JointStep> joint;
+    if (ellipses_) joint.emplace(prior, *ellipses_);
+    AnnealingIsland island(prior, likelihood, *metric_, joint ? &*joint : nullptr, chains, random);
+    PosteriorSamples found;
+    island.run_chains(drawn, found.samples);
+    FrameLimit limit = lower_bound_of_frame(spec_.sensor, spec_.rasterisation, truth, found);
+    limit.frame = frame;
+    limit.solves = island.solves();
+    limit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    tasks_.front().records.write(limit);
+    tasks_.front().frames[frame] = limit;
   }
 
   FrameLimit sampled(std::size_t frame, std::size_t task, SampledPosterior& posterior) const {
@@ -249,6 +301,8 @@ class SetRun {
   std::vector<char> unfinished_;  ///< [frames] missing under some prior
   DatasetBlock block_;
   std::vector<std::unique_ptr<PosteriorSampler>> samplers_;
+  std::unique_ptr<PlaceMetric> metric_;     ///< of the chains of a lower bound, as the next
+  std::unique_ptr<EllipseModel> ellipses_;  ///< null where voltages are not smooth
 };
 
 using nlohmann::json;

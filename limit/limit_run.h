@@ -21,13 +21,14 @@ struct LimitOptions {
   int frames = 100;                   ///< number of first frames of each set
   int threads = 1;
   SamplerKind sampler = SamplerKind::automatic;
-  bool fair = true;  ///< also under the training set's distribution, which may take far longer
+  bool fair = true;    ///< also under the training set's distribution, which may take far longer
+  bool lower = false;  ///< in place of both: lower_bound_of_frame()
   std::filesystem::path
       records;  ///< folder of the frames' records, from which a later call resumes
 };
 
 /// Limits of a set's frames under one prior: "oracle", the distribution of its own scenes, or
-/// "fair", that of the training set.
+/// "fair", that of the training set; or "lower", the lower bound under the former.
 struct SetLimit {
   std::string dataset;
   std::string prior;
@@ -46,7 +47,9 @@ std::string why_no_limit(const DatasetSpec& spec);
 
 /// The reference row of a set in results, "limit-oracle" or "limit-fair": each metric that has a
 /// limit, over all frames including unresolved ones. Its parameters have `"calibration":
-/// {"squared_error_over_variance", "ci95"}` and the numbers of the `"unresolved"` frames.
+/// {"squared_error_over_variance", "ci95"}` and the numbers of the `"unresolved"` frames; those of
+/// "limit-lower" `"squared_error": {"over_empty", "ci95"}`, the least mean squared error over that
+/// of an empty image.
 ResultRow row_of(const SetLimit& limit);
 
 /// Tests of whether the posteriors are right.

@@ -187,7 +187,7 @@ constexpr double widest_step = 0.5;  ///< of a walk: position in domain units, a
 constexpr double log_narrowest = 4;
 
 /// Probability of each move.
-constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0};
+constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0, 0};
 
 std::size_t any_of(std::size_t count, RandomStream& random) {
   return static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1));
@@ -221,6 +221,7 @@ Move SceneMoves::choose(RandomStream& random) const {
 
 std::optional<Proposal> SceneMoves::propose(Move move, const SceneDraw& scene, double scale,
                                             double heat, RandomStream& random) const {
+  if (move == Move::number) return number(scene, random);
   if (scene.empty()) return std::nullopt;
   switch (move) {
     case Move::walk:
@@ -342,6 +343,25 @@ std::optional<Proposal> SceneMoves::redraw(const SceneDraw& scene, RandomStream&
   const double log_before = prior_.log_density(contact);
   contact = prior_.draw_contact(random);
   proposal.log_ratio = log_before - prior_.log_density(contact);
+  return proposal;
+}
+
+std::optional<Proposal> SceneMoves::number(const SceneDraw& scene, RandomStream& random) const {
+  // A new contact takes any place in the list, and any contact may go, so that the places cancel.
+  Proposal proposal{scene, 0};
+  SceneDraw& contacts = proposal.scene;
+  if (random.uniform() < 0.5) {
+    const ContactDraw added = prior_.draw_contact(random);
+    const std::size_t at = any_of(contacts.size() + 1, random);
+    contacts.insert(contacts.begin() + static_cast<std::ptrdiff_t>(at), added);
+    proposal.log_ratio = -prior_.log_density(added);
+  } else {
+    if (contacts.empty()) return std::nullopt;
+    const auto gone =
+        contacts.begin() + static_cast<std::ptrdiff_t>(any_of(contacts.size(), random));
+    proposal.log_ratio = prior_.log_density(*gone);
+    contacts.erase(gone);
+  }
   return proposal;
 }
 

@@ -89,8 +89,9 @@ class PlaceMetric {
   std::vector<Eigen::Matrix3d> precision_;  ///< [rows * columns], of (x, y, strength) at strength 1
 };
 
-/// Metropolis-Hastings moves between scenes with the same number of contacts. Changes of a
-/// contact's form keep the centre and area of its nearest ellipse, which voltages determine best.
+/// Metropolis-Hastings moves, all but `number` between scenes with the same number of contacts.
+/// Changes of a contact's form keep the centre and area of its nearest ellipse, which voltages
+/// determine best.
 enum class Move {
   walk,      ///< position and size of a contact change, by PlaceMetric
   exchange,  ///< size is traded for conductivity at constant strength
@@ -98,8 +99,9 @@ enum class Move {
   reshape,   ///< another shape, with the old or a new angle and aspect
   redraw,    ///< a contact is drawn anew from the prior
   joint,     ///< all contacts move (JointStep)
+  number,    ///< a contact drawn from the prior is added, or one is taken away
 };
-inline constexpr int move_count = 6;
+inline constexpr int move_count = 7;
 
 struct Proposal {
   SceneDraw scene;
@@ -115,7 +117,7 @@ class SceneMoves {
   /// Both must outlive this.
   SceneMoves(const ScenePrior& prior, const PlaceMetric& metric) : prior_(prior), metric_(metric) {}
 
-  /// Draws one of the moves but the joint step, which belongs to the sampler.
+  /// Draws one of the moves but the joint step and the change of number, which the sampler chooses.
   Move choose(RandomStream& random) const;
 
   /// Nothing if the move is impossible. `heat`: the power of the likelihood in the target, 0 ... 1.
@@ -130,6 +132,7 @@ class SceneMoves {
   std::optional<Proposal> form(const SceneDraw& scene, double scale, RandomStream& random) const;
   std::optional<Proposal> reshape(const SceneDraw& scene, RandomStream& random) const;
   std::optional<Proposal> redraw(const SceneDraw& scene, RandomStream& random) const;
+  std::optional<Proposal> number(const SceneDraw& scene, RandomStream& random) const;
 
   /// Gives a contact the size and position at which its nearest ellipse has the area and centre of
   /// `before`, as far as these are free. Returns the log derivative of the new size by the old.

@@ -35,6 +35,7 @@ struct LimitArguments {
   int threads = 1;
   bool fresh = false;
   bool map = false;
+  bool lower = false;
 };
 
 /// "0.127 [0.120, 0.134], median 0.110"
@@ -49,8 +50,6 @@ std::string text_of(const MetricSummary& summary) {
 
 void print(const ResultRow& row) {
   JsonObject parameters(*row.parameters, limit_file, "/parameters");
-  JsonObject calibration = parameters.object("calibration");
-  const std::vector<double> ci95 = calibration.numbers("ci95", 2);
   std::printf("%s, %s: %d frames, %d unresolved; voltages by %s\n", printable(row.dataset).c_str(),
               row.label.c_str(), row.frames, row.frames_not_converged,
               printable(parameters.text("model")).c_str());
@@ -58,8 +57,14 @@ void print(const ResultRow& row) {
     const Metric metric = metric_from_name(name);
     std::printf("  %-14s %s\n", name, text_of(row.metrics[metric]).c_str());
   }
-  std::printf("  squared error over posterior variance %.3f [%.3f, %.3f]\n",
-              calibration.number("squared_error_over_variance"), ci95.at(0), ci95.at(1));
+  const bool lower = row.type == limit_lower;
+  JsonObject squares = parameters.object(lower ? "squared_error" : "calibration");
+  const std::vector<double> ci95 = squares.numbers("ci95", 2);
+  std::printf("  %s %.4f [%.4f, %.4f]\n",
+              lower ? "mean squared error over that of an empty image"
+                    : "squared error over posterior variance",
+              squares.number(lower ? "over_empty" : "squared_error_over_variance"), ci95.at(0),
+              ci95.at(1));
 }
 
 /// Throws InputError where no map can be drawn.
@@ -87,8 +92,10 @@ void forget(const Experiment& experiment, const LimitOptions& options) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), test.name) == wanted.end()) {
       continue;
     }
-    std::filesystem::remove_all(options.records / (test.name + "_oracle"));
-    if (options.fair) std::filesystem::remove_all(options.records / (test.name + "_fair"));
+    std::filesystem::remove_all(options.records /
+                                (test.name + (options.lower ? "_lower" : "_oracle")));
+    if (!options.lower && options.fair)
+      std::filesystem::remove_all(options.records / (test.name + "_fair"));
   }
 }
 
@@ -135,23 +142,24 @@ ExitCode limit(const LimitArguments& arguments) {
   options.sampler = static_cast<SamplerKind>(
       std::find(samplers.begin(), samplers.end(), arguments.sampler) - samplers.begin());
   options.fair = arguments.prior == "both";
+  options.lower = arguments.lower;
   options.records = folder / "limit";
   if (arguments.map) require_map(experiment);
   if (arguments.fresh) forget(experiment, options);
   std::vector<ResultRow> rows;
   const std::filesystem::path ranks = folder / "limit_ranks";
   bool drawn = true;
-  if (!arguments.fresh && std::filesystem::exists(ranks.string() + ".png")) {
+  if (!arguments.fresh && (options.lower || std::filesystem::exists(ranks.string() + ".png"))) {
     rows = finished_limits(folder, experiment, options);
   }
   if (rows.empty()) {
     const std::vector<SetLimit> limits = compute_limits(experiment, options);
     write_file_atomically(folder / limit_file,
                           text_of_file(folder / limit_file, limit_json(experiment.name, limits)));
-    drawn = draw_or_say(ranks, [&] {
-      draw_rank_figure(limits, experiment.title + ": ranks of the truths among their posteriors",
-                       ranks);
-    });
+    drawn = options.lower || draw_or_say(ranks, [&] {
+              draw_rank_figure(
+                  limits, experiment.title + ": ranks of the truths among their posteriors", ranks);
+            });
     for (const SetLimit& set : limits) rows.push_back(row_of(set));
   } else {
     spdlog::info("{}: has all of it, of this code and these sets; --fresh computes it again",
@@ -185,6 +193,9 @@ static Action add_limit(CLI::App& command) {
           "both: limit-oracle and limit-fair; oracle: that alone, which for single discs takes "
           "seconds (default: both)")
       ->check(CLI::IsMember({"both", "oracle"}));
+  command.add_flag("--lower", arguments->lower,
+                   "Compute limit-lower in place of these rows: a lower bound of every method's "
+                   "error, by chains that start at each frame's own scene");
   command.add_flag("--map", arguments->map,
                    "Also draw the Cramér-Rao bound over the sheet (limit_map.png)");
   command.add_flag("--fresh", arguments->fresh,

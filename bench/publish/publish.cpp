@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -84,7 +85,7 @@ void require_limits(const ExperimentResults& results, const Experiment& experime
   const json before = read_json_file(published / "summary.json");
   for (const json& row : before.value("rows", json::array())) {
     const std::string type = row.value("type", "");
-    if (type != limit_oracle && type != limit_fair) continue;
+    if (!type.starts_with("limit-")) continue;
     throw InputError(published.string() + ": the row " + type +
                      " would be lost; compute it first: ertbench limit " +
                      experiment.file.string());
@@ -122,23 +123,30 @@ struct PageTexts {
   }
 };
 
-/// Removes the lists by position and by candidate, of which no page shows a value.
-void drop_long_lists(json& value) {
+/// Removes the lists by position and by candidate, of which no page shows a value, and all digits
+/// behind the seventh.
+void drop_details(json& value) {
+  if (value.is_number_float()) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.7g", value.get<double>());
+    value = std::strtod(text, nullptr);
+    return;
+  }
   if (value.is_object()) {
     for (const char* key : {"places", "curve", "by_place"}) {
       if (value.contains(key) && value.at(key).is_array()) value.erase(key);
     }
   }
   for (json& child : value) {
-    if (child.is_structured()) drop_long_lists(child);
+    if (child.is_structured() || child.is_number_float()) drop_details(child);
   }
 }
 
-/// Writes the summary again without its long lists and without indentation.
+/// Writes the summary again without what no page shows and without indentation.
 void shorten_summary(const fs::path& file) {
   if (!fs::exists(file)) return;
   json summary = read_json_file(file);
-  drop_long_lists(summary);
+  drop_details(summary);
   write_file_atomically(file, json_text(summary) + "\n");
 }
 

@@ -14,7 +14,9 @@
 
 namespace ertbench {
 
-bool is_limit(const ResultRow& row) { return row.type == limit_oracle || row.type == limit_fair; }
+bool is_limit(const ResultRow& row) {
+  return row.type == limit_oracle || row.type == limit_fair || row.type == limit_lower;
+}
 
 std::vector<ResultRow> read_limit_rows(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / limit_file;
@@ -44,7 +46,7 @@ std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) 
       std::find_if(sets.tests.begin(), sets.tests.end(),
                    [&](const DatasetSpec& spec) { return spec.name == limit.dataset; });
   if (test == sets.tests.end()) return "it is of another set";
-  const DatasetSpec* scenes = limit.type == limit_oracle ? &*test : sets.training;
+  const DatasetSpec* scenes = limit.type == limit_fair ? sets.training : &*test;
   if (!scenes || limit.parameters->value("set", "") != limit_key(*test, *scenes)) {
     return "it is of other scenes";
   }

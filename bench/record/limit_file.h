@@ -17,9 +17,11 @@ namespace ertbench {
 inline constexpr const char* limit_file = "limit.json";
 
 /// Types and labels of the rows in it: under the prior of the test set's own scenes, and under that
-/// of the training set's. Reference rows like "truth": no solver has them.
+/// of the training set's; and the lower bound under the first. Reference rows like "truth": no
+/// solver has them.
 inline constexpr const char* limit_oracle = "limit-oracle";
 inline constexpr const char* limit_fair = "limit-fair";
+inline constexpr const char* limit_lower = "limit-lower";
 
 bool is_limit(const ResultRow& row);
 
@@ -48,7 +50,7 @@ void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, 
 void compare_with_limits(const std::filesystem::path& folder, std::span<const ScoredLabels> sets,
                          std::vector<ResultRow>& rows);
 
-/// The row that nothing can be better than: that of the oracle; null where there is none.
+/// The row of the best known estimates, those of the oracle; null where there is none.
 const ResultRow* limit_of(std::span<const ResultRow> rows, const std::string& dataset);
 
 }  // namespace ertbench

@@ -247,11 +247,11 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
   }
   if (has_limits(rows)) {
     out.emplace_back(
-        "limit-oracle, limit-fair: the best estimates there are, of the posterior over scenes of "
-        "each frame, under the distribution of the test scenes and of the training scenes; each "
-        "metric by an estimate of its own, on the set's first frames. error / limit: the mean "
-        "relative error of δσ over that of limit-oracle, both on these frames; no method's mean "
-        "can be expected below that.");
+        "limit-oracle, limit-fair: the best known estimates, of the posterior over scenes of each "
+        "frame, under the distribution of the test scenes and of the training scenes; each metric "
+        "by an estimate of its own, on the set's first frames. limit-lower: no method's mean can "
+        "be expected below it. error / limit: the mean relative error of δσ over that of "
+        "limit-oracle, both on these frames.");
   }
   const std::string usual = usual_processor(rows);
   out.push_back(

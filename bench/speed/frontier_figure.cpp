@@ -45,6 +45,26 @@ std::vector<Setting> frontier_of(std::vector<Setting> all) {
   return all;
 }
 
+/// The band in which the least possible error lies: above the lower bound, where there is one, and
+/// below the best known estimator's error.
+void draw_bracket(const SpeedAccuracy& chart, std::span<const ResultRow> rows, Panel& panel,
+                  Canvas& canvas) {
+  const ResultRow* known = limit_of(rows, chart.dataset);
+  if (!known || !known->metrics[chart.metric].ci95) return;
+  Interval band = *known->metrics[chart.metric].ci95;
+  std::string text = "best known estimator";
+  for (const ResultRow& row : rows) {
+    const auto& below = row.metrics[chart.metric].ci95;
+    if (row.type != limit_lower || row.dataset != chart.dataset || !below) continue;
+    band.low = below->low;
+    text = "least possible error";
+  }
+  panel.band(band.low, band.high, ink::alarm.towards_white(0.86));
+  canvas.text(text + ", first " + std::to_string(known->frames) + " frames, 95 %", 62,
+              panel.y((band.low + band.high) / 2),
+              {.align = TextAlign::left, .colour = ink::alarm});
+}
+
 }  // namespace
 
 void draw_frontier_figure(const SpeedAccuracy& chart, std::span<const ResultRow> rows,
@@ -53,14 +73,10 @@ void draw_frontier_figure(const SpeedAccuracy& chart, std::span<const ResultRow>
   Canvas canvas(690, 430);
   Panel panel(canvas, {56, 16, 676, 380}, {2.5, 4000, true, time_ticks(), "time of one frame, p50"},
               Axis::even({0.1, 0.8}, "mean relative error of δσ (empty image: 1)"));
+  draw_bracket(chart, rows, panel, canvas);
   for (const ResultRow& row : rows) {
     if (row.dataset != chart.dataset) continue;
     const MetricSummary& error = row.metrics[chart.metric];
-    if (row.type == limit_oracle && error.ci95) {
-      panel.band(error.ci95->low, error.ci95->high, ink::alarm.towards_white(0.86));
-      canvas.text("best known estimator, first " + std::to_string(row.frames) + " frames, 95 %", 62,
-                  panel.y(*error.mean), {.align = TextAlign::left, .colour = ink::alarm});
-    }
     const auto point = std::ranges::find(chart.points, row.label, &SpeedPoint::label);
     const auto method =
         static_cast<std::size_t>(std::ranges::find(methods, row.type) - methods.begin());

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "bench/studies/drawing.h"
 #include "bench/studies/targets.h"
@@ -9,7 +8,7 @@
 namespace ertbench {
 namespace {
 
-/// Two panels side by side over a third one, px.
+/// Two panels side by side, px.
 class TargetsChart {
  public:
   explicit TargetsChart(const TargetResults& results)
@@ -24,14 +23,7 @@ class TargetsChart {
     const double half = (width - 2 * left - 2 * right) / 2;
     draw_counts("recall", Box::sized(left, top(), half, panel));
     draw_counts("ghosts", Box::sized(2 * left + right + half, top(), half, panel));
-    draw_gaps(Box::sized(left, top() + panel + between, width - left - right, panel));
-    canvas_.letter(0, top() - 12);
-    canvas_.letter(1, top() + panel + between - 12);
-    add_footnote(
-        canvas_,
-        "marks: means; whiskers: their 95 % intervals; lines in (b): isotonic fits; marks in (b), "
-        "of the bins between the ticks, stand side by side",
-        left);
+    add_footnote(canvas_, "marks: means; whiskers: their 95 % intervals", left);
     canvas_.draw(stem);
   }
 
@@ -41,7 +33,6 @@ class TargetsChart {
   static constexpr double right = 26;
   static constexpr double legend_top = 40;
   static constexpr double panel = 200;
-  static constexpr double between = 76;  ///< the axis of the upper panels and a title
 
   Legend legend() const {
     Legend legend(left, width - right);
@@ -54,7 +45,7 @@ class TargetsChart {
     return legend;
   }
   double top() const { return legend_top + legend_.height() + 22; }
-  double height() const { return top() + 2 * panel + between + 64; }
+  double height() const { return top() + panel + 64; }
 
   /// Offset of a solver's marks, so that those of several solvers stand beside each other.
   double beside(std::size_t solver, double step) const {
@@ -115,73 +106,6 @@ class TargetsChart {
       series.draw(axes, styles_.line(s), styles_.mark(s), {styles_.colour(s), 1});
     }
     axes.draw();
-  }
-
-  /// Says under the last bin, the place of all wider gaps, from which on it holds them.
-  static void name_last_bin(Axis& axis, double low) {
-    std::erase_if(axis.ticks, [&](const Tick& tick) { return tick.value >= low; });
-    axis.ticks.push_back({low, ""});
-    axis.ticks.push_back({(low + axis.high) / 2, "≥ " + number_text(low)});
-  }
-
-  /// The axis of all bins; a last one that is wider than the others ends where they would.
-  Axis gap_axis() const {
-    Span span;
-    std::optional<double> wider;  // where a wider bin begins
-    for (const TargetSolver& solver : results_.solvers) {
-      for (const GapBin& bin : solver.gaps.bins) {
-        const GapBin& first = solver.gaps.bins.front();
-        const double usual = first.high_mm - first.low_mm;
-        if (bin.high_mm - bin.low_mm > 1.5 * usual) wider = bin.low_mm;
-        span.extend(bin.low_mm);
-        span.extend(std::min(bin.high_mm, bin.low_mm + usual));
-      }
-    }
-    if (span.empty()) span = {0, 1};
-    Axis axis = Axis::even(span, "gap between two contacts, mm");
-    if (wider) name_last_bin(axis, *wider);
-    return axis;
-  }
-
-  void draw_gaps(const Box& box) {
-    const Axis gaps = gap_axis();
-    const bool any = std::any_of(results_.solvers.begin(), results_.solvers.end(),
-                                 [](const TargetSolver& solver) { return solver.gaps.scenes > 0; });
-    Panel axes(canvas_, box, gaps, Axis::even({0, 1}, "resolved"));
-    axes.title("Share of pairs resolved; grey: " + number_text(100 * kResolvedShare) +
-               " %, from which on a gap is resolved");
-    if (!any) canvas_.text("no scene with two contacts was read", box.middle(), box.centre());
-    axes.level(kResolvedShare, {ink::light, 1.2, 3});
-    for (std::size_t s = 0; s < results_.solvers.size(); ++s) {
-      Points fit;
-      for (const IsotonicBlock& block : results_.solvers[s].gaps.fit) {
-        if (block.first > gaps.high) break;  // drawn at the edge it would look like a jump
-        fit.emplace_back(gaps.capped(block.first), block.value);
-        fit.emplace_back(gaps.capped(block.last), block.value);
-      }
-      axes.line(fit, styles_.line(s));
-    }
-    for (std::size_t s = 0; s < results_.solvers.size(); ++s) draw_bins(axes, gaps, s);
-    axes.draw();
-  }
-
-  void draw_bins(Panel& axes, const Axis& gaps, std::size_t s) {
-    const TargetSolver& solver = results_.solvers[s];
-    Series series;
-    for (const GapBin& bin : solver.gaps.bins) {
-      const double room = gaps.capped(bin.high_mm) - bin.low_mm;
-      const double step = 0.6 * room / static_cast<double>(results_.solvers.size());
-      const double x = bin.low_mm + room / 2 + beside(s, step);
-      series.add(x, bin.told_apart);
-      axes.tooltip(x, bin.told_apart.value,
-                   solver.label + ", gap " + number_text(bin.low_mm) + " to " +
-                       number_text(bin.high_mm) + " mm, " + std::to_string(bin.scenes) +
-                       " scenes\nresolved " + estimate_text(bin.told_apart, 2) +
-                       "\nresolvable gap, mm: " + solver.gaps.resolvable.text() + " " +
-                       solver.gaps.resolvable.interval());
-    }
-    axes.whiskers(series.whiskers, {styles_.colour(s).towards_white(0.4), 0.8});
-    axes.marks(series.points, styles_.mark(s));
   }
 
   const TargetResults& results_;
@@ -346,10 +270,8 @@ class TargetsGallery {
 StudyFigure targets_chart(const TargetCircumstances& circumstances,
                           std::shared_ptr<const TargetResults> results) {
   return {"", "Contacts detected",
-          "recall and false positives by the number of contacts, pairs resolved by the gap between "
-          "them; " +
-              circumstances.conditions,
-          ": contacts detected, false positives, pairs resolved; " + circumstances.conditions,
+          "recall and false positives by the number of contacts; " + circumstances.conditions,
+          ": contacts detected, false positives; " + circumstances.conditions,
           [results](const auto& heading, const auto& stem) {
             TargetsChart(*results).draw(heading, stem);
           }};

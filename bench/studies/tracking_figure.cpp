@@ -72,13 +72,7 @@ class TrackingSweep {
 
   void draw(const std::string& heading, const std::filesystem::path& stem) {
     canvas_.title(heading);
-    canvas_.letter(0, top - 12);
-    canvas_.letter(1, top + height + gap_y - 12);
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      draw_panel(c, top, rms_axis(), &TrackingScores::rms_mm, 1, "RMS ", " mm");
-      draw_panel(c, top + height + gap_y, share_axis(), &TrackingScores::read_back, 100,
-                 "read back ", " %");
-    }
+    for (std::size_t c = 0; c < columns_.size(); ++c) draw_panel(c);
     legend_.draw(canvas_, legend_top);
     canvas_.draw(stem);
   }
@@ -88,8 +82,7 @@ class TrackingSweep {
   static constexpr double top = 62;
   static constexpr double height = 200;
   static constexpr double gap_x = 20;
-  static constexpr double gap_y = 24;
-  static constexpr double legend_top = top + 2 * height + gap_y + 62;
+  static constexpr double legend_top = top + height + 62;
 
   double picture_width() const {
     return left + static_cast<double>(columns_.size()) * (width_ + gap_x);
@@ -130,16 +123,8 @@ class TrackingSweep {
     return Axis::logarithms(log_span(span, 1.2), "RMS distance, mm");
   }
 
-  static Axis share_axis() {
-    Axis axis{-4, 104, false, {}, "characters read back, %"};
-    for (const double percent : {0.0, 25.0, 50.0, 75.0, 100.0}) {
-      axis.ticks.push_back({percent, number_text(percent)});
-    }
-    return axis;
-  }
-
   /// With a tick at each value that was measured.
-  Axis quantity_axis(const SweepColumn& column, bool named) const {
+  Axis quantity_axis(const SweepColumn& column) const {
     const double least = column.x(*column.conditions.front());
     const double most = column.x(*column.conditions.back());
     Axis axis{least / 1.35, most * 1.35, true};
@@ -147,51 +132,48 @@ class TrackingSweep {
     for (const TrackingCondition* one : column.conditions) {
       const double value = column.x(*one);
       if (!axis.ticks.empty() && axis.ticks.back().value == value) continue;
-      std::string text = named ? number_text(value) : "";
+      std::string text = number_text(value);
       const double middle = width_ * axis.share(value);
       const double half = text_width(text, 11) / 2 + 2;
       if (middle - half < taken) text.clear();
       if (!text.empty()) taken = middle + half;
       axis.ticks.push_back({value, text});
     }
-    if (named) axis.title = column.over_speed ? "finger speed, mm/s" : "frames/s";
+    axis.title = column.over_speed ? "finger speed, mm/s" : "frames/s";
     return axis;
   }
 
-  /// One quantity of all solvers in a column's conditions.
-  void draw_panel(std::size_t c, double panel_top, Axis axis,
-                  std::optional<Estimate> TrackingScores::*score, double factor,
-                  const std::string& before, const std::string& unit) {
+  /// The errors of all solvers in a column's conditions.
+  void draw_panel(std::size_t c) {
     const SweepColumn& column = columns_[c];
-    const bool upper = panel_top == top;
     const Box box =
-        Box::sized(left + static_cast<double>(c) * (width_ + gap_x), panel_top, width_, height);
+        Box::sized(left + static_cast<double>(c) * (width_ + gap_x), top, width_, height);
+    Axis axis = rms_axis();
     if (c > 0) {
       axis.title.clear();
       for (Tick& tick : axis.ticks) tick.text.clear();
     }
-    const Axis across = quantity_axis(column, !upper);
+    const Axis across = quantity_axis(column);
     Panel panel(canvas_, box, across, axis);
-    if (upper) panel.title(column.title);
+    panel.title(column.title);
     // Between the marks of two solvers, as a part of the axis; all of them stay within its margin.
     const double step = 0.075 / std::max(6.0, static_cast<double>(solvers_.size()) - 1);
     for (std::size_t s = 0; s < solvers_.size(); ++s) {
       Series series;
       for (const TrackingCondition* one : column.conditions) {
-        const std::optional<Estimate>& value = one->solvers[s].scores.*score;
+        const std::optional<Estimate>& value = one->solvers[s].scores.rms_mm;
         if (!value) continue;
         // A little beside the others, so that marks at one place do not hide each other.
         const double beside = static_cast<double>(s) - (double(solvers_.size()) - 1) / 2;
         const double x = column.x(*one) * std::pow(across.high / across.low, step * beside);
-        const auto shown = [&](double at) { return axis.capped(factor * at); };
+        const auto shown = [&](double at) { return axis.capped(at); };
         series.add(
             x, Estimate{shown(value->value), {shown(value->ci95.low), shown(value->ci95.high)}});
         std::string text = solvers_[s].label;
         text.append(", ").append(number_text(one->speed_mm_s)).append(" mm/s, ");
-        text.append(number_text(one->frame_rate)).append(" frames/s\n").append(before);
-        text.append(fixed(factor * value->value, 1)).append(unit).append(", 95 % interval ");
-        text.append(fixed(factor * value->ci95.low, 1)).append(" to ");
-        text.append(fixed(factor * value->ci95.high, 1));
+        text.append(number_text(one->frame_rate)).append(" frames/s\nRMS ");
+        text.append(fixed(value->value, 1)).append(" mm, 95 % interval ");
+        text.append(fixed(value->ci95.low, 1)).append(" to ").append(fixed(value->ci95.high, 1));
         panel.tooltip(x, shown(value->value), text);
       }
       panel.whiskers(series.whiskers, {styles_.colour(s).towards_white(0.45), 1});
@@ -317,9 +299,8 @@ std::vector<StudyFigure> tracking_figures(const TrackingConditions& conditions,
   const std::string what = number_text(first.speed_mm_s) + " mm/s, " +
                            number_text(first.frame_rate) + " frames/s, " + first.noise + ", " +
                            law + " law";
-  return {{"", "Error and legibility",
-           "RMS distance of the place known at a moment from the finger, and share of characters "
-           "read back; by speed and frame rate, " +
+  return {{"", "Error",
+           "RMS distance of the place known at a moment from the finger by speed and frame rate, " +
                joined(noises, " and ") + ", " + law + " law",
            ", " + law + " law",
            [conditions](const auto& heading, const auto& stem) {

@@ -37,8 +37,8 @@ function draw() {
   let svg = ticks(low, high, shown.log).map(us => `<path stroke="#e4e4e4" d="M${x(us)} ${above}V${below}"/><text x=${x(us)} y=${below + 18} text-anchor=middle>${time(us)}</text>`).join("")
     + ticks(0, top).map(e => `<path stroke="#e4e4e4" d="M${left} ${y(e)}H${right}"/><text x=${left - 6} y=${y(e) + 4} text-anchor=end>${e}</text>`).join("")
     + `<text x=4 y=14>${escaped(name)}</text><text x=${right} y=${below + 40} text-anchor=end>${escaped(data.times[shown.time])}</text>`;
-  const [, best, worst] = data.limit[shown.metric] || [];
-  if (worst < top) svg += `<path fill="#f2dada" d="M${left} ${y(best)}H${right}V${y(worst)}H${left}Z"/><text x=${right - 6} y=${y((best + worst) / 2) + 4} text-anchor=end>best known estimator, ${data.limit_frames} frames</text>`;
+  const [, best, worst, what = "best known estimator"] = data.limit[shown.metric] || [];
+  if (worst < top) svg += `<path fill="#f2dada" d="M${left} ${y(best)}H${right}V${y(worst)}H${left}Z"/><text x=${right - 6} y=${y((best + worst) / 2) + 4} text-anchor=end>${what}, ${data.limit_frames} frames</text>`;
   svg += frontier.length ? `<path class=frontier d="M${frontier.map(row => `${x(duration(row))} ${y(error(row))}`).reduce((d, at) => `${d}H${at.split(" ")[0]}V${at.split(" ")[1]}`)}H${right}"/>` : "";
   for (const row of rows) svg += `<path stroke="${colour(row)}" d="M${x(duration(row))} ${y(row.metrics[shown.metric][1])}V${y(row.metrics[shown.metric][2])}"/><circle tabindex=0 role=img
     aria-label="${escaped(row.label)}: ${interval(row)}, ${time(duration(row))}" data-row=${data.rows.indexOf(row)} cx=${x(duration(row))} cy=${y(error(row))} r=5.5

@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "forward/sheet/sheet_shapes.h"
+#include "limit/frame_limit.h"
 #include "tests/bench/limit_testing.h"
 
 namespace ertbench {
@@ -181,6 +182,72 @@ TEST(AnnealedSampler, JointStepsLeaveThePriorAsItIs) {
              {.islands = 4, .particles = 250, .rounds = 10, .final_rounds = 160, .snapshots = 4}, 3,
              &ellipses),
       1000);
+}
+
+/// Chains of a posterior from a scene drawn from it.
+PosteriorSamples chains_from(const SceneDraw& drawn, const ScenePrior& prior,
+                             const SceneLikelihood& likelihood, int chains, int rounds,
+                             RandomStream& random) {
+  const PlaceMetric metric(Eigen::Matrix3d(100 * Eigen::Matrix3d::Identity()));
+  const AnnealingOptions options = {.particles = chains, .final_rounds = rounds, .snapshots = 1};
+  AnnealingIsland island(prior, likelihood, metric, nullptr, options, random);
+  PosteriorSamples out;
+  island.run_chains(drawn, out.samples);
+  return out;
+}
+
+// Chains that start at draws of the prior, with a flat likelihood, leave draws of the prior: also
+// where they add and take away contacts.
+TEST(AnnealedSampler, ChainsLeaveThePriorAsItIs) {
+  const ScenePrior prior = prior_of(1, 3, 0.2);
+  const KnownLikelihood flat([](const Scene&) { return 0.0; });
+  RandomStream random(11, key_of("chains"), 0, Purpose::scene);
+  PosteriorSamples all;
+  int changed = 0;
+  constexpr int starts = 2000;
+  for (int i = 0; i < starts; ++i) {
+    const SceneDraw drawn = prior.draw(random);
+    const PosteriorSample end = chains_from(drawn, prior, flat, 1, 40, random).samples.front();
+    changed += end.scene.size() != drawn.size();
+    all.samples.push_back(end);
+  }
+  expect_the_prior(all, starts);
+  EXPECT_GT(changed, starts / 4);
+}
+
+// Of a Gaussian the posterior variance is known: two chains from a draw of it are as far apart as
+// two independent draws once they are long, and nearer before.
+TEST(AnnealedSampler, ChainsFromAGaussiansDrawsAreApartByItsVariance) {
+  const ScenePrior prior = prior_of_a_disc();
+  const Eigen::Vector2d centre(0.3, -0.4);
+  constexpr double width = 0.02;
+  const KnownLikelihood likelihood([&](const Scene& scene) {
+    return -(scene.contacts.front().centre - centre).squaredNorm() / (2 * width * width);
+  });
+  RandomStream random(12, key_of("chains"), 0, Purpose::scene);
+  const auto variance = [&](int rounds) {
+    double sum = 0;
+    constexpr int starts = 400;
+    for (int i = 0; i < starts; ++i) {
+      SceneDraw drawn = prior.draw(random);
+      drawn.front().centre = centre + width * Eigen::Vector2d(random.normal(), random.normal());
+      WeightedSamples places;
+      const PosteriorSamples found = chains_from(drawn, prior, likelihood, 4, rounds, random);
+      places.values.resize(std::ssize(found.samples), 2);
+      for (const PosteriorSample& sample : found.samples) {
+        places.values.row(std::ssize(places.islands)) = sample.scene.front().centre.transpose();
+        places.islands.push_back(sample.island);
+      }
+      sum += variance_between_last(places) / starts;
+    }
+    return sum / (2 * width * width);
+  };
+  // Its standard error is at most sqrt(2 / 3 / 400 / 2), 3 %, with three degrees of freedom a
+  // start.
+  EXPECT_NEAR(variance(400), 1, 0.12);
+  const double early = variance(4);
+  EXPECT_GT(early, 0);
+  EXPECT_LT(early, 0.9);
 }
 
 TEST(AnnealedSampler, CountsContactsByTheirLikelihood) {

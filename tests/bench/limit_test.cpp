@@ -260,6 +260,59 @@ TEST(Limit, OfADiscIsReadAgainAndMakesRows) {
   EXPECT_TRUE(finished_limits(folder.path(), experiment, options).empty());
 }
 
+// The enumerated posteriors of one disc are exact: chains from the truths come near their expected
+// error from below.
+TEST(Limit, LowerBoundIsBelowTheExactOneAndNearIt) {
+  const TemporaryFolder folder("limit");
+  nlohmann::json json = one_disc();
+  json["datasets"]["test"]["snr_db"] = 40;
+  const Experiment experiment = read(folder.path(), json);
+  LimitOptions options;
+  options.frames = 20;
+  options.fair = false;
+  options.records = folder.path() / "limit";
+  const SetLimit exact = compute_limits(experiment, options).at(0);
+  options.lower = true;
+  const std::vector<SetLimit> lower = compute_limits(experiment, options);
+  ASSERT_EQ(lower.size(), 1u);
+  double ratio_of_errors = 0;
+  double ratio_of_squares = 0;
+  double errors = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < exact.frames.size(); ++i) {
+    const FrameLimit& low = lower[0].frames[i];
+    EXPECT_LT(low.relative_error_of_mean, 0.6);  // the chains are about this frame's scene
+    EXPECT_EQ(low.energy, exact.frames[i].energy);
+    EXPECT_EQ(low.metrics.count("PE"), 0u);
+    ratio_of_errors += *low.metrics.at("relative_error").error;
+    errors += *exact.frames[i].metrics.at("relative_error").expected;
+    ratio_of_squares += low.variance;
+    squares += exact.frames[i].variance;
+  }
+  // Other noise than in the set's own frames is drawn, and 20 frames are few.
+  EXPECT_LT(ratio_of_errors / errors, 1.25);
+  EXPECT_GT(ratio_of_errors / errors, 0.6);
+  EXPECT_LT(ratio_of_squares / squares, 1.5);
+  EXPECT_GT(ratio_of_squares / squares, 0.4);
+
+  std::vector<ResultRow> rows(1);
+  rows[0].type = "truth";
+  rows[0].dataset = "test";
+  write_file_atomically(folder.path() / limit_file, limit_json("small", lower).dump());
+  add_limit_rows(folder.path(), sets_of(experiment), Reuse::same_code, rows);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[1].label, limit_lower);
+  EXPECT_EQ(finished_limits(folder.path(), experiment, options).size(), 1u);
+
+  json["datasets"]["test"]["scenes"]["blank_fraction"] = 0.1;
+  try {
+    compute_limits(read(folder.path(), json), options);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("scenes without contact"), std::string::npos);
+  }
+}
+
 TEST(Limit, OfTheOracleAloneLeavesTheTrainingSetsPriorOut) {
   const TemporaryFolder folder("limit");
   nlohmann::json json = one_disc();

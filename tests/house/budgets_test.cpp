@@ -22,7 +22,7 @@ struct Budgets {
   std::size_t median_lines = 110;   ///< of these files, at least
   std::size_t longest_lines = 450;  ///< of any of these files
   std::size_t readme_lines = 130;
-  std::size_t docs_lines = 1545;    ///< of all pages of docs/
+  std::size_t docs_lines = 1500;    ///< of all pages of docs/
   std::uintmax_t tree_mb = 40;      ///< all tracked files
   std::uintmax_t results_mb = 16;   ///< results/ without networks
   std::uintmax_t networks_mb = 16;  ///< results/networks
