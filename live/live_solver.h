@@ -13,7 +13,7 @@
 #include "frames/frame_bounds.h"
 #include "frames/reference_check.h"
 #include "frames/twin_places.h"
-#include "live/quiet_reference.h"
+#include "solvers/front/quiet_reference.h"
 #include "solvers/solver.h"
 
 namespace ertbench {

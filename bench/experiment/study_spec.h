@@ -15,10 +15,10 @@ class JsonObject;
 struct Experiment;
 
 /// A study of touches beyond the scores of single images, one of the questions of the paper's
-/// appendix D. It evaluates the contacts that the solvers detect in the named test sets.
+/// appendix D. It evaluates the contacts that the solvers detect in the named test sets, or (the
+/// type "arm_hour") in frames of its own.
 struct StudySpec {
-  std::string
-      type;  ///< "localisation", "sensitivity", "targets", "tracking", "collision", "consistency"
+  std::string type;                          ///< of study_types(): "localisation", "arm_hour"
   std::string name;                          ///< names its files and its part of summary.json
   std::vector<std::string> sets;             ///< "sets": test sets of the kind that it needs
   std::vector<std::string> maps;             ///< sets for which a map is drawn

@@ -29,8 +29,11 @@ Stages stages_of_run(const Experiment& experiment, Machines machines) {
 Stages stages_of_fidelity(int scenes) { return part_named("tools").stages(scenes); }
 
 std::unique_ptr<Stage> stage_named(const std::string& name, int scenes) {
-  static constexpr std::pair<const char*, const char*> part_of_stage[] = {
-      {"ladders", "ladders"}, {"folds", "studies"}, {"studies", "studies"}, {"fidelity", "tools"}};
+  static constexpr std::pair<const char*, const char*> part_of_stage[] = {{"ladders", "ladders"},
+                                                                          {"folds", "studies"},
+                                                                          {"hours", "studies"},
+                                                                          {"studies", "studies"},
+                                                                          {"fidelity", "tools"}};
   Stages stages = stages_of_run(Experiment());
   std::string names;
   for (const auto& stage : stages) names += stage->name() + ", ";

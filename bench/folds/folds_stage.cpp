@@ -10,6 +10,7 @@
 #include "bench/run/stage.h"
 #include "bench/score/contact_rule_choice.h"
 #include "bench/score/image_contacts.h"
+#include "bench/studies/arm_hour.h"
 #include "bench/studies/study.h"
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
@@ -216,6 +217,7 @@ extern "C" void ertbench_part_studies(ertbench::Part& part) {
   part.stages = [](int) {
     ertbench::Stages stages;
     stages.push_back(std::make_unique<ertbench::FoldsStage>());
+    stages.push_back(ertbench::arm_hour_stage());
     stages.push_back(ertbench::study_stage());
     return stages;
   };

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bench/plot/canvas.h"
+#include "bench/studies/arm_hour.h"
 #include "bench/studies/collision.h"
 #include "bench/studies/columns.h"
 #include "bench/studies/consistency.h"
@@ -74,7 +75,8 @@ std::size_t trainings_of(const ExperimentResults& results, const std::string& la
 const std::map<std::string, Study (*)(const StudyInput&)> studies = {
     {"localisation", localisation_study}, {"sensitivity", sensitivity_study},
     {"targets", targets_study},           {"tracking", tracking_study},
-    {"collision", collision_study},       {"consistency", consistency_study}};
+    {"collision", collision_study},       {"consistency", consistency_study},
+    {"arm_hour", arm_hour_study}};
 
 }  // namespace
 

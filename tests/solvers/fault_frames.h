@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
@@ -31,10 +32,13 @@ class ValidationFile {
   DatasetFile set_;
 };
 
-/// Changes of frames like those of ValidationFile, but other ones; `snr_db` absolute.
-inline Frames fresh_changes(std::uint64_t count, double snr_db = 50) {
+/// Changes of frames like those of ValidationFile, but other ones; `snr_db` absolute. Without a
+/// `seed` scenes are drawn by that of the file.
+inline Frames fresh_changes(std::uint64_t count, double snr_db = 50,
+                            std::optional<std::uint64_t> seed = {}) {
   DatasetSpec spec = random_contacts(count, {}, 0.05);
   spec.name = "fresh";
+  if (seed) spec.seed = *seed;
   spec.noise.snr_db = snr_db;
   const SceneModel model(Sensor{}, GridSheet{24});
   return generate_block(spec, model, 0, count).voltages.rowwise() -

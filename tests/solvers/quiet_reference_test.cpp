@@ -1,6 +1,6 @@
 // The reference follows the sheet while nothing presses, and never a press.
 
-#include "live/quiet_reference.h"
+#include "solvers/front/quiet_reference.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "live/quiet_reference.h"
+#include "solvers/front/quiet_reference.h"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace ertbench {
 namespace {
 
 constexpr double window_s = 1;
-constexpr int least_frames = 8;  ///< of a window
+constexpr int least_of_window = 8;  ///< of a window
 constexpr int least_quiet = 2;   ///< windows
 /// Largest mean square of the rest over that of the noise of a window's mean. For 208 channels it
 /// is six standard deviations of chi^2.
@@ -38,7 +38,7 @@ void QuietReference::follow(Eigen::Ref<Eigen::RowVectorXd> change, double time_s
   sum_ += change;
   squares_ += change.squaredNorm();
   ++frames_;
-  if (time_s - begin_s_ < window_s || frames_ < least_frames) return;
+  if (time_s - begin_s_ < window_s || frames_ < least_of_window) return;
   end_window();
   sum_.setZero();
   squares_ = 0;
