@@ -24,11 +24,12 @@ struct Options {
   int rank = 50;
 };
 
-/// Weighted least squares on packed resistances: half of |W (P r - change)|^2 has the gradient
-/// `normal` r - `side`.
+/// Weighted least squares on those packed resistances that the frame's channels depend on: half of
+/// |W (P r - change)|^2 has the gradient `normal` r - `side`.
 struct Misfit {
-  Eigen::MatrixXd normal;  ///< [528, 528]
-  Eigen::VectorXd side;    ///< [528]
+  std::vector<Eigen::Index> pairs;  ///< of the 528; at least one of their electrodes was driven
+  Eigen::MatrixXd normal;           ///< [pairs, pairs]
+  Eigen::VectorXd side;             ///< [pairs]
 };
 
 Misfit misfit_of(const KtcSetting& setting, const KtcFrame& frame, const Options& options) {
@@ -36,23 +37,30 @@ Misfit misfit_of(const KtcSetting& setting, const KtcFrame& frame, const Options
       frame.present.array() /
       (std::pow(options.noise, 2) + (options.model_error * frame.change.array()).square()).sqrt();
   const Eigen::SparseMatrix<double> weighted = weight.matrix().asDiagonal() * setting.channels;
-  return {Eigen::SparseMatrix<double>(weighted.transpose() * weighted),
-          weighted.transpose() * (weight * frame.change.array()).matrix()};
+  const Eigen::MatrixXd normal = Eigen::SparseMatrix<double>(weighted.transpose() * weighted);
+  const Eigen::VectorXd side = weighted.transpose() * (weight * frame.change.array()).matrix();
+  Misfit out;
+  for (Eigen::Index i = 0; i < side.size(); ++i) {
+    if (normal(i, i) > 0) out.pairs.push_back(i);
+  }
+  out.normal = normal(out.pairs, out.pairs);
+  out.side = side(out.pairs);
+  return out;
 }
 
-/// d packed resistance / d coefficients of the `functions`, of which a triangle has the mean at its
-/// nodes, [528, functions]. `by_triangle`: d conductivity by such a mean. Single precision is as
-/// good for a step and twice as fast.
+/// d packed resistances of `pairs` / d coefficients of the `functions`, of which a triangle has the
+/// mean at its nodes, [pairs, functions]. `by_triangle`: d conductivity by such a mean. Single
+/// precision is as good for a step and twice as fast.
 Eigen::MatrixXf sensitivity_of(const TankModel& tank, const TankModel::Solution& solution,
-                               const Eigen::VectorXd& by_triangle,
-                               const Eigen::MatrixXf& functions) {
+                               const Eigen::VectorXd& by_triangle, const Eigen::MatrixXf& functions,
+                               const std::vector<Eigen::Index>& pairs) {
   Eigen::MatrixXf nodal = Eigen::MatrixXf::Zero(TankModel::pairs, tank.nodes().cols());
   for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
     const double share = by_triangle[static_cast<Eigen::Index>(t)] / 3;
     const Eigen::VectorXf column = static_cast<float>(share) * tank.sensitivity(solution, t);
     for (const int node : tank.triangles()[t]) nodal.col(node) += column;
   }
-  return nodal * functions;
+  return nodal(pairs, Eigen::all) * functions;
 }
 
 Eigen::VectorXd uniform(const KtcSetting& setting) {
@@ -131,11 +139,12 @@ class OneStep final : public InSmoothFunctions {
   OneStep(const TankModel& tank, const Options& options) : InSmoothFunctions(tank, options, 1) {}
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
-    const Eigen::MatrixXf jacobian =
-        sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_);
-    const Eigen::VectorXd change = regularised(misfit_of(setting, frame, options_), jacobian,
-                                               Eigen::VectorXd::Zero(TankModel::pairs),
-                                               Eigen::VectorXd::Zero(functions_.cols()));
+    const Misfit misfit = misfit_of(setting, frame, options_);
+    const Eigen::MatrixXf jacobian = sensitivity_of(*setting.tank, setting.calibration.empty,
+                                                    uniform(setting), single_, misfit.pairs);
+    const Eigen::VectorXd change =
+        regularised(misfit, jacobian, Eigen::VectorXd::Zero(jacobian.rows()),
+                    Eigen::VectorXd::Zero(functions_.cols()));
     return {setting.tank->image(functions_ * change, image_size), std::nullopt};
   }
 };
@@ -150,10 +159,10 @@ class TruncatedSvd final : public InSmoothFunctions {
     const Misfit misfit = misfit_of(setting, frame, options_);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> root(misfit.normal);
     const Eigen::VectorXd scale = root.eigenvalues().cwiseMax(0).cwiseSqrt();
-    const Eigen::MatrixXd jacobian =
-        scale.asDiagonal() * root.eigenvectors().transpose() *
-        sensitivity_of(*setting.tank, setting.calibration.empty, uniform(setting), single_)
-            .cast<double>();
+    const Eigen::MatrixXd jacobian = scale.asDiagonal() * root.eigenvectors().transpose() *
+                                     sensitivity_of(*setting.tank, setting.calibration.empty,
+                                                    uniform(setting), single_, misfit.pairs)
+                                         .cast<double>();
     const Eigen::VectorXd side =
         (root.eigenvectors().transpose() * misfit.side).binaryExpr(scale, [&](double x, double s) {
           return s > 1e-9 * scale.maxCoeff() ? x / s : 0;
@@ -196,9 +205,9 @@ class LevelSet final : public InSmoothFunctions {
       const Contrast contrast{options_.contrast, std::max(options_.sharpness, std::pow(0.6, i))};
       if (contrast.width != width) now = state(setting, misfit, contrast, coefficients);
       width = contrast.width;
-      Eigen::VectorXd change =
-          regularised(misfit, sensitivity_of(*setting.tank, now.solution, now.slopes, single_),
-                      now.resistance_change, coefficients);
+      Eigen::VectorXd change = regularised(
+          misfit, sensitivity_of(*setting.tank, now.solution, now.slopes, single_, misfit.pairs),
+          now.resistance_change, coefficients);
       constexpr double most = 1.5;  // of the level set, where the model is linear no more
       change *= std::min(1.0, most / (functions_ * change).cwiseAbs().maxCoeff());
       constexpr int halvings = 2;
@@ -221,7 +230,7 @@ class LevelSet final : public InSmoothFunctions {
   struct State {
     Eigen::VectorXd slopes;  ///< of the conductivity by the level, [triangles]
     TankModel::Solution solution;
-    Eigen::VectorXd resistance_change;
+    Eigen::VectorXd resistance_change;  ///< of the misfit's pairs
     double cost;  ///< twice the negative logarithm of the posterior, but for a constant
   };
 
@@ -239,8 +248,8 @@ class LevelSet final : public InSmoothFunctions {
       out.slopes[at] = conductivity[at] * contrast.slope(level);
     }
     out.solution = tank.solve(conductivity, setting.calibration.contact_impedance);
-    out.resistance_change = TankModel::packed(out.solution.resistance) -
-                            TankModel::packed(setting.calibration.empty.resistance);
+    out.resistance_change = TankModel::packed(out.solution.resistance -
+                                              setting.calibration.empty.resistance)(misfit.pairs);
     out.cost = coefficients.squaredNorm() +
                out.resistance_change.dot(misfit.normal * out.resistance_change) -
                2 * out.resistance_change.dot(misfit.side);
