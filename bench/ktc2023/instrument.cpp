@@ -153,11 +153,13 @@ double between_drives(const KtcPatterns& patterns, const Eigen::VectorXd& voltag
 }  // namespace
 
 KtcCalibration calibrate_ktc(const TankModel& tank, const KtcPatterns& patterns,
-                             const Eigen::VectorXd& voltages) {
+                             const Eigen::VectorXd& voltages, const std::string& step) {
   KtcCalibration out;
   out.gain = out.common_mode = Eigen::VectorXd::Zero(patterns.measurements.cols());
   const ReferenceFit fit(tank, patterns, voltages);
-  for (const Freedom& freedom : steps) out.unexplained.push_back(fit.run(freedom, out));
+  for (std::size_t i = 0; i == 0 || ktc_calibration_steps[i - 1] != step; ++i) {
+    out.unexplained.push_back(fit.run(steps[i], out));
+  }
   out.repeated = between_drives(patterns, voltages, 1);
   out.reversed = between_drives(patterns, voltages, -1);
   return out;

@@ -44,9 +44,13 @@ struct KtcCalibration {
 Eigen::MatrixXd channel_operator(const KtcPatterns& patterns, const Eigen::VectorXd& gain,
                                  const Eigen::VectorXd& common_mode);
 
+/// How far a calibration goes, each step on top of those before.
+inline const std::vector<std::string> ktc_calibration_steps = {"conductivity", "impedances",
+                                                               "common-mode", "all"};
+
 /// Fits the model to the empty tank's `voltages` [channels]; those that are NaN are left out.
-/// Nothing else is looked at.
+/// Nothing else is looked at. `step` is the last one.
 KtcCalibration calibrate_ktc(const TankModel& tank, const KtcPatterns& patterns,
-                             const Eigen::VectorXd& voltages);
+                             const Eigen::VectorXd& voltages, const std::string& step = "all");
 
 }  // namespace ertbench

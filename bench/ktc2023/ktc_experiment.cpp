@@ -18,6 +18,8 @@ namespace fs = std::filesystem;
 
 struct Method {
   std::string label;
+  std::string calibration;
+  bool normalised;
   std::unique_ptr<KtcMethod> method;
 };
 
@@ -39,7 +41,10 @@ struct KtcSpec {
                                 : std::vector{1, 2, 3, 4, 5, 6, 7};
     for (JsonObject& entry : root.objects("methods")) {
       const std::string label = entry.text_or("label", entry.text("type"));
-      methods.push_back({label, ktc_method_from_json(entry, tank)});
+      const std::string calibration = entry.choice_or("calibration", "all", ktc_calibration_steps);
+      const bool normalised =
+          entry.choice_or("difference", "plain", {"plain", "normalised"}) == "normalised";
+      methods.push_back({label, calibration, normalised, ktc_method_from_json(entry, tank)});
       entry.finish();
     }
     if (root.has("simulated")) {
@@ -68,7 +73,9 @@ struct KtcSpec {
   KtcResults results;  ///< what the file says of them
 };
 
-KtcFrame frame_of(const KtcTarget& target, const KtcReference& reference, int level) {
+/// `normalised`: relative to the reference, times the model's.
+KtcFrame frame_of(const KtcTarget& target, const KtcReference& reference, int level,
+                  const KtcSetting& setting, bool normalised) {
   if (target.patterns.channels() != reference.patterns.channels()) {
     throw InputError(printable_path(target.reference.string()) +
                      ": has other patterns than the targets beside it");
@@ -76,9 +83,14 @@ KtcFrame frame_of(const KtcTarget& target, const KtcReference& reference, int le
   KtcFrame out;
   out.change = target.voltages;
   out.present.setOnes(out.change.size());
+  const Eigen::VectorXd model =
+      setting.channels * TankModel::packed(setting.calibration.empty.resistance);
   for (Eigen::Index c = 0; c < out.change.size(); ++c) {
     out.change[c] = target.voltages[c] / target.patterns.amplitude(c) -
                     reference.voltages[c] / reference.patterns.amplitude(c);
+    if (normalised) {
+      out.change[c] *= model[c] / reference.voltages[c] * reference.patterns.amplitude(c);
+    }
     const bool gone = target.patterns.uses_first(c, 2 * (level - 1));
     if (!gone && std::isfinite(out.change[c])) continue;
     out.change[c] = out.present[c] = 0;
@@ -104,6 +116,7 @@ void run_method(const Method& method, const std::vector<Case>& cases, std::vecto
   KtcRow own{method.label, {}};
   KtcRow otsu{method.label, {}};
   for (const Case& one : cases) {
+    method.method->prepare(*one.setting, one.frame);
     const auto start = std::chrono::steady_clock::now();
     const KtcImage image = method.method->reconstruct(*one.setting, one.frame);
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
@@ -159,41 +172,58 @@ KtcResults ktc_results(const ExperimentJson& json) {
   KtcResults results = std::move(spec.results);
   const std::vector<KtcTarget> targets = read_ktc_targets(spec.data);
   std::map<fs::path, KtcReference> references;
-  std::map<fs::path, KtcSetting> settings;
   for (const KtcTarget& target : targets) {
-    if (settings.contains(target.reference)) continue;
+    results.simulated_levels |= target.any_level;
+    if (references.contains(target.reference)) continue;
     const KtcReference& reference =
         references.emplace(target.reference, read_ktc_reference(target.reference)).first->second;
-    KtcCalibration fit = calibrate_ktc(tank, reference.patterns, reference.voltages);
-    results.calibrations[fs::relative(target.reference, spec.data).string()] = fit;
-    Eigen::SparseMatrix<double> channels =
-        channel_operator(reference.patterns, fit.gain, fit.common_mode).sparseView();
-    settings[target.reference] = {&tank, std::move(fit), std::move(channels)};
-    results.simulated_levels |= target.any_level;
+    results.calibrations[fs::relative(target.reference, spec.data).string()] =
+        calibrate_ktc(tank, reference.patterns, reference.voltages);
   }
+  std::map<std::pair<fs::path, std::string>, KtcSetting> settings;
+  const auto setting_of = [&](const fs::path& file, const std::string& step) -> const KtcSetting& {
+    KtcSetting& setting = settings[{file, step}];
+    if (setting.tank) return setting;
+    const KtcReference& of = references.at(file);
+    setting.calibration = calibrate_ktc(tank, of.patterns, of.voltages, step);
+    setting.channels =
+        channel_operator(of.patterns, setting.calibration.gain, setting.calibration.common_mode)
+            .sparseView();
+    setting.patterns = &of.patterns;
+    setting.tank = &tank;
+    return setting;
+  };
   const auto run = [&](const std::vector<KtcTarget>& all) {
-    std::vector<Case> cases;
-    for (const KtcTarget& target : all) {
-      for (const int level : spec.levels) {
-        if (!target.any_level && level != target.level) continue;
-        cases.push_back({&target, level, &settings[target.reference],
-                         frame_of(target, references[target.reference], level)});
+    const auto cases_of = [&](const std::string& step, bool normalised) {
+      std::vector<Case> cases;
+      for (const KtcTarget& target : all) {
+        const KtcSetting& setting = setting_of(target.reference, step);
+        for (const int level : spec.levels) {
+          if (!target.any_level && level != target.level) continue;
+          cases.push_back(
+              {&target, level, &setting,
+               frame_of(target, references.at(target.reference), level, setting, normalised)});
+        }
       }
-    }
+      return cases;
+    };
     std::vector<KtcRow> rows;
-    for (const Method& method : spec.methods) run_method(method, cases, rows);
+    for (const Method& method : spec.methods) {
+      run_method(method, cases_of(method.calibration, method.normalised), rows);
+    }
     // What an image without a contact scores.
     KtcRow& empty = rows.emplace_back(KtcRow{"no-contact", {}});
-    for (const Case& one : cases)
+    for (const Case& one : cases_of("all", false)) {
       empty.outcomes.push_back(outcome_of(one, ClassMap::Zero(256, 256), 0));
+    }
     return rows;
   };
   results.rows = run(targets);
   if (spec.simulated > 0) {
     const fs::path& file = targets.front().reference;
     results.simulated =
-        run(simulate_ktc_targets(references[file], file, settings[file].calibration, spec.simulated,
-                                 static_cast<std::uint64_t>(spec.seed)));
+        run(simulate_ktc_targets(references.at(file), file, setting_of(file, "all").calibration,
+                                 spec.simulated, static_cast<std::uint64_t>(spec.seed)));
   }
   return results;
 }

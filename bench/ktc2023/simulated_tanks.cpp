@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/random.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -13,28 +12,22 @@ namespace {
 
 constexpr double ratios[] = {1, 0.02, 15};  // conductivity of a class to water's
 
-/// A cylinder of polygonal section, of 32 sides for a round one.
-struct Section {
-  Eigen::Vector2d centre;
-  double radius;
-  int kind;
-  std::vector<double> angles;  ///< of its corners, ascending
+}  // namespace
 
-  bool holds(const Eigen::Vector2d& point) const {
-    const auto corner = [&](std::size_t i) -> Eigen::Vector2d {
-      const double angle = angles[i % angles.size()];
-      return centre + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    };
-    for (std::size_t i = 0; i < angles.size(); ++i) {
-      const Eigen::Vector2d side = corner(i + 1) - corner(i);
-      const Eigen::Vector2d from = point - corner(i);
-      if (side.x() * from.y() - side.y() * from.x() < 0) return false;
-    }
-    return true;
+bool SimulatedCylinders::Section::holds(const Eigen::Vector2d& point) const {
+  const auto corner = [&](std::size_t i) -> Eigen::Vector2d {
+    const double angle = angles[i % angles.size()];
+    return centre + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  };
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const Eigen::Vector2d side = corner(i + 1) - corner(i);
+    const Eigen::Vector2d from = point - corner(i);
+    if (side.x() * from.y() - side.y() * from.x() < 0) return false;
   }
-};
+  return true;
+}
 
-Section random_section(RandomStream& random) {
+SimulatedCylinders::Section SimulatedCylinders::random_section(RandomStream& random) {
   Section out{{}, random.uniform(0.013, 0.028), random.integer(1, 2), {}};
   const double distance = std::sqrt(random.uniform()) * (0.108 - out.radius);
   const double direction = random.uniform(0, 2 * std::numbers::pi);
@@ -49,27 +42,32 @@ Section random_section(RandomStream& random) {
   return out;
 }
 
-std::vector<Section> random_sections(RandomStream& random, std::size_t count) {
+SimulatedCylinders::SimulatedCylinders(RandomStream& random, std::size_t count) {
   constexpr double gap = 0.006;
-  std::vector<Section> out;
-  while (out.size() < count) {
+  while (sections_.size() < count) {
     const Section next = random_section(random);
-    const bool free = std::all_of(out.begin(), out.end(), [&](const Section& other) {
+    const bool free = std::all_of(sections_.begin(), sections_.end(), [&](const Section& other) {
       return (other.centre - next.centre).norm() > other.radius + next.radius + gap;
     });
-    if (free) out.push_back(next);
+    if (free) sections_.push_back(next);
   }
-  return out;
 }
 
-int kind_at(const std::vector<Section>& sections, const Eigen::Vector2d& point) {
-  for (const Section& section : sections) {
+int SimulatedCylinders::kind_at(const Eigen::Vector2d& point) const {
+  for (const Section& section : sections_) {
     if (section.holds(point)) return section.kind;
   }
   return 0;
 }
 
-}  // namespace
+Eigen::VectorXd SimulatedCylinders::conductivity(const TankModel& tank, double water) const {
+  Eigen::VectorXd out(std::ssize(tank.triangles()));
+  for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
+    const Eigen::Vector2d at = tank.nodes()(Eigen::all, tank.triangles()[t]).rowwise().mean();
+    out[static_cast<Eigen::Index>(t)] = water * ratios[kind_at(at)];
+  }
+  return out;
+}
 
 std::vector<KtcTarget> simulate_ktc_targets(const KtcReference& reference,
                                             const std::filesystem::path& reference_file,
@@ -89,12 +87,8 @@ std::vector<KtcTarget> simulate_ktc_targets(const KtcReference& reference,
   std::vector<KtcTarget> out;
   for (int i = 0; i < count; ++i) {
     RandomStream random(seed, key_of("ktc2023"), static_cast<std::uint64_t>(i), Purpose::scene);
-    const auto sections = random_sections(random, static_cast<std::size_t>(1 + i % 5));
-    Eigen::VectorXd conductivity = water;
-    for (std::size_t t = 0; t < tank.triangles().size(); ++t) {
-      const Eigen::Vector2d at = tank.nodes()(Eigen::all, tank.triangles()[t]).rowwise().mean();
-      conductivity[static_cast<Eigen::Index>(t)] *= ratios[kind_at(sections, at)];
-    }
+    const SimulatedCylinders cylinders(random, static_cast<std::size_t>(1 + i % 5));
+    const Eigen::VectorXd conductivity = cylinders.conductivity(tank, calibration.conductivity);
     const Eigen::VectorXd change =
         channels * TankModel::packed(
                        tank.solve(conductivity, calibration.contact_impedance).resistance - empty);
@@ -111,8 +105,8 @@ std::vector<KtcTarget> simulate_ktc_targets(const KtcReference& reference,
     ClassMap& truth = target.truth.emplace(256, 256);
     for (int row = 0; row < 256; ++row) {
       for (int column = 0; column < 256; ++column) {
-        truth(row, column) = kind_at(
-            sections, TankModel::radius / 128 * Eigen::Vector2d(column - 127.5, 127.5 - row));
+        truth(row, column) = cylinders.kind_at(TankModel::radius / 128 *
+                                               Eigen::Vector2d(column - 127.5, 127.5 - row));
       }
     }
   }

@@ -4,8 +4,33 @@
 #include <vector>
 
 #include "bench/ktc2023/ktc_files.h"
+#include "core/random.h"
 
 namespace ertbench {
+
+/// Plastic or metal cylinders of round and polygonal section anywhere in the tank.
+class SimulatedCylinders {
+ public:
+  SimulatedCylinders(RandomStream& random, std::size_t count);
+
+  int kind_at(const Eigen::Vector2d& point) const;  ///< 0 water, 1 resistive, 2 conductive
+  /// Of the triangles, S.
+  Eigen::VectorXd conductivity(const TankModel& tank, double water) const;
+
+ private:
+  /// A polygon, of 32 sides for a round cylinder.
+  struct Section {
+    Eigen::Vector2d centre;
+    double radius;
+    int kind;
+    std::vector<double> angles;  ///< of its corners, ascending
+
+    bool holds(const Eigen::Vector2d& point) const;
+  };
+  static Section random_section(RandomStream& random);
+
+  std::vector<Section> sections_;
+};
 
 /// Targets of one to five plastic or metal cylinders, of round and polygonal section, anywhere in
 /// the calibrated tank. Their changes are those of finer finite elements, with 1 % and 1 mV per mA

@@ -123,7 +123,10 @@ struct EllipseModel::Workspace::Memory {
       }
       tangent.resize(n);
       from_centre.resize(n);
-      const std::size_t wide = n * static_cast<std::size_t>(stride);
+    }
+    // A memory may have served a sensor of fewer pairs before.
+    const std::size_t wide = n * static_cast<std::size_t>(stride);
+    if (density.size() < wide) {
       for (auto* array : {&density, &potential, &solution, &along}) array->resize(wide);
     }
   }

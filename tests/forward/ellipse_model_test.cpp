@@ -50,6 +50,30 @@ std::vector<EllipticContact> random_contacts(const EllipseModel& model, RandomSt
   }
 }
 
+/// The sanitizers see memory that is too small.
+TEST(EllipseModel, AWorkspaceServesSensorsInTurn) {
+  Sensor few;
+  few.electrode_count = 8;
+  const EllipseModel small(few);
+  const EllipseModel large(Sensor{});
+  std::vector<EllipticContact> contacts(2);
+  contacts[0].centre = {-0.4, 0};
+  contacts[1].centre = {0.4, 0};
+  for (EllipticContact& contact : contacts) contact.log_size = -1.6;
+  EllipseModel::Workspace used;
+  EllipseModel::Workspace fresh;
+  VectorXd change(small.pairs());
+  VectorXd expected(large.pairs());
+  ASSERT_TRUE(small.place(contacts, used));
+  small.evaluate(used, change);
+  contacts.pop_back();
+  ASSERT_TRUE(large.place(contacts, used) && large.place(contacts, fresh));
+  change.resize(large.pairs());
+  large.evaluate(used, change);
+  large.evaluate(fresh, expected);
+  EXPECT_EQ(change, expected);
+}
+
 /// Against the border model, which is held against EIDORS's reference and finite elements.
 TEST(EllipseModel, IsTheBorderModel) {
   const Sensor sensor;

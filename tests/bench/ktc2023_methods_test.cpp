@@ -1,0 +1,71 @@
+// Methods for KTC2023 beside those of its own room, and how its frames are made.
+
+#include <gtest/gtest.h>
+
+#include "core/errors.h"
+#include "core/files.h"
+#include "tests/bench/ktc2023_testing.h"
+
+namespace ertbench {
+namespace {
+
+nlohmann::json registered(const nlohmann::json& solver) {
+  return {{"type", "registry"}, {"label", solver["type"]}, {"solver", solver}};
+}
+
+TEST(KtcMethods, EveryMethodFindsBothDiscsWithAndWithoutEightElectrodes) {
+  const TemporaryFolder folder("ktc");
+  SmallCompetition().write_training(folder.path(), [](Eigen::Index) { return 1; });
+  const KtcResults results =
+      results_in(folder.path(),
+                 {{{"type", "gauss-newton"}},
+                  {{"type", "lmmse"}, {"scenes", 300}},
+                  registered({{"type", "one-step-gn"}, {"lambda", 0.03}}),
+                  registered({{"type", "pdipm"}, {"alpha", 1e-5}}),
+                  registered({{"type", "contacts"}, {"noise", 0.001}, {"prior_weight", 1}})},
+                 1);
+  ASSERT_EQ(results.rows.size(), 7u);  // the contacts twice, and the empty image
+  EXPECT_EQ(results.rows[4].label, "contacts");
+  EXPECT_EQ(results.rows[5].label, "contacts, Otsu");
+  const KtcRow& empty = results.rows.back();
+  for (std::size_t m = 0; m + 1 < results.rows.size(); ++m) {
+    for (std::size_t level : {0, 1}) {
+      EXPECT_GT(*results.rows[m].outcomes[level].score, *empty.outcomes[level].score + 0.1)
+          << results.rows[m].label << ", " << level;
+    }
+  }
+  EXPECT_GT(*results.rows[4].outcomes[0].score, 0.8);
+  EXPECT_GT(*results.simulated[4].score_of(1), *results.simulated[6].score_of(1) + 0.3);
+}
+
+TEST(KtcMethods, NormalisedDifferencesDoNotSeeGainsOfChannels) {
+  const TemporaryFolder folder("ktc");
+  const auto gain = [](Eigen::Index channel) {
+    return 1 + 0.3 * std::sin(1.7 * static_cast<double>(channel));
+  };
+  SmallCompetition().write_training(folder.path(), gain);
+  const nlohmann::json method = {{"type", "level-set"}, {"difference", "normalised"}};
+  const KtcResults results = results_in(folder.path(), nlohmann::json::array({method}));
+  EXPECT_GT(*results.rows[0].outcomes[0].score, 0.75);
+}
+
+TEST(KtcMethods, SayWhatTheyCannotDo) {
+  const TemporaryFolder folder("ktc");
+  SmallCompetition().write_training(folder.path(), [](Eigen::Index) { return 1; });
+  const auto message = [&](const nlohmann::json& method) -> std::string {
+    try {
+      results_in(folder.path(), nlohmann::json::array({method}));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message(registered({{"type", "elsewhere"}})).find("/methods/0/solver"),
+            std::string::npos);
+  EXPECT_NE(message(registered({{"type", "lmmse"}})).find("training set"), std::string::npos);
+  EXPECT_NE(message({{"type", "tsvd"}, {"calibration", "none"}}).find("/methods/0/calibration"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace ertbench
