@@ -1,6 +1,7 @@
 #include "solvers/front/frame_check.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -103,6 +104,8 @@ constexpr double unlike = 9;            ///< square of a pair's difference, of t
 constexpr double few_pairs_more = 1.5;  ///< fewer pairs scatter more
 /// Ratio of fits at which noise counts as following the change rather than the frame.
 constexpr double much_closer = 0.8;
+constexpr int least_torn = 5;    ///< pairs of a loose electrode; it has 13, one beside others fewer
+constexpr int left_over = 2;     ///< such pairs that need no explanation
 constexpr int least_pairs = 12;  ///< that can be asked for their noise
 constexpr Eigen::Index stack_pairs = 256;
 
@@ -232,6 +235,7 @@ FrameCheck::Verdict FrameCheck::judge(const double* change) const {
   Verdict verdict;
   if (pairs_.empty()) return verdict;
   verdict.dead = reading_zero(change);
+  verdict.dead |= loose(change, verdict.dead);
   if (noise_.limit > 0) {
     if (along_reference_.size() <= stack_pairs) {
       Eigen::Matrix<double, Eigen::Dynamic, 1, 0, stack_pairs, 1> means(along_reference_.size());
@@ -301,6 +305,42 @@ ElectrodeSet FrameCheck::reading_zero(const double* change) const {
     return std::abs(change[c] + reference_[c]) <= nearly_zero_[c];
   };
   return with_bad_pairs([&](const auto& pair) { return is_zero(pair[0]) && is_zero(pair[1]); });
+}
+
+ElectrodeSet FrameCheck::loose(const double* change, ElectrodeSet dead) const {
+  const Eigen::Map<const Eigen::ArrayXd> frame(change, reference_.size());
+  const auto zeros = (frame + reference_).abs() <= nearly_zero_;
+  if (zeros.count() < least_torn) return 0;
+  std::vector<ElectrodeSet> torn;  // electrodes of pairs of which one channel alone reads zero
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const auto [a, b] = pairs_[p];
+    const auto reads = [&](int c) {
+      return std::abs(frame[c] + reference_[c]) > 3 * nearly_zero_[c];
+    };
+    const bool one_alone = (zeros[a] && reads(b)) || (zeros[b] && reads(a));
+    if (one_alone && !(pair_electrodes_[p] & dead)) torn.push_back(pair_electrodes_[p]);
+  }
+  const auto unexplained = [&](ElectrodeSet by) {
+    return std::count_if(torn.begin(), torn.end(), [&](ElectrodeSet set) { return !(set & by); });
+  };
+  ElectrodeSet found = 0;
+  while (unexplained(found) > left_over) {
+    std::vector<int> votes(least_bad_.size(), 0);
+    for (const ElectrodeSet set : torn) {
+      for (ElectrodeSet left = set & found ? 0 : set; left != 0; left &= left - 1) {
+        ++votes[static_cast<std::size_t>(std::countr_zero(left))];
+      }
+    }
+    const auto most = std::max_element(votes.begin(), votes.end());
+    if (*most < least_torn || size_of(found) == 2 * most_masked) return 0;
+    found |= ElectrodeSet{1} << (most - votes.begin());
+  }
+  // One between two loose ones may have been named first.
+  for (ElectrodeSet left = found; left != 0; left &= left - 1) {
+    const ElectrodeSet without = found & ~(left & -left);
+    if (unexplained(without) <= left_over) found = without;
+  }
+  return size_of(found) <= most_masked ? found : 0;
 }
 
 double FrameCheck::usual_noise(double signal) const {

@@ -69,7 +69,8 @@ struct PrincipalDirections {
 ///
 /// - Dead electrodes: nearly all channels of an electrode (22 of 26 pairs) either read less than a
 ///   tenth of their reference voltage or, if it floats, differ from their reciprocal channels by
-///   more than three times the usual noise while the rest of the frame does not.
+///   more than three times the usual noise while the rest of the frame does not. Up to four that
+///   are loose: all pairs of which one channel alone reads that little, but for two, have one.
 /// - Noise: the two channels of a reciprocal pair have the same signal, so that their difference
 ///   (d_a - d_b)/sqrt(2) is noise, or a fault that breaks reciprocity (gain, offset).
 /// - Range, of the pairs' means d' = (d_a + d_b)/sqrt(2): their size, and four properties of their
@@ -152,6 +153,9 @@ class FrameCheck {
   /// `signal`.
   double usual_noise(double signal) const;
   ElectrodeSet floating(const double* change, double signal) const;
+  /// The fewest electrodes, besides the `dead` ones, of the pairs of which one channel alone reads
+  /// zero, found one after the other; none if they are more than four.
+  ElectrodeSet loose(const double* change, ElectrodeSet dead) const;
   /// True if the noise is above the usual in the pairs without the `dead` electrodes, or if there
   /// are fewer than `least` such pairs.
   bool noisy_without(const double* change, ElectrodeSet dead, int least) const;

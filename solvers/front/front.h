@@ -25,8 +25,8 @@ struct FrameState {
   /// per domain unit), displacement of each electrode (domain units), as far as the front has them.
   using Amplitudes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 67, 1>;
 
-  ElectrodeSet dead = 0;       ///< read zero or float
-  ElectrodeSet floating = 0;   ///< of the dead ones
+  ElectrodeSet dead = 0;       ///< read zero, float or are loose
+  ElectrodeSet floating = 0;   ///< of the dead ones: float or are loose
   ElectrodeSet half_dead = 0;  ///< one electrode all of whose channels read a share too little
   double lost = 0;             ///< that share
   bool saturated = false;      ///< channels stand at the end of the converter's range

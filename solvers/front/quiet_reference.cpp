@@ -10,7 +10,7 @@ namespace {
 
 constexpr double window_s = 1;
 constexpr int least_of_window = 8;  ///< of a window
-constexpr int least_quiet = 2;   ///< windows
+constexpr int least_quiet = 2;      ///< windows
 /// Largest mean square of the rest over that of the noise of a window's mean. For 208 channels it
 /// is six standard deviations of chi^2.
 constexpr double most_rest = 1.6;

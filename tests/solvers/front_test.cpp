@@ -72,6 +72,30 @@ TEST_F(FrontOfFrames, DetectsDeadElectrodesAndSaysHowTheyRead) {
   }
 }
 
+// Every second channel of theirs reads zero, at random.
+TEST_F(FrontOfFrames, NamesUpToFourLooseElectrodes) {
+  RandomStream random(3, 0, 0, Purpose::scene);
+  const auto electrodes = electrode_sets_of_channels(Sensor{});
+  const Eigen::VectorXd reference = uniform_reference({});
+  for (const double snr : {50.0, 35.0}) {
+    const Frames changes = fresh_changes(200, snr);
+    for (int count = 1; count <= 4; ++count) {
+      int found = 0;
+      for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+        ElectrodeSet bad = random_electrodes(count, random);
+        while (bad & (bad << 1 | bad >> 15)) bad = random_electrodes(count, random);
+        Eigen::RowVectorXd frame = changes.row(f);
+        for (Eigen::Index c = 0; c < frame.size(); ++c) {
+          const bool loose = electrodes[static_cast<std::size_t>(c)] & bad;
+          if (loose && random.uniform() < 0.5) frame[c] = -reference[c];
+        }
+        found += look(frame).dead == bad;
+      }
+      EXPECT_GE(found, count < 4 ? 190 : 170) << count << " at " << snr << " dB";
+    }
+  }
+}
+
 TEST_F(FrontOfFrames, DetectsHalfDeadElectrodes) {
   const Frames changes = fresh_changes(400);
   for (const double share : {0.3, 0.5, 0.7}) {
