@@ -235,7 +235,6 @@ FrameCheck::Verdict FrameCheck::judge(const double* change) const {
   Verdict verdict;
   if (pairs_.empty()) return verdict;
   verdict.dead = reading_zero(change);
-  verdict.dead |= loose(change, verdict.dead);
   if (noise_.limit > 0) {
     if (along_reference_.size() <= stack_pairs) {
       Eigen::Matrix<double, Eigen::Dynamic, 1, 0, stack_pairs, 1> means(along_reference_.size());
@@ -261,13 +260,14 @@ void FrameCheck::judge_pairs(const double* change, Vector& means, Verdict& verdi
   const double frame = signal + reference_size_ * (2 * along + reference_size_);
   const double beside = noise_of_change_ ? signal : frame;
   if (verdict.dead != 0 || noise_.relative(differences, beside) > noise_.limit) {
-    const ElectrodeSet loose = floating(change, beside);
-    if ((verdict.dead | loose) == 0) {
-      verdict.reasons |= noise;
-    } else if (!noisy_without(change, verdict.dead | loose, least_pairs)) {
-      verdict.dead |= loose;
-    } else if (noisy_without(change, verdict.dead, 0)) {
-      verdict.reasons |= noise;
+    const ElectrodeSet floats = floating(change, beside) | verdict.dead;
+    if (floats != 0 && !noisy_without(change, floats, least_pairs)) {
+      verdict.dead = floats;
+    } else {
+      if (verdict.dead == 0) verdict.dead = loose(change, 0);
+      if ((verdict.dead | floats) == 0 || noisy_without(change, verdict.dead, 0)) {
+        verdict.reasons |= noise;
+      }
     }
   }
   if (verdict.dead != 0 || verdict.reasons != 0) return;

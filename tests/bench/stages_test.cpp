@@ -152,7 +152,8 @@ TEST_F(StagesTest, NamesThatDoNotExistAreRefused) {
     stage_named("speed", 20);
     FAIL() << "found a stage called speed";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("accuracy, timing, ladders, folds, studies, fidelity"),
+    EXPECT_NE(std::string(error.what())
+                  .find("accuracy, timing, ladders, folds, hours, studies, fidelity"),
               std::string::npos)
         << error.what();
   }
