@@ -122,7 +122,7 @@ class Check {
     const std::vector<CheckLine> stored = compare_networks(before ? before->networks : Names());
     const std::vector<StoredImages> trained = trainings();
     Baseline baseline = make_baseline(experiment_, rows_, comparisons_of(experiment_, registry_));
-    baseline.networks = stored_networks(networks(), types());
+    baseline.networks = stored_networks(networks(), network_types());
     baseline.trainings = labels_of(trained);
     const std::vector<Noticeable> coarse = beyond_limits(noticeable(baseline));
     if (!coarse.empty() && !options_.accept_coarse) return refuse_coarse(coarse);
@@ -232,13 +232,18 @@ class Check {
     return types;
   }
 
+  /// Of the stored networks: those of the experiment's solvers, and the type of the one that is
+  /// recommended for robots, which no experiment of a check trains.
+  std::set<std::string> network_types() const {
+    std::set<std::string> out = types();
+    out.insert("lean-net");
+    return out;
+  }
+
   fs::path networks() const { return file_.parent_path() / "networks"; }
 
   std::vector<CheckLine> compare_networks(const Names& expected) const {
-    // The network that is recommended for robots is held to its images in every check.
-    std::set<std::string> kept = types();
-    kept.insert("lean-net");
-    return compare_stored_networks(networks(), kept, expected, run_.out / "networks");
+    return compare_stored_networks(networks(), network_types(), expected, run_.out / "networks");
   }
 
   std::vector<StoredImages> trainings() const {

@@ -67,7 +67,12 @@ class RegistryMethod final : public KtcMethod {
  public:
   explicit RegistryMethod(RegistryOptions options) : options_(std::move(options)) {
     registry_.allow_plugins();
-    registry_.make(JsonObject(options_.solver, options_.source, ""));  // refuses what is wrong
+    const JsonObject solver(options_.solver, options_.source, "");
+    if (registry_.make(solver)->needs_training()) {  // which also refuses what is wrong
+      throw InputError(options_.source + ": " + options_.solver.value("type", "the solver") +
+                       " is trained, and this experiment has no training set; name a solver that "
+                       "is not, or a fitted file in \"checkpoint\"");
+    }
   }
 
   void prepare(const KtcSetting& setting, const KtcFrame& frame) override {

@@ -69,8 +69,8 @@ struct PrincipalDirections {
 ///
 /// - Dead electrodes: nearly all channels of an electrode (22 of 26 pairs) either read less than a
 ///   tenth of their reference voltage or, if it floats, differ from their reciprocal channels by
-///   more than three times the usual noise while the rest of the frame does not. Up to four that
-///   are loose: all pairs of which one channel alone reads that little, but for two, have one.
+///   more than three times the usual noise while the rest does not. Else up to four loose ones:
+///   those in all pairs, but for two, of which one channel alone reads less than that tenth.
 /// - Noise: the two channels of a reciprocal pair have the same signal, so that their difference
 ///   (d_a - d_b)/sqrt(2) is noise, or a fault that breaks reciprocity (gain, offset).
 /// - Range, of the pairs' means d' = (d_a + d_b)/sqrt(2): their size, and four properties of their

@@ -56,7 +56,9 @@ std::unique_ptr<Solver> fitted_solver(const NamedSolver& named, const FitInput& 
     try {
       solver->fit(input);
     } catch (const InputError& e) {
-      throw InputError(named.source + ": " + e.what());
+      const std::string message = e.what();
+      if (message.starts_with(named.source + ": ")) throw;  // a parameter, with its place
+      throw InputError(named.source + ": " + message);
     }
   };
   if (!needs_no_files(named, input, registry)) {
