@@ -307,12 +307,15 @@ std::unique_ptr<KtcMethod> ktc_method_from_json(JsonObject& object, const TankMo
   Options options;
   const std::string type = object.choice(
       "type", {"one-step-gn", "gauss-newton", "tsvd", "lmmse", "level-set", "registry"});
-  int image_grid = 32;
+  RegistryOptions registry;
   if (type == "gauss-newton") options.contrast = 0;
   Fields::read_some(object, [&](Fields& fields) {
     fields.number("noise", options.noise, {1e-6, 1, false, "ohm"});
     fields.number("model_error", options.model_error, {0, 1});
-    if (type == "registry") return fields.integer("image_grid", image_grid, 8, 128);
+    if (type == "registry") {
+      fields.integer("image_grid", registry.image_grid, 8, 128);
+      return fields.integer("scenes", registry.scenes, 32, 1000000);
+    }
     if (type == "lmmse") return fields.integer("scenes", options.scenes, 2, 100000);
     fields.number("length_mm", options.length_mm, {10, 200, false, "mm"});
     if (type == "tsvd") return fields.integer("rank", options.rank, 1, TankModel::pairs / 2);
@@ -325,8 +328,12 @@ std::unique_ptr<KtcMethod> ktc_method_from_json(JsonObject& object, const TankMo
     fields.integer("iterations", options.iterations, 1, 100);
   });
   if (type == "registry") {
-    return registry_method({object.raw("solver"), object.source() + ": " + object.path_of("solver"),
-                            image_grid, options.noise, options.model_error});
+    registry.solver = object.raw("solver");
+    registry.source = object.source();
+    registry.path = object.path_of("solver");
+    registry.noise = options.noise;
+    registry.model_error = options.model_error;
+    return registry_method(std::move(registry));
   }
   if (type == "one-step-gn") return std::make_unique<OneStep>(tank, options);
   if (type == "tsvd") return std::make_unique<TruncatedSvd>(tank, options);

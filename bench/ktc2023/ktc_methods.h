@@ -64,18 +64,23 @@ class KtcMethod {
 ///   below -1; Gauss–Newton while the transition is sharpened. Also "contrast", the log ratio.
 /// - "lmmse": the linear estimate of least mean squared error of the classes -1, 0, 1 from
 ///   "scenes" simulated cylinders; for each frame from the moments of the channels it has.
-/// - "registry": any "solver" of the registry that can be fitted to a disc with complete electrodes
-///   and no data, see registry_method; "image_grid".
+/// - "registry": any "solver" of the registry, see registry_method; "image_grid", and "scenes" of
+///   the training where it needs one.
 /// "model_error" is that part of each change, beside "noise". Throws InputError.
 std::unique_ptr<KtcMethod> ktc_method_from_json(JsonObject& object, const TankModel& tank);
 
-/// A solver of the registry on the sensor of the channels that are present: the independent drives
-/// with all measurements, of ideal amplifiers. Frames are the least squares of all channels.
+/// A solver of the registry. Its frames are those of ideal amplifiers, by the resistances between
+/// electrodes that explain all channels best. One that needs no training is fitted to the sensor of
+/// the channels that are present: the independent drives with all measurements. Another is trained,
+/// or loaded from its "checkpoint", once for all levels, for adjacent pairs (TrainingTanks); the
+/// channels of electrodes that a level lacks read zero.
 struct RegistryOptions {
   nlohmann::json solver;  ///< its entry
-  std::string source;     ///< for messages
+  std::string source;     ///< file of the experiment
+  std::string path;       ///< of the entry in it
   int image_grid = 32;
-  double noise;  ///< as of KtcMisfit
+  int scenes = 16000;  ///< of a training
+  double noise;        ///< as of KtcMisfit
   double model_error;
 };
 std::unique_ptr<KtcMethod> registry_method(RegistryOptions options);

@@ -4,8 +4,12 @@
 #include <map>
 #include <numbers>
 
+#include "bench/experiment/experiment_solvers.h"
 #include "bench/ktc2023/ktc_methods.h"
-#include "core/errors.h"
+#include "bench/ktc2023/simulated_tanks.h"
+#include "bench/run/datasets.h"
+#include "bench/run/timing_stage.h"
+#include "forward/data/sheet_model.h"
 #include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
 
@@ -41,38 +45,81 @@ std::vector<ChannelElectrodes> independent_channels(const KtcPatterns& patterns,
   return out;
 }
 
-/// The calibrated tank of unit currents; the electrodes' admittances are replaced by their mean.
-Sensor tank_sensor(const KtcCalibration& calibration, int image_grid) {
+/// A tank of unit currents. By default it is driven as KTC2023's drives are independent, from each
+/// odd electrode to the next, and measured between neighbours that are not driven.
+Sensor tank_sensor(double conductivity, double contact_impedance, int image_grid,
+                   bool measures_driven = false) {
   constexpr double radius_mm = 1000 * TankModel::radius;
   constexpr double width = std::numbers::pi / TankModel::electrodes;
-  nlohmann::json json = {
-      {"shape", "disc"},
-      {"diameter_mm", 2 * radius_mm},
-      {"electrode_model", "complete"},
-      {"contact_impedance", 1 / calibration.contact_impedance.cwiseInverse().mean()},
-      {"electrode_width_mm", radius_mm * width},
-      {"drive_current", 1},
-      {"background", calibration.conductivity},
-      {"image_grid", image_grid},
-      {"measures_driven", true}};
+  nlohmann::json json = {{"shape", "disc"},
+                         {"measurement", "adjacent"},
+                         {"diameter_mm", 2 * radius_mm},
+                         {"electrode_model", "complete"},
+                         {"contact_impedance", contact_impedance},
+                         {"electrode_width_mm", radius_mm * width},
+                         {"drive_current", 1},
+                         {"background", conductivity},
+                         {"image_grid", image_grid},
+                         {"measures_driven", measures_driven}};
   for (int e = 0; e < TankModel::electrodes; ++e) {
     const double angle = 84.375 / 180 * std::numbers::pi + 2 * width * e;
     json["electrode_points_mm"].push_back(
         {radius_mm * std::cos(angle), radius_mm * std::sin(angle)});
+    if (e % 2 == 0) json["drive"].push_back({e, (e + 2) % TankModel::electrodes});
   }
   return sensor_from_json(JsonObject(json, "the tank of KTC2023", ""));
+}
+
+/// Changes of the resistances between electrodes, [32, 32] ohm, that explain all channels best.
+Eigen::MatrixXd resistances_of(const KtcSetting& setting, const KtcFrame& frame,
+                               const RegistryOptions& options) {
+  KtcMisfit misfit(setting, frame, options.noise, options.model_error);
+  misfit.normal.diagonal().array() += 1e-3;  // holds what no channel sees
+  const Eigen::VectorXd packed = misfit.normal.llt().solve(misfit.side);
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(TankModel::pairs);
+  all(misfit.pairs) = packed;
+  Eigen::MatrixXd out(TankModel::electrodes, TankModel::electrodes);
+  Eigen::Index at = 0;
+  for (int a = 0; a < TankModel::electrodes; ++a) {
+    for (int b = a; b < TankModel::electrodes; ++b) out(a, b) = out(b, a) = all[at++];
+  }
+  return out;
+}
+
+/// The image of a frame, S/m, [grid, grid]; zero where there is none.
+Eigen::MatrixXd image_of(const Solver& solver, const Frames& changes, int grid) {
+  Images image = Images::Zero(1, Eigen::Index{grid} * grid);
+  FrameReport report;
+  solver.reconstruct(changes, image, {&report, 1});
+  if (report.status == FrameStatus::undefined) image.setZero();
+  // Rows of the image one behind the other are the columns of this map.
+  return Eigen::Map<const Eigen::MatrixXd>(image.data(), grid, grid).transpose();
+}
+
+/// A square image on 256 x 256 pixels, bilinear, row 0 on top.
+Eigen::MatrixXd resampled(const Eigen::MatrixXd& image) {
+  constexpr int size = 256;
+  const Eigen::Index grid = image.rows();
+  const auto weights = [&](bool turned) {
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size, grid);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const double at =
+          std::clamp((static_cast<double>(i) + 0.5) * static_cast<double>(grid) / size - 0.5, 0.0,
+                     static_cast<double>(grid - 1));
+      const auto low = std::min(static_cast<Eigen::Index>(at), grid - 2);
+      const Eigen::Index row = turned ? size - 1 - i : i;
+      out(row, low + 1) = at - static_cast<double>(low);
+      out(row, low) = 1 - out(row, low + 1);
+    }
+    return out;
+  };
+  return weights(true) * image * weights(false).transpose();
 }
 
 class RegistryMethod final : public KtcMethod {
  public:
   explicit RegistryMethod(RegistryOptions options) : options_(std::move(options)) {
     registry_.allow_plugins();
-    const JsonObject solver(options_.solver, options_.source, "");
-    if (registry_.make(solver)->needs_training()) {  // which also refuses what is wrong
-      throw InputError(options_.source + ": " + options_.solver.value("type", "the solver") +
-                       " is trained, and this experiment has no training set; name a solver that "
-                       "is not, or a fitted file in \"checkpoint\"");
-    }
   }
 
   void prepare(const KtcSetting& setting, const KtcFrame& frame) override {
@@ -81,19 +128,22 @@ class RegistryMethod final : public KtcMethod {
     fitted.channels = independent_channels(*setting.patterns, frame.present);
     if (fitted.channels.empty()) throw InputError("a target of KTC2023 has no channel");
     FitInput input;
+    // The electrodes' admittances are replaced by their mean.
     input.sensor =
-        with_channels(tank_sensor(setting.calibration, options_.image_grid), fitted.channels);
-    fitted.solver = fitted_solver({JsonValue(options_.solver), options_.source}, input, registry_);
+        with_channels(tank_sensor(setting.calibration.conductivity,
+                                  1 / setting.calibration.contact_impedance.cwiseInverse().mean(),
+                                  options_.image_grid, true),
+                      fitted.channels);
+    fitted.solver = fitted_solver(
+        {JsonValue(options_.solver), options_.source + ": " + options_.path}, input, registry_);
   }
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const Fitted& fitted = fitted_.at(key_of(setting, frame));
-    const Frames changes = frame_of(fitted.channels, resistances_of(setting, frame));
-    Images image = Images::Zero(1, Eigen::Index{options_.image_grid} * options_.image_grid);
-    FrameReport report;
-    fitted.solver->reconstruct(changes, image, {&report, 1});
-    if (report.status == FrameStatus::undefined) image.setZero();
-    KtcImage out{resampled(image / setting.calibration.conductivity), std::nullopt};
+    const Frames changes =
+        ideal_voltages(fitted.channels, resistances_of(setting, frame, options_));
+    KtcImage out{resampled(image_of(*fitted.solver, changes, options_.image_grid)), std::nullopt};
+    out.change /= setting.calibration.conductivity;
     if (!fitted.solver->contact_finder()) return out;
     // Contacts have conductivities of their own: those of at least twice the water's or at most
     // half of it are the classes.
@@ -112,64 +162,111 @@ class RegistryMethod final : public KtcMethod {
     return {&setting, {frame.present.begin(), frame.present.end()}};
   }
 
-  /// Changes of the resistances between electrodes, [32, 32] ohm, that explain all channels best.
-  Eigen::MatrixXd resistances_of(const KtcSetting& setting, const KtcFrame& frame) const {
-    KtcMisfit misfit(setting, frame, options_.noise, options_.model_error);
-    misfit.normal.diagonal().array() += 1e-3;  // holds what no channel sees
-    const Eigen::VectorXd packed = misfit.normal.llt().solve(misfit.side);
-    Eigen::VectorXd all = Eigen::VectorXd::Zero(TankModel::pairs);
-    all(misfit.pairs) = packed;
-    Eigen::MatrixXd out(TankModel::electrodes, TankModel::electrodes);
-    Eigen::Index at = 0;
-    for (int a = 0; a < TankModel::electrodes; ++a) {
-      for (int b = a; b < TankModel::electrodes; ++b) out(a, b) = out(b, a) = all[at++];
-    }
-    return out;
-  }
-
-  static Frames frame_of(const std::vector<ChannelElectrodes>& channels,
-                         const Eigen::MatrixXd& resistance) {
-    Frames out(1, std::ssize(channels));
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-      const auto [drive, measured] = channels[c];
-      const auto potential = [&](int electrode) {
-        return resistance(electrode, drive.second) - resistance(electrode, drive.first);
-      };
-      out(0, static_cast<Eigen::Index>(c)) = potential(measured.first) - potential(measured.second);
-    }
-    return out;
-  }
-
-  /// Bilinear, row 0 on top.
-  Eigen::MatrixXd resampled(const Eigen::MatrixXd& image) const {
-    constexpr int size = 256;
-    const Eigen::Index grid = options_.image_grid;
-    const auto weights = [&](bool turned) {
-      Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size, grid);
-      for (Eigen::Index i = 0; i < size; ++i) {
-        const double at =
-            std::clamp((static_cast<double>(i) + 0.5) * static_cast<double>(grid) / size - 0.5, 0.0,
-                       static_cast<double>(grid - 1));
-        const auto low = std::min(static_cast<Eigen::Index>(at), grid - 2);
-        const Eigen::Index row = turned ? size - 1 - i : i;
-        out(row, low + 1) = at - static_cast<double>(low);
-        out(row, low) = 1 - out(row, low + 1);
-      }
-      return out;
-    };
-    // Rows of the image one behind the other are the columns of this map.
-    const Eigen::Map<const Eigen::MatrixXd> transposed(image.data(), grid, grid);
-    return weights(true) * transposed.transpose() * weights(false).transpose();
-  }
-
   RegistryOptions options_;
   SolverRegistry registry_;
   std::map<Key, Fitted> fitted_;
 };
 
+/// A solver that was trained on simulated tanks of unit conductivity, one for all levels: the
+/// channels of electrodes that a level lacks read zero.
+class TrainedMethod final : public KtcMethod {
+ public:
+  explicit TrainedMethod(RegistryOptions options)
+      : options_(std::move(options)),
+        sensor_(tank_sensor(1, usual_impedance, options_.image_grid)),
+        channels_(electrodes_of_channels(sensor_)),
+        reference_(uniform_reference(sensor_)) {
+    registry_.allow_plugins();
+  }
+
+  void prepare(const KtcSetting&, const KtcFrame&) override {
+    if (solver_) return;
+    FitRecipe recipe;
+    recipe.entry.label = recipe.entry.type = options_.solver.at("type");
+    recipe.entry.spec = JsonValue(options_.solver);
+    recipe.entry.path = options_.path;
+    recipe.source = options_.source;
+    recipe.sensor = sensor_;
+    describe(recipe.entry, registry_.load(recipe.entry.type));
+    const Cache cache = Cache::standard();
+    if (!options_.solver.contains("checkpoint")) {
+      const int held_out = options_.scenes / 16;
+      recipe.training = tanks(held_out, options_.scenes, "train", cache);
+      recipe.validation = tanks(0, held_out, "validation", cache);
+    }
+    solver_ = fitted_solver(recipe, cache, registry_, usable_cores(), {}).solver;
+  }
+
+  KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
+    Frames changes = setting.calibration.conductivity *
+                     ideal_voltages(channels_, resistances_of(setting, frame, options_));
+    const ElectrodeSet present = electrodes_of(setting, frame);
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+      const auto& [drive, measured] = channels_[c];
+      for (const int e : {drive.first, drive.second, measured.first, measured.second}) {
+        const auto at = static_cast<Eigen::Index>(c);
+        if ((present >> e & 1) == 0) changes(0, at) = -reference_[at];
+      }
+    }
+    // Classes are 0, 1/2 and 1, of which the background stands for 1.
+    KtcImage out{resampled(image_of(*solver_, changes, options_.image_grid)), std::nullopt};
+    out.change.array() = 2 * out.change.array() + 1;
+    out.classes = out.change.unaryExpr([](double x) { return x > 0.5 ? 2 : x < -0.5 ? 1 : 0; });
+    return out;
+  }
+
+ private:
+  /// Tanks [from, to) of the simulated ones, as a set in the cache.
+  DatasetSpec tanks(int from, int to, const char* name, const Cache& cache) const {
+    const TrainingTanks all{sensor_, options_.scenes, 1};
+    const nlohmann::json json = {
+        {"file", all.file_in(cache.folder() / "ktc2023", usable_cores()).string()},
+        {"rows", {from, to}},
+        {"snr_db", 60},
+        {"snr_basis", "absolute"}};
+    DatasetSpec out = dataset_spec_from_json(JsonObject(json, options_.source, ""), sensor_, name,
+                                             cache.folder());
+    std::filesystem::create_directories(cache.folder() / "datasets");
+    ensure_dataset(out, cache, usable_cores());
+    return out;
+  }
+
+  /// Electrodes that a channel of the frame drives or measures.
+  static ElectrodeSet electrodes_of(const KtcSetting& setting, const KtcFrame& frame) {
+    ElectrodeSet out = 0;
+    const auto& [currents, measurements] = *setting.patterns;
+    for (Eigen::Index c = 0; c < frame.present.size(); ++c) {
+      if (frame.present[c] == 0) continue;
+      const auto current = currents.col(setting.patterns->drive_of(c));
+      const auto measured = measurements.col(c % measurements.cols());
+      for (int e = 0; e < TankModel::electrodes; ++e) {
+        if (current[e] != 0 || measured[e] != 0) out |= ElectrodeSet{1} << e;
+      }
+    }
+    return out;
+  }
+
+  static constexpr double usual_impedance = 1e-6;  ///< ohm m, at 1 S
+
+  RegistryOptions options_;
+  Sensor sensor_;
+  std::vector<ChannelElectrodes> channels_;
+  Eigen::VectorXd reference_;
+  SolverRegistry registry_;
+  std::unique_ptr<Solver> solver_;
+};
+
 }  // namespace
 
 std::unique_ptr<KtcMethod> registry_method(RegistryOptions options) {
+  SolverRegistry registry;
+  registry.allow_plugins();
+  // Making it also refuses what is wrong.
+  const bool trained =
+      registry.make(JsonObject(options.solver, options.source, options.path))->needs_training();
+  if (trained || options.solver.contains("checkpoint")) {
+    return std::make_unique<TrainedMethod>(std::move(options));
+  }
   return std::make_unique<RegistryMethod>(std::move(options));
 }
 

@@ -128,10 +128,10 @@ void DdErtGenerator::check(const Sensor& sensor) {
   }
 }
 
-DdErtGenerator::DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape)
+DdErtGenerator::DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape, int told)
     : rows_(sensor.image_rows()),
       columns_(sensor.image_columns()),
-      initial_imaging_(sensor.channels(), sensor.pixels()),
+      initial_imaging_(sensor.channels() + told, sensor.pixels()),
       encode_full_(block(same(1, shape.width), shape.convolutions)),
       encode_half_(block(halving(shape.width, 2 * shape.width), shape.convolutions)),
       encode_quarter_(block(halving(2 * shape.width, 4 * shape.width), shape.convolutions)),

@@ -75,7 +75,8 @@ struct GeneratorShape {
 ///     1x1 convolution, sigmoid
 class DdErtGenerator final : public Network {
  public:
-  DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape);
+  /// `told`: further inputs of the dense layer behind the channels.
+  DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape, int told = 0);
   torch::Tensor forward(const torch::Tensor& frames) override;
   std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 

@@ -128,9 +128,11 @@ int append_dense_layers(nn::Sequential& layers, int inputs, const std::vector<in
   return inputs;
 }
 
-Fcnn::Fcnn(const Sensor& sensor, const std::vector<int>& widths)
-    : inputs_(sensor.channels()), rows_(sensor.image_rows()), columns_(sensor.image_columns()) {
-  const int last = append_dense_layers(layers_, sensor.channels(), widths);
+Fcnn::Fcnn(const Sensor& sensor, const std::vector<int>& widths, int told)
+    : inputs_(sensor.channels() + told),
+      rows_(sensor.image_rows()),
+      columns_(sensor.image_columns()) {
+  const int last = append_dense_layers(layers_, inputs_, widths);
   layers_->push_back(nn::Linear(last, sensor.pixels()));
   register_module("layers", layers_);
 }

@@ -30,8 +30,8 @@ void make_dense_layers_matrix_vector(torch::jit::Graph& graph);
 /// EIT-NN without its convolutions; comparing the two shows the benefit of convolutions.
 class Fcnn final : public Network {
  public:
-  /// `widths`: of the hidden layers.
-  Fcnn(const Sensor& sensor, const std::vector<int>& widths);
+  /// `widths`: of the hidden layers. `told`: further inputs behind the channels.
+  Fcnn(const Sensor& sensor, const std::vector<int>& widths, int told = 0);
   torch::Tensor forward(const torch::Tensor& frames) override;
   std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 

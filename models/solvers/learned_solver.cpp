@@ -49,8 +49,9 @@ void set_sensitivity_inverse(torch::nn::Linear& layer, const FitInput& input,
       inverse * standardisation.scale.cwiseInverse().asDiagonal();
   const Eigen::VectorXf bias = inverse * standardisation.mean.transpose();
   const torch::NoGradGuard no_gradients;
-  layer->weight.copy_(
-      torch::from_blob(const_cast<float*>(weight.data()), {weight.rows(), weight.cols()}));
+  layer->weight.zero_();  // what the network is told weighs nothing
+  layer->weight.slice(1, 0, weight.cols())
+      .copy_(torch::from_blob(const_cast<float*>(weight.data()), {weight.rows(), weight.cols()}));
   layer->bias.copy_(torch::from_blob(const_cast<float*>(bias.data()), {bias.size()}));
 }
 
@@ -127,6 +128,11 @@ void LearnedSolver::read(JsonObject object) {
   });
 }
 
+void LearnedSolver::visit_front(Fields& fields) {
+  // Written where it is on: files of older networks have none.
+  if (!fields.writing() || told_) fields.boolean("front", told_);
+}
+
 json LearnedSolver::settings() const {
   return Fields::written([&](Fields& fields) {
     // Fields that are written are not changed.
@@ -192,10 +198,18 @@ void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> networ
   if (bfloat16_inference_) {  // rounds a copy: the network itself is what `save` writes
     const std::shared_ptr<Network> rounded = make_network(sensor);
     copy_values(weights_of(*network_), weights_of(*rounded));
-    graph_.emplace(*rounded, sensor.channels(), true);
+    graph_.emplace(*rounded, sensor.channels() + told(sensor), true);
     return;
   }
-  graph_.emplace(*network_, sensor.channels());
+  graph_.emplace(*network_, sensor.channels() + told(sensor));
+}
+
+void LearnedSolver::enter(const FramesView& changes, Eigen::Index frame,
+                          std::span<const FrameReport> reports, float* inputs) const {
+  standardisation_.apply(changes.row(frame), inputs);
+  if (!front_) return;
+  front_->tell(changes.row(frame).data(), reports[static_cast<std::size_t>(frame)].dead,
+               inputs + changes.cols());
 }
 
 void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
@@ -203,7 +217,11 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
   const double unit = -sensor_.background * standardisation_.image;
   if (graph_ && changes.rows() > 1) {
     const OneThread one_thread;
-    const torch::Tensor y = graph_->run(standardisation_.apply(changes)).contiguous();
+    torch::Tensor frames = torch::empty({changes.rows(), changes.cols() + told(sensor_)});
+    for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+      enter(changes, f, reports, frames.data_ptr<float>() + f * frames.size(1));
+    }
+    const torch::Tensor y = graph_->run(frames).contiguous();
     using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     images = unit * Eigen::Map<const FloatRows>(y.data_ptr<float>(), images.rows(), images.cols())
                         .cast<double>();
@@ -212,14 +230,10 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
   // Buffers of the thread, so that a frame allocates nothing.
   thread_local Eigen::RowVectorXf frame;
   thread_local Eigen::RowVectorXf y;
-  frame.resize(changes.cols() + (front_ ? Front::told(sensor_) : 0));
+  frame.resize(changes.cols() + told(sensor_));
   y.resize(images.cols());
   for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-    standardisation_.apply(changes.row(f), frame.data());
-    if (front_) {
-      front_->tell(changes.row(f).data(), reports[static_cast<std::size_t>(f)].dead,
-                   frame.data() + changes.cols());
-    }
+    enter(changes, f, reports, frame.data());
     plan_->run(frame.data(), y.data());
     images.row(f) = unit * y.cast<double>();
   }

@@ -24,8 +24,8 @@ namespace ertbench {
 /// set.
 RowMajorMatrix sensitivity_inverse(const FitInput& input);
 
-/// Sets a dense layer [channels -> pixels] to one-step Gauss-Newton between the units of a network,
-/// from standardised frames to y.
+/// Sets a dense layer [channels + told -> pixels] to one-step Gauss-Newton between the units of a
+/// network, from standardised frames to y.
 void set_sensitivity_inverse(torch::nn::Linear& layer, const FitInput& input,
                              const Standardisation& standardisation);
 
@@ -52,7 +52,7 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
   void reconstruct(FramesView changes, ImagesView images,
                    std::span<FrameReport> reports) const final;
   std::optional<LayerList> layers() const final;
-  bool is_told() const override { return false; }
+  bool is_told() const final { return told_; }
   MaskedChannels masked_channels() const final { return {.detect = is_told()}; }
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;
@@ -73,6 +73,10 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
   virtual void visit(Fields& fields) = 0;
   /// Reads all settings but the inference's.
   void read(JsonObject object);
+  /// The setting "front", of networks that can be told what is wrong with a frame.
+  void visit_front(Fields& fields);
+  /// Inputs of the network behind the channels of a frame.
+  int told(const Sensor& sensor) const { return told_ ? Front::told(sensor) : 0; }
   virtual std::shared_ptr<Network> make_network(const Sensor& sensor) const = 0;
   /// Reads "inference_precision". Only for networks of dense layers: libtorch has no transposed
   /// convolution in bfloat16.
@@ -89,10 +93,14 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
 
  private:
   nlohmann::json settings() const;
+  /// The standardised frame and what is told of it, [channels + told], into `inputs`.
+  void enter(const FramesView& changes, Eigen::Index frame, std::span<const FrameReport> reports,
+             float* inputs) const;
   void freeze(const Sensor& sensor, std::shared_ptr<Network> network);
 
   std::string type_;
   TrainingSettings standard_training_;
+  bool told_ = false;
   bool bfloat16_inference_ = false;
   Sensor sensor_;
   Standardisation standardisation_;

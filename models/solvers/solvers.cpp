@@ -13,10 +13,13 @@
 
 namespace ertbench {
 
-void FcnnSolver::visit(Fields& fields) { fields.integers("widths", widths_, 1, 16, {1, 65536}); }
+void FcnnSolver::visit(Fields& fields) {
+  fields.integers("widths", widths_, 1, 16, {1, 65536});
+  visit_front(fields);
+}
 
 std::shared_ptr<Network> FcnnSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<Fcnn>(sensor, widths_);
+  return std::make_shared<Fcnn>(sensor, widths_, told(sensor));
 }
 
 std::unique_ptr<Objective> FcnnSolver::make_objective(const FitInput&) const {
@@ -95,10 +98,11 @@ void DdErtSolver::visit(Fields& fields) {
   if (all || a.spectral_norm) fields.boolean("spectral_norm", a.spectral_norm);
   if (all || a.instance_noise > 0) fields.number("instance_noise", a.instance_noise, {0, 10});
   if (all || a.label_smoothing > 0) fields.number("label_smoothing", a.label_smoothing, {0, 0.49});
+  visit_front(fields);
 }
 
 std::shared_ptr<Network> DdErtSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<DdErtGenerator>(sensor, shape_);
+  return std::make_shared<DdErtGenerator>(sensor, shape_, told(sensor));
 }
 
 void DdErtSolver::initialise(Network& network, const FitInput& input,
@@ -164,13 +168,12 @@ void LeanNetSolver::visit(Fields& fields) {
   fields.choice("output", shape_.bounded, {{"bounded", true}, {"linear", false}});
   fields.choice("initialisation", lmmse_, {{"lmmse", true}, {"random", false}});
   fields.choice("loss", relative_loss_, {{"relative", true}, {"mse", false}});
-  // Written where they are on: files of older networks have none.
-  if (!fields.writing() || told_) fields.boolean("front", told_);
+  visit_front(fields);
   if (!fields.writing() || !start_from_.empty()) fields.text("start_from", start_from_);
 }
 
 std::shared_ptr<Network> LeanNetSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<LeanNet>(sensor, shape_, told_ ? Front::told(sensor) : 0);
+  return std::make_shared<LeanNet>(sensor, shape_, told(sensor));
 }
 
 void LeanNetSolver::initialise(Network& network, const FitInput& input,
@@ -186,7 +189,7 @@ void LeanNetSolver::initialise(Network& network, const FitInput& input,
   auto& net = dynamic_cast<LeanNet&>(network);
   const DatasetFile& training = *input.training;
   const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
-  const int told = told_ ? Front::told(input.sensor) : 0;
+  const int told = this->told(input.sensor);
   LinearEstimate estimate(Reciprocity(input.sensor).pairs() + told, input.sensor.pixels());
   const std::uint64_t scenes = std::min(training.size(), most_scenes);
   for (std::uint64_t first = 0; first < scenes; first += scenes_at_a_time) {

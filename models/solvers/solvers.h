@@ -99,7 +99,6 @@ class LeanNetSolver final : public LearnedSolver {
     read(std::move(object));
   }
   void check(const Sensor& sensor) const override;
-  bool is_told() const override { return told_; }
 
  private:
   void visit(Fields& fields) override;
@@ -110,7 +109,6 @@ class LeanNetSolver final : public LearnedSolver {
 
   LeanShape shape_;
   std::string start_from_;     ///< a fitted network whose weights the training starts from
-  bool told_ = false;          ///< "front"
   bool lmmse_ = true;          ///< the dense layer begins as the linear MMSE estimate
   bool relative_loss_ = true;  ///< RelativeError, else SquaredError
 };

@@ -218,9 +218,11 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
               HasSubstr("/training_faults/adc_bits"));
 }
 
-TEST(LeanNetWithAFront, ReadsNothingFromDeadElectrodes) {
+class NetworkWithAFront : public testing::TestWithParam<json> {};
+
+TEST_P(NetworkWithAFront, ReadsNothingFromDeadElectrodes) {
   const TrainingFiles files(96, 120);
-  json spec = with_budget({{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}});
+  json spec = with_budget(GetParam());
   spec["front"] = true;
   spec["training_faults"] = {{"dead_electrodes", {0, 4}},
                              {"level", {-0.1, 0.1}},
@@ -247,11 +249,22 @@ TEST(LeanNetWithAFront, ReadsNothingFromDeadElectrodes) {
   EXPECT_GT(relative_difference(zero.images, sound.images), 1e-4);
 
   solver->save(files.folder() / "network.fitted");
-  const auto again = make_learned({{"type", "lean-net"}});
+  const auto again = make_learned({{"type", spec["type"]}});
   again->load(files.folder() / "network.fitted", Sensor{});
   EXPECT_EQ(again->parameters(), solver->parameters());
   EXPECT_EQ(reconstruct(*again, changes).images, floating.images);
+  const Reconstruction alone = reconstruct(*again, changes.topRows(1));
+  EXPECT_LT(relative_difference(alone.images, floating.images.topRows(1)), 1e-4);
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    All, NetworkWithAFront,
+    testing::Values(json{{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}},
+                    json{{"type", "dd-ert"}, {"width", 4}, {"convolutions", 1}},
+                    json{{"type", "fcnn"}, {"widths", {32}}}),
+    [](const auto& info) {
+      return info.index == 0 ? "LeanNet" : info.index == 1 ? "DdErt" : "Fcnn";
+    });
 
 /// A training that changes nothing shows what it started from: what only the new network is told
 /// weighs nothing.
