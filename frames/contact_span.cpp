@@ -1,11 +1,9 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/kept.h"
 #include "forward/border/border_model.h"
-#include "forward/data/sheet_model.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/reference_check.h"
 #include "solvers/decompositions.h"
@@ -113,24 +111,6 @@ double ContactSpan::share(const Frames& changes) const {
 
 Eigen::RowVectorXd ContactSpan::rest(const Eigen::Ref<const Eigen::RowVectorXd>& change) const {
   return change - (change * basis_) * basis_.transpose();
-}
-
-Eigen::MatrixXd estimate_of_channels(const Sensor& sensor, const std::vector<int>& kept) {
-  constexpr double noise = 1e-4;  // variance, of a channel's mean variance
-  Eigen::MatrixXd changes = uniform_jacobian(sensor);
-  for (Eigen::Index p = 0; p < changes.cols(); ++p) {
-    const double size = changes.col(p).norm();
-    if (size > 0) changes.col(p) /= size;
-  }
-  const Eigen::MatrixXd covariance = changes * changes.transpose();
-  Eigen::MatrixXd given = covariance(kept, kept);
-  given.diagonal().array() += noise * covariance.diagonal().mean();
-  Eigen::MatrixXd out = given.llt().solve(covariance(kept, Eigen::all)).transpose();
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    out.row(kept[k]).setZero();
-    out(kept[k], static_cast<Eigen::Index>(k)) = 1;
-  }
-  return out;
 }
 
 }  // namespace ertbench

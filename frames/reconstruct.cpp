@@ -18,6 +18,7 @@
 #include "frames/calibration.h"
 #include "frames/contacts_entry.h"
 #include "frames/twin_places.h"
+#include "solvers/check/checked_solver.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
@@ -59,17 +60,13 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
-/// Channels that were left out are not asked of a solver that is fitted here. `filling` makes the
-/// frames of a stored one, which has all, and is empty otherwise.
-std::unique_ptr<Solver> solver_from(const std::string& file_or_name, const OwnFrames& frames,
-                                    SolverRegistry& registry, Eigen::MatrixXd& filling) {
-  NamedSolver named = read_named_solver(file_or_name);
+/// Channels that were left out are not asked of a solver that is fitted here; a stored one has all.
+std::unique_ptr<Solver> solver_from(const NamedSolver& given, const OwnFrames& frames,
+                                    SolverRegistry& registry) {
+  NamedSolver named = given;
   FitInput fit;
   const bool is_stored = named.entry->contains("checkpoint");
   fit.sensor = is_stored ? frames.declared_sensor() : frames.sensor();
-  if (is_stored && !frames.left_out().empty()) {
-    filling = estimate_of_channels(fit.sensor, frames.kept_channels());
-  }
   const TemporaryFolder folder("reconstruct");
   std::optional<DatasetFile> set;
   if (frames.calibration() && !is_stored) {
@@ -205,12 +202,14 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
                                     SolverRegistry& registry) {
   OwnFrames frames(options.frames);
   require_image_output(options.output, frames.inputs());
-  Eigen::MatrixXd filling;
-  const std::unique_ptr<Solver> solver = solver_from(options.solver, frames, registry, filling);
+  const NamedSolver named = read_named_solver(options.solver);
+  const std::unique_ptr<Solver> solver = solver_from(named, frames, registry);
+  const auto& checked = dynamic_cast<const CheckedSolver&>(*solver);
+  const bool completes = named.entry->contains("checkpoint") && !frames.left_out().empty();
 
   ReconstructSummary summary;
   summary.reference = check_frames(options, frames);
-  if (filling.size() > 0) {
+  if (completes) {
     summary.reference +=
         "\n  note: the solver has all channels; those left out were estimated "
         "from the others";
@@ -229,7 +228,7 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       const Frames changes = frames.changes(first, count);
       Images images(changes.rows(), frames.sensor().pixels());
       std::vector<FrameReport> reports(count);
-      const Frames given = filling.size() > 0 ? Frames(changes * filling.transpose()) : changes;
+      const Frames given = completes ? checked.completed(changes, frames.kept_channels()) : changes;
       solver->reconstruct(given, images, reports);
       RowMajorMatrix status(changes.rows(), 1);
       RowMajorMatrix reason(changes.rows(), 1);

@@ -42,11 +42,6 @@ class ContactSpan {
   Eigen::MatrixXd basis_;  ///< [channels, directions], orthonormal
 };
 
-/// [channels, kept] The changes of all of a sensor's channels from those of the channels `kept`:
-/// the others are their mean under contacts anywhere, each of the same share of the voltages, given
-/// those (linear, from the uniform sheet's Jacobian).
-Eigen::MatrixXd estimate_of_channels(const Sensor& sensor, const std::vector<int>& kept);
-
 /// Result of comparing reference voltages with the model of the sensor.
 struct ReferenceVerdict {
   enum class State {

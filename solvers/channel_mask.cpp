@@ -1,5 +1,6 @@
 #include "solvers/channel_mask.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -37,6 +38,17 @@ std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet maske
     if ((electrodes[p] & masked) == 0) kept.push_back(static_cast<Eigen::Index>(p));
   }
   return kept;
+}
+
+std::vector<Eigen::Index> pairs_with(const Sensor& sensor, ElectrodeSet masked) {
+  if (masked == 0) return {};
+  const std::vector<Eigen::Index> kept = pairs_without(sensor, masked);
+  std::vector<Eigen::Index> out;
+  const auto pairs = static_cast<Eigen::Index>(reciprocal_pairs(sensor).size());
+  for (Eigen::Index p = 0; p < pairs; ++p) {
+    if (!std::binary_search(kept.begin(), kept.end(), p)) out.push_back(p);
+  }
+  return out;
 }
 
 Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,
@@ -109,6 +121,19 @@ Eigen::VectorXd Reciprocity::reduce(const Eigen::Ref<const Eigen::RowVectorXd>& 
     reduced[i] = (frame[a] / 2 + frame[b] / 2) * of_mean(i);
   }
   return reduced;
+}
+
+double Reciprocity::noise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
+                          const std::vector<Eigen::Index>& lost) const {
+  double squares = 0;
+  int count = 0;
+  for (Eigen::Index p = 0; p < static_cast<Eigen::Index>(doubles_); ++p) {
+    if (std::binary_search(lost.begin(), lost.end(), p)) continue;
+    const auto& [a, b] = pair(p);
+    squares += (frame[a] - frame[b]) * (frame[a] - frame[b]) / 2;
+    ++count;
+  }
+  return count > 0 ? squares / count : 0;
 }
 
 Eigen::MatrixXd Reciprocity::reduce_rows(const RowMajorMatrix& jacobian) const {

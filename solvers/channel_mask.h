@@ -25,6 +25,9 @@ std::vector<ElectrodeSet> electrodes_of_pairs(const Sensor& sensor);
 /// Reciprocal pairs that use none of `masked`, ascending.
 std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet masked);
 
+/// The other pairs, ascending.
+std::vector<Eigen::Index> pairs_with(const Sensor& sensor, ElectrodeSet masked);
+
 /// Expands columns of the `kept` pairs to columns of all `pairs`, zero for the others.
 Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,
                                       const std::vector<Eigen::Index>& kept, Eigen::Index pairs);
@@ -88,6 +91,10 @@ class Reciprocity {
   }
   /// d' of one frame [channels] -> [pairs].
   Eigen::VectorXd reduce(const Eigen::Ref<const Eigen::RowVectorXd>& frame) const;
+  /// Variance of a channel by noise, V^2, from the differences of the pairs of two that are not
+  /// among `lost`, ascending; 0 without such a pair.
+  double noise(const Eigen::Ref<const Eigen::RowVectorXd>& frame,
+               const std::vector<Eigen::Index>& lost) const;
   /// J' of J: [channels, n] -> [pairs, n].
   Eigen::MatrixXd reduce_rows(const RowMajorMatrix& jacobian) const;
 

@@ -13,7 +13,7 @@ BuildStamp stamp_of_dataset(const DatasetSpec& spec);
 BuildStamp stamp_of_fit(const FitRecipe& recipe);
 
 /// The scores, the datasets of the experiment, and the solver of the job's entry, null where a job
-/// runs none.
+/// runs none; with ladders or faults the front, too.
 BuildStamp stamp_of_record(const Experiment& experiment, const SolverEntry* entry);
 
 /// The probe "limit" where this program has computed it, which `ertbench limit` does, and those of

@@ -85,6 +85,9 @@ class CheckedSolver final : public Solver {
   Eigen::Index block_frames() const override { return inner_->block_frames(); }
   MaskedChannels masked_channels() const override { return inner_->masked_channels(); }
   std::unique_ptr<Solver> transport() const override { return inner_->transport(); }
+  /// Frames of all channels from those of the channels `kept`: the others are imputed
+  /// (FrameCheck::impute). Throws InputError if the frame check has no limits.
+  Frames completed(FramesView changes, const std::vector<int>& kept) const;
   /// The solver's own, wrapped so that it gets the dead electrodes of each frame if it asks for
   /// them and has streams.
   const ContactFinder* contact_finder() const override;

@@ -422,11 +422,28 @@ std::pair<double, int> FrameCheck::differences(const double* change, ElectrodeSe
 }
 
 void FrameCheck::impute(double* change, ElectrodeSet dead) const {
+  impute_pairs(change, [&](std::size_t p) { return (pair_electrodes_[p] & dead) != 0; });
+}
+
+void FrameCheck::impute(double* change, const std::vector<int>& kept) const {
+  std::vector<bool> known(static_cast<std::size_t>(reference_.size()), false);
+  for (const int channel : kept) known[static_cast<std::size_t>(channel)] = true;
+  const auto is_known = [&](int channel) { return known[static_cast<std::size_t>(channel)]; };
+  for (const auto& [a, b] : pairs_) {
+    if (is_known(a) && !is_known(b)) change[b] = change[a];
+    if (is_known(b) && !is_known(a)) change[a] = change[b];
+  }
+  impute_pairs(change,
+               [&](std::size_t p) { return !is_known(pairs_[p][0]) && !is_known(pairs_[p][1]); });
+}
+
+template <typename Lost>
+void FrameCheck::impute_pairs(double* change, Lost&& is_lost) const {
   if (!has_limits()) return;
   std::vector<Eigen::Index> live;
   std::vector<Eigen::Index> lost;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    (pair_electrodes_[p] & dead ? lost : live).push_back(static_cast<Eigen::Index>(p));
+    (is_lost(p) ? lost : live).push_back(static_cast<Eigen::Index>(p));
   }
   if (live.size() < static_cast<std::size_t>(least_pairs)) return;
   Eigen::VectorXd means(along_reference_.size());

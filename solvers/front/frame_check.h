@@ -122,6 +122,9 @@ class FrameCheck {
   /// the frame's own size. Leaves the frame as it is without a fit (has_limits) or with fewer than
   /// twelve pairs left.
   void impute(double* change, ElectrodeSet dead) const;
+  /// As above for the channels that are not among `kept`. One whose reciprocal channel is kept gets
+  /// the value of that.
+  void impute(double* change, const std::vector<int>& kept) const;
 
   /// Second moments of shapes, factors factors^T, and what they leave of a frame: its square is
   /// residual + residual_of_square |d'|^2, V^2.
@@ -163,6 +166,8 @@ class FrameCheck {
   template <typename Bad>
   ElectrodeSet with_bad_pairs(Bad&& bad) const;
   ElectrodeSet fewest(ElectrodeSet dead) const;
+  template <typename Lost>
+  void impute_pairs(double* change, Lost&& is_lost) const;
 
   int electrode_count_ = 0;
   int doubles_ = 0;                            ///< pairs of two channels, which can tell noise

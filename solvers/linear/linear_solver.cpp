@@ -1,7 +1,6 @@
 #include "solvers/linear/linear_solver.h"
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
@@ -77,7 +76,7 @@ Eigen::MatrixXd for_all_channels(const Eigen::MatrixXd& columns, const Reciproci
 void LinearSolver::set_sensor(const Sensor& sensor) {
   sensor_ = sensor;
   reciprocity_ = Reciprocity(sensor);
-  masked_.reset();
+  by_frame_.reset();
 }
 
 Eigen::MatrixXd LinearSolver::whole_jacobian() const {
@@ -99,7 +98,7 @@ void LinearSolver::set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixX
 }
 
 void LinearSolver::finish() {
-  masked_ = mask_.detect ? masked_inverse() : nullptr;
+  by_frame_ = mask_.detect || follows_noise() ? frame_inverse() : nullptr;
   // Without reciprocal pairs the map has all channels already.
   if (!inference_.averaging && !reciprocity_.single()) {
     full_ = map_.factored()
@@ -139,26 +138,26 @@ void LinearSolver::apply(const ImageMap<Scalar>& map, FramesView changes, Images
   }
 }
 
-void LinearSolver::reconstruct(FramesView changes, ImagesView images,
-                               std::span<FrameReport> reports) const {
+void LinearSolver::apply_matrix(FramesView changes, ImagesView images) const {
   if (single_) {
     apply(*single_, changes, images);
   } else {
     apply(full_ ? *full_ : map_, changes, images);
   }
-  if (masked_) mask_dead(changes, images, reports);
 }
 
-void LinearSolver::mask_dead(FramesView changes, ImagesView images,
-                             std::span<const FrameReport> reports) const {
-  std::map<ElectrodeSet, Eigen::MatrixXd> weights;  // by set of dead electrodes
-  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+void LinearSolver::reconstruct(FramesView changes, ImagesView images,
+                               std::span<FrameReport> reports) const {
+  const bool each = by_frame_ && follows_noise();
+  if (!each) apply_matrix(changes, images);
+  for (Eigen::Index f = 0; by_frame_ && f < changes.rows(); ++f) {
     const ElectrodeSet dead = reports[static_cast<std::size_t>(f)].dead;
-    if (dead == 0) continue;
-    const auto [found, is_new] = weights.try_emplace(dead);
-    if (is_new) found->second = masked_->weights(pairs_without(sensor_, dead));
-    const Eigen::VectorXd weighted = found->second * reciprocity_.reduce(changes.row(f));
-    images.row(f).transpose().noalias() = masked_->basis() * weighted;
+    if (!each && dead == 0) continue;
+    const std::vector<Eigen::Index> lost = pairs_with(sensor_, dead | mask_.electrodes);
+    images.row(f) = by_frame_
+                        ->image(reciprocity_.reduce(changes.row(f)), lost,
+                                reciprocity_.noise(changes.row(f), lost))
+                        .transpose();
   }
 }
 
@@ -201,6 +200,10 @@ void add_dense(LayerList& list, const Eigen::MatrixXf& matrix, const Eigen::Vect
 }
 
 std::optional<LayerList> LinearSolver::layers() const {
+  if (follows_noise()) {
+    throw InputError(
+        "an image that follows the noise of its frame has no layers; leave it \"fit\"");
+  }
   LayerList out = pair_layers(reciprocity_, mask_);
   const auto multiply = [&](const Eigen::MatrixXd& matrix) {
     add_dense(out, matrix.cast<float>(), Eigen::VectorXf::Zero(matrix.rows()));

@@ -47,7 +47,7 @@ void add_dense(LayerList& list, const Eigen::MatrixXf& matrix, const Eigen::Vect
 /// matrix-matrix products. The two round differently (relative 1e-14; 1e-6 in single precision).
 ///
 /// Columns of channels that are masked in every frame are zero. Frames with detected dead
-/// electrodes are reconstructed a second time by a MaskedInverse.
+/// electrodes, or all where the image follows their noise, are imaged by a FrameInverse.
 class LinearSolver : public Solver, public LayeredSolver {
  public:
   void reconstruct(FramesView changes, ImagesView images,
@@ -77,8 +77,9 @@ class LinearSolver : public Solver, public LayeredSolver {
   void set_inverse(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right);
   /// Converts the matrix to the form of the inference; the last step of a fit.
   void finish();
-  /// The inverse for frames with detected dead electrodes.
-  virtual std::unique_ptr<const MaskedInverse> masked_inverse() const = 0;
+  /// For frames with detected dead electrodes, or for all of them if images follow their noise.
+  virtual std::unique_ptr<const FrameInverse> frame_inverse() const = 0;
+  virtual bool follows_noise() const { return false; }
 
   const Sensor& sensor() const { return sensor_; }
   const Reciprocity& reciprocity() const { return reciprocity_; }
@@ -95,13 +96,12 @@ class LinearSolver : public Solver, public LayeredSolver {
   template <typename Scalar>
   void gather(const double* frame, Eigen::Index inputs, Scalar* out) const;
 
-  /// Reconstructs the frames with dead electrodes again, without their channels.
-  void mask_dead(FramesView changes, ImagesView images, std::span<const FrameReport> reports) const;
+  void apply_matrix(FramesView changes, ImagesView images) const;
 
   Sensor sensor_;
   Reciprocity reciprocity_;
   ChannelMask mask_;
-  std::unique_ptr<const MaskedInverse> masked_;
+  std::unique_ptr<const FrameInverse> by_frame_;
   LinearInference inference_;
   ImageMap<double> map_;                  ///< acts on d_a + d_b
   std::optional<ImageMap<double>> full_;  ///< acts on all channels

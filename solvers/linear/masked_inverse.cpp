@@ -1,10 +1,10 @@
 #include "solvers/linear/masked_inverse.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <utility>
 
 #include "solvers/decompositions.h"
 
@@ -107,44 +107,87 @@ PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int col
   return {shaping.asDiagonal().toDenseMatrix(), false};
 }
 
-MaskedGaussNewton::MaskedGaussNewton(const Eigen::MatrixXd& jacobian, const PriorFactors& prior,
-                                     double lambda)
-    : square_(lambda * lambda) {
-  const Eigen::MatrixXd shaped = jacobian * prior.shaping;
-  gram_ = shaped * shaped.transpose();
-  basis_ = prior.shaping * shaped.transpose();
+SpectralInverse::SpectralInverse(const Eigen::MatrixXd& jacobian, const PriorFactors& prior) {
+  Eigen::MatrixXd shaped = jacobian * prior.shaping;
   if (prior.free_constant) {
-    constant_ = jacobian.rowwise().sum();
-    basis_.conservativeResize(Eigen::NoChange, basis_.cols() + 1);
-    basis_.rightCols(1).setOnes();
+    const Eigen::VectorXd k = jacobian.rowwise().sum();
+    constant_ = k.transpose() / k.squaredNorm();
+    shaped -= k * (constant_ * shaped);
   }
+  const DenseSvd svd = dense_svd(shaped);
+  // Orthogonal to k there is one direction less.
+  const Eigen::Index kept =
+      std::min(svd.values.size(), jacobian.rows() - (prior.free_constant ? 1 : 0));
+  powers_ = svd.values.head(kept).cwiseAbs2();
+  directions_ = svd.left.leftCols(kept);
+  basis_ = prior.shaping * svd.right.leftCols(kept) * svd.values.head(kept).asDiagonal();
+  if (prior.free_constant) basis_.rowwise() -= (constant_ * jacobian * basis_).eval();
 }
 
-Eigen::MatrixXd MaskedGaussNewton::weights(const std::vector<Eigen::Index>& kept) const {
-  const auto count = static_cast<Eigen::Index>(kept.size());
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(basis_.cols(), gram_.cols());
-  if (count == 0) return out;
-  Eigen::MatrixXd matrix = gram_(kept, kept);
-  matrix.diagonal().array() += square_;
-  const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
-  Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(count, count));
-  if (constant_.size() > 0) {
-    const Eigen::VectorXd k = constant_(kept);
-    const Eigen::VectorXd solved = factor.solve(k);
-    const Eigen::RowVectorXd c = solved.transpose() / k.dot(solved);
-    inverse -= solved * c;
-    out.bottomRows(1)(Eigen::all, kept) = c;
-  }
-  out(kept, kept) = inverse;
+SpectralInverse::SpectralInverse(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
+                                 double added)
+    : noise_(added) {
+  const SymmetricEigen eigen = symmetric_eigen(changes);
+  powers_ = eigen.values.cwiseMax(0);
+  directions_ = eigen.vectors;
+  basis_ = cross * directions_;
+}
+
+void SpectralInverse::follow_noise() {
+  constexpr double weakest = 0.25;  // of the directions, without a trace of scenes
+  const auto count =
+      static_cast<Eigen::Index>(std::ceil(weakest * static_cast<double>(powers_.size())));
+  usual_ = powers_.head(count).mean();
+  powers_ = (powers_.array() - usual_).max(0);
+  noise_ += usual_;
+}
+
+Eigen::MatrixXd SpectralInverse::matrix() const {
+  Eigen::MatrixXd out = basis_ * weights(noise_).asDiagonal() * directions_.transpose();
+  if (constant_.size() > 0) out.rowwise() += constant_;
   return out;
 }
 
-MaskedTsvd::MaskedTsvd(const Eigen::MatrixXd& jacobian, double least)
-    : gram_(jacobian * jacobian.transpose()), least_(least) {
-  basis_ = jacobian.transpose();
+Eigen::VectorXd SpectralInverse::image(Eigen::VectorXd means, const std::vector<Eigen::Index>& lost,
+                                       double noise) const {
+  constexpr double least = 0.01;  // of the usual noise
+  const double ratio = usual_ > 0 && noise > 0 ? std::max(noise / usual_, least) : 1;
+  const Eigen::VectorXd weights = this->weights(ratio * noise_);
+  if (std::ssize(lost) == means.size()) return Eigen::VectorXd::Zero(basis_.rows());
+  means(lost).setZero();
+  Eigen::VectorXd scores = directions_.transpose() * means;
+  if (!lost.empty()) {
+    const Eigen::MatrixXd rows = directions_(lost, Eigen::all);
+    Eigen::MatrixXd block = Eigen::MatrixXd::Zero(rows.rows(), rows.rows());
+    block.selfadjointView<Eigen::Lower>().rankUpdate(rows * weights.cwiseSqrt().asDiagonal());
+    const Eigen::VectorXd values =
+        block.selfadjointView<Eigen::Lower>().llt().solve(-rows * weights.cwiseProduct(scores));
+    scores.noalias() += rows.transpose() * values;
+    means(lost) = values;
+  }
+  Eigen::VectorXd image = basis_ * weights.cwiseProduct(scores);
+  if (constant_.size() > 0) image.array() += constant_.dot(means);
+  return image;
 }
 
-Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& kept) const {
+MaskedTsvd::MaskedTsvd(const Eigen::MatrixXd& jacobian, double least)
+    : basis_(jacobian.transpose()), gram_(jacobian * jacobian.transpose()), least_(least) {}
+
+Eigen::VectorXd MaskedTsvd::image(Eigen::VectorXd means, const std::vector<Eigen::Index>& lost,
+                                  double) const {
+  constexpr std::size_t most = 16;
+  const std::lock_guard lock(mutex_);
+  if (weights_.size() == most && !weights_.contains(lost)) weights_.clear();
+  const auto [found, is_new] = weights_.try_emplace(lost);
+  if (is_new) found->second = weights(lost);
+  return basis_ * (found->second * means);
+}
+
+Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& lost) const {
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index p = 0; p < gram_.rows(); ++p) {
+    if (!std::binary_search(lost.begin(), lost.end(), p)) kept.push_back(p);
+  }
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
   if (kept.empty()) return out;
   const SymmetricEigen eigen = symmetric_eigen(gram_(kept, kept));
@@ -153,22 +196,6 @@ Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& kept) const
   const auto vectors = eigen.vectors.rightCols(rank);
   out(kept, kept) =
       vectors * eigen.values.tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
-  return out;
-}
-
-MaskedMmse::MaskedMmse(Eigen::MatrixXd changes, const Eigen::MatrixXd& cross, double ridge)
-    : changes_(std::move(changes)), ridge_(ridge) {
-  basis_ = cross;
-}
-
-Eigen::MatrixXd MaskedMmse::weights(const std::vector<Eigen::Index>& kept) const {
-  const auto count = static_cast<Eigen::Index>(kept.size());
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(changes_.rows(), changes_.cols());
-  if (count == 0) return out;
-  Eigen::MatrixXd matrix = changes_(kept, kept);
-  matrix.diagonal().array() += ridge_ * matrix.diagonal().mean();
-  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(count, count));
-  out(kept, kept) = inverse;
   return out;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -25,64 +27,79 @@ struct PriorFactors {
 
 PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
 
-/// A linear solver's inverse for a subset of the reciprocal pairs, in measurement space. Everything
-/// of the size of the image is computed once; a subset costs one small decomposition,
-///
-///     image = basis C d',   C zero in the columns of the other pairs.
-class MaskedInverse {
+/// A linear solver's image of one frame by itself, where that is no fixed matrix times the frame.
+class FrameInverse {
  public:
-  virtual ~MaskedInverse() = default;
+  virtual ~FrameInverse() = default;
 
-  /// [pixels, rows of C]
-  const Eigen::MatrixXd& basis() const { return basis_; }
-  /// C [columns of the basis, pairs] for the pairs `kept`, ascending.
-  virtual Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const = 0;
-
- protected:
-  Eigen::MatrixXd basis_;
+  /// The image [pixels] of d' [pairs] without the pairs `lost`, ascending. `noise`: variance of d'
+  /// by noise, V^2, 0 if it is unknown.
+  virtual Eigen::VectorXd image(Eigen::VectorXd means, const std::vector<Eigen::Index>& lost,
+                                double noise) const = 0;
 };
 
-/// One-step Gauss-Newton: with the images E y + c 1 of PriorFactors, S = J' E and k = J' 1,
+/// An inverse in the eigenvectors U, with the values w, of what explains d' besides noise of the
+/// variance n,
 ///
-///     M = S_kept S_kept^T + lambda^2,   y = S_kept^T M^-1 (d' - c k),   c = k^T M^-1 d' / k^T M^-1
-///     k,
+///     image = basis (w + n)^-1 U^T d' + constant . d'.
 ///
-/// with c = 0 unless the prior leaves it free. One Cholesky decomposition.
-class MaskedGaussNewton final : public MaskedInverse {
+/// Without the pairs l it is exactly that of the same solver for the others. The inverse of a block
+/// of a matrix is that of P = U (w + n)^-1 U^T, with l eliminated: as if they had the values
+/// -P_ll^-1 (P d')_l, which leave no trace there. A frame costs a system of the size of l.
+class SpectralInverse final : public FrameInverse {
  public:
-  /// J' [pairs, pixels].
-  MaskedGaussNewton(const Eigen::MatrixXd& jacobian, const PriorFactors& prior, double lambda);
-  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
+  /// One-step Gauss-Newton from J' [pairs, pixels], from a singular value decomposition of J' E,
+  /// which avoids its squared condition; w its squared values. A constant image that the prior
+  /// ignores explains what lies along its data k = J' 1, the rest is orthogonal to that.
+  SpectralInverse(const Eigen::MatrixXd& jacobian, const PriorFactors& prior);
+  /// LinearMmse from its moments; `added` variance beside them.
+  SpectralInverse(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross, double added);
+
+  /// Makes n follow the noise of a frame: at that of `changes` it is the noise in them and what was
+  /// added, else in proportion. The noise in them is that of their weakest directions.
+  void follow_noise();
+  void set_noise(double variance) { noise_ = variance; }
+  double largest_power() const { return powers_.maxCoeff(); }
+  /// The whole as a matrix [pixels, pairs], for its own noise.
+  Eigen::MatrixXd matrix() const;
+
+  Eigen::VectorXd image(Eigen::VectorXd means, const std::vector<Eigen::Index>& lost,
+                        double noise) const override;
 
  private:
-  Eigen::MatrixXd gram_;      ///< S S^T
-  Eigen::VectorXd constant_;  ///< k, empty where there is no free constant
-  double square_;             ///< lambda^2
+  /// (w + n)^-1, finite where both are lost by underflow, as basis is then.
+  Eigen::VectorXd weights(double noise) const {
+    return (powers_.array() + noise).max(1e-300).inverse();
+  }
+
+  Eigen::MatrixXd directions_;   ///< U [pairs, n]
+  Eigen::VectorXd powers_;       ///< w
+  Eigen::MatrixXd basis_;        ///< [pixels, n]
+  Eigen::RowVectorXd constant_;  ///< [pairs], empty where there is none
+  double noise_ = 0;
+  double usual_ = 0;  ///< noise of a frame at which noise_ holds; 0: at any
 };
 
 /// Truncated singular value decomposition of J'_kept, from the eigenvectors of its Gram matrix.
-/// Values below `least` are dropped, so that noise is amplified no more than with all pairs.
-class MaskedTsvd final : public MaskedInverse {
+/// Values below `least` are dropped, so that noise is amplified no more than with all pairs. What
+/// is left of a truncation follows from no small system: each set of pairs has a matrix, which is
+/// kept for the sets met last.
+class MaskedTsvd final : public FrameInverse {
  public:
+  /// J' [pairs, pixels].
   MaskedTsvd(const Eigen::MatrixXd& jacobian, double least);
-  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
+  Eigen::VectorXd image(Eigen::VectorXd means, const std::vector<Eigen::Index>& lost,
+                        double noise) const override;
 
  private:
+  /// C [pairs, pairs], zero in the rows and columns of the lost ones.
+  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& lost) const;
+
+  Eigen::MatrixXd basis_;
   Eigen::MatrixXd gram_;
   double least_;
-};
-
-/// The linear estimate of least mean squared error (LinearMmse) from the kept pairs. It is exact,
-/// because their moments are a block of the moments of all pairs. One Cholesky decomposition.
-class MaskedMmse final : public MaskedInverse {
- public:
-  /// Second moments [pairs, pairs] and [pixels, pairs] and ridge as for mmse_matrix.
-  MaskedMmse(Eigen::MatrixXd changes, const Eigen::MatrixXd& cross, double ridge);
-  Eigen::MatrixXd weights(const std::vector<Eigen::Index>& kept) const override;
-
- private:
-  Eigen::MatrixXd changes_;
-  double ridge_;
+  mutable std::mutex mutex_;
+  mutable std::map<std::vector<Eigen::Index>, Eigen::MatrixXd> weights_;
 };
 
 }  // namespace ertbench

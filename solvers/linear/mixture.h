@@ -85,8 +85,8 @@ GaussianMixture fit_mixture(const TrainingScenes& scenes, int components);
 /// posterior probabilities. For one set of pairs, in single precision; const and thread-safe.
 class MixtureMean {
  public:
-  /// Uses the pairs `kept`, ascending, at least one. `ridge` as for mmse_matrix, relative to the
-  /// mean square of all changes.
+  /// Uses the pairs `kept`, ascending, at least one. `ridge` is relative to the mean square of
+  /// all changes.
   MixtureMean(const GaussianMixture& mixture, const std::vector<Eigen::Index>& kept, double ridge);
 
   /// `sums` [pairs] V: d_a + d_b; `image` [pixels] S/m.

@@ -11,9 +11,9 @@
 namespace ertbench {
 
 Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
-                            double ridge) {
+                            double added) {
   Eigen::MatrixXd matrix = changes;
-  matrix.diagonal().array() += ridge * changes.diagonal().mean();
+  matrix.diagonal().array() += added;
   const Eigen::MatrixXd solved = matrix.ldlt().solve(cross.transpose());
   return solved.transpose();
 }
@@ -31,7 +31,8 @@ Eigen::MatrixXd covariance_of(const Nuisances& nuisances, const Sensor& sensor) 
 }  // namespace
 
 LinearMmse::LinearMmse(JsonObject parameters)
-    : LinearSolver(LinearInference::from_json(parameters)) {
+    : LinearSolver(LinearInference::from_json(parameters)),
+      follows_noise_(parameters.choice_or("inference_noise", "fit", {"fit", "frame"}) == "frame") {
   read(std::move(parameters));
 }
 
@@ -48,6 +49,7 @@ void LinearMmse::read(JsonObject parameters) {
 nlohmann::json LinearMmse::parameters() const {
   nlohmann::json out = fit_parameters();
   inference().add_to(out);
+  if (follows_noise_) out["inference_noise"] = "frame";
   return out;
 }
 
@@ -71,19 +73,21 @@ void LinearMmse::fit(const FitInput& input) {
   if (ridge_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, ridge_.place);
     const auto error_of = [&](double ridge) {
-      set_inverse(mmse_matrix(changes, cross, ridge));
+      set_inverse(mmse_matrix(changes, cross, added(ridge)));
       return mean_relative_error(*this, frames, input.threads);
     };
     choice_ = choose_number(ridge_.place, 1e-7, 1e-2, 2, static_cast<int>(frames.changes.rows()),
                             error_of);
     ridge_.value = choice_->value;
   }
-  set_inverse(mmse_matrix(changes, cross, *ridge_.value));
+  set_inverse(mmse_matrix(changes, cross, added(*ridge_.value)));
   finish();
 }
 
-std::unique_ptr<const MaskedInverse> LinearMmse::masked_inverse() const {
-  return std::make_unique<MaskedMmse>(changes_, cross_, *ridge_.value);
+std::unique_ptr<const FrameInverse> LinearMmse::frame_inverse() const {
+  auto out = std::make_unique<SpectralInverse>(changes_, cross_, added(*ridge_.value));
+  if (follows_noise_) out->follow_noise();
+  return out;
 }
 
 void LinearMmse::save(const std::filesystem::path& file) const {

@@ -16,11 +16,11 @@ namespace ertbench {
 
 /// Matrix [pixels, pairs] of the linear estimate of least mean squared error,
 ///
-///     x = cross (changes + ridge m 1)^-1 d',   m the mean of the diagonal of `changes`,
+///     x = cross (changes + added 1)^-1 d'
 ///
-/// from second moments `changes` [pairs, pairs] and `cross` [pixels, pairs]; `ridge` >= 0.
+/// from second moments `changes` [pairs, pairs] and `cross` [pixels, pairs]; `added` >= 0, V^2.
 Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
-                            double ridge);
+                            double added);
 
 /// Linear minimum-mean-square-error reconstruction, type "lmmse" with one component: the matrix
 /// with the least mean squared error of images over the training scenes,
@@ -31,14 +31,17 @@ Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixX
 /// frame without a change to an empty image. The moments are those of the training set, whose
 /// voltages include noise and follow no linear model. (From C_xx by the Jacobian,
 /// C_xx J^T (J C_xx J^T + noise)^-1, the mean relative error is .77 instead of .62 on one to three
-/// contacts.) `ridge` is additional noise, relative to the mean square of the changes; it trades
-/// errors of strong contacts for errors of weak ones. Nuisances add N N^T to E[d d^T].
+/// contacts.) `ridge` is additional noise, relative to the mean square of the changes of all pairs;
+/// it trades errors of strong contacts for errors of weak ones. Nuisances add N N^T to E[d d^T].
+///
+/// With `"inference_noise": "frame"` noise and ridge are weighted by the noise of each frame, as
+/// its reciprocal pairs show it, in place of that of the training set (SpectralInverse).
 class LinearMmse final : public LinearSolver {
  public:
   static constexpr const char* type = "lmmse";
 
-  /// `{"components": 1, "ridge": > 0 | "auto", "symmetries": bool}` and what Nuisances,
-  /// LinearInference and ChannelMask read.
+  /// `{"components": 1, "ridge": > 0 | "auto", "symmetries": bool, "inference_noise": "fit" |
+  /// "frame"}` and what Nuisances, LinearInference and ChannelMask read.
   explicit LinearMmse(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -51,8 +54,12 @@ class LinearMmse final : public LinearSolver {
   /// Reads the parameters of the fit and calls `finish` of the object.
   void read(JsonObject parameters);
   nlohmann::json fit_parameters() const;
-  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
+  std::unique_ptr<const FrameInverse> frame_inverse() const override;
+  bool follows_noise() const override { return follows_noise_; }
+  /// V^2, for a ridge.
+  double added(double ridge) const { return ridge * changes_.diagonal().mean(); }
 
+  bool follows_noise_ = false;  ///< "inference_noise"
   bool symmetries_ = true;
   Tunable ridge_;
   std::optional<ParameterChoice> choice_;

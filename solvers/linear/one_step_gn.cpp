@@ -1,8 +1,8 @@
 #include "solvers/linear/one_step_gn.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "solvers/decompositions.h"
 #include "solvers/linear/mmse.h"
 #include "solvers/linear/tsvd.h"
 #include "solvers/solver_file.h"
@@ -10,54 +10,9 @@
 namespace ertbench {
 namespace {
 
-/// (J^T J + lambda^2 R^T R)^-1 J^T for any lambda, from one singular value decomposition.
-///
-/// A constant image c 1 that the prior ignores is separated: with the data q = J 1 / |J 1| of a
-/// constant image, E y is fitted to the data orthogonal to q, and c to the rest along q.
-class RegularisedInverse {
- public:
-  RegularisedInverse(const Eigen::MatrixXd& jacobian, const PriorFactors& prior) {
-    Eigen::MatrixXd shaped = jacobian * prior.shaping;
-    if (prior.free_constant) {
-      const Eigen::VectorXd constant = jacobian.rowwise().sum();
-      const Eigen::VectorXd q = constant.normalized();
-      shaped -= q * (q.transpose() * shaped);
-      constant_data_ = q.transpose() / constant.norm();
-      constant_jacobian_ = constant_data_ * jacobian;
-    }
-    const DenseSvd svd = dense_svd(shaped);
-    values_ = svd.values;
-    left_ = svd.left;
-    right_ = prior.shaping * svd.right;
-  }
-
-  double largest() const { return values_[0]; }
-
-  Eigen::MatrixXd inverse(double lambda) const {
-    // s / (s^2 + lambda^2) without squaring, which could underflow.
-    const Eigen::VectorXd filter = values_.unaryExpr([lambda](double s) {
-      const double length = std::hypot(s, lambda);
-      return s / length / length;
-    });
-    Eigen::MatrixXd inverse = right_ * filter.asDiagonal() * left_.transpose();
-    if (constant_data_.size()) {
-      const Eigen::RowVectorXd constant = constant_data_ - constant_jacobian_ * inverse;
-      inverse.rowwise() += constant;
-    }
-    return inverse;
-  }
-
- private:
-  Eigen::VectorXd values_;
-  Eigen::MatrixXd left_;   ///< [pairs, rank]
-  Eigen::MatrixXd right_;  ///< E times the right singular vectors [pixels, rank]
-  Eigen::RowVectorXd constant_data_;
-  Eigen::RowVectorXd constant_jacobian_;
-};
-
-/// The same for one lambda by a Cholesky factor, three times as fast. Nothing where the square of
-/// lambda would be lost, for matrices so small that it does not matter, and for priors with a free
-/// constant.
+/// (J^T J + lambda^2 R^T R)^-1 J^T for one lambda by a Cholesky factor, three times as fast.
+/// Nothing where the square of lambda would be lost, for matrices so small that it does not matter,
+/// and for priors with a free constant.
 std::optional<Eigen::MatrixXd> direct_inverse(const Eigen::MatrixXd& jacobian,
                                               const PriorFactors& prior, double lambda) {
   constexpr Eigen::Index small = 512;
@@ -114,25 +69,32 @@ void OneStepGaussNewton::fit(const FitInput& input) {
     finish();
     return;
   }
-  const RegularisedInverse inverse(kept, prior);
+  SpectralInverse inverse(kept, prior);
+  const auto set_lambda = [&](double lambda) {
+    inverse.set_noise(lambda * lambda);
+    set_inverse(inverse.matrix());
+  };
   if (lambda_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, lambda_.place);
     const auto error_of = [&](double lambda) {
-      set_inverse(inverse.inverse(lambda));
+      set_lambda(lambda);
       return mean_relative_error(*this, frames, input.threads);
     };
-    choice_ = choose_number(lambda_.place, 1e-4 * inverse.largest(), inverse.largest(), 4,
+    const double largest = std::sqrt(inverse.largest_power());
+    choice_ = choose_number(lambda_.place, 1e-4 * largest, largest, 4,
                             static_cast<int>(frames.changes.rows()), error_of);
     lambda_.value = choice_->value;
   }
-  set_inverse(inverse.inverse(*lambda_.value));
+  set_lambda(*lambda_.value);
   finish();
 }
 
-std::unique_ptr<const MaskedInverse> OneStepGaussNewton::masked_inverse() const {
+std::unique_ptr<const FrameInverse> OneStepGaussNewton::frame_inverse() const {
   const Eigen::MatrixXd jacobian = whole_jacobian();
-  return std::make_unique<MaskedGaussNewton>(
-      jacobian, prior_factors(prior_, jacobian, sensor().image_columns()), *lambda_.value);
+  auto out = std::make_unique<SpectralInverse>(
+      jacobian, prior_factors(prior_, jacobian, sensor().image_columns()));
+  out->set_noise(*lambda_.value * *lambda_.value);
+  return out;
 }
 
 void OneStepGaussNewton::save(const std::filesystem::path& file) const {
@@ -210,6 +172,11 @@ SolverInfo linear_mmse() {
         "noise beyond that of the training set, relative to the mean square of the changes, > 0 or "
         "\"auto\" (the default)"},
        {"symmetries", "learn from the scenes turned by the sensor's symmetries, too; default true"},
+       {"inference_noise",
+        "of one component: \"fit\" (the default), noise as in the training set, or \"frame\", as "
+        "the "
+        "reciprocal channels of each frame show it",
+        ParameterRole::inference},
        Nuisances::parameter()});
   info.make = make_mmse;
   info.probes = {"{}", R"({"components": 2})"};

@@ -16,9 +16,7 @@ namespace ertbench {
 ///
 /// with J at the uniform background, in the conventions of EIDORS's inv_solve_diff_GN_one_step.
 ///
-/// The matrix is computed from the singular values s of J E, with the shaping E of the prior
-/// (PriorFactors), by the filter s / (s^2 + lambda^2). This avoids the squared condition of J and
-/// works for any lambda.
+/// The matrix is computed by a SpectralInverse.
 class OneStepGaussNewton final : public LinearSolver {
  public:
   static constexpr const char* type = "one-step-gn";
@@ -38,7 +36,7 @@ class OneStepGaussNewton final : public LinearSolver {
   /// Reads the parameters of the fit and calls `finish` of the object.
   void read(JsonObject parameters);
   nlohmann::json fit_parameters() const;
-  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
+  std::unique_ptr<const FrameInverse> frame_inverse() const override;
 
   Prior prior_ = Prior::noser;
   Tunable lambda_;

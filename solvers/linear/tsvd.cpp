@@ -212,7 +212,7 @@ void TruncatedSvd::fit(const FitInput& input) {
   finish();
 }
 
-std::unique_ptr<const MaskedInverse> TruncatedSvd::masked_inverse() const {
+std::unique_ptr<const FrameInverse> TruncatedSvd::frame_inverse() const {
   return std::make_unique<MaskedTsvd>(whole_jacobian(), least_kept_);
 }
 

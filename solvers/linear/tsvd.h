@@ -57,7 +57,7 @@ class TruncatedSvd final : public LinearSolver {
   void read(JsonObject parameters);
   nlohmann::json fit_parameters() const;
   void truncate(const FitInput& input);
-  std::unique_ptr<const MaskedInverse> masked_inverse() const override;
+  std::unique_ptr<const FrameInverse> frame_inverse() const override;
   void set_rank(const SingularTriplets& triplets, Eigen::Index rank);
   Eigen::Index choose_rank(const FitInput& input, SingularTriplets& triplets);
 

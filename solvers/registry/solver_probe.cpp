@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/files.h"
@@ -10,6 +11,8 @@
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
+#include "solvers/channel_mask.h"
+#include "solvers/front/front.h"
 
 namespace ertbench {
 namespace {
@@ -120,6 +123,56 @@ Probe computed_solver_probe(SolverRegistry& registry, const std::string& type) {
   }
   return probe;
 }
+
+namespace {
+
+/// The frame as it is, then with what may be wrong with it; electrode 5 is the one that fails.
+Frames faulty(const Eigen::RowVectorXd& change, const Eigen::RowVectorXd& reference) {
+  const std::vector<ElectrodeSet> electrodes = electrode_sets_of_channels(Sensor{});
+  Frames out = change.replicate(5, 1);
+  out.row(1) -= 0.05 * (change + reference);
+  for (Eigen::Index c = 0; c < out.cols(); ++c) {
+    if (!(electrodes[static_cast<std::size_t>(c)] >> 5 & 1)) continue;
+    out(2, c) = -reference[c];
+    out(3, c) = -reference[c] + 0.3 * reference.maxCoeff() * std::cos(static_cast<double>(c));
+    out(4, c) = (change[c] - reference[c]) / 2;
+  }
+  return out;
+}
+
+Probe computed_front_probe() {
+  const TemporaryFolder folder("probe");
+  generate_dataset(small_set("validation", 200, 2), folder / "validation.h5");
+  const DatasetFile set(folder / "validation.h5");
+  FitInput input;
+  input.validation = &set;
+  const FrameCheck check(input, 0);
+  const Front front({}, check, {.level = 0.1, .gradient = 0.1, .electrodes = 0.02});
+  const Eigen::RowVectorXd reference = set.reference_voltages().transpose();
+  Probe probe;
+  for (std::uint64_t f = 0; f < 3; ++f) {
+    Frames frames = faulty(set.voltages(f, 1).row(0) - reference, reference);
+    Eigen::MatrixXd said(frames.rows(), 6);
+    Eigen::MatrixXd amplitudes(frames.rows(), 2 * (3 + Sensor{}.electrode_count));
+    for (Eigen::Index i = 0; i < frames.rows(); ++i) {
+      const FrameCheck::Verdict verdict = check.judge(frames.row(i).data());
+      const FrameState state = front.look(frames.row(i).data());
+      said.row(i) << verdict.reasons, static_cast<double>(verdict.dead),
+          static_cast<double>(state.floating), static_cast<double>(state.half_dead), state.lost,
+          std::log(state.noise);
+      amplitudes.row(i) << state.amplitudes.transpose(), state.deviations.transpose();
+      check.impute(frames.row(i).data(), verdict.dead);
+    }
+    probe.add_matrix(said);
+    probe.add_matrix(amplitudes);
+    probe.add_matrix(frames);
+  }
+  return probe;
+}
+
+}  // namespace
+
+Probe front_probe() { return cached_probe("front", computed_front_probe); }
 
 std::optional<Probe> solver_probe(const std::string& type) {
   const std::vector<std::string> own = SolverRegistry().types();

@@ -25,6 +25,11 @@ Probes solver_probes(const std::string& type);
 /// Those of all the program's own types.
 Probes all_solver_probes();
 
+/// The probe "front": what a FrameCheck and a Front say and make of sound frames, of electrodes
+/// that read zero, half or float, and of another level. Few frames of the probes of solvers are
+/// faulty.
+Probe front_probe();
+
 /// Computes it in this process, whose registry may load plugins.
 Probe computed_solver_probe(SolverRegistry& registry, const std::string& type);
 

@@ -74,6 +74,16 @@ TEST(Probes, AStampWithoutProbesIsOfTheLastRelease) {
   EXPECT_NE(probe_difference(stamp->probes, now), "");
 }
 
+TEST(Probes, AStampFromBeforeTheFrontWasRecordedHasItsFirstNumbers) {
+  const Probes made = {{"a", probe_of(some_values())}};
+  Probes now = made;
+  now["front"] = release_probes().at("front");
+  EXPECT_EQ(probe_difference(made, now), "");
+  EXPECT_EQ(probe_difference(now, now), "");
+  now["front"].numbers[0] *= 2;
+  EXPECT_TRUE(probe_difference(made, now).starts_with("the probe front differs by"));
+}
+
 TEST(Probes, AreComputedOnceAndKeptForTheProgram) {
   const TemporaryFolder folder("probes");
   ::setenv("ERTBENCH_CACHE", folder.path().c_str(), 1);

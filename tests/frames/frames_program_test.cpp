@@ -101,6 +101,29 @@ TEST(FramesProgram, ContactsAndTheLevelOfTheSheetAreWritten) {
   EXPECT_NEAR(level(22, 0), risen, 0.003);
 }
 
+// Those of a whole electrode, and one channel of which the reciprocal one is there.
+TEST(FramesProgram, AStoredSolverImagesFramesWithoutSomeChannels) {
+  const TemporaryFolder folder("without");
+  Frames frames = measured_frames({});
+  const auto channels = electrodes_of_channels(Sensor{});
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto& [drive, measurement] = channels[c];
+    const bool uses =
+        drive.first == 9 || drive.second == 9 || measurement.first == 9 || measurement.second == 9;
+    if (uses || c == 40) frames.col(static_cast<Eigen::Index>(c)).setConstant(std::nan(""));
+  }
+  write_csv(folder / "frames.csv", frames);
+  const Outcome outcome = run_program(
+      folder.path(),
+      "reconstruct --solver lean-net-8 --input frames.csv --background 0-19 --output images.h5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_NE(outcome.output.find("(those of electrode 9, from 0)"), std::string::npos);
+  EXPECT_NE(outcome.output.find("left out were estimated"), std::string::npos) << outcome.output;
+  EXPECT_LT(
+      (strongest(folder / "images.h5", 21) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
+      near_mm);
+}
+
 TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
   const TemporaryFolder folder("csv");
   const Frames frames = measured_frames({});

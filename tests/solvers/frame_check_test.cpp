@@ -102,6 +102,28 @@ TEST_F(Check, ImputesDeadChannelsNearerThanTheMean) {
   }
 }
 
+TEST_F(Check, ImputesChannelsThatAreLeftOutAsThoseOfDeadElectrodes) {
+  constexpr ElectrodeSet dead = 1u << 2 | 1u << 7;
+  const auto pairs = reciprocal_pairs(Sensor{});
+  std::vector<int> kept;
+  for (const Eigen::Index p : pairs_without({}, dead)) {
+    for (const int channel : pairs[static_cast<std::size_t>(p)]) kept.push_back(channel);
+  }
+  const int alone = kept.back();
+  const int reciprocal = kept[kept.size() - 2];
+  const Frames changes = fresh_changes(20);
+  for (Eigen::Index f = 0; f < changes.rows(); ++f) {
+    Eigen::RowVectorXd left_out = changes.row(f);
+    Eigen::RowVectorXd expected = changes.row(f);
+    expected[alone] = expected[reciprocal];
+    check().impute(expected.data(), dead);
+    std::vector<int> without = kept;
+    without.pop_back();
+    check().impute(left_out.data(), without);
+    EXPECT_EQ(left_out, expected) << f;
+  }
+}
+
 TEST_F(Check, FindsNoiseAboveWhatItKnows) {
   EXPECT_EQ(share(fresh_changes(400, 30), noise), 1);
   EXPECT_GE(share(fresh_changes(400, 44), noise), 0.99);  // twice the noise

@@ -59,6 +59,26 @@ TEST_P(MaskedPrior, IsTheDenseSolutionWithoutTheseRows) {
   }
 }
 
+TEST(MaskedGaussNewton, IsThatOfTheSensorWithoutTheseChannels) {
+  const Frames changes = random_changes(2);
+  const auto electrodes = electrode_sets_of_channels({});
+  std::vector<int> kept;
+  std::vector<ChannelElectrodes> channels;
+  for (int c = 0; c < changes.cols(); ++c) {
+    if (electrodes[static_cast<std::size_t>(c)] & masked) continue;
+    kept.push_back(c);
+    channels.push_back(electrodes_of_channels({})[static_cast<std::size_t>(c)]);
+  }
+  const json spec = {{"type", "one-step-gn"}, {"prior", "tikhonov"}, {"lambda", 0.03}};
+  FitInput smaller;
+  smaller.sensor = with_channels({}, channels);
+  const auto anew = make_solver(spec);
+  anew->fit(smaller);
+  EXPECT_LT(relative_difference(images_of(spec, "detect", changes),
+                                reconstruct(*anew, changes(Eigen::all, kept)).images),
+            1e-8);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, MaskedPrior,
                          ::testing::Values(Prior::tikhonov, Prior::noser, Prior::laplace),
                          [](const auto& instance) { return name_of(instance.param); });

@@ -30,8 +30,8 @@ TEST(MmseMatrix, IsThePosteriorMeanOfALinearModelWithAGaussianPrior) {
                                        .partialPivLu()
                                        .solve(Eigen::MatrixXd(model.transpose() / (noise * noise)));
   Eigen::MatrixXd changes = model * prior * model.transpose();
-  const double ridge = noise * noise / changes.diagonal().mean();
-  EXPECT_LT(relative_difference(mmse_matrix(changes, prior * model.transpose(), ridge), expected),
+  const double added = noise * noise;
+  EXPECT_LT(relative_difference(mmse_matrix(changes, prior * model.transpose(), added), expected),
             1e-12);
   changes.diagonal().array() += noise * noise;
   EXPECT_LT(relative_difference(mmse_matrix(changes, prior * model.transpose(), 0), expected),
@@ -173,7 +173,8 @@ TEST(Lmmse, MasksByTheMomentsOfWhatIsLeft) {
   const JointMoments moments = moments_of(TrainingScenes(input, "test", true), {}, true);
   const std::vector<Eigen::Index> kept = pairs_without({}, masked);
   const Eigen::MatrixXd matrix =
-      mmse_matrix(moments.changes(kept, kept), moments.cross(Eigen::all, kept), ridge);
+      mmse_matrix(moments.changes(kept, kept), moments.cross(Eigen::all, kept),
+                  ridge * moments.changes.diagonal().mean());
   Frames changes = fresh_changes(3);
   const Reciprocity reciprocity{Sensor{}};
   for (const json& mask : {json{2, 7}, json("detect")}) {
@@ -187,6 +188,40 @@ TEST(Lmmse, MasksByTheMomentsOfWhatIsLeft) {
           1e-8);
     }
   }
+}
+
+/// Mean relative error on frames like those of the training, at this noise.
+double error_at(const Solver& solver, double snr_db) {
+  DatasetSpec spec = random_contacts(200);
+  spec.seed = 9;
+  spec.noise.snr_db = snr_db;
+  const DatasetBlock block = generate_block(spec, SceneModel(Sensor{}, GridSheet{24}), 0, 200);
+  const Frames changes =
+      block.voltages.rowwise() - ForwardModel(Sensor{}, 24).reference_voltages().transpose();
+  const RowMajorMatrix truth = block.conductivity.array() - Sensor{}.background;
+  const Images images = reconstruct(solver, changes).images;
+  return ((images - truth).rowwise().norm().array() / truth.rowwise().norm().array()).mean();
+}
+
+TEST(Lmmse, FollowsTheNoiseOfItsFrames) {
+  const json spec = {{"type", "lmmse"}, {"ridge", 1e-3}};
+  json follows = spec;
+  follows["inference_noise"] = "frame";
+  const auto fixed = Sets::get().fit(spec);
+  const auto following = Sets::get().fit(follows);
+  EXPECT_EQ(following->parameters().at("inference_noise"), "frame");
+  EXPECT_LT(error_at(*following, 30), 0.8 * error_at(*fixed, 30));
+  EXPECT_LT(error_at(*following, 40), 0.99 * error_at(*fixed, 40));
+  EXPECT_NEAR(error_at(*following, 50), error_at(*fixed, 50), 0.01);
+  EXPECT_LT(error_at(*following, 60), error_at(*fixed, 60));
+  // Channels that are ignored tell no noise.
+  Frames frame = fresh_changes(1);
+  follows["channel_mask"] = {2, 7};
+  const Images listed = reconstruct(*Sets::get().fit(follows), frame).images;
+  follows["channel_mask"] = "detect";
+  read_zero(frame.row(0), 1u << 2 | 1u << 7);
+  const Images detected = reconstruct(*Sets::get().fit(follows), frame).images;
+  EXPECT_LT(relative_difference(detected, listed), 1e-10);
 }
 
 double error_of(const Solver& solver) {

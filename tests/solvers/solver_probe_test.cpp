@@ -42,6 +42,15 @@ TEST(SolverProbe, AStoredFitOfTheLastReleasePasses) {
   }
 }
 
+// The numbers with which it began: results from before are valid by them.
+TEST(SolverProbe, TheFrontIsThatOfThePublishedResults) {
+  const Probe now = front_probe();
+  ASSERT_EQ(now.numbers.size(), 3u * 3 * Probe::projections);
+  EXPECT_EQ(probe_difference({{"a", {}}}, {{"front", now}}), "");
+  EXPECT_EQ(probe_difference({{"front", {}}}, {{"front", now}}),
+            "the probe front has other numbers");
+}
+
 TEST(SolverProbe, SolversOfTheUsersHaveNone) {
   EXPECT_FALSE(solver_probe("my-own-method").has_value());
   EXPECT_FALSE(solver_probe("command").has_value());
