@@ -91,8 +91,21 @@ Fields& Fields::derived() {
   return *this;
 }
 
+Fields& Fields::nullable() {
+  nullable_ = true;
+  return *this;
+}
+
 bool Fields::is_given(const char* key) {
-  return std::exchange(required_, false) || object_->has(key);
+  const bool required = std::exchange(required_, false);
+  const bool nullable = std::exchange(nullable_, false);
+  if (!required && !object_->has(key)) return false;
+  return !nullable || !object_->raw(key).is_null();
+}
+
+void Fields::leave_out(const char* key) {
+  required_ = false;
+  if (std::exchange(nullable_, false)) (*out_)[key] = nullptr;
 }
 
 void Fields::field(const char* key, const std::function<void()>& read, const json& value,
@@ -103,9 +116,10 @@ void Fields::field(const char* key, const std::function<void()>& read, const jso
     if (is_given(key)) read();
     return;
   }
-  required_ = false;
+  if (writing() && value.is_null()) return leave_out(key);
+  required_ = nullable_ = false;
   if (writing()) {
-    if (!value.is_null()) (*out_)[key] = value;
+    (*out_)[key] = value;
     return;
   }
   ordered_json property = schema;
@@ -124,7 +138,8 @@ void Fields::number(const char* key, double& value, Range range) {
 
 void Fields::number(const char* key, std::optional<double>& value, Range range) {
   field(
-      key, [&] { value = object_->number(key, range); }, or_null(value), number_schema(range));
+      key, [&] { value = object_->number(key, range); },
+      value && std::isfinite(*value) ? json(*value) : json(), number_schema(range));
 }
 
 void Fields::number_or_auto(const char* key, std::optional<double>& value, Range range) {
@@ -158,6 +173,20 @@ void Fields::boolean(const char* key, bool& value) {
 void Fields::text(const char* key, std::string& value) {
   field(key, [&] { value = object_->text(key); }, value.empty() ? json() : json(value),
         {{"type", "string"}, {"minLength", 1}});
+}
+
+void Fields::words(const char* key, std::string& value) {
+  const auto read = [&] {
+    const json& given = object_->raw(key);
+    if (!given.is_string()) fail(key, "must be a string");
+    value = given.get<std::string>();
+  };
+  field(key, read, value, {{"type", "string"}});
+}
+
+void Fields::any(const char* key, JsonValue& value) {
+  field(
+      key, [&] { value = object_->raw(key); }, *value, ordered_json::object());
 }
 
 void Fields::interval(const char* key, std::pair<double, double>& value, Range range) {

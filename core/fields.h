@@ -58,9 +58,11 @@ class Fields {
   Fields& required();
   /// The default of the next field depends on other fields; the schema leaves it out.
   Fields& derived();
+  /// Where the next field has no value, null is written, and null is read as none.
+  Fields& nullable();
 
   void number(const char* key, double& value, Range range);
-  /// Left out where it has no value.
+  /// Left out where it has no value, or none that is finite.
   void number(const char* key, std::optional<double>& value, Range range);
   /// "auto" stands for no value.
   void number_or_auto(const char* key, std::optional<double>& value, Range range);
@@ -68,6 +70,10 @@ class Fields {
   void integer(const char* key, std::uint64_t& value, int low, int high);
   void boolean(const char* key, bool& value);
   void text(const char* key, std::string& value);
+  /// A text that may be empty.
+  void words(const char* key, std::string& value);
+  /// Any JSON, left out where it is null.
+  void any(const char* key, JsonValue& value);
   /// [low, high], or one number for both.
   void interval(const char* key, std::pair<double, double>& value, Range range);
   void interval(const char* key, std::optional<std::pair<double, double>>& value, Range range);
@@ -110,7 +116,7 @@ class Fields {
   template <typename Struct, typename VisitStruct>
   void object(const char* key, std::optional<Struct>& value, const VisitStruct& visit) {
     if (reading() && !is_given(key)) return;
-    if (!reading() && !describing() && !value) return;
+    if (writing() && !value) return leave_out(key);
     Struct present = value.value_or(Struct{});
     object(key, [&](Fields& fields) { visit(fields, present); });
     if (reading()) value = std::move(present);
@@ -118,8 +124,10 @@ class Fields {
 
  private:
   Fields() = default;
-  /// Whether the field is to be read: it stands in the object, or must.
+  /// Whether the field is to be read: it stands in the object, or must, and has a value.
   bool is_given(const char* key);
+  /// Writes nothing of a field without a value, or null.
+  void leave_out(const char* key);
   /// Reads, writes or describes a field. `value`: null for a field that is not written and has no
   /// default.
   void field(const char* key, const std::function<void()>& read, const nlohmann::json& value,
@@ -130,6 +138,7 @@ class Fields {
   nlohmann::ordered_json* schema_ = nullptr;
   bool required_ = false;
   bool derived_ = false;
+  bool nullable_ = false;
 };
 
 }  // namespace ertbench

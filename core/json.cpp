@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/files.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -398,9 +399,7 @@ void JsonObject::finish() const {
     if (known_.count(key)) continue;
     const std::vector<std::string> known(known_.begin(), known_.end());
     const std::string near = nearest_word(key, known);
-    std::string all;
-    for (const std::string& candidate : known) all += (all.empty() ? "" : ", ") + candidate;
-    fail(key, near.empty() ? "unknown key; known here: " + all
+    fail(key, near.empty() ? "unknown key; known here: " + joined(known)
                            : "unknown key; did you mean \"" + near + "\"?");
   }
 }

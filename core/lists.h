@@ -5,6 +5,7 @@
 #include <ranges>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace ertbench {
@@ -27,12 +28,18 @@ auto distinct(const List& list, Of of = {}) {
   return out;
 }
 
-/// "a, b, c".
-template <class Texts>
-std::string joined(const Texts& texts, std::string_view between = ", ") {
+/// "a, b, c": the texts or whole numbers `of(item)`.
+template <class List, class Of = std::identity>
+std::string joined(const List& list, std::string_view between = ", ", Of of = {}) {
   std::string out;
-  for (const std::string& text : texts) {
-    out.append(out.empty() ? "" : between).append(text);
+  for (const auto& item : list) {
+    const auto& value = std::invoke(of, item);
+    out.append(out.empty() ? "" : between);
+    if constexpr (std::is_integral_v<std::decay_t<decltype(value)>>) {
+      out += std::to_string(value);
+    } else {
+      out += value;
+    }
   }
   return out;
 }

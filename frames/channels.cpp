@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/frame_source.h"
@@ -60,12 +61,7 @@ constexpr NamedOrder orders[] = {
     {"full-measure-major", "all drives of all measurements, measurement by measurement"},
     {"potentials", "the potential of every electrode, drive by drive"}};
 
-std::string names_of_orders() {
-  std::string text;
-  for (const NamedOrder& order : orders)
-    text += (text.empty() ? "" : ", ") + std::string(order.name);
-  return text;
-}
+std::string names_of_orders() { return joined(orders, ", ", &NamedOrder::name); }
 
 /// Stands for the frames of a stream, which has as many columns as an order needs.
 class StreamColumns final : public FrameSource {
@@ -132,7 +128,7 @@ ChannelMap map_of_injections(const Sensor& sensor, const FrameSource& source) {
   const std::vector<Injection> injections = source.injections();
   const std::vector<int> electrodes = source.electrodes();
   const auto column_of = [&](int electrode) {
-    const auto found = std::find(electrodes.begin(), electrodes.end(), electrode);
+    const auto found = std::ranges::find(electrodes, electrode);
     if (found == electrodes.end()) {
       throw InputError(source_name(source) + ": measures no electrode " +
                        std::to_string(electrode + 1) + ", which the sensor has; name another " +
@@ -244,7 +240,7 @@ ChannelMap map_of_lines(const Sensor& sensor, const FrameSource& source,
   for (Eigen::Index line = 0; line < lines.rows(); ++line) {
     const double sign = lines.cols() == 3 ? lines(line, 2) : 1;
     if (std::abs(sign) != 1) fail(line, "the sign must be 1 or -1");
-    const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) {
+    const auto found = std::ranges::find_if(channels, [&](const Channel& channel) {
       return channel.drive == lines(line, 0) && channel.measurement == lines(line, 1);
     });
     if (found == channels.end()) continue;
@@ -324,7 +320,7 @@ Sensor sensor_of_columns(const Sensor& sensor, const FrameSource& source,
   if (named.empty() || !sensor.listed_channels.empty()) return sensor;
   const ColumnsByElectrodes columns = columns_by_electrodes(named);
   const std::vector<ChannelElectrodes> own = electrodes_of_channels(sensor);
-  const bool covers = std::all_of(own.begin(), own.end(), [&](const ChannelElectrodes& channel) {
+  const bool covers = std::ranges::all_of(own, [&](const ChannelElectrodes& channel) {
     return find_column(columns, channel).has_value();
   });
   return covers ? sensor : with_channels(sensor, named);
@@ -337,7 +333,7 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name) 
   for (std::size_t c = 0; c < file.size(); ++c) file[c] = static_cast<int>(c);
   const auto channel = [&](int c) { return channels[static_cast<std::size_t>(c)]; };
   if (name == "measure-major") {
-    std::sort(file.begin(), file.end(), [&](int a, int b) {
+    std::ranges::sort(file, [&](int a, int b) {
       return std::pair(channel(a).measurement, channel(a).drive) <
              std::pair(channel(b).measurement, channel(b).drive);
     });
@@ -347,7 +343,7 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name) 
       const int apart = channel(c).measurement - channel(c).drive % measurements;
       return (way * apart + measurements) % measurements;
     };
-    std::sort(file.begin(), file.end(), [&](int a, int b) {
+    std::ranges::sort(file, [&](int a, int b) {
       return std::pair(channel(a).drive, behind(a)) < std::pair(channel(b).drive, behind(b));
     });
   } else if (name != "drive-major") {

@@ -5,6 +5,7 @@
 #include "core/errors.h"
 #include "core/text.h"
 #include "frames/frame_source.h"
+#include "frames/text_lines.h"
 
 namespace ertbench {
 namespace {
@@ -17,28 +18,9 @@ constexpr int most_header_lines = 1000;
 constexpr std::string_view used_list = "MeasurementChannels:";
 constexpr std::string_view column_list = "MeasurementChannelsIndependentFromInjectionPattern:";
 
-/// The lines of a text, with their numbers for messages.
-class EitLines {
+class EitLines : public NumberedLines {
  public:
-  EitLines(std::string_view text, std::string source) : rest_(text), source_(std::move(source)) {}
-
-  /// Nothing after the last line.
-  std::optional<std::string_view> next() {
-    if (rest_.empty()) return std::nullopt;
-    const std::size_t end = rest_.find('\n');
-    std::string_view line = rest_.substr(0, end);
-    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    ++number_;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) {
-      line.remove_suffix(1);
-    }
-    return line;
-  }
-  int number() const { return number_; }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(source_ + ": line " + std::to_string(number_) + ": " + what);
-  }
+  using NumberedLines::NumberedLines;
 
   std::string_view header(const char* what) {
     const auto line = next();
@@ -59,24 +41,6 @@ class EitLines {
     return static_cast<int>(value);
   }
 
-  /// Numbers separated by tabs, blanks or commas.
-  std::vector<double> numbers(std::string_view line) const {
-    std::vector<double> values;
-    while (true) {
-      const std::size_t first = line.find_first_not_of(" \t,");
-      if (first == std::string_view::npos) return values;
-      line.remove_prefix(first);
-      const std::string_view word = line.substr(0, line.find_first_of(" \t,"));
-      double value = 0;
-      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-      if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
-        fail("must hold finite numbers, holds \"" + printable(word, 40) + "\"");
-      }
-      values.push_back(value);
-      line.remove_prefix(word.size());
-    }
-  }
-
   /// Electrodes counted from 0; the file counts from 1.
   std::vector<int> electrodes(std::string_view line) const {
     std::vector<int> out;
@@ -88,11 +52,6 @@ class EitLines {
     }
     return out;
   }
-
- private:
-  std::string_view rest_;
-  std::string source_;
-  int number_ = 0;
 };
 
 struct EitHeader {
@@ -225,7 +184,6 @@ EitFile parse_eit(std::string_view text, const std::string& source) {
   EitFile file;
   const EitHeader header = read_header(lines, file);
   std::vector<double> in_phase;
-  std::vector<double> quadrature;
   std::size_t columns = 0;
   while (auto line = lines.next()) {
     if (line->empty()) continue;
@@ -242,10 +200,7 @@ EitFile parse_eit(std::string_view text, const std::string& source) {
         lines.fail("must hold real and imaginary part of each electrode, " +
                    std::to_string(2 * columns) + " numbers; has " + std::to_string(values.size()));
       }
-      for (std::size_t i = 0; i < values.size(); i += 2) {
-        in_phase.push_back(values[i]);
-        quadrature.push_back(values[i + 1]);
-      }
+      for (std::size_t i = 0; i < values.size(); i += 2) in_phase.push_back(values[i]);
     }
   }
   if (file.injections.empty()) lines.fail("the file ends behind the header; it is cut short");
@@ -269,12 +224,9 @@ EitFile parse_eit(std::string_view text, const std::string& source) {
   const auto rows = static_cast<Eigen::Index>(file.injections.size());
   const auto frequencies = static_cast<std::size_t>(file.frequencies);
   file.in_phase.resize(rows, static_cast<Eigen::Index>(frequencies * kept.size()));
-  file.quadrature.resize(rows, file.in_phase.cols());
   for (std::size_t block = 0; block < static_cast<std::size_t>(rows) * frequencies; ++block) {
     for (std::size_t k = 0; k < kept.size(); ++k) {
-      const std::size_t to = block * kept.size() + k;
-      file.in_phase.data()[to] = in_phase[block * columns + kept[k]];
-      file.quadrature.data()[to] = quadrature[block * columns + kept[k]];
+      file.in_phase.data()[block * kept.size() + k] = in_phase[block * columns + kept[k]];
     }
   }
   return file;

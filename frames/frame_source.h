@@ -164,8 +164,7 @@ struct EitFile {
   double current = 0;                 ///< A
   std::vector<int> electrodes;        ///< of each column, counted from 0
   std::vector<Injection> injections;  ///< electrodes counted from 0
-  /// [injections, frequencies x columns]: in-phase and quadrature, V.
-  RowMajorMatrix in_phase, quadrature;
+  RowMajorMatrix in_phase;            ///< [injections, frequencies x columns] V
 };
 
 /// Throws InputError with `source` and the line of what is wrong.

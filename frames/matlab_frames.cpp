@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "frames/frame_source.h"
 #include "frames/matlab_matrix.h"
@@ -77,7 +78,7 @@ class MatlabFile {
   /// Whether there is a variable, or a struct with the field "session/voltages".
   bool has(const std::string& name) const {
     const std::string first = name.substr(0, name.find('/'));
-    if (std::find(names_.begin(), names_.end(), first) == names_.end()) return false;
+    if (std::ranges::find(names_, first) == names_.end()) return false;
     if (first == name) return true;
     const Variable whole(Mat_VarRead(file_.get(), first.c_str()));
     const std::string field = name.substr(first.size() + 1);
@@ -85,9 +86,7 @@ class MatlabFile {
            Mat_VarGetStructFieldByName(whole.get(), field.c_str(), 0);
   }
   std::string list() const {
-    std::string text;
-    for (const std::string& name : names_) text += (text.empty() ? "" : ", ") + printable(name);
-    return text;
+    return joined(names_, ", ", [](const std::string& name) { return printable(name); });
   }
 
   struct Matrix {

@@ -8,6 +8,7 @@
 
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/border/border_model.h"
@@ -240,10 +241,7 @@ void OwnFrames::leave_out_channels() {
   if (missing > 0) {
     left_out_ = std::to_string(missing) + (missing == 1 ? " channel has no number in any frame"
                                                         : " channels have no number in any frame");
-    std::string electrodes;
-    for (const int e : electrodes_with_bad_channels(sensor_, is_missing)) {
-      electrodes += (electrodes.empty() ? "" : ", ") + std::to_string(e);
-    }
+    const std::string electrodes = joined(electrodes_with_bad_channels(sensor_, is_missing));
     if (!electrodes.empty()) left_out_ += " (those of electrode " + electrodes + ", from 0)";
   }
   if (!zeros.empty()) {

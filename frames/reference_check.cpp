@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/border/border_model.h"
@@ -63,7 +64,7 @@ Frames telling_frames(const Eigen::VectorXd& reference, const Frames& changes) {
     const double size = changes.row(f).norm();
     if (size > telling_change * reference.norm()) sizes.emplace_back(-size, f);
   }
-  std::sort(sizes.begin(), sizes.end());
+  std::ranges::sort(sizes);
   sizes.resize(std::min<std::size_t>(sizes.size(), most_telling));
   Frames out(static_cast<Eigen::Index>(sizes.size()), changes.cols());
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -187,9 +188,7 @@ std::vector<std::string> unseen_readings(int electrodes, const Eigen::VectorXd& 
   if (static_cast<int>(turns.size()) == electrodes - 1) {
     out.emplace_back("a turn by any number of electrodes");
   } else if (!turns.empty()) {
-    std::string list;
-    for (const int turn : turns) list += (list.empty() ? "" : ", ") + std::to_string(turn);
-    out.push_back("a turn by " + list + " electrodes");
+    out.push_back("a turn by " + joined(turns) + " electrodes");
   }
   if (!mirrored.empty()) {
     out.push_back("a count of the electrodes the other way round (from the sensor's electrode " +
@@ -334,7 +333,7 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
   }
   std::vector<int> constant = channels_that_never_change(changes);
   for (const int c : counted) {
-    const bool listed = std::find(constant.begin(), constant.end(), c) != constant.end();
+    const bool listed = std::ranges::find(constant, c) != constant.end();
     if (reference[c] == 0 && expected[c] != 0 && !listed) constant.push_back(c);
   }
   if (dead.empty() && !constant.empty()) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -110,6 +111,37 @@ std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(blanks) + 1 - first);
+}
+
+std::optional<std::string_view> NumberedLines::next() {
+  if (rest_.empty()) return std::nullopt;
+  const std::size_t end = rest_.find('\n');
+  const std::string_view line = rest_.substr(0, end);
+  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+  ++number_;
+  return trimmed(line);
+}
+
+void NumberedLines::fail(const std::string& what) const {
+  throw InputError(source_ + ": line " + std::to_string(number_) + ": " + what);
+}
+
+std::vector<double> NumberedLines::numbers(std::string_view line) const {
+  std::vector<double> values;
+  while (true) {
+    const std::size_t first = line.find_first_not_of(" \t,");
+    if (first == std::string_view::npos) return values;
+    line.remove_prefix(first);
+    const std::string_view word = line.substr(0, line.find_first_of(" \t,"));
+    const char* const begin = word.data() + (word.front() == '+');
+    double value = 0;
+    const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+      fail("must hold finite numbers, holds \"" + printable(word, 40) + "\"");
+    }
+    values.push_back(value);
+    line.remove_prefix(word.size());
+  }
 }
 
 std::string_view without_prefix(std::string_view line, std::string& prefix) {

@@ -21,6 +21,26 @@ inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::string_view trimmed(std::string_view text);
 
+/// The lines of a text, whose numbers messages name.
+class NumberedLines {
+ public:
+  NumberedLines(std::string_view text, std::string source)
+      : rest_(text), source_(std::move(source)) {}
+
+  /// The next line, trimmed; nothing after the last.
+  std::optional<std::string_view> next();
+  int number() const { return number_; }
+  /// Throws InputError with the source and the line.
+  [[noreturn]] void fail(const std::string& what) const;
+  /// The finite numbers of a line, separated by tabs, blanks or commas. Fails for anything else.
+  std::vector<double> numbers(std::string_view line) const;
+
+ private:
+  std::string_view rest_;
+  std::string source_;
+  int number_ = 0;
+};
+
 /// A line without the words before its numbers ("magnitudes : ", "POLAR ", "10:00:01.5 -> ") and
 /// without brackets around them; `prefix` becomes these words.
 std::string_view without_prefix(std::string_view line, std::string& prefix);

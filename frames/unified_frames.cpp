@@ -22,14 +22,10 @@ constexpr std::uint64_t most_unified_bytes = std::uint64_t{1} << 26U;
 constexpr double most_off =
     0.02;  ///< distance of an electrode from the border, of the sheet's size
 
-/// The words of a line, separated by blanks.
-std::vector<std::string_view> words_of_line(std::string_view line) {
-  return fields_of(line, {' ', false});
-}
-
 /// The whole number that a line begins with, alone but for a comment: "16# Number of sensors".
 std::optional<int> count_in(std::string_view line) {
-  const std::vector<std::string_view> words = words_of_line(line.substr(0, line.find('#')));
+  const std::vector<std::string_view> words =
+      fields_of(line.substr(0, line.find('#')), {' ', false});
   bool is_complex = false;
   if (words.size() != 1) return std::nullopt;
   const auto value = number_of(words[0], {' ', false}, is_complex);
@@ -37,18 +33,14 @@ std::optional<int> count_in(std::string_view line) {
   return static_cast<int>(*value);
 }
 
-/// Reads the lines one by one, without empty ones, and keeps their number for messages.
-class UnifiedLines {
+/// The lines of the file, without empty ones.
+class UnifiedLines : public NumberedLines {
  public:
-  UnifiedLines(std::string_view text, const std::string& source) : rest_(text), source_(source) {}
+  using NumberedLines::NumberedLines;
 
   std::string_view next(const char* what) {
-    while (!rest_.empty()) {
-      const std::size_t end = rest_.find('\n');
-      const std::string_view line = trimmed(rest_.substr(0, end));
-      rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-      ++number_;
-      if (!line.empty()) return line;
+    while (const auto line = NumberedLines::next()) {
+      if (!line->empty()) return *line;
     }
     fail(std::string("the file ends before ") + what);
   }
@@ -62,7 +54,7 @@ class UnifiedLines {
     std::string_view line = next(what);
     if (!line.starts_with('#')) fail(std::string("must be \"#\" and ") + what);
     std::vector<std::string> out;
-    for (const std::string_view word : words_of_line(line.substr(1))) {
+    for (const std::string_view word : fields_of(line.substr(1), {' ', false})) {
       out.emplace_back(word.substr(0, word.find('/')));
       std::transform(out.back().begin(), out.back().end(), out.back().begin(),
                      [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -70,31 +62,14 @@ class UnifiedLines {
     return out;
   }
   std::vector<double> numbers(std::size_t count, const char* what) {
-    std::string_view line = next(what);
-    line = line.substr(0, line.find('#'));
-    std::vector<double> out;
-    for (const std::string_view word : words_of_line(line)) {
-      bool is_complex = false;
-      const auto value = number_of(word, {' ', false}, is_complex);
-      if (!value || !std::isfinite(*value)) {
-        fail("must hold finite numbers, holds \"" + printable(word, 40) + "\"");
-      }
-      out.push_back(*value);
-    }
+    const std::string_view line = next(what);
+    std::vector<double> out = NumberedLines::numbers(line.substr(0, line.find('#')));
     if (out.size() < count) {
       fail("has " + std::to_string(out.size()) + " numbers, the columns are " +
            std::to_string(count));
     }
     return out;
   }
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(source_ + ": line " + std::to_string(number_) + ": " + what);
-  }
-
- private:
-  std::string_view rest_;
-  const std::string& source_;
-  int number_ = 0;
 };
 
 /// Electrodes around the middle of the sheet, mm, and the sheet as a sensor's JSON says it.

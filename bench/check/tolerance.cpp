@@ -56,8 +56,6 @@ double one_pixel(const BaselineMean& before) {
   return 0;
 }
 
-bool is_of_contacts(Metric metric) { return entry_of(metric).threshold == Threshold::contact; }
-
 /// Twice the rank of each value, so that ties get whole numbers.
 std::vector<std::size_t> doubled_ranks(std::span<const double> values) {
   std::vector<std::size_t> out;
@@ -124,7 +122,7 @@ double allowed_change(const Tolerance& tolerance, const BaselineMean& before, in
     const auto n = static_cast<int>(before.values.size());
     const double deviation = std::max(sample_deviation(before.values), tolerance.relative * centre);
     return deviation * seeds_interval(n, seeds_now) +
-           (is_of_contacts(before.metric) ? one_pixel(before) : 0);
+           (entry_of(before.metric).of_contacts() ? one_pixel(before) : 0);
   }
   const double pixel = tolerance.type == ToleranceClass::exact ? 0 : one_pixel(before);
   return std::max(tolerance.relative * centre,
@@ -160,7 +158,7 @@ bool is_beyond(const Tolerance& tolerance, const BaselineMean& before, const Tod
   const double change = std::abs(now.mean - centre_of(before.values));
   if (change <= allowed_change(tolerance, before, now.trainings())) return false;
   const bool ranked = tolerance.type == ToleranceClass::seeds && before.values.size() > 1 &&
-                      now.seeds.size() > 1 && is_of_contacts(before.metric);
+                      now.seeds.size() > 1 && entry_of(before.metric).of_contacts();
   if (!ranked) return true;
   std::vector<double> values;
   for (const std::optional<double>& value : now.seeds) {

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 
 #include "bench/check/baseline.h"
@@ -20,64 +19,46 @@ namespace {
 
 struct CheckArguments {
   std::string experiment;
-  std::string out;
-  std::string baseline;
-  int jobs = usable_cores();
-  bool all = false;
-  bool update = false;
-  bool images = false;
-  bool reuse = false;
-  bool warn_times = false;
-  bool accept_coarse = false;
-  std::optional<int> seed_count;
+  CheckOptions options;
 };
 
 ExitCode check(const CheckArguments& arguments) {
   SolverRegistry registry;
   const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
-  CheckOptions options;
-  options.out = arguments.out;
-  options.baseline = arguments.baseline;
-  options.jobs = arguments.jobs;
-  options.all = arguments.all;
-  options.images = arguments.images;
-  options.update = arguments.update;
-  options.seeds = arguments.seed_count;
-  options.reuse = arguments.reuse;
-  options.accept_coarse = arguments.accept_coarse;
-  options.warn_times = arguments.warn_times;
-  return check_experiment(experiment, registry, options) ? done : regression;
+  return check_experiment(experiment, registry, arguments.options) ? done : regression;
 }
 
 }  // namespace
 
 Action add_check(CLI::App& command) {
   const auto arguments = std::make_shared<CheckArguments>();
+  CheckOptions& options = arguments->options;
+  options.jobs = usable_cores();
   add_experiment(command, arguments->experiment);
-  command.add_flag("--update", arguments->update, "Write the baseline anew, and say what changed");
+  command.add_flag("--update", options.update, "Write the baseline anew, and say what changed");
   command
-      .add_flag("--images", arguments->images,
+      .add_flag("--images", options.images,
                 "Only hold stored networks and short trainings to their images: seconds")
       ->excludes("--update");
   command
-      .add_option("--seeds", arguments->seed_count,
+      .add_option("--seeds", options.seeds,
                   "With --update: training seeds behind the interval of a learned solver\n"
                   "(default: \"baseline_seeds\" of the experiment's \"check\"; without it\n"
                   "those of the entry if 5 or more, else 8)")
       ->check(CLI::Range(least_seeds, most_seeds));
-  command.add_flag("--accept-coarse", arguments->accept_coarse,
+  command.add_flag("--accept-coarse", options.accept_coarse,
                    "With --update: write a baseline that would let a learned solver become worse\n"
                    "by more than 10 % of relative_error or RIE, 0.03 of AR or 25 % of PE");
-  command.add_flag("--all", arguments->all, "Show every quantity, not just what changed");
-  command.add_flag("--warn-times", arguments->warn_times,
+  command.add_flag("--all", options.all, "Show every quantity, not just what changed");
+  command.add_flag("--warn-times", options.warn_times,
                    "Only warn about times, as on another cpu: for shared machines");
-  command.add_flag("--reuse", arguments->reuse,
+  command.add_flag("--reuse", options.reuse,
                    "Take what `run` left in the cache and in results/EXPERIMENT: quick, but\n"
                    "blind to changes of the program since");
-  command.add_option("--baseline", arguments->baseline,
+  command.add_option("--baseline", options.baseline,
                      "Baseline (default: results/baselines/EXPERIMENT.json)");
-  command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT/check)");
-  command.add_option("--jobs", arguments->jobs, "Trials fitted and scored at a time, as in `run`")
+  command.add_option("--out", options.out, "Result folder (default: results/EXPERIMENT/check)");
+  command.add_option("--jobs", options.jobs, "Trials fitted and scored at a time, as in `run`")
       ->check(CLI::Range(1, 256));
   command.footer(
       "Example:\n  ertbench check experiments/quick.json\n"
@@ -87,38 +68,20 @@ Action add_check(CLI::App& command) {
   return [arguments] { return check(*arguments); };
 }
 
-namespace {
-
-struct TimingArguments {
-  std::string filter;
-  std::string out;
-  int rounds = 3;
-};
-
-ExitCode timing(const TimingArguments& arguments) {
-  TimingOptions options;
-  options.filter = arguments.filter;
-  options.rounds = arguments.rounds;
-  if (!arguments.out.empty()) options.out = arguments.out;
-  return run_timing(options) > 0 ? trial_failed : done;
-}
-
-}  // namespace
-
 Action add_timing(CLI::App& command) {
-  const auto arguments = std::make_shared<TimingArguments>();
-  command.add_option("FILTER", arguments->filter,
+  const auto options = std::make_shared<TimingOptions>();
+  command.add_option("FILTER", options->filter,
                      "Regular expression of names; default: all, several minutes");
-  command.add_option("--out", arguments->out, "JSON file to write (default: results/timing.json)");
+  command.add_option("--out", options->out, "JSON file to write (default: results/timing.json)");
   command
-      .add_option("--rounds", arguments->rounds,
+      .add_option("--rounds", options->rounds,
                   "Rounds of all benchmark programs, of which the median counts (default: 3)")
       ->check(CLI::Range(1, 99));
   command.footer(
       "Example:\n  ertbench timing 'reconstruct/(tsvd|fcnn)' --out timing.json\n"
       "The machine should be otherwise idle. \"0.80 of stream\" means that the least time this\n"
       "machine allows, here for reading the matrices once, is 0.80 of what was measured.");
-  return [arguments] { return timing(*arguments); };
+  return [options] { return run_timing(*options) > 0 ? trial_failed : done; };
 }
 
 namespace {

@@ -9,6 +9,7 @@
 
 #include "bench/experiment/solver_entry.h"
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "frames/channels.h"
 
@@ -48,12 +49,6 @@ bool is_named(const SolverEntry& entry, const std::string& label) {
   return entry.label == label || entry.family == label;
 }
 
-std::string list_of(const std::vector<std::string>& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
   if (out.empty()) return std::filesystem::path("results") / experiment;
   const std::filesystem::path folder = out;
@@ -67,35 +62,30 @@ std::filesystem::path result_folder(const std::string& out, const std::string& e
   return folder;
 }
 
-void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions>& options) {
-  // CLI11 keeps references to what it fills; the owner lives in the command's action.
-  const auto path = [&command, options](const char* name, std::filesystem::path& to,
-                                        const char* help) {
-    command.add_option_function<std::string>(
-        name, [options, &to](const std::string& text) { to = text; }, help);
-  };
-  path("--sensor", options->sensor,
-       "JSON of the sensor, or an experiment with one (default: what the frames' file\n"
-       "says, else EIDORS's d2s)");
+void add_frame_options(CLI::App& command, OwnFramesOptions& options) {
+  command.add_option(
+      "--sensor", options.sensor,
+      "JSON of the sensor, or an experiment with one (default: what the frames' file\n"
+      "says, else EIDORS's d2s)");
   std::string orders;
   for (const NamedOrder& order : named_orders()) {
     orders += std::string("\n  ") + order.name + ": " + order.description;
   }
   command.add_option(
-      "--channels", options->channels,
+      "--channels", options.channels,
       "Order of the columns (default: the sensor's own, or full, by their number;\nof .eit files "
       "what they say):" +
           orders +
           "\n  or a file, or a dataset of the input (/NAME), with a line \"drive measurement\"\n"
           "  or \"drive measurement sign\" for each column, counted from 0;\n"
           "  or a file with the four electrodes of each, drive a, b and measurement m, n");
-  command.add_option("--unit", options->unit,
+  command.add_option("--unit", options.unit,
                      "Of the numbers in the file: V, mV or uV (default: V)");
-  command.add_option("--dataset", options->file.dataset,
+  command.add_option("--dataset", options.file.dataset,
                      "Dataset or variable with the frames (default: /voltages);\n"
                      "of .eit files with several frequencies the number of one, from 1");
   command.add_flag_function(
-      "--transposed", [options](std::int64_t times) { options->file.transposed = times > 0; },
+      "--transposed", [&options](std::int64_t times) { options.file.transposed = times > 0; },
       "Frames are columns of the file; --transposed=false: rows (default), also of a square table");
 }
 
@@ -142,7 +132,7 @@ std::vector<std::string> precision_overrides(const Experiment& experiment,
   for (const SolverEntry& entry : experiment.solvers) {
     if (!is_trained_in_bfloat16(entry)) continue;
     std::string one = entry.path + "/precision=" + precision;
-    if (std::find(out.begin(), out.end(), one) == out.end()) out.push_back(std::move(one));
+    if (std::ranges::find(out, one) == out.end()) out.push_back(std::move(one));
   }
   return out;
 }
@@ -152,10 +142,9 @@ void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
   if (has_bfloat16()) return;
   std::set<std::string> labels;
   for (const SolverEntry& entry : experiment.solvers) {
-    const bool wanted =
-        only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& label) {
-          return is_named(entry, label);
-        });
+    const bool wanted = only.empty() || std::ranges::any_of(only, [&](const std::string& label) {
+                          return is_named(entry, label);
+                        });
     if (!wanted || !is_trained_in_bfloat16(entry)) continue;
     if (std::filesystem::exists(cache.fitted_solver(fit_recipe(experiment, entry)))) continue;
     labels.insert(entry.label);
@@ -166,7 +155,7 @@ void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
       "that may take many times as long as float32. `ertbench run --precision float32` trains them "
       "in "
       "float32, and so gives other networks than those of the published results",
-      experiment.file.string(), list_of({labels.begin(), labels.end()}));
+      experiment.file.string(), joined(labels));
 }
 
 }  // namespace ertbench

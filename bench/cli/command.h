@@ -43,8 +43,6 @@ Action add_export(CLI::App& command);
 
 /// Adds the positional EXPERIMENT.json.
 void add_experiment(CLI::App& command, std::string& file);
-/// "a, b, c"
-std::string list_of(const std::vector<std::string>& names);
 /// Whether a label of --only means the entry: it is its own, or that of its whole sweep.
 bool is_named(const SolverEntry& entry, const std::string& label);
 /// `out`, or results/`experiment` where it is empty. Throws InputError if `out` has files that no
@@ -52,8 +50,8 @@ bool is_named(const SolverEntry& entry, const std::string& label);
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment);
 
 /// The options by which `reconstruct` and `calibrate` are told how frames are declared. Files are
-/// checked when they are read.
-void add_frame_options(CLI::App& command, const std::shared_ptr<OwnFramesOptions>& options);
+/// checked when they are read. `options` must outlive the command.
+void add_frame_options(CLI::App& command, OwnFramesOptions& options);
 
 /// Refuses empty values of all options that have been added: those of unset shell variables.
 void refuse_empty_values(CLI::App& command);

@@ -19,6 +19,7 @@
 #include "bench/cli/command.h"
 #include "core/build.h"
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -37,7 +38,7 @@ void require_command(const CLI::App& app, const std::string& word) {
   const std::string near = nearest_word(word, names);
   throw InputError("no command is called \"" + printable(word) + "\"" +
                    (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " +
-                   list_of(names));
+                   joined(names));
 }
 
 /// For a command line with an option that nobody knows: the one that it may be a slip for; else
@@ -52,7 +53,7 @@ std::string suggestion(const CLI::App& app, int argc, char** argv) {
   for (int i = 2; i < argc; ++i) {
     const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
     if (!word.starts_with("--") || word == "--") continue;
-    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
+    if (std::ranges::find(known, word) != known.end()) continue;
     const std::string near = nearest_word(word, known);
     if (!near.empty()) return "Did you mean " + near + "?\n";
   }
@@ -160,8 +161,8 @@ ExitCode parse_and_run(int argc, char** argv) {
     if (code != done) std::fputs(suggestion(app, argc, argv).c_str(), stderr);
     return code;
   }
-  const auto chosen = std::find_if(actions.begin(), actions.end(),
-                                   [](const auto& action) { return action.first->parsed(); });
+  const auto chosen =
+      std::ranges::find_if(actions, [](const auto& action) { return action.first->parsed(); });
   return chosen->second();
 }
 

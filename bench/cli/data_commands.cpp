@@ -19,6 +19,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/process.h"
 #include "core/text.h"
 #include "forward/data/generate.h"
@@ -53,7 +54,7 @@ ExitCode generate(const GenerateArguments& arguments) {
   const DatasetSpec* spec = experiment.find_dataset(name);
   if (!spec) {
     throw InputError("--dataset: must name one of the datasets of " + arguments.experiment + ": " +
-                     list_of(names) + (name.empty() ? "" : "; got \"" + printable(name) + "\""));
+                     joined(names) + (name.empty() ? "" : "; got \"" + printable(name) + "\""));
   }
   const std::filesystem::path file =
       arguments.out.empty() ? cache.dataset(*spec) : std::filesystem::path(arguments.out);
@@ -246,7 +247,7 @@ std::vector<fs::path> experiment_files() {
       files.push_back(entry.path());
     }
   }
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   return files;
 }
 
@@ -262,11 +263,11 @@ std::pair<std::string, std::string> words_of(const fs::path& file, SolverRegistr
 std::vector<std::string> types_of(const SolverRegistry& registry, const std::string& type) {
   std::vector<std::string> all = registry.types();
   if (type.empty()) return all;
-  if (std::find(all.begin(), all.end(), type) != all.end()) return {type};
+  if (std::ranges::find(all, type) != all.end()) return {type};
   const std::string near = nearest_word(type, all);
   throw InputError("no solver has the type \"" + printable(type) + "\"" +
                    (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " +
-                   list_of(all));
+                   joined(all));
 }
 
 void print_metrics_and_experiments(SolverRegistry& registry) {

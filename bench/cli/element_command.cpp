@@ -21,16 +21,13 @@ struct ElementArguments {
   std::vector<std::string> set;
   std::string list;
   std::size_t element = 0;
-  std::string out;
   std::string cache;
   std::string reuse = name_of(Reuse::same_code);
-  int threads = 1;
+  ElementOptions options;
 };
 
 ElementOptions options_from(const ElementArguments& arguments) {
-  ElementOptions options;
-  options.out = arguments.out;
-  options.threads = arguments.threads;
+  ElementOptions options = arguments.options;
   try {
     const nlohmann::json list = read_json_file(arguments.list);
     options.part = list.at("part").get<std::string>();
@@ -64,10 +61,10 @@ static Action add_element(CLI::App& command) {
   command.add_option("--set", arguments->set)->allow_extra_args(false);
   command.add_option("--list", arguments->list)->required();
   command.add_option("--element", arguments->element)->required();
-  command.add_option("--out", arguments->out)->required();
+  command.add_option("--out", arguments->options.out)->required();
   command.add_option("--cache", arguments->cache)->required();
   command.add_option("--reuse", arguments->reuse);
-  command.add_option("--threads", arguments->threads);
+  command.add_option("--threads", arguments->options.threads);
   return [arguments] { return element(*arguments); };
 }
 

@@ -8,6 +8,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "frames/reconstruct.h"
 #include "frames/score_images.h"
@@ -20,15 +21,12 @@ struct CalibrateArguments {
   std::string output;
   bool fix = false;
   bool force = false;
-  std::string input;
-  std::shared_ptr<OwnFramesOptions> frames = std::make_shared<OwnFramesOptions>();
+  OwnFramesOptions frames;
 };
 
 ExitCode calibrate(const CalibrateArguments& arguments) {
-  OwnFramesOptions options = *arguments.frames;
-  options.input = arguments.input;
   const CalibrationOutcome outcome =
-      calibrate_file(options, arguments.output, arguments.fix, arguments.force);
+      calibrate_file(arguments.frames, arguments.output, arguments.fix, arguments.force);
   const Calibration& c = outcome.calibration;
   std::printf("%s\n", printable_lines(outcome.verdict.text()).c_str());
   std::printf("%d frames\n", c.frames);
@@ -47,8 +45,7 @@ ExitCode calibrate(const CalibrateArguments& arguments) {
   std::printf("  reciprocity         to %s %%\n", fixed(100 * c.reciprocity_error, 2).c_str());
   std::printf("  background          %s S/m fits, to %s %% of the voltages\n",
               number_text(c.background).c_str(), fixed(100 * c.misfit, 1).c_str());
-  std::string dead;
-  for (const int e : c.dead_electrodes) dead += (dead.empty() ? "" : ", ") + std::to_string(e);
+  const std::string dead = joined(c.dead_electrodes);
   std::printf("  dead electrodes     %s\n", dead.empty() ? "none" : dead.c_str());
   for (const std::string& warning : warnings_of(c)) std::printf("  warning: %s\n", warning.c_str());
   std::printf("%s\n", printable_path(arguments.output).c_str());
@@ -62,7 +59,7 @@ Action add_calibrate(CLI::App& command) {
   command.description("Noise, drift, electrodes and background, from frames without contact");
   command
       .add_option(
-          "FRAMES", arguments->input,
+          "FRAMES", arguments->frames.input,
           "Frames without contact, ten or more: HDF5, MATLAB, tables of\ntext, .dat, .get or .eit")
       ->required();
   command
@@ -70,7 +67,7 @@ Action add_calibrate(CLI::App& command) {
                   "JSON, for `reconstruct --calibration` and for \"calibration\" of an experiment")
       ->required();
   add_frame_options(command, arguments->frames);
-  command.add_option("--rows", arguments->frames->background,
+  command.add_option("--rows", arguments->frames.background,
                      "Only these rows, FIRST-LAST, counted from 0");
   command.add_flag("--fix", arguments->fix,
                    "Where the voltages are not what the sensor's model expects, read them as\n"
@@ -88,23 +85,16 @@ Action add_calibrate(CLI::App& command) {
 namespace {
 
 struct ReconstructArguments {
-  std::string solver;
-  std::string input;
-  std::string output;
-  std::string plugin;
-  std::string calibration;
+  ReconstructOptions options;
   std::string csv;
   std::string png;
   std::vector<std::uint64_t> png_frames;
-  bool fix = false;
-  bool force = false;
-  std::shared_ptr<OwnFramesOptions> frames = std::make_shared<OwnFramesOptions>();
 };
 
-void print_summary(const ReconstructArguments& arguments, const ReconstructSummary& summary) {
+void print_summary(const ReconstructSummary& summary, const std::filesystem::path& output) {
   std::printf("%llu frames in %s, %llu not converged, %llu undefined, %llu suspect\n",
               static_cast<unsigned long long>(summary.frames),
-              printable_path(arguments.output).c_str(),
+              printable_path(output.string()).c_str(),
               static_cast<unsigned long long>(summary.not_converged),
               static_cast<unsigned long long>(summary.undefined),
               static_cast<unsigned long long>(summary.suspect));
@@ -131,36 +121,28 @@ void print_summary(const ReconstructArguments& arguments, const ReconstructSumma
 }
 
 ExitCode reconstruct(const ReconstructArguments& arguments) {
-  ReconstructOptions options;
-  options.solver = arguments.solver;
-  options.plugin = arguments.plugin;
-  options.frames = *arguments.frames;
-  options.frames.input = arguments.input;
-  options.frames.calibration = arguments.calibration;
-  options.output = arguments.output;
-  options.fix = arguments.fix;
-  options.force = arguments.force;
-  const std::vector<std::filesystem::path> inputs = {arguments.input, arguments.solver,
-                                                     arguments.output};
-  std::vector<std::filesystem::path> others = inputs;  // no output may be another one
+  const ReconstructOptions& options = arguments.options;
+  // No output may be another file of the call.
+  std::vector<std::filesystem::path> others = {options.frames.input, options.solver,
+                                               options.output};
   if (!arguments.csv.empty()) {
     require_table_of_images(arguments.csv, others);
     others.emplace_back(arguments.csv);
   }
   if (!arguments.png.empty()) require_picture(arguments.png, others);
   SolverRegistry registry;
-  if (!arguments.plugin.empty()) {
-    require_image_output(arguments.output, {arguments.plugin});
-    registry.add_library(arguments.plugin);
+  if (!options.plugin.empty()) {
+    require_image_output(options.output, {options.plugin});
+    registry.add_library(options.plugin);
     registry.describe_libraries();
     for (const SolverRegistry::UnusableLibrary& library : registry.unusable_libraries()) {
       throw InputError(library.file.string() + ": " + library.how + " when it was loaded; mend it");
     }
   }
   const ReconstructSummary summary = reconstruct_file(options, registry);
-  if (!arguments.csv.empty()) write_table_of_images(arguments.output, arguments.csv);
-  if (!arguments.png.empty()) draw_images(arguments.output, arguments.png_frames, arguments.png);
-  print_summary(arguments, summary);
+  if (!arguments.csv.empty()) write_table_of_images(options.output, arguments.csv);
+  if (!arguments.png.empty()) draw_images(options.output, arguments.png_frames, arguments.png);
+  print_summary(summary, options.output);
   return done;
 }
 
@@ -168,50 +150,49 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
 
 Action add_reconstruct(CLI::App& command) {
   const auto arguments = std::make_shared<ReconstructArguments>();
+  ReconstructOptions& options = arguments->options;
   command.description("Images from a file of frames");
   command
-      .add_option("--solver", arguments->solver,
+      .add_option("--solver", options.solver,
                   "One entry of a \"solvers\" list, JSON, or a name that `list --fitted` shows")
       ->required();
   command
-      .add_option("--input", arguments->input,
+      .add_option("--input", options.frames.input,
                   "HDF5 with /voltages [N, channels] and /reference_voltages [channels], MATLAB\n"
                   "v7.3, Octave's save -hdf5, CSV with a frame in each line, or .eit files of\n"
                   "Sciospec's instruments (one, or a folder of them)")
       ->required();
   command
-      .add_option("--output", arguments->output,
+      .add_option("--output", options.output,
                   "HDF5 with /conductivity_change [N, rows, columns] S/m, /status [N] and, of\n"
                   "solvers that know contacts themselves, /contacts [N, 8, 6];\n"
                   "of what is there, only such a file is written over")
       ->required();
-  add_frame_options(command, arguments->frames);
-  command.add_option("--background", arguments->frames->background,
+  add_frame_options(command, options.frames);
+  command.add_option("--background", options.frames.background,
                      "Frames without contact, whose mean is the reference: a file like the input,\n"
                      "or rows of the input, FIRST-LAST, counted from 0");
   command
       .add_option_function<std::string>(
           "--difference",
-          [arguments](const std::string& kind) {
-            arguments->frames->normalised = kind == "normalised";
-          },
+          [&options](const std::string& kind) { options.frames.normalised = kind == "normalised"; },
           "Changes of the voltages: absolute (the default), or normalised: v / v0 times the\n"
           "model's v0, which the channels' gains, units and signs leave as they are")
       ->check(CLI::IsMember({"absolute", "normalised"}));
-  command.add_option("--calibration", arguments->calibration,
+  command.add_option("--calibration", options.frames.calibration,
                      "What `ertbench calibrate` wrote: its background, its reference where there\n"
                      "is no other, and its noise for what is \"auto\" and the check of frames");
-  command.add_flag("--fix", arguments->fix,
+  command.add_flag("--fix", options.fix,
                    "Where the reference voltages are not what the sensor's model expects, read\n"
                    "the frames as would mend it");
-  command.add_flag("--force", arguments->force, "Image the frames whatever the check says");
+  command.add_flag("--force", options.force, "Image the frames whatever the check says");
   command.add_option("--png", arguments->png,
                      "Also draw images: up to 12, over the whole file, as PNG and SVG");
   command.add_option("--png-frames", arguments->png_frames, "These frames, counted from 0: 0,5,9")
       ->delimiter(',')
       ->expected(1, static_cast<int>(most_pictured));
   command.add_option("--csv", arguments->csv, "Also write the images as a table, a frame a line");
-  command.add_option("--plugin", arguments->plugin, "Shared library of your own solvers");
+  command.add_option("--plugin", options.plugin, "Shared library of your own solvers");
   command.footer(
       "Example:\n  echo '{\"type\": \"one-step-gn\", \"prior\": \"noser\", \"lambda\": 0.1}' > "
       "gn.json\n"
@@ -227,10 +208,7 @@ Action add_reconstruct(CLI::App& command) {
 namespace {
 
 struct ScoreArguments {
-  std::string images;
-  std::string truth;
-  std::string sensor;
-  std::string dataset;
+  ScoreOptions options;
   std::string json;
 };
 
@@ -275,10 +253,10 @@ Table table_of(const ImageScores& scores) {
 
 ExitCode score(const ScoreArguments& arguments) {
   if (!arguments.json.empty()) {
-    require_output(arguments.json, {arguments.images, arguments.truth}, {"scores", holds_scores});
+    require_output(arguments.json, {arguments.options.images, arguments.options.truth},
+                   {"scores", holds_scores});
   }
-  const ImageScores scores =
-      score_images({arguments.images, arguments.truth, arguments.sensor, arguments.dataset});
+  const ImageScores scores = score_images(arguments.options);
   if (!arguments.json.empty()) {
     write_file_atomically(arguments.json, json_text(to_json(scores), 1) + "\n");
   }
@@ -292,17 +270,18 @@ Action add_score(CLI::App& command) {
   const auto arguments = std::make_shared<ScoreArguments>();
   command.description("All metrics of images that were made elsewhere");
   command
-      .add_option("IMAGES", arguments->images,
+      .add_option("IMAGES", arguments->options.images,
                   "HDF5 with /conductivity_change (or /conductivity) [N, rows, columns] S/m, and\n"
                   "/status [N] where it is there (2: undefined)")
       ->required();
   command
-      .add_option("TRUTH", arguments->truth,
+      .add_option("TRUTH", arguments->options.truth,
                   "A dataset file, or HDF5 with /conductivity [N, rows, columns] S/m")
       ->required();
-  command.add_option("--sensor", arguments->sensor,
+  command.add_option("--sensor", arguments->options.sensor,
                      "JSON of the sensor (default: what the files say, else EIDORS's d2s)");
-  command.add_option("--dataset", arguments->dataset, "Dataset of the images in their file");
+  command.add_option("--dataset", arguments->options.dataset,
+                     "Dataset of the images in their file");
   command.add_option("--json", arguments->json, "Also write the table as JSON");
   command.footer(
       "Example:\n  ertbench reconstruct --solver gn.json --input test.h5 --output images.h5\n"

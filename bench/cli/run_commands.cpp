@@ -14,6 +14,7 @@
 #include "bench/run/trial.h"
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -25,12 +26,10 @@ namespace fs = std::filesystem;
 struct RunArguments {
   std::string experiment;
   std::string out;
-  std::vector<std::string> only;
+  RunOptions options;
   std::vector<std::string> set;
   std::string precision;
-  int jobs = usable_cores();
   bool jobs_given = false;
-  bool fresh = false;
   bool rebuild_stale = false;
   std::string engine = "local";
   SlurmOptions slurm;
@@ -38,7 +37,7 @@ struct RunArguments {
 
 /// A word of a command line as a shell takes it.
 std::string shell_word(const std::string& text) {
-  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+  const bool plain = !text.empty() && std::ranges::all_of(text, [](unsigned char c) {
     return std::isalnum(c) ||
            std::string_view("_-+=.,:/%@").find(static_cast<char>(c)) != std::string_view::npos;
   });
@@ -53,10 +52,10 @@ std::string command_again(const RunArguments& arguments) {
   std::string out = "./ertbench run " + shell_word(printable_path(arguments.experiment));
   for (const std::string& one : arguments.set) out += " --set " + shell_word(printable(one, 1000));
   if (!arguments.precision.empty()) out += " --precision " + arguments.precision;
-  for (const std::string& one : arguments.only) {
+  for (const std::string& one : arguments.options.only) {
     out += " --only " + shell_word(printable(one));
   }
-  if (arguments.jobs_given) out += " --jobs " + std::to_string(arguments.jobs);
+  if (arguments.jobs_given) out += " --jobs " + std::to_string(arguments.options.jobs);
   if (arguments.engine == "slurm") {
     out += " --engine slurm";
     const auto option = [&](const char* name, const std::string& value) {
@@ -75,27 +74,25 @@ std::string command_again(const RunArguments& arguments) {
 void require_labels(const RunArguments& arguments, const Experiment& experiment) {
   std::vector<std::string> labels;
   for (const auto& trials : experiment.rows()) labels.push_back(trials.front().label);
-  for (const std::string& label : arguments.only) {
-    const bool known =
-        std::any_of(experiment.solvers.begin(), experiment.solvers.end(),
-                    [&](const SolverEntry& entry) { return is_named(entry, label); });
+  for (const std::string& label : arguments.options.only) {
+    const bool known = std::ranges::any_of(
+        experiment.solvers, [&](const SolverEntry& entry) { return is_named(entry, label); });
     if (known) continue;
     const std::string near = nearest_word(label, labels);
-    throw InputError("--only: no solver is labelled \"" + printable(label) + "\" in " +
-                     arguments.experiment +
-                     (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " +
-                     list_of(labels));
+    throw InputError(
+        "--only: no solver is labelled \"" + printable(label) + "\" in " + arguments.experiment +
+        (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "; there are " + joined(labels));
   }
 }
 
 ExitCode run_by_slurm(const RunArguments& arguments, const Experiment& experiment,
                       const Cache& cache) {
-  if (arguments.fresh) {
+  if (arguments.options.fresh) {
     throw InputError("--fresh: not with --engine slurm; remove the result folder, or name another");
   }
   SlurmOptions options = arguments.slurm;
   options.out = result_folder(arguments.out, experiment.name);
-  options.only = arguments.only;
+  options.only = arguments.options.only;
   options.command = command_again(arguments);
   const SlurmOutcome outcome = part_named("tools").run_on_slurm(experiment, cache, options);
   return outcome.reported && outcome.failures == 0 ? done : trial_failed;
@@ -130,12 +127,9 @@ ExitCode run(const RunArguments& arguments) {
   const Cache cache =
       Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
   if (arguments.engine == "slurm") return run_by_slurm(arguments, experiment, cache);
-  warn_of_slow_trainings(experiment, cache, arguments.only);
-  RunOptions options;
+  warn_of_slow_trainings(experiment, cache, arguments.options.only);
+  RunOptions options = arguments.options;
   options.out = result_folder(arguments.out, experiment.name);
-  options.only = arguments.only;
-  options.jobs = arguments.jobs;
-  options.fresh = arguments.fresh;
   options.command = command_again(arguments);
   const ExperimentResults results = run_experiment(experiment, cache, options);
   const std::size_t undrawn = report_experiment(experiment, cache, results, options.out);
@@ -167,11 +161,12 @@ void add_slurm_options(CLI::App& command, RunArguments& arguments) {
 
 Action add_run(CLI::App& command) {
   const auto arguments = std::make_shared<RunArguments>();
+  arguments->options.jobs = usable_cores();
   command.description("Run an experiment: data, solvers, tables, figures");
   add_experiment(command, arguments->experiment);
   command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
   command
-      .add_option("--only", arguments->only,
+      .add_option("--only", arguments->options.only,
                   "Run only the solvers of these labels (all their seeds; the\n"
                   "label of a sweep stands for all of it)")
       ->delimiter(',')
@@ -183,7 +178,7 @@ Action add_run(CLI::App& command) {
       ->allow_extra_args(false);
   CLI::Option* jobs =
       command
-          .add_option("--jobs", arguments->jobs,
+          .add_option("--jobs", arguments->options.jobs,
                       "Trials fitted and scored at a time, the cores shared out among them\n"
                       "(default: one for each core; timings always run alone)")
           ->check(CLI::Range(1, 256));
@@ -193,7 +188,8 @@ Action add_run(CLI::App& command) {
                   "processor has no AVX512-BF16; other networks than the file's")
       ->check(CLI::IsMember({"float32"}));
   add_device(command);
-  command.add_flag("--fresh", arguments->fresh, "Fit and measure again what is finished already");
+  command.add_flag("--fresh", arguments->options.fresh,
+                   "Fit and measure again what is finished already");
   command.add_flag("--rebuild-stale", arguments->rebuild_stale,
                    "Make again what another build of the program made, even where nothing\n"
                    "that it depends on has changed since; what depends on it always is");
@@ -227,7 +223,7 @@ Action add_report(CLI::App& command) {
     std::printf("Report in %s\n", printable_path(*out).c_str());
     if (!report.elsewhere.empty()) {
       std::printf("Not in summary.json and so left out: %s; `%s` makes them\n",
-                  list_of(report.elsewhere).c_str(), printable(report.command, 1000).c_str());
+                  joined(report.elsewhere).c_str(), printable(report.command, 1000).c_str());
     }
     return report.undrawn > 0 ? trial_failed : done;
   };

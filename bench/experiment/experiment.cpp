@@ -281,4 +281,13 @@ void complete_with(const Calibration& calibration, Experiment& experiment) {
   experiment.validation = calibrated_spec(calibration, experiment.sensor, "validation");
 }
 
+FitRecipe fit_recipe(const Experiment& experiment, const SolverEntry& entry) {
+  return {entry,
+          experiment.sensor,
+          experiment.training,
+          experiment.validation,
+          experiment.plugins,
+          experiment.source};
+}
+
 }  // namespace ertbench

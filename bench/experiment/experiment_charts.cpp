@@ -9,6 +9,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -27,11 +28,7 @@ std::vector<std::string> labels_of(const Experiment& experiment, const std::stri
 }
 
 std::string all_labels(const Experiment& experiment) {
-  std::string out;
-  for (const auto& trials : experiment.rows()) {
-    out += (out.empty() ? "" : ", ") + trials.front().label;
-  }
-  return out;
+  return joined(experiment.rows(), ", ", [](const auto& trials) { return trials.front().label; });
 }
 
 }  // namespace
@@ -55,7 +52,7 @@ std::vector<std::string> read_row_labels(JsonObject& object, const Experiment& e
                           all_labels(experiment));
     }
     for (const std::string& label : labels) {
-      if (std::find(out.begin(), out.end(), label) != out.end()) {
+      if (std::ranges::find(out, label) != out.end()) {
         place.fail(key, "\"" + label + "\" stands twice; remove one");
       }
       out.push_back(label);
@@ -85,7 +82,7 @@ std::vector<Metric> read_metrics(JsonObject& object, std::vector<Metric> fallbac
   std::vector<Metric> out;
   for (const std::string& name : object.choices("metrics", accepted_names(kMetrics))) {
     const Metric metric = metric_from_name(name);
-    if (std::find(out.begin(), out.end(), metric) != out.end()) {
+    if (std::ranges::find(out, metric) != out.end()) {
       object.fail("metrics", name + " stands twice; remove one");
     }
     out.push_back(metric);
@@ -99,8 +96,7 @@ const ChartType& read_type(JsonObject& object, const ChartTypes& types) {
   std::vector<std::string> names;
   for (const ChartType& type : types) names.push_back(type.name);
   const std::string name = object.choice("type", names);
-  return *std::find_if(types.begin(), types.end(),
-                       [&](const ChartType& type) { return type.name == name; });
+  return *std::ranges::find_if(types, [&](const ChartType& type) { return type.name == name; });
 }
 
 ChartPlace read_place(JsonObject& object, const Experiment& experiment) {

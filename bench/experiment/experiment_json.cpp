@@ -8,6 +8,7 @@
 
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "forward/sheet/sensor_json.h"
 
@@ -21,13 +22,13 @@ bool is_letter_or_digit(char c) { return std::isalnum(static_cast<unsigned char>
 }  // namespace
 
 bool is_name(std::string_view text) {
-  return !text.empty() && text.size() <= longest &&
-         std::all_of(text.begin(), text.end(),
-                     [](char c) { return is_letter_or_digit(c) || c == '_' || c == '-'; });
+  return !text.empty() && text.size() <= longest && std::ranges::all_of(text, [](char c) {
+    return is_letter_or_digit(c) || c == '_' || c == '-';
+  });
 }
 
 bool is_label_text(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) {
+  return std::ranges::all_of(text, [](char c) {
     return is_letter_or_digit(c) || std::string_view(" ._+=,-").find(c) != std::string_view::npos;
   });
 }
@@ -85,8 +86,8 @@ Override override_from(const std::string& text) {
   } else {
     out.words = split(path, ".");
   }
-  const bool empty = std::any_of(out.words.begin(), out.words.end(),
-                                 [](const std::string& word) { return word.empty(); });
+  const bool empty =
+      std::ranges::any_of(out.words, [](const std::string& word) { return word.empty(); });
   if (empty) out.fail("its path has an empty word");
   const std::string value = text.substr(equals + 1);
   try {
@@ -104,9 +105,7 @@ std::vector<std::string> keys_of(const json& object) {
 }
 
 std::string list_of_words(const std::vector<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + printable(word);
-  return out;
+  return joined(words, ", ", [](const std::string& word) { return printable(word); });
 }
 
 /// The place of the words before `count`, as it is written: "datasets.test".
@@ -216,7 +215,7 @@ json merged_content(std::vector<fs::path>& files) {
     std::error_code absent;
     return fs::equivalent(one, extended, absent);
   };
-  if (std::any_of(files.begin(), files.end(), is_the_same)) {
+  if (std::ranges::any_of(files, is_the_same)) {
     object.fail("extends", "goes in a circle: " + printable_path(extended.string()) +
                                " is this file or extends it; name another or none");
   }

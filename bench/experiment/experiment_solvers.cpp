@@ -12,6 +12,7 @@
 #include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/process.h"
 #include "core/text.h"
 #include "solvers/registry/plugin.h"
@@ -24,7 +25,7 @@ using nlohmann::json;
 
 bool mentions_auto(const json& value) {
   if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
-  return value.is_structured() && std::any_of(value.begin(), value.end(), mentions_auto);
+  return value.is_structured() && std::ranges::any_of(value, mentions_auto);
 }
 
 /// Makes the solver of an entry.
@@ -155,13 +156,11 @@ void check_parameter(const JsonObject& sweep, const std::string& name, const Jso
     sweep.fail(name, "stands in the entry as well, at " + entry.path_of(name) + "; remove one");
   }
   if (!info) return;
-  const bool known =
-      std::any_of(info->parameters.begin(), info->parameters.end(),
-                  [&](const ParameterInfo& parameter) { return parameter.name == name; });
+  const bool known = std::ranges::any_of(
+      info->parameters, [&](const ParameterInfo& parameter) { return parameter.name == name; });
   if (known) return;
-  std::string all;
-  for (const auto& parameter : info->parameters) all += (all.empty() ? "" : ", ") + parameter.name;
-  sweep.fail(name, "is no parameter of this solver; there are " + all);
+  sweep.fail(name, "is no parameter of this solver; there are " +
+                       joined(info->parameters, ", ", &ParameterInfo::name));
 }
 
 /// Checks one list of values.
@@ -175,9 +174,8 @@ void check_values(const json& values, JsonObject& sweep, const std::string& name
       JsonObject(holder, sweep.source(), sweep.path_of(name)).fail(std::to_string(i), message);
     };
     const json& value = values[i];
-    const bool numbers =
-        value.is_array() && !value.empty() &&
-        std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
+    const bool numbers = value.is_array() && !value.empty() &&
+                         std::ranges::all_of(value, [](const json& v) { return v.is_number(); });
     if (!value.is_number() && !value.is_string() && !value.is_boolean() && !numbers) {
       fail("must be a number, a string, true or false, or a list of numbers, got " +
            json_shown(value));
@@ -248,7 +246,7 @@ std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string&
     const json holder = {{key, values[i]}};
     JsonObject place(holder, entry.source(), entry.path_of("seeds"));
     const int seed = place.integer(key, 0, std::numeric_limits<int>::max());
-    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) {
+    if (std::ranges::find(seeds, seed) != seeds.end()) {
       place.fail(key, std::to_string(seed) + " stands twice; remove one");
     }
     seeds.emplace_back(seed);

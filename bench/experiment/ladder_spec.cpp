@@ -11,6 +11,7 @@
 #include "core/errors.h"
 #include "core/fields.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -25,9 +26,7 @@ std::string level_words(const nlohmann::json& value) {
   }
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array()) return json_text(value);
-  std::string out;
-  for (const nlohmann::json& one : value) out += (out.empty() ? "" : ", ") + level_words(one);
-  return out;
+  return joined(value, ", ", level_words);
 }
 
 }  // namespace
@@ -73,8 +72,8 @@ json varied(const JsonValue& base, const LadderAxis& axis, const Level& level, b
   for (const auto& [pointer, value] : axis.set) put(pointer, *value);
   for (const std::string& pointer : axis.vary) put(pointer, level.json());
   for (const auto& [pointer, values] : axis.together) {
-    const auto at = std::find_if(axis.levels.begin(), axis.levels.end(),
-                                 [&](const Level& one) { return one.json() == level.json(); });
+    const auto at = std::ranges::find_if(
+        axis.levels, [&](const Level& one) { return one.json() == level.json(); });
     put(pointer, values->at(static_cast<std::size_t>(at - axis.levels.begin())));
   }
   return out;
@@ -91,9 +90,8 @@ void visit(Fields& fields, FailureRule& rule) {
 std::vector<std::string> read_strings(JsonObject& object, const char* key) {
   const json& value = object.raw(key);
   if (value.is_string()) return {value.get<std::string>()};
-  const bool strings =
-      value.is_array() && !value.empty() &&
-      std::all_of(value.begin(), value.end(), [](const json& one) { return one.is_string(); });
+  const bool strings = value.is_array() && !value.empty() &&
+                       std::ranges::all_of(value, [](const json& one) { return one.is_string(); });
   if (!strings) object.fail(key, "must be a string or a list of strings, got " + json_shown(value));
   return value.get<std::vector<std::string>>();
 }
@@ -163,8 +161,8 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
   }
   axis.solvers = read_strings(object, "solver");
   for (const std::string& label : axis.solvers) {
-    const auto entry = std::find_if(experiment.solvers.begin(), experiment.solvers.end(),
-                                    [&](const SolverEntry& e) { return e.label == label; });
+    const auto entry = std::ranges::find_if(experiment.solvers,
+                                            [&](const SolverEntry& e) { return e.label == label; });
     if (entry == experiment.solvers.end()) {
       object.fail("solver", "no solver is labelled \"" + printable(label) + "\"");
     }
@@ -183,8 +181,8 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
       const std::string key =
           pointer.substr(0, pointer.find('/', 1)).substr(pointer.empty() ? 0 : 1);
       const bool known =
-          !info || std::any_of(info->parameters.begin(), info->parameters.end(),
-                               [&](const ParameterInfo& p) { return p.name == key; });
+          !info || std::ranges::any_of(info->parameters,
+                                       [&](const ParameterInfo& p) { return p.name == key; });
       if (!known)
         object.fail("vary", "\"" + printable(key) + "\" is no parameter of " + entry->type);
     }
@@ -222,7 +220,7 @@ LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegi
 }  // namespace
 
 bool LadderAxis::concerns(const SolverEntry& entry) const {
-  return solvers.empty() || std::find(solvers.begin(), solvers.end(), entry.label) != solvers.end();
+  return solvers.empty() || std::ranges::find(solvers, entry.label) != solvers.end();
 }
 
 std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experiment,

@@ -11,6 +11,7 @@
 #include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "forward/data/measured_file.h"
 
@@ -101,8 +102,8 @@ const StudyType& read_type(JsonObject& object) {
   std::vector<std::string> names;
   for (const StudyType& type : study_types()) names.emplace_back(type.name);
   const std::string name = object.choice("type", names);
-  return *std::find_if(study_types().begin(), study_types().end(),
-                       [&](const StudyType& type) { return type.name == name; });
+  return *std::ranges::find_if(study_types(),
+                               [&](const StudyType& type) { return type.name == name; });
 }
 
 /// The test set of that name. `key` is where it stands.
@@ -116,11 +117,8 @@ std::string require_set(JsonObject& object, const Experiment& experiment, const 
     }
     return name;
   }
-  std::string names;
-  for (const DatasetSpec& test : experiment.tests) {
-    names += (names.empty() ? "" : ", ") + test.name;
-  }
-  object.fail(key, "there is no such test set; there are " + names);
+  object.fail(key, "there is no such test set; there are " +
+                       joined(experiment.tests, ", ", &DatasetSpec::name));
 }
 
 /// Presses that are read together divide the sheet alike.
@@ -330,7 +328,7 @@ std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) 
     for (const int number : object.integers("presses", 1, 20, {fewest_presses, limit})) {
       folds.presses.push_back(static_cast<std::uint64_t>(number));
     }
-    std::sort(folds.presses.begin(), folds.presses.end());
+    std::ranges::sort(folds.presses);
     folds.presses.erase(std::unique(folds.presses.begin(), folds.presses.end()),
                         folds.presses.end());
   } else if (most < fewest_presses) {

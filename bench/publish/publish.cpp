@@ -133,7 +133,7 @@ void drop_details(json& value) {
     return;
   }
   if (value.is_object()) {
-    for (const char* key : {"places", "curve", "by_place"}) {
+    for (const char* key : {"places", "by_place"}) {
       if (value.contains(key) && value.at(key).is_array()) value.erase(key);
     }
   }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "core/fields.h"
 #include "core/json.h"
 
 namespace ertbench {
@@ -69,47 +70,120 @@ Builds builds_from_json(const json& builds) {
 
 namespace {
 
-json or_null(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
+constexpr int most = std::numeric_limits<int>::max();
+
+void visit(Fields& fields, const char* key, std::optional<Interval>& interval) {
+  std::optional<std::pair<double, double>> ends;
+  if (interval) ends.emplace(interval->low, interval->high);
+  fields.nullable().interval(key, ends, {});
+  if (fields.reading() && ends) interval = Interval{ends->first, ends->second};
 }
 
-json or_null(const std::optional<Interval>& interval) {
-  return interval ? json{interval->low, interval->high} : json(nullptr);
+void visit(Fields& fields, MetricSummary& summary) {
+  fields.required().nullable().number("mean", summary.mean, {});
+  visit(fields.required(), "ci95", summary.ci95);
+  fields.required().nullable().number("median", summary.median, {});
+  visit(fields, "median_ci95", summary.median_ci95);
+  fields.required().integer("count", summary.count, 0, most);
+  fields.required().integer("undefined", summary.undefined, 0, most);
 }
 
-json to_json(const MetricSummary& summary) {
-  return {{"mean", or_null(summary.mean)},
-          {"ci95", or_null(summary.ci95)},
-          {"median", or_null(summary.median)},
-          {"median_ci95", or_null(summary.median_ci95)},
-          {"count", summary.count},
-          {"undefined", summary.undefined}};
+/// Calls `use(key, metric)` for the metrics that an object has, which knows some by older names.
+template <typename Use>
+void each_metric(Fields& fields, const Use& use) {
+  for (const Metric metric : kMetrics) {
+    const char* key = fields.reading()
+                          ? key_in_file(metric, [&](const char* k) { return fields.has(k); })
+                          : name_of(metric);
+    if (key != nullptr) use(key, metric);
+  }
 }
 
 /// `frames`: that were scored, with or without a value. A metric for which none of them counts is
 /// one that the set's truth does not tell, and is left out.
-json to_json(const PerMetric<MetricSummary>& metrics, int frames) {
-  json out = json::object();
-  for (const Metric metric : kMetrics) {
-    const MetricSummary& summary = metrics[metric];
-    if (frames > 0 && summary.count + summary.undefined == 0) continue;
-    out[name_of(metric)] = to_json(summary);
+void visit(Fields& fields, PerMetric<MetricSummary>& metrics, int frames) {
+  each_metric(fields, [&](const char* key, Metric metric) {
+    MetricSummary& summary = metrics[metric];
+    if (fields.writing() && frames > 0 && summary.count + summary.undefined == 0) return;
+    fields.object(key, [&](Fields& one) { visit(one, summary); });
+  });
+}
+
+void visit(Fields& fields, LatencySummary& latency) {
+  fields.required().number("p50", latency.p50, {});
+  fields.required().number("p99", latency.p99, {});
+  fields.required().number("max", latency.max, {});
+  // Earlier versions wrote no rounds, or an empty list.
+  for (const auto& [key, rounds] : {std::pair("p50_of_rounds", &latency.p50_of_rounds),
+                                    std::pair("relative_of_rounds", &latency.relative_of_rounds)}) {
+    JsonValue list = json(*rounds);
+    fields.any(key, list);
+    if (!fields.reading()) continue;
+    const bool numbers = list->is_array() && std::ranges::all_of(*list, &json::is_number);
+    if (!numbers) fields.fail(key, "must be a list of numbers");
+    *rounds = list->get<std::vector<double>>();
+  }
+  fields.number("pipe", latency.pipe, {});
+  fields.number("contacts_p50", latency.contacts_p50, {});
+  fields.number("contacts_p99", latency.contacts_p99, {});
+}
+
+void visit(Fields& fields, TimingPlace& place) {
+  fields.required().words("cpu", place.cpu);
+  fields.required().words("node", place.node);
+  fields.required().number("busy_cores", place.busy_cores, {0, 1e6});
+}
+
+void visit(Fields& fields, OverLimit& over) {
+  std::optional<Interval> ci95 = over.ci95;
+  fields.required().number("ratio", over.ratio, {});
+  visit(fields.required(), "ci95", ci95);
+  fields.required().integer("frames", over.frames, 1, 1 << 30);
+  over.ci95 = *ci95;
+}
+
+json list_of(const std::vector<std::optional<double>>& values) {
+  json out = json::array();
+  for (const auto& value : values) {
+    out.push_back(value && std::isfinite(*value) ? json(*value) : json());
   }
   return out;
 }
 
-json to_json(const LatencySummary& latency) {
-  json out = {{"p50", latency.p50},
-              {"p99", latency.p99},
-              {"max", latency.max},
-              {"p50_of_rounds", latency.p50_of_rounds},
-              {"relative_of_rounds", latency.relative_of_rounds}};
-  if (latency.pipe) out["pipe"] = or_null(latency.pipe);
-  if (latency.contacts_p50) {
-    out["contacts_p50"] = or_null(latency.contacts_p50);
-    out["contacts_p99"] = or_null(latency.contacts_p99);
+/// A number or null for each of `size` seeds.
+void visit(Fields& fields, const char* key, std::vector<std::optional<double>>& values,
+           std::size_t size) {
+  JsonValue list = list_of(values);
+  fields.required().any(key, list);
+  if (!fields.reading()) return;
+  if (!list->is_array() || list->size() != size) {
+    fields.fail(key, "must be a list of " + std::to_string(size) + " numbers, one for each seed");
   }
-  return out;
+  values.clear();
+  for (const json& value : *list) {
+    if (!value.is_null() && !value.is_number()) fields.fail(key, "must hold numbers or null");
+    values.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+  }
+}
+
+void visit(Fields& fields, SeedSpread& seeds) {
+  fields.required().integers("values", seeds.values, 0, 100000, {-most, most});
+  const std::size_t size = seeds.values.size();
+  if (fields.reading()) {
+    for (const Metric metric : kMetrics) seeds.means[metric].resize(size);
+  }
+  fields.required().object("means", [&](Fields& means) {
+    each_metric(means, [&](const char* key, Metric metric) {
+      visit(means, key, seeds.means[metric], size);
+    });
+  });
+  fields.required().object("deviation", [&](Fields& deviation) {
+    each_metric(deviation, [&](const char* key, Metric metric) {
+      deviation.nullable().number(key, seeds.deviation[metric], {});
+    });
+  });
+  visit(fields, "fit_s", seeds.fit_s, size);
+  fields.required().any("parameters", seeds.parameters);
 }
 
 json to_json(const RowBuilds& builds) {
@@ -120,219 +194,66 @@ json to_json(const RowBuilds& builds) {
   return out;
 }
 
-RowBuilds builds_from(const json& builds) {
+void visit(Fields& fields, RowBuilds& builds) {
+  JsonValue value;
+  if (fields.writing() && !builds.scored.empty()) value = to_json(builds);
+  fields.any("build", value);
+  if (!fields.reading() || !value) return;
   const auto part = [&](const char* name) {
-    return stamps_from(builds.value(name, json::array()));
+    return stamps_from(value->value(name, json::array()));
   };
-  return {part("scored"), part("fitted"), part("timed")};
+  builds = {part("scored"), part("fitted"), part("timed")};
 }
 
-json or_null(const std::vector<std::optional<double>>& values) {
-  json out = json::array();
-  for (const auto& value : values) out.push_back(or_null(value));
-  return out;
-}
-
-json to_json(const SeedSpread& seeds) {
-  json out = {
-      {"values", seeds.values}, {"fit_s", or_null(seeds.fit_s)}, {"parameters", *seeds.parameters}};
-  for (const Metric metric : kMetrics) {
-    out["means"][name_of(metric)] = or_null(seeds.means[metric]);
-    out["deviation"][name_of(metric)] = or_null(seeds.deviation[metric]);
-  }
-  return out;
-}
-
-bool is_null(JsonObject& object, const char* key) { return object.raw(key).is_null(); }
-
-int count(JsonObject& object, const char* key) {
-  return object.integer(key, 0, std::numeric_limits<int>::max());
-}
-
-/// A string that may be empty.
-std::string any_text(JsonObject& object, const char* key) {
-  const json& value = object.raw(key);
-  if (!value.is_string()) object.fail(key, "must be a string");
-  return value.get<std::string>();
-}
-
-std::optional<double> number_or_null(JsonObject& object, const char* key) {
-  if (is_null(object, key)) return std::nullopt;
-  return object.number(key);
-}
-
-std::optional<Interval> interval_or_null(JsonObject& object, const char* key) {
-  if (is_null(object, key)) return std::nullopt;
-  const auto ends = object.numbers(key, 2);
-  return Interval{ends[0], ends[1]};
-}
-
-MetricSummary metric_summary_from_json(JsonObject object) {
-  MetricSummary summary;
-  summary.mean = number_or_null(object, "mean");
-  summary.ci95 = interval_or_null(object, "ci95");
-  summary.median = number_or_null(object, "median");
-  if (object.has("median_ci95")) summary.median_ci95 = interval_or_null(object, "median_ci95");
-  summary.count = count(object, "count");
-  summary.undefined = count(object, "undefined");
-  object.finish();
-  return summary;
-}
-
-PerMetric<MetricSummary> metrics_from_json(JsonObject object) {
-  PerMetric<MetricSummary> metrics;
-  for (const Metric metric : kMetrics) {
-    const char* key = key_in_file(metric, [&](const char* k) { return object.has(k); });
-    if (key == nullptr) continue;  // written before there was this metric
-    metrics[metric] = metric_summary_from_json(object.object(key));
-  }
-  object.finish();
-  return metrics;
-}
-
-std::vector<std::optional<double>> numbers_or_null(JsonObject& object, const char* key,
-                                                   std::size_t size) {
-  const json& values = object.raw(key);
-  if (!values.is_array() || values.size() != size) {
-    object.fail(key, "must be a list of " + std::to_string(size) + " numbers, one for each seed");
-  }
-  std::vector<std::optional<double>> out;
-  for (const json& value : values) {
-    if (!value.is_null() && !value.is_number()) object.fail(key, "must hold numbers or null");
-    out.push_back(value.is_null() ? std::nullopt : std::optional(value.get<double>()));
-  }
-  return out;
-}
-
-SeedSpread seeds_from_json(JsonObject object) {
-  SeedSpread seeds;
-  const json& values = object.raw("values");
-  const bool whole =
-      values.is_array() && std::all_of(values.begin(), values.end(),
-                                       [](const json& v) { return v.is_number_integer(); });
-  if (!whole) object.fail("values", "must be a list of whole numbers");
-  seeds.values = values.get<std::vector<int>>();
-  JsonObject means = object.object("means");
-  JsonObject deviation = object.object("deviation");
-  for (const Metric metric : kMetrics) {
-    seeds.means[metric].resize(seeds.values.size());
-    const char* key = key_in_file(metric, [&](const char* k) { return means.has(k); });
-    if (key == nullptr) continue;
-    seeds.means[metric] = numbers_or_null(means, key, seeds.values.size());
-    seeds.deviation[metric] = number_or_null(deviation, key);
-  }
-  means.finish();
-  deviation.finish();
-  seeds.fit_s = numbers_or_null(object, "fit_s", seeds.values.size());
-  seeds.parameters = object.raw("parameters");
-  object.finish();
-  return seeds;
-}
-
-/// Empty where an earlier version wrote none.
-std::vector<double> rounds_from_json(JsonObject& object, const char* name) {
-  if (!object.has(name)) return {};
-  const json& rounds = object.raw(name);
-  const bool numbers =
-      rounds.is_array() &&
-      std::all_of(rounds.begin(), rounds.end(), [](const json& v) { return v.is_number(); });
-  if (!numbers) object.fail(name, "must be a list of numbers");
-  return rounds.get<std::vector<double>>();
-}
-
-LatencySummary latency_from_json(JsonObject object) {
-  LatencySummary latency{object.number("p50"), object.number("p99"), object.number("max"),
-                         rounds_from_json(object, "p50_of_rounds"),
-                         rounds_from_json(object, "relative_of_rounds")};
-  if (object.has("pipe")) latency.pipe = number_or_null(object, "pipe");
-  if (object.has("contacts_p50")) {
-    latency.contacts_p50 = number_or_null(object, "contacts_p50");
-    latency.contacts_p99 = number_or_null(object, "contacts_p99");
-  }
-  object.finish();
-  return latency;
-}
-
-TimingPlace place_from_json(JsonObject object) {
-  TimingPlace place{any_text(object, "cpu"), any_text(object, "node"),
-                    object.number("busy_cores", {0, 1e6})};
-  object.finish();
-  return place;
+void visit(Fields& fields, ResultRow& row) {
+  fields.required().text("label", row.label);
+  fields.required().text("type", row.type);
+  if (fields.reading()) row.family = row.label;  // of a row from before there were families
+  fields.words("family", row.family);
+  fields.required().text("dataset", row.dataset);
+  fields.required().text("status", row.status);
+  fields.required().words("message", row.message);
+  fields.required().any("parameters", row.parameters);
+  fields.required().integer("frames", row.frames, 0, most);
+  fields.required().integer("undefined_frames", row.undefined_frames, 0, most);
+  fields.required().integer("frames_not_converged", row.frames_not_converged, 0, most);
+  fields.integer("suspect_frames", row.suspect_frames, 0, most);
+  fields.required().object("metrics",
+                           [&](Fields& metrics) { visit(metrics, row.metrics, row.frames); });
+  fields.object("validation", row.validation,
+                [](Fields& metrics, PerMetric<MetricSummary>& all) { visit(metrics, all, 0); });
+  const auto visit_struct = [](Fields& of, auto& one) { visit(of, one); };
+  fields.object("over_limit", row.over_limit, visit_struct);
+  fields.required().nullable().object("latency_us", row.latency_us, visit_struct);
+  fields.nullable().number("calibration_us", row.calibration_us, {});
+  fields.object("timed_on", row.timed_on, visit_struct);
+  fields.required().nullable().number("frames_per_s", row.frames_per_s, {});
+  fields.required().integer("throughput_batch", row.throughput_batch, 0, most);
+  fields.required().nullable().number("fit_s", row.fit_s, {});
+  fields.required().nullable().number("peak_rss_mb", row.peak_rss_mb, {});
+  fields.object("seeds", row.seeds, visit_struct);
+  visit(fields, row.build);
+  fields.any("sweep", row.sweep);
 }
 
 }  // namespace
 
 json to_json(const ResultRow& row) {
-  json out = {{"label", row.label},
-              {"type", row.type},
-              {"family", row.family},
-              {"dataset", row.dataset},
-              {"status", row.status},
-              {"message", row.message},
-              {"parameters", *row.parameters},
-              {"frames", row.frames},
-              {"undefined_frames", row.undefined_frames},
-              {"frames_not_converged", row.frames_not_converged},
-              {"suspect_frames", row.suspect_frames},
-              {"metrics", to_json(row.metrics, row.frames)},
-              {"latency_us", row.latency_us ? to_json(*row.latency_us) : json(nullptr)},
-              {"calibration_us", or_null(row.calibration_us)},
-              {"frames_per_s", or_null(row.frames_per_s)},
-              {"throughput_batch", row.throughput_batch},
-              {"fit_s", or_null(row.fit_s)},
-              {"peak_rss_mb", or_null(row.peak_rss_mb)}};
-  if (!row.build.scored.empty()) out["build"] = to_json(row.build);
-  if (row.timed_on) {
-    out["timed_on"] = {{"cpu", row.timed_on->cpu},
-                       {"node", row.timed_on->node},
-                       {"busy_cores", row.timed_on->busy_cores}};
-  }
-  if (row.validation) out["validation"] = to_json(*row.validation, 0);
-  if (row.over_limit) {
-    const OverLimit& over = *row.over_limit;
-    out["over_limit"] = {
-        {"ratio", over.ratio}, {"ci95", {over.ci95.low, over.ci95.high}}, {"frames", over.frames}};
-  }
-  if (row.seeds) out["seeds"] = to_json(*row.seeds);
-  if (row.sweep) out["sweep"] = *row.sweep;
-  return out;
+  ResultRow copy = row;
+  return Fields::written([&](Fields& fields) { visit(fields, copy); });
 }
 
 ResultRow result_row_from_json(JsonObject object) {
   ResultRow row;
-  row.label = object.text("label");
-  row.type = object.text("type");
-  row.family = object.has("family") ? any_text(object, "family") : row.label;
-  row.dataset = object.text("dataset");
-  row.status = object.text("status");
-  row.message = any_text(object, "message");
-  row.parameters = object.raw("parameters");
-  row.frames = count(object, "frames");
-  row.undefined_frames = count(object, "undefined_frames");
-  row.frames_not_converged = count(object, "frames_not_converged");
-  if (object.has("suspect_frames")) row.suspect_frames = count(object, "suspect_frames");
-  row.metrics = metrics_from_json(object.object("metrics"));
-  if (object.has("validation")) row.validation = metrics_from_json(object.object("validation"));
-  if (object.has("over_limit")) {
-    JsonObject over = object.object("over_limit");
-    const std::vector<double> ci95 = over.numbers("ci95", 2);
-    row.over_limit = {over.number("ratio"), {ci95[0], ci95[1]}, over.integer("frames", 1, 1 << 30)};
-    over.finish();
-  }
-  if (!is_null(object, "latency_us")) {
-    row.latency_us = latency_from_json(object.object("latency_us"));
-  }
-  if (object.has("calibration_us")) row.calibration_us = number_or_null(object, "calibration_us");
-  if (object.has("timed_on")) row.timed_on = place_from_json(object.object("timed_on"));
-  row.frames_per_s = number_or_null(object, "frames_per_s");
-  row.throughput_batch = count(object, "throughput_batch");
-  row.fit_s = number_or_null(object, "fit_s");
-  row.peak_rss_mb = number_or_null(object, "peak_rss_mb");
-  if (object.has("seeds")) row.seeds = seeds_from_json(object.object("seeds"));
-  if (object.has("build")) row.build = builds_from(object.object("build").value());
-  if (object.has("sweep")) row.sweep = object.object("sweep").value();
-  object.finish();
+  Fields::read(std::move(object), [&](Fields& fields) { visit(fields, row); });
   return row;
+}
+
+const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& label,
+                          const std::string& dataset) {
+  const auto found = std::ranges::find_if(
+      rows, [&](const ResultRow& row) { return row.label == label && row.dataset == dataset; });
+  return found == rows.end() ? nullptr : &*found;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -130,24 +131,18 @@ struct ResultRow {
   bool ok() const { return status == "ok"; }
 };
 
-/// `{"label", "type", "family", "dataset", "status", "message", "parameters", "frames",
-/// "undefined_frames", "frames_not_converged", "suspect_frames", "metrics": {"AR": {"mean", "ci95":
-/// [low, high], "median", "median_ci95", "count", "undefined"}, ...}, "latency_us": {"p50", "p99",
-/// "max", "p50_of_rounds", "relative_of_rounds", "pipe", "contacts_p50", "contacts_p99"},
-/// "calibration_us", "frames_per_s", "throughput_batch", "fit_s", "peak_rss_mb", "build":
-/// {"commit", "dirty", "program", "scored": [...], "fitted": [...], "timed": [...]}}`, the first of
-/// the builds being that of the scores, with `"validation": {"AR": {...}, ...}`, `"over_limit":
-/// {"ratio", "ci95", "frames"}`,
-/// `"timed_on": {"cpu", "node", "busy_cores"},
-/// "seeds": {"values", "means": {"AR":
-/// [...], ...}, "deviation": {"AR", ...}, "fit_s": [...], "parameters": [...]}` and `"sweep":
-/// {"alpha", ...}` where there are any.
+/// An entry of "rows" as docs/results.md describes it; "build" is that of the scores, with the
+/// lists "scored", "fitted" and "timed".
 nlohmann::json to_json(const ResultRow& row);
 
 /// The inverse. Reads what earlier versions wrote, too: metrics that there were not have no values,
 /// a row without a family is one of its own, without suspect frames it has none. Throws InputError
 /// naming the place of what else is missing, misspelt or of another type.
 ResultRow result_row_from_json(JsonObject object);
+
+/// The row of a label and a test set; null where there is none.
+const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& label,
+                          const std::string& dataset);
 
 /// How many of a row's training runs came to rest within their budget of epochs.
 struct Convergence {

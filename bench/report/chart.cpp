@@ -14,10 +14,7 @@ Table Chart::table(std::span<const ResultRow> /*rows*/) const { return {}; }
 void Chart::summarise(std::span<const ResultRow> /*rows*/, nlohmann::json& /*summary*/) const {}
 
 const ResultRow* Chart::find_row(std::span<const ResultRow> rows, const std::string& label) const {
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& row) {
-    return row.label == label && row.dataset == dataset();
-  });
-  return found == rows.end() ? nullptr : &*found;
+  return ertbench::find_row(rows, label, dataset());
 }
 
 std::string chart_status(const ResultRow* row) {
@@ -59,7 +56,7 @@ MethodStyles::MethodStyles(std::span<const std::string> labels) {
     if (const auto method = method_of(label)) {
       place = *method;
     } else {
-      const auto free = std::find(taken.begin(), taken.end(), false);
+      const auto free = std::ranges::find(taken, false);
       place =
           free == taken.end() ? others++ % places : static_cast<std::size_t>(free - taken.begin());
       taken[place] = true;

@@ -7,6 +7,7 @@
 #include "bench/record/limit_file.h"
 #include "bench/record/result_row.h"
 #include "bench/report/row_remarks.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
@@ -87,11 +88,9 @@ std::vector<Metric> metrics_in_order() {
 
 /// Where the page is narrow: the paper's metrics; the other ones of images, with times and counts;
 /// those of contacts.
-int part_of(const MetricEntry& entry) { return entry.published ? 0 : entry.of_contacts ? 2 : 1; }
+int part_of(const MetricEntry& entry) { return entry.published ? 0 : entry.of_contacts() ? 2 : 1; }
 
-bool has_limits(std::span<const ResultRow> rows) {
-  return std::any_of(rows.begin(), rows.end(), is_limit);
-}
+bool has_limits(std::span<const ResultRow> rows) { return std::ranges::any_of(rows, is_limit); }
 
 using LatencyPart = std::optional<double> LatencySummary::*;
 
@@ -101,8 +100,8 @@ std::optional<double> part_of(const ResultRow& row, LatencyPart part) {
 }
 
 bool any_has(std::span<const ResultRow> rows, LatencyPart part) {
-  return std::any_of(rows.begin(), rows.end(),
-                     [&](const ResultRow& row) { return part_of(row, part).has_value(); });
+  return std::ranges::any_of(rows,
+                             [&](const ResultRow& row) { return part_of(row, part).has_value(); });
 }
 
 /// The parts that some row has, with the titles of their columns.
@@ -221,11 +220,9 @@ std::string labels_not_converged(std::span<const ResultRow> rows) {
       name += " (" + std::to_string(convergence.not_converged) + " of " +
               std::to_string(convergence.runs) + " seeds)";
     }
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
-  std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
-  return out;
+  return joined(names);
 }
 
 /// The rows whose solvers could not be fitted to know noise and range, each once.
@@ -280,8 +277,7 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
       "out of the mean; — is a value that does not exist.");
   out.push_back("Mean [95 % interval]: percentile bootstrap of the mean over the frames, " +
                 std::to_string(kBootstrapResamples) + " resamples.");
-  if (std::any_of(rows.begin(), rows.end(),
-                  [](const ResultRow& r) { return r.seeds.has_value(); })) {
+  if (std::ranges::any_of(rows, [](const ResultRow& r) { return r.seeds.has_value(); })) {
     out.push_back(
         "± over seeds: sample standard deviation of the means of the training runs, which differ "
         "by their seed alone. The mean is the mean of theirs; the interval is that over the "
@@ -305,8 +301,8 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
         "suspect.");
   }
   for (std::string& remark : timing_remarks(rows)) out.push_back(std::move(remark));
-  if (std::any_of(rows.begin(), rows.end(),
-                  [&](const ResultRow& row) { return worse_than_no_contact(row, rows); })) {
+  if (std::ranges::any_of(rows,
+                          [&](const ResultRow& row) { return worse_than_no_contact(row, rows); })) {
     out.push_back(std::string(kWorseThanNothing) +
                   ": the mean relative error of δσ is larger than that of the image without a "
                   "contact.");

@@ -6,6 +6,7 @@
 #include "bench/report/chart.h"
 #include "bench/report/result_table.h"
 #include "core/json.h"
+#include "core/lists.h"
 
 namespace ertbench {
 namespace {
@@ -47,10 +48,8 @@ std::string description(const DatasetSpec& spec) {
   if (spec.measured()) return measured_description(spec);
   std::string text = std::to_string(spec.count) + " scenes, ";
   if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
-    std::string shapes;
-    for (const DrawnShape shape : d->shapes) {
-      shapes += (shapes.empty() ? "" : ", ") + std::string(name_of(shape));
-    }
+    const std::string shapes =
+        joined(d->shapes, ", ", [](DrawnShape shape) { return name_of(shape); });
     text += range_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
             range_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() + "), conductivity " +
             range_text(d->conductivity_ratio) + " of the background, placed " +
@@ -159,11 +158,7 @@ std::string training_seeds(const std::vector<ResultRow>& rows, const std::string
   std::string out;
   for (const ResultRow& row : rows) {
     if (!row.seeds || row.dataset != dataset) continue;
-    std::string seeds;
-    for (const int seed : row.seeds->values) {
-      seeds += (seeds.empty() ? "" : ", ") + std::to_string(seed);
-    }
-    out += (out.empty() ? "" : "; ") + row.label + ": " + seeds;
+    out += (out.empty() ? "" : "; ") + row.label + ": " + joined(row.seeds->values);
   }
   return out;
 }

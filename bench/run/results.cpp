@@ -17,6 +17,7 @@
 #include "bench/training/training_chart.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
@@ -64,8 +65,8 @@ bool draw_figure(const Experiment& experiment, const Cache& cache, const Experim
                                              scenes[static_cast<std::size_t>(i)]));
       }
     } else {
-      const auto row = std::find_if(results.rows.begin(), results.rows.end(),
-                                    [&](const ResultRow& r) { return r.label == column.label; });
+      const auto row = std::ranges::find_if(
+          results.rows, [&](const ResultRow& r) { return r.label == column.label; });
       column.failure = row == results.rows.end() ? "not run" : row->status;
     }
     figure.columns.push_back(std::move(column));
@@ -249,13 +250,6 @@ std::vector<Column> data_columns() {
   return out;
 }
 
-std::string seeds_of(const ResultRow& row) {
-  std::string out;
-  if (!row.seeds) return out;
-  for (const int seed : row.seeds->values) out += (out.empty() ? "" : " ") + std::to_string(seed);
-  return out;
-}
-
 void add_ends(const std::optional<Interval>& interval, std::vector<Cell>& cells) {
   cells.push_back(exact_cell(interval ? std::optional(interval->low) : std::nullopt));
   cells.push_back(exact_cell(interval ? std::optional(interval->high) : std::nullopt));
@@ -312,7 +306,7 @@ TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& 
     cells.emplace_back(row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "");
     cells.push_back(exact_cell(row.fit_s));
     cells.push_back(exact_cell(row.peak_rss_mb));
-    cells.emplace_back(seeds_of(row));
+    cells.emplace_back(row.seeds ? joined(row.seeds->values, " ") : "");
     cells.emplace_back(row.sweep.text());
     cells.emplace_back(row.parameters.text());
   }

@@ -26,15 +26,19 @@ std::vector<double> those_there(const Values& values) {
   return there;
 }
 
-std::optional<double> mean_of(const Values& values) {
+}  // namespace
+
+std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
   const std::vector<double> there = those_there(values);
   return there.empty() ? std::nullopt : std::optional(mean(there));
 }
 
-std::optional<double> deviation_of(const Values& values) {
+std::optional<double> deviation_of(const std::vector<std::optional<double>>& values) {
   const std::vector<double> there = those_there(values);
   return there.size() < 2 ? std::nullopt : std::optional(sample_deviation(there));
 }
+
+namespace {
 
 /// Each frame's mean over the seeds, undefined where it is so for one of them.
 Values frame_means(std::span<const SeedResult> results, Metric metric) {

@@ -13,6 +13,11 @@
 
 namespace ertbench {
 
+/// The mean and the sample standard deviation of the values that are there; nothing for none, and
+/// for fewer than two.
+std::optional<double> mean_of(const std::vector<std::optional<double>>& values);
+std::optional<double> deviation_of(const std::vector<std::optional<double>>& values);
+
 /// The results of one training seed on one test set.
 struct SeedResult {
   int seed;

@@ -179,27 +179,30 @@ enum class Threshold {
   contact,   ///< counts or locates contacts; one pixel may create or remove a contact
 };
 
+/// A row of the table of metrics, which says what is not usual of one.
 struct MetricEntry {
   Metric metric;
   const char* name;  ///< in files: summary.json, experiments, columns of table.csv
   /// The name in files of earlier releases, which are still read; nullptr if it never changed.
   const char* former_name = nullptr;
-  const char* title;    ///< on axes and in captions, without its unit
-  const char* heading;  ///< of a column, short
-  Quantity quantity;
-  int decimals;  ///< shown in tables
-  Ideal ideal;
-  Better better;
+  const char* title = name;     ///< on axes and in captions, without its unit
+  const char* heading = title;  ///< of a column, short
+  Quantity quantity = Quantity::ratio;
+  int decimals = 3;  ///< shown in tables
+  Ideal ideal = {0};
+  Better better = Better::smaller;
   /// The metric that measures the distance from the ideal in each frame, where the distance of the
-  /// means is no substitute; else this metric itself.
-  Metric distance;
-  Threshold threshold;  ///< decides how far `check` lets the means of two builds differ
-  bool published;       ///< one of the four metrics of the paper's tables
-  bool headline;        ///< has a column in the terminal's table
-  /// A metric of the detected contacts, not of the image itself. Wide tables are divided there.
-  bool of_contacts = false;
-  const char* legend = "";  ///< how to read it, with its source; follows "heading: "
+  /// means is no substitute.
+  Metric distance = metric;
+  Threshold threshold = Threshold::none;  ///< how far `check` lets the means of two builds differ
+  bool published = false;                 ///< one of the four metrics of the paper's tables
+  bool headline = false;                  ///< has a column in the terminal's table
+  const char* legend = "";                ///< how to read it, with its source; after "heading: "
   MetricFormula* formula = nullptr;
+
+  /// Whether it is of the detected contacts, not of the image itself. Wide tables are divided
+  /// there.
+  constexpr bool of_contacts() const { return threshold == Threshold::contact; }
 };
 
 /// Share of a measured change of the voltages that an image explains by its linear response on the

@@ -113,7 +113,7 @@ FrameMetrics score(std::span<const Metric> wanted, const Sensor& sensor, const I
   const RowVectorXd true_change = conductivity.array() - sensor.background;
   const RowVectorXd estimated = change;
   ContactScore score_of_contacts;
-  if (std::any_of(wanted.begin(), wanted.end(), [](Metric m) { return entry_of(m).of_contacts; })) {
+  if (std::ranges::any_of(wanted, [](Metric m) { return entry_of(m).of_contacts(); })) {
     score_of_contacts = contacts
                             ? score_contacts(sensor, contacts->distances, scene, contacts->found)
                             : score_contacts(sensor, ContactSettings{}.distances(sensor), scene,

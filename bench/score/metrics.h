@@ -44,7 +44,7 @@ constexpr bool is_error(const MetricEntry& entry) { return entry.better == Bette
 /// Metrics whose entries fulfil a condition, in the table's order.
 template <bool (*condition)(const MetricEntry&)>
 constexpr auto metrics_that() {
-  constexpr auto count = std::count_if(kMetricTable.begin(), kMetricTable.end(), condition);
+  constexpr auto count = std::ranges::count_if(kMetricTable, condition);
   std::array<Metric, static_cast<std::size_t>(count)> out{};
   std::size_t i = 0;
   for (const MetricEntry& entry : kMetricTable) {
@@ -145,7 +145,7 @@ struct FrameContacts {
 /// True if the known truth of a set suffices for a metric: those of contacts need the contact
 /// positions, all others the true images.
 inline bool is_known(Metric metric, const Truth& truth) {
-  return entry_of(metric).of_contacts ? truth.places : truth.images;
+  return entry_of(metric).of_contacts() ? truth.places : truth.images;
 }
 
 /// Compares one image, and the contacts detected in it, with the truth.

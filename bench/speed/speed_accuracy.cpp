@@ -21,14 +21,6 @@ constexpr double least_gain = 1e-3;
 constexpr double margins[] = {0.01, 0.05, 0.20};
 constexpr double contact_budgets_us[] = {50, 100, 200, 500, 1000};
 
-const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& label,
-                          const std::string& dataset) {
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& row) {
-    return row.label == label && row.dataset == dataset;
-  });
-  return found == rows.end() ? nullptr : &*found;
-}
-
 std::string share_text(int part, int whole) {
   return fixed(100.0 * part / whole, part * 100 < whole * 10 ? 1 : 0) + " % of the frames";
 }
@@ -85,7 +77,7 @@ void mark_frontier(std::vector<SpeedPoint>& points, bool SpeedPoint::*mark, cons
   for (SpeedPoint& point : points) {
     if (point.standing == Standing::ok && point.error && cost(point)) candidates.push_back(&point);
   }
-  std::sort(candidates.begin(), candidates.end(), [&](const SpeedPoint* a, const SpeedPoint* b) {
+  std::ranges::sort(candidates, [&](const SpeedPoint* a, const SpeedPoint* b) {
     return std::pair(*cost(*a), *a->error) < std::pair(*cost(*b), *b->error);
   });
   double least = INFINITY;
@@ -113,10 +105,10 @@ void settle_choice(SpeedAccuracy& chart) {
   const auto may_be = [](const SpeedPoint& p) {
     return p.standing == Standing::ok && p.measured();
   };
-  chart.chosen_on_validation =
-      std::any_of(chart.points.begin(), chart.points.end(), may_be) &&
-      std::all_of(chart.points.begin(), chart.points.end(),
-                  [&](const SpeedPoint& p) { return !may_be(p) || p.choice_error; });
+  chart.chosen_on_validation = std::ranges::any_of(chart.points, may_be) &&
+                               std::ranges::all_of(chart.points, [&](const SpeedPoint& p) {
+                                 return !may_be(p) || p.choice_error;
+                               });
   if (chart.chosen_on_validation) return;
   for (SpeedPoint& point : chart.points) point.choice_error = point.error;
 }
@@ -165,8 +157,8 @@ void choose_sizes(SpeedAccuracy& chart) {
     const auto error = [&](std::size_t i) { return *chart.points[i].validation_error; };
     const std::size_t best = std::ranges::min(members, {}, error);
     const double most = (1 + chart.right_sizing->margin) * error(best);
-    const std::size_t chosen = *std::find_if(members.begin(), members.end(),
-                                             [&](std::size_t i) { return error(i) <= most; });
+    const std::size_t chosen =
+        *std::ranges::find_if(members, [&](std::size_t i) { return error(i) <= most; });
     chart.points[chosen].right_size = true;
     chart.right_sizes.push_back({family, best, chosen});
   }
@@ -174,8 +166,8 @@ void choose_sizes(SpeedAccuracy& chart) {
 
 void add_break_even(SpeedAccuracy& chart, const std::string& reference) {
   BreakEven out{reference, {}};
-  const auto base = std::find_if(chart.points.begin(), chart.points.end(),
-                                 [&](const SpeedPoint& p) { return p.label == reference; });
+  const auto base =
+      std::ranges::find_if(chart.points, [&](const SpeedPoint& p) { return p.label == reference; });
   for (const SpeedPoint& point : chart.points) {
     std::optional<double>& frames = out.frames.emplace_back();
     if (base == chart.points.end() || !base->latency || !base->fit_s) continue;

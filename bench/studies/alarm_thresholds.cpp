@@ -186,15 +186,14 @@ std::vector<double> values_of(std::span<const AlarmThreshold> thresholds) {
   return out;
 }
 
-std::vector<char> alarms_of(const AlarmSignal& signal, std::span<const double> thresholds,
-                            double factor) {
-  const double largest = *std::max_element(thresholds.begin(), thresholds.end());
+std::vector<char> alarms_of(const AlarmSignal& signal, std::span<const double> thresholds) {
+  const double largest = *std::ranges::max_element(thresholds);
   std::vector<char> out(signal.magnitude.size());
   for (std::size_t f = 0; f < out.size(); ++f) {
     const int region = signal.region[f];
     const double threshold = region < 0 ? largest : thresholds[static_cast<std::size_t>(region)];
     // Without any noise the threshold is 0, and so is what does not touch.
-    out[f] = signal.magnitude[f] >= factor * threshold && signal.magnitude[f] > 0;
+    out[f] = signal.magnitude[f] >= threshold && signal.magnitude[f] > 0;
   }
   return out;
 }

@@ -63,9 +63,8 @@ std::vector<AlarmThreshold> fit_thresholds(const AlarmSignal& quiet, const Frame
 
 std::vector<double> values_of(std::span<const AlarmThreshold> thresholds);
 
-/// [frames] whether the magnitude reaches `factor` times the threshold of its region.
-std::vector<char> alarms_of(const AlarmSignal& signal, std::span<const double> thresholds,
-                            double factor = 1);
+/// [frames] whether the magnitude reaches the threshold of its region.
+std::vector<char> alarms_of(const AlarmSignal& signal, std::span<const double> thresholds);
 
 /// Alarms, each of one frame or of several that follow each other in a sequence.
 int alarm_count(std::span<const char> alarms, const FrameRuns& runs);

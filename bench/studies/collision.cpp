@@ -202,19 +202,16 @@ CollisionResults collision_results(const StudyInput& input) {
   results.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
                  spec.number("aim_N"),          spec.number("limit_N"),
                  spec.number("clearance_mm"),   spec.number("aside_mm")};
-  results.region_areas.assign(
-      static_cast<std::size_t>(*std::max_element(orbits.begin(), orbits.end()) + 1), 0);
+  results.region_areas.assign(static_cast<std::size_t>(*std::ranges::max_element(orbits) + 1), 0);
   for (const int orbit : orbits) ++results.region_areas[static_cast<std::size_t>(orbit)];
   const CollisionTruth truth = collision_truth(input, orbits, results.region_areas);
   results.frame_rate = truth.arm.frame_rate;
   results.calibration_hours = truth.calibration.hours();
 
-  std::vector<DetectorSignals> signals;  // of each detector
-  const auto assess = [&](const std::string& label, AlarmRule rule, DetectorSignals seen,
+  const auto assess = [&](const std::string& label, AlarmRule rule, const DetectorSignals& seen,
                           std::optional<double> latency_s) {
     results.detectors.push_back(
         assess_detector(label, rule, seen, truth, results.per_hour, latency_s, results.arm));
-    signals.push_back(std::move(seen));
   };
   for (const std::string& label : input.labels()) {
     if (!has_readings(input, label)) {
@@ -223,7 +220,6 @@ CollisionResults collision_results(const StudyInput& input) {
         failed.label = label;
         failed.rule = rule;
         failed.failure = input.failure(label).empty() ? "no images" : input.failure(label);
-        signals.emplace_back();
       }
       continue;
     }
@@ -243,13 +239,6 @@ CollisionResults collision_results(const StudyInput& input) {
   std::vector<ArmRun> undelayed;
   for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(undelayed_run(run, results.arm));
   results.undelayed = arm_outcome(std::move(undelayed), results.arm, "undelayed");
-  results.reference = reference_bin(results.detectors);
-  for (std::size_t d = 0; d < signals.size() && results.reference; ++d) {
-    Detector& detector = results.detectors[d];
-    if (!detector.failure.empty()) continue;
-    detector.curve =
-        operating_curve(detector, signals[d], truth, detector.by_force[*results.reference]);
-  }
   return results;
 }
 
@@ -266,7 +255,7 @@ Study collision_study(const StudyInput& input) {
   section.report.text = collision_text(*results);
   section.report.notes = collision_notes(*results);
   add_collision_tables(*results, section);
-  section.figures = collision_figures(results);
+  section.figures = {collision_figure(results)};
   return study;
 }
 

@@ -142,13 +142,6 @@ struct FalseAlarms {
   Interval ci95() const;  ///< of a Poisson count
 };
 
-/// One setting of a detector whose thresholds are all multiplied by a factor.
-struct OperatingPoint {
-  double factor = 1;
-  FalseAlarms quiet;
-  CountedShare found;  ///< detected presses, of those with about the reference force
-};
-
 /// One detector, and all that came out of it.
 struct Detector {
   std::string label;  ///< of the solver
@@ -162,7 +155,6 @@ struct Detector {
   std::vector<ShareBin> by_force;         ///< N; the same bins for all detectors
   std::optional<LeastFound> least_N;      ///< force detected in 95 % of the presses
   std::vector<std::optional<LeastFound>> least_by_region_N;  ///< [regions]
-  std::vector<OperatingPoint> curve;                         ///< the highest factor first
   ArmOutcome arm;
 
   std::string name() const;  ///< "one-step-gn, by region"
@@ -173,30 +165,19 @@ struct CollisionResults {
   std::string condition;  ///< "falling law, 50 dB absolute"; with the noises where they differ
   double per_hour = 10;   ///< false alarms that were asked for
   ArmSettings arm;
-  double frame_rate = 125;               ///< of the arm's frames, 1/s
-  double calibration_hours = 0;          ///< of quiet frames
-  std::vector<int> region_areas;         ///< [regions] how many of the areas
-  std::optional<std::size_t> reference;  ///< bin of force that the operating curves are of
+  double frame_rate = 125;        ///< of the arm's frames, 1/s
+  double calibration_hours = 0;   ///< of quiet frames
+  std::vector<int> region_areas;  ///< [regions] how many of the areas
   /// Both rules of each solver, in the order of the experiment, then the norm of the voltages.
   std::vector<Detector> detectors;
   ArmOutcome undelayed;  ///< of a skin that raises its alarm at the very onset
 };
 
-/// Thresholds by the calibration frames alone, then everything but the curve. `per_hour` false
+/// Thresholds by the calibration frames alone, then everything else. `per_hour` false
 /// alarms are asked for; regions get a share of them in proportion to their area.
 Detector assess_detector(const std::string& label, AlarmRule rule, const DetectorSignals& signals,
                          const CollisionTruth& truth, double per_hour,
                          std::optional<double> latency_s, const ArmSettings& arm);
-
-/// The bin of `by_force` that separates detectors best: the share detected there, over all of
-/// them, is nearest to a half. Nothing where no detector has any.
-std::optional<std::size_t> reference_bin(const std::vector<Detector>& detectors);
-
-/// False alarms and presses detected in the bin, by threshold factor. Factors so low that alarms
-/// run into each other, and become fewer by a tenth and more, are left out.
-std::vector<OperatingPoint> operating_curve(const Detector& detector,
-                                            const DetectorSignals& signals,
-                                            const CollisionTruth& truth, const ShareBin& bin);
 
 /// D.5: did we hit something? Alarms by the largest |δσ| of an image, with thresholds that are set
 /// on frames in which nothing touches; what they miss, how often they are false, and what becomes
@@ -209,7 +190,7 @@ void add_collision_tables(const CollisionResults& results, StudySection& section
 /// All numbers, for summary.json.
 nlohmann::json collision_json(const CollisionResults& results);
 
-/// Detection against force, detection against false alarms, and peak force against speed.
-std::vector<StudyFigure> collision_figures(const std::shared_ptr<const CollisionResults>& results);
+/// Peak force against speed.
+StudyFigure collision_figure(const std::shared_ptr<const CollisionResults>& results);
 
 }  // namespace ertbench

@@ -243,48 +243,4 @@ Detector assess_detector(const std::string& label, AlarmRule rule, const Detecto
   return out;
 }
 
-std::optional<std::size_t> reference_bin(const std::vector<Detector>& detectors) {
-  std::vector<CountedShare> sums;
-  for (const Detector& detector : detectors) {
-    sums.resize(std::max(sums.size(), detector.by_force.size()));
-    for (std::size_t b = 0; b < detector.by_force.size(); ++b) {
-      sums[b].count += detector.by_force[b].successes.count;
-      sums[b].total += detector.by_force[b].successes.total;
-    }
-  }
-  if (sums.empty()) return std::nullopt;
-  const auto distance = [](const CountedShare& sum) {
-    return std::abs(sum.count / static_cast<double>(sum.total) - 0.5);
-  };
-  const auto best = std::ranges::min_element(sums, {}, distance);
-  return static_cast<std::size_t>(best - sums.begin());
-}
-
-std::vector<OperatingPoint> operating_curve(const Detector& detector,
-                                            const DetectorSignals& signals,
-                                            const CollisionTruth& truth, const ShareBin& bin) {
-  constexpr int steps = 24;  // a factor of 2 in eight steps, the fitted threshold among them
-  const std::vector<double> thresholds = values_of(detector.thresholds);
-  std::vector<OperatingPoint> out;
-  for (int step = steps / 2; step >= -steps; --step) {
-    OperatingPoint point;
-    point.factor = std::exp2(step / 8.0);
-    point.quiet = {alarm_count(alarms_of(signals.quiet, thresholds, point.factor), truth.quiet),
-                   truth.quiet.hours()};
-    const std::vector<char> alarms = alarms_of(signals.presses, thresholds, point.factor);
-    for (const Trial& trial : press_trials(truth, alarms)) {
-      if (trial.value >= bin.low && trial.value <= bin.high) point.found.add(trial.success);
-    }
-    out.push_back(point);
-  }
-  int most = 0;
-  for (const OperatingPoint& point : out) most = std::max(most, point.quiet.alarms);
-  // An image that is either empty or a contact has about as many alarms at any factor.
-  const auto last = std::find_if(out.rbegin(), out.rend(), [&](const OperatingPoint& point) {
-    return point.quiet.alarms >= 0.9 * most;
-  });
-  if (most > 0) out.erase(last.base(), out.end());
-  return out;
-}
-
 }  // namespace ertbench

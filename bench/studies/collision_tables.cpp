@@ -196,12 +196,6 @@ json detector_json(const Detector& detector, const ArmSettings& settings) {
     out["detection"].push_back(
         {{"force_N", {bin.low, bin.high}}, {"found", share_json(bin.successes)}});
   }
-  out["curve"] = json::array();
-  for (const OperatingPoint& point : detector.curve) {
-    out["curve"].push_back({{"factor", point.factor},
-                            {"false_alarms", false_alarms_json(point.quiet)},
-                            {"found", share_json(point.found)}});
-  }
   out["arm"] = arm_columns(settings).json(detector.arm);
   return out;
 }
@@ -322,74 +316,22 @@ TableSection named_for_programs(TableSection table) {
   return table;
 }
 
-/// A CSV file with a line for each of the detectors' `items`, of which `cells` are told behind the
-/// detector's names.
-template <typename Items, typename Cells>
-TableSection detector_data(const CollisionResults& results, std::string_view columns,
-                           const Items& items, const Cells& cells) {
+/// The CSV file of the runs: a line for each detector and run.
+TableSection run_data(const CollisionResults& results) {
   TableSection section;
-  section.columns = columns_named(columns);
+  section.columns = columns_named(
+      "detector alarm_by run speed_m_s onset_s delay_s delay_latency_s peak_N needless_stop done");
   for (const Detector& detector : results.detectors) {
-    std::size_t number = 0;
-    for (const auto& item : items(detector)) {
-      std::vector<Cell>& row = section.rows.emplace_back();
-      row = {detector.label, name_of(detector.rule)};
-      for (const Cell& cell : cells(item, number)) row.push_back(cell);
-      ++number;
+    for (std::size_t r = 0; r < detector.arm.runs.size(); ++r) {
+      const ArmRun& run = detector.arm.runs[r];
+      section.rows.push_back(
+          {detector.label, name_of(detector.rule), std::to_string(r),
+           exact_cell(run.truth.speed_m_s), exact_cell(run.truth.onset_s), exact_cell(run.delay_s),
+           run.delay_s ? exact_cell(run.of_latency_s) : Cell(), exact_cell(run.peak_N),
+           run.needless_stop ? "1" : "0", run.done ? "1" : "0"});
     }
   }
   return section;
-}
-
-/// `cells` and those of an estimate.
-std::vector<Cell> with_estimate(std::vector<Cell> cells, const std::optional<Estimate>& estimate) {
-  for (const Cell& cell : exact_cells(estimate)) cells.push_back(cell);
-  return cells;
-}
-
-TableSection force_data(const CollisionResults& results) {
-  return detector_data(
-      results,
-      "detector alarm_by force_low_N force_high_N force_mean_N presses found share ci_low ci_high",
-      [](const Detector& detector) { return detector.by_force; },
-      [](const ShareBin& bin, std::size_t) {
-        return with_estimate(
-            {exact_cell(bin.low), exact_cell(bin.high), exact_cell(bin.mean),
-             std::to_string(bin.successes.total), std::to_string(bin.successes.count)},
-            bin.successes.share());
-      });
-}
-
-TableSection curve_data(const CollisionResults& results) {
-  return detector_data(
-      results,
-      "detector alarm_by factor false_alarms hours per_hour per_hour_ci_low per_hour_ci_high "
-      "found_share found_ci_low found_ci_high",
-      [](const Detector& detector) { return detector.curve; },
-      [](const OperatingPoint& point, std::size_t) {
-        const FalseAlarms& quiet = point.quiet;
-        return with_estimate(with_estimate({exact_cell(point.factor), std::to_string(quiet.alarms),
-                                            exact_cell(quiet.hours)},
-                                           Estimate{quiet.per_hour(), quiet.ci95()}),
-                             point.found.share());
-      });
-}
-
-TableSection run_data(const CollisionResults& results) {
-  return detector_data(
-      results,
-      "detector alarm_by run speed_m_s onset_s delay_s delay_latency_s peak_N needless_stop done",
-      [](const Detector& detector) { return detector.arm.runs; },
-      [](const ArmRun& run, std::size_t number) -> std::vector<Cell> {
-        return {std::to_string(number),
-                exact_cell(run.truth.speed_m_s),
-                exact_cell(run.truth.onset_s),
-                exact_cell(run.delay_s),
-                exact_cell(run.delay_s ? std::optional(run.of_latency_s) : std::nullopt),
-                exact_cell(run.peak_N),
-                run.needless_stop ? "1" : "0",
-                run.done ? "1" : "0"};
-      });
 }
 
 }  // namespace
@@ -423,8 +365,6 @@ void add_collision_tables(const CollisionResults& results, StudySection& section
                   {"_thresholds", named_for_programs(tables[1])},
                   {"_least_force", named_for_programs(tables[2])},
                   {"_arm", named_for_programs(tables[3])},
-                  {"_force", force_data(results)},
-                  {"_curve", curve_data(results)},
                   {"_runs", run_data(results)}};
 }
 

@@ -244,75 +244,6 @@ void draw_map(const LocalisedSet& set, double side_mm, const std::string& headin
   canvas.draw(stem);
 }
 
-/// The span of the medians and of what 95 % do not exceed.
-Span error_span(const std::vector<LocalisedSet>& sets) {
-  Span out;
-  for (const LocalisedSet& set : sets) {
-    for (const PlaceErrors& solver : set.solvers) {
-      for (const auto& error : {thresholded(solver).median, thresholded(solver).p95}) {
-        if (error) out.extend(std::max(0.01, error->value));
-      }
-    }
-    if (!set.bound_mm.empty()) out.extend(median_bound(set));
-  }
-  return log_span(out, 1.3);
-}
-
-/// Error by condition, a column a set.
-void draw_overview(const std::vector<LocalisedSet>& sets, const std::string& heading,
-                   const std::filesystem::path& stem) {
-  constexpr double left = 64;
-  const double slot = std::max(110.0, 760.0 / static_cast<double>(sets.size()));
-  const double width = slot * static_cast<double>(sets.size());
-  const Box box = Box::sized(left, 40, width, 300);
-  std::vector<std::string> conditions;
-  for (const LocalisedSet& set : sets) conditions.push_back(set.name + ": " + set.condition);
-  const CategoryNames names(conditions, slot);
-  Canvas canvas(left + width + 20, box.bottom + names.height() + 80);
-  canvas.title(heading);
-  Panel axes(canvas, box, {0, static_cast<double>(sets.size())},
-             Axis::logarithms(error_span(sets), "localisation error, mm"));
-  Legend legend(left, left + width);
-  const std::size_t solvers = sets.front().solvers.size();
-  const MethodStyles styles = styles_of(sets.front().solvers);
-  for (std::size_t s = 0; s < solvers; ++s) {
-    Points medians;
-    std::vector<Whisker> whiskers;
-    for (std::size_t i = 0; i < sets.size(); ++i) {
-      const PlaceErrors& solver = sets[i].solvers[s];
-      const auto& rule = thresholded(solver);
-      if (!rule.median || !rule.p95) continue;
-      const double x = static_cast<double>(i) + 0.14 +
-                       0.72 * static_cast<double>(s) / std::max<double>(1, double(solvers) - 1);
-      medians.emplace_back(x, rule.median->value);
-      whiskers.push_back({x, rule.median->value, rule.p95->value});
-      axes.tooltip(x, rule.median->value,
-                   solver.label + "\n" + sets[i].condition + "\nmedian " +
-                       fixed(rule.median->value, 2) + " mm, 95 % " + fixed(rule.p95->value, 2) +
-                       " mm");
-    }
-    axes.whiskers(whiskers, {styles.colour(s), 1.3});
-    axes.marks(medians, styles.mark(s));
-    legend.add({sets.front().solvers[s].label, {}, styles.mark(s)});
-  }
-  const LineStyle bound_line{ink::black, 1.6, 2};
-  for (std::size_t i = 0; i < sets.size(); ++i) {
-    if (sets[i].bound_mm.empty()) continue;
-    const double bound = median_bound(sets[i]);
-    axes.line({{double(i) + 0.05, bound}, {double(i) + 0.95, bound}}, bound_line);
-  }
-  legend.add({"Cramér–Rao bound of the rms error, median of the places", bound_line});
-  axes.draw();
-  names.draw(canvas, box.left, box.bottom);
-  legend.draw(canvas, box.bottom + names.height() + 20);
-  add_footnote(
-      canvas,
-      "marks: median error of the thresholded centroid, of the frames that show a touch; bars "
-      "up to the error that 95 % do not exceed. A median may be below the rms error's bound.",
-      left);
-  canvas.draw(stem);
-}
-
 /// The targets of one set, each solver's mean estimated positions, and the bound: the
 /// paper's figure D1. `side_mm`: of the sheet.
 StudyFigure localisation_map(const std::shared_ptr<const LocalisedSet>& set, double side_mm,
@@ -390,12 +321,9 @@ Study localisation_study(const StudyInput& input) {
       "by the bootstrap over places. The Cramér–Rao bound is the least root mean square error of "
       "any unbiased estimate that knows the indenter and neither place nor force; a method that "
       "knows more, or is biased, may fall below it.";
-  section.figures = {
-      {"", "Localisation errors", "median and 95 % by solver and condition", ", " + law + " law",
-       [sets](const auto& heading, const auto& stem) { draw_overview(*sets, heading, stem); }}};
   for (const LocalisedSet& set : *sets) {
     const std::vector<std::string>& maps = input.spec.maps;
-    const bool mapped = std::find(maps.begin(), maps.end(), set.name) != maps.end();
+    const bool mapped = std::ranges::find(maps, set.name) != maps.end();
     study.numbers["sets"][set.name] = json_of(set, mapped);
     add_headlines(set, study.best);
     section.report.tables.push_back(table_of(set, law));

@@ -314,7 +314,7 @@ void draw_curves(const SensitivitySet& set, const std::vector<int>& region_of, d
   }
   draw_regions(canvas, region_of, grid.box(panel));
   Legend legend(grid.left, canvas.width() - 10);
-  const int regions = 1 + *std::max_element(region_of.begin(), region_of.end());
+  const int regions = 1 + *std::ranges::max_element(region_of);
   for (int r = 0; r < regions; ++r) {
     const auto region = static_cast<std::size_t>(r);
     legend.add({"region " + roman(r), region_line(region), region_mark(region)});
@@ -327,50 +327,17 @@ void draw_curves(const SensitivitySet& set, const std::vector<int>& region_of, d
   canvas.draw(stem);
 }
 
-void draw_force_errors(const SensitivitySet& set, const std::string& heading,
-                       const std::filesystem::path& stem) {
-  Canvas canvas(760, 400);
-  canvas.title(heading);
-  Span span{0, 0};
-  for (const PressResponse& solver : set.solvers) {
-    for (const auto& at : solver.readings[0].force_error_at) {
-      if (at) span.extend(at->ci95.high);
-    }
-  }
-  span.high = span.high > 0 ? 1.05 * span.high : 1;
-  Panel axes(canvas, Box::sized(64, 40, 670, 260),
-             Axis::even({0, 1.05 * set.forces_N.back()}, "force, N"),
-             Axis::even(span, "mean |error| of the force, N"));
-  Legend legend(64, 740);
-  const MethodStyles styles = styles_of(set.solvers);
-  for (std::size_t s = 0; s < set.solvers.size(); ++s) {
-    const auto& errors = set.solvers[s].readings[0].force_error_at;
-    Series series;
-    for (std::size_t f = 0; f < errors.size(); ++f) series.add(set.forces_N[f], errors[f]);
-    series.draw(axes, styles.line(s), styles.mark(s), {styles.colour(s), 1});
-    legend.add({set.solvers[s].label, styles.line(s), styles.mark(s)});
-  }
-  axes.draw();
-  legend.draw(canvas, 352);
-  canvas.draw(stem);
-}
-
 /// The largest |δσ| over the background against the force, a panel a solver, a line a region, and
-/// the map of the regions: the paper's figures D3 and D2. Then the error of the calibrated force
-/// against the force, by solver.
-std::vector<StudyFigure> figures_of(const std::shared_ptr<const SensitivitySet>& set,
-                                    const std::vector<int>& region_of, double background,
-                                    const std::string& law) {
+/// the map of the regions: the paper's figures D3 and D2.
+StudyFigure figure_of(const std::shared_ptr<const SensitivitySet>& set,
+                      const std::vector<int>& region_of, double background,
+                      const std::string& law) {
   const std::string condition = set->condition + ", " + law + " law";
-  return {
-      {"_" + set->name, "Strength against force by region, " + set->name, condition,
-       ": strength of the image, " + condition,
-       [set, region_of, background](const auto& heading, const auto& stem) {
-         draw_curves(*set, region_of, background, heading, stem);
-       }},
-      {"_force_" + set->name, "Error of the calibrated force, " + set->name,
-       "from the peak; " + condition, ": error of the force, " + condition,
-       [set](const auto& heading, const auto& stem) { draw_force_errors(*set, heading, stem); }}};
+  return {"_" + set->name, "Strength against force by region, " + set->name, condition,
+          ": strength of the image, " + condition,
+          [set, region_of, background](const auto& heading, const auto& stem) {
+            draw_curves(*set, region_of, background, heading, stem);
+          }};
 }
 
 }  // namespace
@@ -407,9 +374,7 @@ Study sensitivity_study(const StudyInput& input) {
     add_headlines(set, study.best);
     section.report.tables.push_back(force_table(set, law));
     section.report.tables.push_back(strength_table(set, law, background));
-    for (const StudyFigure& figure : figures_of(one, region_of, background, law)) {
-      section.figures.push_back(figure);
-    }
+    section.figures.push_back(figure_of(one, region_of, background, law));
   }
   section.data = {{"", response_rows(*sets)}};
   return study;

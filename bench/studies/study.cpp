@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bench/plot/canvas.h"
+#include "bench/run/rows.h"
 #include "bench/studies/arm_hour.h"
 #include "bench/studies/collision.h"
 #include "bench/studies/columns.h"
@@ -133,14 +134,6 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<double> defined(const std::vector<std::optional<double>>& values) {
-  std::vector<double> out;
-  for (const std::optional<double>& value : values) {
-    if (value) out.push_back(*value);
-  }
-  return out;
-}
-
 using SpreadColumn = StudyColumn<HeadlineSpread>;
 
 /// The numbers differ in their decimals, so that tables make their own cells.
@@ -202,15 +195,9 @@ void add_trainings(const std::vector<HeadlineSpread>& spread, Study& study) {
 
 }  // namespace
 
-std::optional<double> HeadlineSpread::mean() const {
-  const std::vector<double> found = defined(values);
-  return found.empty() ? std::nullopt : std::optional(ertbench::mean(found));
-}
+std::optional<double> HeadlineSpread::mean() const { return mean_of(values); }
 
-std::optional<double> HeadlineSpread::deviation() const {
-  const std::vector<double> found = defined(values);
-  return found.size() < 2 ? std::nullopt : std::optional(sample_deviation(found));
-}
+std::optional<double> HeadlineSpread::deviation() const { return deviation_of(values); }
 
 std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_trainings) {
   std::vector<HeadlineSpread> out;

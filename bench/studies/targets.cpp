@@ -96,16 +96,6 @@ TargetReadings target_readings(const StudyInput& input, const std::string& label
   return out;
 }
 
-std::vector<std::size_t> gallery_frames(std::span<const TargetFrame> frames) {
-  std::map<int, std::size_t> first;
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    if (frames[f].counts && frames[f].contacts() > 0) first.emplace(frames[f].contacts(), f);
-  }
-  std::vector<std::size_t> out;
-  for (const auto& [contacts, frame] : first) out.push_back(frame);
-  return out;
-}
-
 }  // namespace
 
 TargetResults target_results(std::span<const TargetFrame> frames,
@@ -117,8 +107,6 @@ TargetResults target_results(std::span<const TargetFrame> frames,
     if (frame.counts) numbers.insert(frame.contacts());
   }
   out.numbers.assign(numbers.begin(), numbers.end());
-  const std::vector<std::size_t> gallery = gallery_frames(frames);
-  for (const std::size_t frame : gallery) out.gallery.push_back(frames[frame]);
   for (const TargetReadings& given : readings) {
     if (given.found.size() != frames.size()) {
       throw std::invalid_argument("targets: " + given.label + ": a reading for each frame");
@@ -127,20 +115,13 @@ TargetResults target_results(std::span<const TargetFrame> frames,
     for (std::size_t f = 0; f < frames.size(); ++f) {
       scores.emplace_back();
       if (!given.found[f]) continue;
-      scores.back() = match_targets(frames[f], given.found[f]->contacts, distances).score;
+      scores.back() = match_targets(frames[f], given.found[f]->contacts, distances);
     }
     TargetSolver& solver = out.solvers.emplace_back();
     solver.label = given.label;
     solver.failure = given.failure;
     solver.counts = count_targets(frames, scores);
     solver.gaps = measure_gaps(gap_trials(frames, scores));
-    for (const std::size_t frame : gallery) {
-      solver.gallery.emplace_back();
-      const FrameReading* reading = given.found[frame];
-      if (!reading) continue;
-      solver.gallery.back() = {reading->contacts,
-                               match_targets(frames[frame], reading->contacts, distances)};
-    }
   }
   return out;
 }
@@ -332,7 +313,7 @@ Study study_of_targets(const TargetCircumstances& circumstances, const TargetRes
   section.report.tables = {targets_count_table(circumstances, results),
                            targets_gap_table(circumstances, results)};
   section.report.notes = targets_notes(circumstances.distances);
-  section.figures = {targets_chart(circumstances, shared), targets_gallery(circumstances, shared)};
+  section.figures = {targets_chart(circumstances, shared)};
   section.data = {{"", targets_count_data(results)}, {"_gaps", targets_gap_data(results)}};
   return study;
 }
@@ -342,7 +323,7 @@ Study targets_study(const StudyInput& input) {
   for (const std::string& label : input.labels()) readings.push_back(target_readings(input, label));
   const TargetCircumstances circumstances{
       input.spec.name, conditions_of(input),
-      input.experiment.contacts.distances(input.experiment.sensor), input.experiment.sensor.sheet};
+      input.experiment.contacts.distances(input.experiment.sensor)};
   return study_of_targets(circumstances,
                           target_results(target_frames(input), readings, circumstances.distances));
 }

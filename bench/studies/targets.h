@@ -39,13 +39,9 @@ TargetFrame target_frame(const Sensor& sensor, const Scene& scene, std::size_t n
 /// narrower or wider than those between three or four contacts. `sets` [frames] numbers their sets.
 void leave_out_pair_sets(std::span<TargetFrame> frames, std::span<const std::size_t> sets);
 
-/// Detected contacts matched with the true ones.
-struct TargetMatch {
-  std::vector<bool> right;  ///< [found] true contact of its own; else a false positive
-  ContactScore score;
-};
-TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReading> found,
-                          const ContactDistances& distances);
+/// Matches the detected contacts with the true ones.
+ContactScore match_targets(const TargetFrame& truth, std::span<const ContactReading> found,
+                           const ContactDistances& distances);
 
 /// Sums over frames.
 struct TargetTally {
@@ -167,17 +163,11 @@ struct TargetSolver {
   std::string failure;                ///< why there is nothing, or not all; else empty
   std::map<int, TargetCount> counts;  ///< by number of true contacts
   TargetGaps gaps;
-  struct Found {
-    std::vector<ContactReading> contacts;
-    TargetMatch match;
-  };
-  std::vector<std::optional<Found>> gallery;  ///< [TargetResults::gallery]
 };
 
 struct TargetResults {
   std::vector<int> numbers;  ///< of true contacts that are compared, ascending
   std::vector<TargetSolver> solvers;
-  std::vector<TargetFrame> gallery;  ///< the first frame of each number of contacts, ascending
 };
 
 /// Scores of each solver's contacts in the frames.
@@ -190,7 +180,6 @@ struct TargetCircumstances {
   std::string name;        ///< of the study and its files
   std::string conditions;  ///< "falling law, 50 dB absolute"
   ContactDistances distances;
-  std::shared_ptr<const Sheet> sheet;
 };
 
 /// D.3: how many touch? Still touches, one or several at a time: which of them are detected, how
@@ -212,9 +201,4 @@ TableSection targets_gap_data(const TargetResults& results);
 /// Recall and false positives against the number of contacts, share resolved against the gap.
 StudyFigure targets_chart(const TargetCircumstances& circumstances,
                           std::shared_ptr<const TargetResults> results);
-/// The paper's figure D4: a row for each number of contacts, a column for each solver; the true
-/// footprints and the places that were found.
-StudyFigure targets_gallery(const TargetCircumstances& circumstances,
-                            std::shared_ptr<const TargetResults> results);
-
 }  // namespace ertbench

@@ -99,21 +99,19 @@ void leave_out_pair_sets(std::span<TargetFrame> frames, std::span<const std::siz
   }
 }
 
-TargetMatch match_targets(const TargetFrame& truth, std::span<const ContactReading> found,
-                          const ContactDistances& distances) {
+ContactScore match_targets(const TargetFrame& truth, std::span<const ContactReading> found,
+                           const ContactDistances& distances) {
   std::vector<Eigen::Vector2d> seen;
   for (const ContactReading& contact : found) seen.push_back(contact.place_mm);
-  TargetMatch out;
-  out.right.assign(seen.size(), false);
-  out.score.true_count = truth.contacts();
-  out.score.found = static_cast<int>(seen.size());
+  ContactScore out;
+  out.true_count = truth.contacts();
+  out.found = static_cast<int>(seen.size());
   const Eigen::MatrixXd apart = distances_between(truth.places_mm, seen);
   for (const auto& [row, column] : assign(apart, distances.match).pairs) {
-    out.right[static_cast<std::size_t>(column)] = true;
-    ++out.score.matched;
-    out.score.distance_mm += apart(row, column);
+    ++out.matched;
+    out.distance_mm += apart(row, column);
   }
-  out.score.ospa_mm = ospa(truth.places_mm, seen, distances.ospa);
+  out.ospa_mm = ospa(truth.places_mm, seen, distances.ospa);
   return out;
 }
 
@@ -179,7 +177,7 @@ namespace {
 std::optional<double> gap_reached(const std::vector<IsotonicBlock>& fit) {
   // The slack lets a share of 4 in 5 count, whatever the rounding of its mean.
   const auto resolves = [](const IsotonicBlock& b) { return b.value >= kResolvedShare - 1e-9; };
-  const auto reached = std::find_if(fit.begin(), fit.end(), resolves);
+  const auto reached = std::ranges::find_if(fit, resolves);
   double scenes = 0;
   for (auto block = reached; block != fit.end(); ++block) scenes += block->weight;
   if (scenes < kLeastResolvedScenes) return std::nullopt;

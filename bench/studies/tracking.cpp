@@ -310,7 +310,7 @@ Study tracking_study(const StudyInput& input) {
         "Which frame rate is enough is said of the values as they were measured; the intervals of "
         "the tables by condition say whether they differ.");
   }
-  section.figures = tracking_figures(conditions, law);
+  section.figures = {tracking_figure(conditions, law)};
   section.data = {{"", tracking_data(*conditions, law)}};
   return study;
 }

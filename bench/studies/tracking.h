@@ -165,10 +165,7 @@ std::vector<TableSection> frame_rate_tables(std::span<const TrackingCondition> c
 TableSection tracking_data(std::span<const TrackingCondition> conditions, const std::string& law);
 
 using TrackingConditions = std::shared_ptr<const std::vector<TrackingCondition>>;
-/// RMS distance and share of characters read back, by solver: over the speed for each frame rate,
-/// and over the frame rate for speeds that were measured at some only. Then written and tracked
-/// characters of the first condition, a column a solver.
-std::vector<StudyFigure> tracking_figures(const TrackingConditions& conditions,
-                                          const std::string& law);
+/// Written and tracked characters of the first condition, a column a solver.
+StudyFigure tracking_figure(const TrackingConditions& conditions, const std::string& law);
 
 }  // namespace ertbench

@@ -19,14 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-const ResultRow* row_named(std::span<const ResultRow> rows, const std::string& label,
-                           const std::string& dataset) {
-  for (const ResultRow& row : rows) {
-    if (row.label == label && row.dataset == dataset) return &row;
-  }
-  return nullptr;
-}
-
 /// Epochs times scenes of one training; nothing if its parameters lack them.
 std::optional<double> scenes_seen(const json& parameters) {
   const json training = parameters.is_object() ? parameters.value("training", json()) : json();
@@ -58,8 +50,8 @@ std::string reason_of(const ResultRow* row, const std::optional<double>& cost, M
 }
 
 BudgetLine& line_of(std::vector<BudgetLine>& lines, const std::string& family) {
-  const auto found = std::find_if(lines.begin(), lines.end(),
-                                  [&](const BudgetLine& line) { return line.family == family; });
+  const auto found =
+      std::ranges::find_if(lines, [&](const BudgetLine& line) { return line.family == family; });
   if (found != lines.end()) return *found;
   lines.push_back({family, {}});
   return lines.back();
@@ -86,7 +78,7 @@ TrainingBudgets training_budgets_of(const BudgetQuestion& question,
   out.metric = question.metric;
   out.cost = question.cost;
   for (const std::string& label : question.labels) {
-    const ResultRow* row = row_named(rows, label, question.dataset);
+    const ResultRow* row = find_row(rows, label, question.dataset);
     const bool seconds = question.cost == TrainingCost::seconds;
     const std::optional<double> cost = !row      ? std::nullopt
                                        : seconds ? row->fit_s
@@ -100,10 +92,10 @@ TrainingBudgets training_budgets_of(const BudgetQuestion& question,
         .points.push_back({label, *cost, *summary.mean, summary.ci95, convergence_of(*row).all()});
   }
   for (BudgetLine& line : out.lines) {
-    std::stable_sort(line.points.begin(), line.points.end(),
-                     [](const BudgetPoint& a, const BudgetPoint& b) { return a.cost < b.cost; });
+    std::ranges::stable_sort(
+        line.points, [](const BudgetPoint& a, const BudgetPoint& b) { return a.cost < b.cost; });
   }
-  if (const ResultRow* nothing = row_named(rows, "no-contact", question.dataset)) {
+  if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {
     out.nothing = nothing->metrics[question.metric].mean;
   }
   return out;

@@ -5,47 +5,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <iterator>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bench/plot/canvas.h"
 #include "bench/plot/panel.h"
 #include "core/errors.h"
 #include "core/files.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
-namespace {
-
-std::vector<std::string> fields_of(const std::string& line) {
-  std::vector<std::string> fields;
-  std::istringstream in(line);
-  for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
-  if (line.ends_with(',')) fields.emplace_back();
-  return fields;
-}
-
-std::vector<std::string> lines_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw InputError(file.string() + ": cannot be opened");
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(in, line);) {
-    if (in.eof()) break;  // no line end: still being written, or cut off
-    if (line.ends_with('\r')) line.pop_back();
-    if (!line.empty()) lines.push_back(line);
-  }
-  return lines;
-}
-
-}  // namespace
 
 TrainingCurves read_training_curves(const std::filesystem::path& file) {
-  const std::vector<std::string> lines = lines_of(file);
+  const std::string text = contents_of(file);
+  // What stands behind the last line end is still being written, or was cut off.
+  std::vector<std::vector<std::string>> lines =
+      csv_lines(std::string_view(text).substr(0, text.find_last_of('\n') + 1));
+  std::erase(lines, std::vector<std::string>{""});
   TrainingCurves curves;
-  if (!lines.empty()) curves.columns = fields_of(lines.front());
+  if (!lines.empty()) curves.columns = lines.front();
   if (curves.columns.empty() || curves.columns.front() != "epoch") {
     throw InputError(file.string() + ": line 1: must name the columns, \"epoch\" first");
   }
@@ -54,7 +33,7 @@ TrainingCurves read_training_curves(const std::filesystem::path& file) {
     const auto fail = [&](const std::string& what) {
       throw InputError(file.string() + ": line " + std::to_string(l + 1) + ": " + what);
     };
-    const std::vector<std::string> fields = fields_of(lines[l]);
+    const std::vector<std::string>& fields = lines[l];
     if (fields.size() != curves.columns.size()) {
       fail("must hold " + std::to_string(curves.columns.size()) + " numbers, holds " +
            std::to_string(fields.size()));
@@ -84,29 +63,15 @@ constexpr double bottom = 44;  ///< below the last, for the epochs
 /// The panels of the figure.
 enum class Group { losses, shares, validation };
 
-constexpr double height_of(Group group) {
-  switch (group) {
-    case Group::losses:
-      return 215;
-    case Group::shares:
-      return 110;
-    case Group::validation:
-      return 169;
-  }
-  return 0;
-}
+struct GroupLook {
+  double height;
+  const char* title;
+};
 
-const char* title_of(Group group) {
-  switch (group) {
-    case Group::losses:
-      return "loss";
-    case Group::shares:
-      return "judged right";
-    case Group::validation:
-      return "validation error";
-  }
-  return "";
-}
+/// In the order of Group.
+constexpr GroupLook looks[] = {{215, "loss"}, {110, "judged right"}, {169, "validation error"}};
+
+const GroupLook& look_of(Group group) { return looks[static_cast<std::size_t>(group)]; }
 
 Group group_of(const std::string& column) {
   if (column.starts_with("validation")) return Group::validation;
@@ -120,22 +85,22 @@ std::vector<std::string> columns_of(const TrainingChart& chart, Group group) {
     for (const std::string& name : run.curves.columns) {
       const bool other = name == "epoch" || name == "learning_rate" || name == "seconds";
       if (other || group_of(name) != group) continue;
-      if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
+      if (std::ranges::find(out, name) == out.end()) out.push_back(name);
     }
   }
   return out;
 }
 
 const std::vector<double>* find_column(const TrainingCurves& curves, const std::string& name) {
-  const auto found = std::find(curves.columns.begin(), curves.columns.end(), name);
+  const auto found = std::ranges::find(curves.columns, name);
   if (found == curves.columns.end()) return nullptr;
   return &curves.values[static_cast<std::size_t>(found - curves.columns.begin())];
 }
 
 bool any_negative(const TrainingChart& chart, const std::string& name) {
-  return std::any_of(chart.runs.begin(), chart.runs.end(), [&](const TrainingRun& run) {
+  return std::ranges::any_of(chart.runs, [&](const TrainingRun& run) {
     const auto* values = find_column(run.curves, name);
-    return values && std::any_of(values->begin(), values->end(), [](double v) { return v < 0; });
+    return values && std::ranges::any_of(*values, [](double v) { return v < 0; });
   });
 }
 
@@ -163,8 +128,8 @@ class Curves {
 
   void draw(Canvas& canvas, const Box& box) const {
     if (curves_.empty()) {
-      canvas.text(std::string("the log has no ") + title_of(group_), box.middle(), box.centre(),
-                  {.size = 11});
+      canvas.text(std::string("the log has no ") + look_of(group_).title, box.middle(),
+                  box.centre(), {.size = 11});
       return;
     }
     const Axis across = epoch_axis();
@@ -179,7 +144,6 @@ class Curves {
     for (const auto& [point, colour] : kept_) panel.marks({point}, dot(colour));
     panel.draw();
     legend_.draw(canvas, box.top + 8);
-    add_tooltips(canvas, panel);
   }
 
  private:
@@ -231,8 +195,6 @@ class Curves {
       epochs_.extend(epoch);
       values_.extend(value);
       points.emplace_back(epoch, value);
-      texts_[epoch] += "\n" + run.title + (run.title.empty() ? "" : ", ") + spaced(name) + ": " +
-                       number_text((*column)[i]) + (run.kept_epoch == epoch ? " (kept)" : "");
     }
     return points;
   }
@@ -261,39 +223,17 @@ class Curves {
     return Axis::logarithms({shown.low / margin, shown.high * margin});
   }
 
-  /// Adds a tooltip with all values for each epoch, or for some if there are many.
-  void add_tooltips(Canvas& canvas, const Panel& panel) const {
-    constexpr std::size_t most = 160;
-    const Box& box = panel.box();
-    const std::size_t every = (texts_.size() + most - 1) / most;
-    std::vector<std::pair<double, std::string>> shown;
-    std::size_t index = 0;
-    for (const auto& [epoch, text] : texts_) {
-      if (index++ % every != 0) continue;
-      shown.emplace_back(panel.x(epoch), "epoch " + number_text(epoch) + text);
-    }
-    for (std::size_t i = 0; i < shown.size(); ++i) {
-      const double x = shown[i].first;
-      const double left = i == 0 ? box.left : (shown[i - 1].first + x) / 2;
-      const double right = i + 1 == shown.size() ? box.right : (x + shown[i + 1].first) / 2;
-      canvas.tooltip({left, box.top, right, box.bottom}, shown[i].second);
-    }
-  }
-
   const TrainingChart& chart_;
   Group group_;
   std::vector<Curve> curves_;
   std::vector<std::pair<std::pair<double, double>, Colour>> kept_;
-  std::map<double, std::string> texts_;  ///< by epoch: a line for each value
   Span epochs_;
   Span values_;
   Legend legend_{key_left, chart_width, 1};
 };
 
 std::string runs_text(const TrainingChart& chart) {
-  std::string out;
-  for (const TrainingRun& run : chart.runs) out += (out.empty() ? "" : ", ") + run.title;
-  return out + ": dark to light";
+  return joined(chart.runs, ", ", &TrainingRun::title) + ": dark to light";
 }
 
 }  // namespace
@@ -303,8 +243,8 @@ void draw_training_chart(const TrainingChart& chart, const std::filesystem::path
   double y = top;
   for (const Group group : {Group::losses, Group::shares, Group::validation}) {
     if (group == Group::shares && columns_of(chart, group).empty()) continue;
-    panels.emplace_back(group, Box{panels_left, y, panels_right, y + height_of(group)});
-    y += height_of(group) + gap;
+    panels.emplace_back(group, Box{panels_left, y, panels_right, y + look_of(group).height});
+    y += look_of(group).height + gap;
   }
   const Box last = panels.back().second;
   const double height = last.bottom + bottom;
@@ -312,7 +252,7 @@ void draw_training_chart(const TrainingChart& chart, const std::filesystem::path
   canvas.title(chart.title);
   for (const auto& [group, box] : panels) {
     Curves(chart, group).draw(canvas, box);
-    canvas.text(title_of(group), 14, box.centre(), {.size = 11, .upright = true});
+    canvas.text(look_of(group).title, 14, box.centre(), {.size = 11, .upright = true});
   }
   canvas.text("epoch", last.middle(), height - 14, {.size = 11});
   if (chart.runs.size() > 1) {

@@ -7,6 +7,7 @@
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/process.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
@@ -284,8 +285,7 @@ std::vector<ChannelElectrodes> stand_in_channels(std::uint64_t count, int electr
 std::vector<std::uint64_t> shape_of_presses(const Hdf5File& file) {
   const bool are_changes = file.has(changes);
   if ((!are_changes && !file.has(layout::voltages)) || !file.has(positions)) {
-    std::string held;
-    for (const std::string& name : file.names("/")) held += (held.empty() ? "" : ", ") + name;
+    const std::string held = joined(file.names("/"));
     throw InputError(file.path().string() + ": must hold \"changes\" (or \"voltages\") [presses, " +
                      "channels] and \"positions_mm\" [presses, 2]; holds " +
                      (held.empty() ? "nothing" : held));

@@ -304,23 +304,6 @@ std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor) {
   return pairs;
 }
 
-std::vector<int> channels_in_full_frame(const Sensor& sensor) {
-  std::vector<int> out;
-  for (const Channel& channel : channels_of(sensor)) {
-    out.push_back(channel.drive * sensor.measurements() + channel.measurement);
-  }
-  return out;
-}
-
-Frames reduced_frames(const Sensor& sensor, const Frames& frames, const std::string& source) {
-  if (frames.cols() == sensor.channels()) return frames;
-  const int all = sensor.drives() * sensor.measurements();
-  if (frames.cols() == all) return frames(Eigen::all, channels_in_full_frame(sensor));
-  throw InputError(source + ": must have " + std::to_string(sensor.channels()) +
-                   " channels a frame, or " + std::to_string(all) +
-                   " with those of driven electrodes, has " + std::to_string(frames.cols()));
-}
-
 Eigen::VectorXd electrode_distances(const Sensor& sensor) {
   Eigen::VectorXd out(sensor.electrode_count);
   for (int e = 0; e < sensor.electrode_count; ++e) {

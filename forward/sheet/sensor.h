@@ -158,14 +158,6 @@ Sensor with_channels(Sensor sensor, const std::vector<ChannelElectrodes>& channe
 /// partner. Pairs that are reversed are partners if both are.
 std::vector<std::array<int, 2>> reciprocal_pairs(const Sensor& sensor);
 
-/// For instruments that measure every pair for every drive, including driven electrodes: index
-/// [channels] of each of the sensor's channels in such a frame [drives * measurements], drive by
-/// drive (256 values for 16 x 16).
-std::vector<int> channels_in_full_frame(const Sensor& sensor);
-/// Reduces frames of [drives * measurements] to the sensor's channels and passes frames of
-/// [channels] through. Throws InputError naming `source` for any other number of columns.
-Frames reduced_frames(const Sensor& sensor, const Frames& frames, const std::string& source);
-
 /// Positions of the electrodes' centres along the border, [L] in domain units from its start.
 Eigen::VectorXd electrode_distances(const Sensor& sensor);
 /// Electrode positions [2, L] in domain units, optionally displaced clockwise along the border by

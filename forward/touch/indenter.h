@@ -17,9 +17,6 @@ namespace ertbench {
 /// 0 on the patch. 1 without pressure, strictly monotone (FallingLaw, RisingLaw).
 double conductivity_ratio(const ContactLaw& law, double kPa);
 
-/// Its derivative, 1/kPa.
-double conductivity_ratio_slope(const ContactLaw& law, double kPa);
-
 class JsonObject;
 
 /// A ball: on a foam of stiffness k = modulus / thickness a force F gives the contact radius a with

@@ -6,6 +6,7 @@
 
 #include "core/errors.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/contacts/contact_solver.h"
@@ -122,9 +123,7 @@ void SolverRegistry::load_plugin(const fs::path& library) { register_plugin(libr
 fs::path SolverRegistry::library_of(const std::string& type) const {
   const auto plugin = plugin_of_.find(type);
   if (plugin == plugin_of_.end()) {
-    std::string known;
-    for (const auto& name : order_) known += (known.empty() ? "" : ", ") + name;
-    throw InputError("no solver is called \"" + printable(type) + "\"; known: " + known);
+    throw InputError("no solver is called \"" + printable(type) + "\"; known: " + joined(order_));
   }
   if (plugin->second.has_parent_path()) return plugin->second;
   std::string folders;

@@ -310,8 +310,6 @@ TEST_F(Training, IsCopiedAndDrawnWithAllItsSeeds) {
     EXPECT_NE(text.find(word), std::string::npos) << word;
   }
   EXPECT_EQ(text.find("learning"), std::string::npos);
-  EXPECT_EQ(count(text, "<title>epoch 1\nseed 1, loss: 0.5\nseed 2, loss: 0.6\n"), 1u);
-  EXPECT_EQ(count(text, "<title>epoch 2\nseed 1, validation error: 0.8 (kept)<"), 1u);
 }
 
 TEST_F(Training, SharesHaveAPanelOfTheirOwn) {
@@ -321,8 +319,7 @@ TEST_F(Training, SharesHaveAPanelOfTheirOwn) {
       "1,0.5,1.4,0,0.75,0.9\n2,0.3,1.3,0.5,1,0.8\n");
   write_training_results("gan", {{"gan", "", results() / "gan.log", {}}}, results() / "training");
   const std::string text = svg("training/gan");
-  for (const char* word : {">judged right<", ">discriminator<", ">discriminator right truths<",
-                           "discriminator right truths: 0\n"}) {
+  for (const char* word : {">judged right<", ">discriminator<", ">discriminator right truths<"}) {
     EXPECT_EQ(count(text, word), 1u) << word;
   }
 }

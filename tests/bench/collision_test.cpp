@@ -108,7 +108,6 @@ TEST(AlarmThresholds, AFrameIsHeldAgainstTheThresholdOfItsRegion) {
   const AlarmSignal signal{{1, 1, 1, NAN, 2, 0}, {0, 1, -1, 0, -1, 0}};
   const std::vector<double> thresholds = {1, 2};
   EXPECT_EQ(alarms_of(signal, thresholds), (std::vector<char>{1, 0, 0, 0, 1, 0}));
-  EXPECT_EQ(alarms_of(signal, thresholds, 0.5), (std::vector<char>{1, 1, 1, 0, 1, 0}));
 }
 
 TEST(AlarmThresholds, PoissonIntervalsAreGarwoods) {
@@ -300,47 +299,6 @@ TEST(CollisionDetectors, AThresholdForEachRegionFindsWhatOneForAllMisses) {
       assess_detector("solver", AlarmRule::one_threshold, whole, truth, 10, 0.001, arm);
   EXPECT_GT(global.least_N->value, global.least_N->reach.high);
   EXPECT_EQ(global.arm.done.count, 0);
-
-  // Higher factors find no more and raise no more false alarms, to where alarms melt together.
-  const auto curve = operating_curve(regional, signals, truth, regional.by_force[0]);
-  ASSERT_GT(curve.size(), 5u);
-  for (std::size_t i = 1; i < curve.size(); ++i) {
-    EXPECT_LT(curve[i].factor, curve[i - 1].factor);
-    EXPECT_GE(curve[i].found.count, curve[i - 1].found.count);
-  }
-  EXPECT_EQ(curve.back().found.count, curve.back().found.total);
-}
-
-TEST(CollisionDetectors, AnImageThatIsEmptyOrAContactKeepsTheFittedPointOfItsCurve) {
-  CollisionTruth truth;
-  truth.region_shares = {1};
-  truth.calibration = equal_runs(20, 1000);
-  truth.quiet = equal_runs(20, 1000);
-  DetectorSignals signals;
-  for (AlarmSignal* signal : {&signals.calibration, &signals.quiet}) {
-    signal->magnitude.assign(truth.quiet.frames(), 0.0);
-    signal->region.assign(truth.quiet.frames(), 0);
-  }
-  for (std::size_t f = 500; f < truth.quiet.frames(); f += 1000) signals.quiet.magnitude[f] = 50;
-  // Two alarms at a high threshold that are one at the fitted one.
-  signals.quiet.magnitude[501] = 0.002;
-  signals.quiet.magnitude[502] = 50;
-  for (std::size_t p = 0; p < 60; ++p) {
-    truth.presses.push_back({1 + 0.01 * double(p), 0, p});
-    signals.presses.magnitude.push_back(p % 2 == 0 ? 50 : 0);
-    signals.presses.region.push_back(0);
-  }
-  Detector detector;
-  detector.thresholds.resize(1);
-  detector.thresholds[0].value = 0.001;
-  const ShareBin bin{1, 1.59, 1.3, {}};
-  const auto curve = operating_curve(detector, signals, truth, bin);
-  const auto fitted = std::find_if(curve.begin(), curve.end(),
-                                   [](const OperatingPoint& point) { return point.factor == 1; });
-  EXPECT_EQ(curve.front().quiet.alarms, 21);
-  ASSERT_NE(fitted, curve.end());
-  EXPECT_EQ(fitted->quiet.alarms, 20);
-  EXPECT_EQ(fitted->found.count, 30);
 }
 
 }  // namespace

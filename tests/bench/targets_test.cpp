@@ -68,14 +68,13 @@ TEST(Targets, ThereIsAGapBetweenTwo) {
 TEST(Targets, AFrameByHand) {
   // (0, 0) is found 5 mm away, (60, 0) not at all: what is nearest is 25 mm off, a ghost.
   const TargetFrame truth = frame_of(0, {{0, 0}, {60, 0}});
-  const TargetMatch match =
+  const ContactScore score =
       match_targets(truth, reading_of({{60, 25}, {3, 4}, {-80, 0}}).contacts, kDistances);
-  EXPECT_EQ(match.right, (std::vector<bool>{false, true, false}));
-  EXPECT_EQ(match.score.true_count, 2);
-  EXPECT_EQ(match.score.found, 3);
-  EXPECT_EQ(match.score.matched, 1);
-  EXPECT_DOUBLE_EQ(match.score.distance_mm, 5);
-  EXPECT_DOUBLE_EQ(match.score.ospa_mm, (5.0 + 25 + 50) / 3);
+  EXPECT_EQ(score.true_count, 2);
+  EXPECT_EQ(score.found, 3);
+  EXPECT_EQ(score.matched, 1);
+  EXPECT_DOUBLE_EQ(score.distance_mm, 5);
+  EXPECT_DOUBLE_EQ(score.ospa_mm, (5.0 + 25 + 50) / 3);
 }
 
 TEST(Targets, NumbersOfAllFramesTogether) {
@@ -277,8 +276,7 @@ class TargetsReport : public FigureTest {
   std::vector<FrameReading> all_, some_;
   std::vector<TargetReadings> readings_;
   TargetResults results_;
-  TargetCircumstances circumstances_{"targets", "rising law, 50 dB absolute", kDistances,
-                                     square_sheet()};
+  TargetCircumstances circumstances_{"targets", "rising law, 50 dB absolute", kDistances};
 };
 
 TEST_F(TargetsReport, SummaryHasAllNumbers) {
@@ -319,23 +317,13 @@ TEST_F(TargetsReport, TablesKeepASolverThatFailed) {
             std::string::npos);
 }
 
-TEST_F(TargetsReport, TheGalleryHasTheFirstFrameOfEachNumber) {
-  ASSERT_EQ(results_.gallery.size(), 2);
-  EXPECT_EQ(results_.gallery[0].scene, 1);
-  EXPECT_EQ(results_.gallery[1].scene, 0);
-  EXPECT_EQ(results_.solvers[1].gallery[1]->match.right, (std::vector<bool>{true, false}));
-  EXPECT_FALSE(results_.solvers[2].gallery[0]);
-}
-
 TEST_F(TargetsReport, FiguresAndFilesAreWritten) {
   const auto sections = study().report("Targets", results());
   ASSERT_EQ(sections.size(), 1);
   EXPECT_EQ(files(), (std::set<std::string>{"targets.csv", "targets.md", "targets.png",
-                                            "targets.svg", "targets_gallery.png",
-                                            "targets_gallery.svg", "targets_gaps.csv"}));
+                                            "targets.svg", "targets_gaps.csv"}));
   for (const ReportFigure& figure : sections[0].figures) EXPECT_TRUE(figure.drawn);
   EXPECT_NE(read("targets.svg").find("crashed: Aborted"), std::string::npos);
-  EXPECT_NE(read("targets_gallery.svg").find("1 of 2, 1 false"), std::string::npos);
 }
 
 TEST_F(TargetsReport, WhereNoSolverGotThatFar) {

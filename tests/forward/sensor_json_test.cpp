@@ -29,21 +29,6 @@ TEST(Channels, OfPatternsAreThoseThatShareNoDrivenElectrode) {
             256);
 }
 
-TEST(Channels, OfFramesWithDrivenElectrodesAreFound) {
-  const Sensor sensor;
-  Frames full(2, 256);
-  for (Index i = 0; i < full.size(); ++i) full.data()[i] = static_cast<double>(i);
-  const Frames reduced = reduced_frames(sensor, full, "frames");
-  ASSERT_EQ(reduced.cols(), 208);
-  const std::vector<Channel> channels = channels_of(sensor);
-  for (Index c = 0; c < 208; ++c) {
-    const Channel& channel = channels[static_cast<std::size_t>(c)];
-    EXPECT_EQ(reduced(1, c), 256 + 16 * channel.drive + channel.measurement);
-  }
-  EXPECT_EQ(reduced_frames(sensor, reduced, "frames"), reduced);
-  EXPECT_THROW(reduced_frames(sensor, Frames::Zero(1, 200), "frames"), InputError);
-}
-
 TEST(Sensor, IsWhatItsFileSays) {
   for (const char* name : {"d2s", "rectangle_32", "disc_16", "tank", "skin_opposite"}) {
     const Sensor sensor = read_sensor(std::filesystem::path(ERTBENCH_SOURCE_DIR) / "sensors" /

@@ -110,17 +110,6 @@ TEST(ContactLaw, PassesThroughItsKnownPoints) {
   EXPECT_NEAR(conductivity_ratio(RisingLaw{}, 400) / conductivity_ratio(RisingLaw{}, 100), 2, 1e-9);
 }
 
-TEST(ContactLaw, SlopesAreThoseOfFiniteDifferences) {
-  for (const ContactLaw& law : {ContactLaw(FallingLaw{}), ContactLaw(RisingLaw{})}) {
-    for (const double p : {0.01, 0.5, 3.0, 30.0}) {
-      const double h = 1e-5 * p;
-      const double difference =
-          (conductivity_ratio(law, p + h) - conductivity_ratio(law, p - h)) / (2 * h);
-      EXPECT_NEAR(conductivity_ratio_slope(law, p), difference, 1e-7 * std::abs(difference));
-    }
-  }
-}
-
 TEST(FoamMemory, FollowsAStepAndARampAsAStandardLinearSolid) {
   const Foam foam;  // 80 % at once, the rest with 0.3 s
   const VectorXd none = VectorXd::Zero(1);

@@ -47,9 +47,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     const EitFile eit = parse_eit(text, "frame.eit");
     const auto rows = static_cast<Eigen::Index>(eit.injections.size());
     const auto columns = static_cast<Eigen::Index>(eit.electrodes.size()) * eit.frequencies;
-    fuzzing::require(eit.in_phase.rows() == rows && eit.in_phase.cols() == columns &&
-                         eit.in_phase.allFinite() && eit.quadrature.allFinite(),
-                     "potentials of another shape than the header's");
+    fuzzing::require(
+        eit.in_phase.rows() == rows && eit.in_phase.cols() == columns && eit.in_phase.allFinite(),
+        "potentials of another shape than the header's");
   });
   return 0;
 }
