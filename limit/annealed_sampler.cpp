@@ -25,14 +25,6 @@ constexpr double some_probability = 0.05;
 /// least_probability, whatever the errors of the two estimates.
 constexpr double hopeless = 25;
 
-/// Logarithm of the sum of exp(values).
-double log_sum(const std::vector<double>& values) {
-  const Eigen::Map<const Eigen::ArrayXd> logs(values.data(),
-                                              static_cast<Eigen::Index>(values.size()));
-  const double largest = logs.maxCoeff();
-  return largest + std::log(exp_of(logs - largest).sum());
-}
-
 /// The scenes with one number of contacts, sampled by every island.
 class Stratum {
  public:

@@ -362,7 +362,9 @@ std::optional<AnnealingIsland::Trial> AnnealingIsland::tried(std::size_t i) {
     trial.log_ratio = log_sizes - local->log_density(trial.step);
   } else {
     const bool number = number_moves_ && random_.uniform() < number_share;
-    trial.kind = number ? Move::number : moves_.choose(random_);
+    trial.kind = !number                   ? moves_.choose(random_)
+                 : random_.uniform() < 0.5 ? Move::number
+                                           : Move::split;
     std::optional<Proposal> proposal =
         moves_.propose(trial.kind, p.scene, scale_of(trial.kind), heat_, random_);
     if (!proposal) return std::nullopt;

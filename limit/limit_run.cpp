@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdio>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -17,6 +16,7 @@
 #include "core/json.h"
 #include "core/lists.h"
 #include "core/process.h"
+#include "core/seconds.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
@@ -109,7 +109,9 @@ class SetRun {
       const std::string& sampler = names_of_samplers()[static_cast<std::size_t>(options.sampler)];
       const std::string key = key_of_record(
           spec, prior, broad, model_name(spec, *voltages_),
-          name != lower ? sampler : lower + std::to_string(chains.particles * chains.final_rounds));
+          name != lower
+              ? sampler
+              : lower + std::to_string(chains.particles * chains.final_rounds) + " with splits");
       const fs::path folder = options.records / (spec.name + "_" + name);
       fs::create_directories(folder);
       const DatasetSpec& scenes = name == "fair" ? *training : spec;
@@ -211,7 +213,7 @@ class SetRun {
       Task& task = tasks_[t];
       const bool serves = t > 0 && may_reweight_ && tasks_[t - 1].wants(frame);
       if (!task.wants(frame) && !serves) continue;
-      const auto start = std::chrono::steady_clock::now();
+      const auto start = SteadyClock::now();
       std::optional<FrameLimit> limit;
       if (broad && may_reweight_ && reweight(tasks_[t + 1].prior, task.prior, posterior)) {
         limit = judged(frame, t, posterior);
@@ -224,8 +226,7 @@ class SetRun {
         limit = sampled(frame, t, posterior);
         limit->solves = posterior.samples.solves;
       }
-      limit->seconds =
-          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      limit->seconds = seconds_since(start);
       broad = limit;
       if (!task.wants(frame)) continue;
       task.records.write(*limit);
@@ -236,7 +237,7 @@ class SetRun {
   /// Chains from the scene of a frame. Its voltages are made anew by the chains' own model, with
   /// the Gaussian noise of the likelihood, so that the scene is a draw from their posterior.
   void compute_lower(std::size_t frame) {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = SteadyClock::now();
     const ScenePrior& prior = tasks_.front().prior;
     RandomStream scenes = spec_.stream(spec_.scene_number(frame), Purpose::scene);
     const SceneDraw drawn = prior.draw(scenes);
@@ -257,7 +258,7 @@ class SetRun {
     FrameLimit limit = lower_bound_of_frame(spec_.sensor, spec_.rasterisation, truth, found);
     limit.frame = frame;
     limit.solves = island.solves();
-    limit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    limit.seconds = seconds_since(start);
     tasks_.front().records.write(limit);
     tasks_.front().frames[frame] = limit;
   }
@@ -365,15 +366,15 @@ std::string why_no_limit(const DatasetSpec& spec) {
   return "";
 }
 
-std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOptions& options) {
+std::vector<const DatasetSpec*> sets_with_limit(const Experiment& experiment,
+                                                const LimitOptions& options) {
   const auto names = distinct(experiment.tests, &DatasetSpec::name);
   for (const std::string& name : options.datasets) {
     if (contains(names, name)) continue;
     throw InputError(experiment.source + ": no test set is called \"" + printable(name) +
                      "\"; there are \"" + joined(names, "\", \"") + "\"");
   }
-  limit_probe();  // from now on in the cache, where stamp_of_limit finds it
-  std::vector<SetLimit> out;
+  std::vector<const DatasetSpec*> sets;
   std::string reasons;
   for (const DatasetSpec& test : experiment.tests) {
     if (!options.datasets.empty() && !contains(options.datasets, test.name)) continue;
@@ -383,10 +384,19 @@ std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOp
       spdlog::warn("no limit of \"{}\": {}", test.name, why);
       continue;
     }
-    const DatasetSpec* training = experiment.training ? &*experiment.training : nullptr;
-    for (SetLimit& limit : SetRun(test, training, options).run()) out.push_back(std::move(limit));
+    sets.push_back(&test);
   }
-  if (out.empty()) throw InputError(experiment.source + ": no test set has a limit" + reasons);
+  if (sets.empty()) throw InputError(experiment.source + ": no test set has a limit" + reasons);
+  return sets;
+}
+
+std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOptions& options) {
+  limit_probe();  // from now on in the cache, where stamp_of_limit finds it
+  const DatasetSpec* training = experiment.training ? &*experiment.training : nullptr;
+  std::vector<SetLimit> out;
+  for (const DatasetSpec* test : sets_with_limit(experiment, options)) {
+    for (SetLimit& limit : SetRun(*test, training, options).run()) out.push_back(std::move(limit));
+  }
   return out;
 }
 

@@ -37,9 +37,13 @@ struct SetLimit {
   std::vector<FrameLimit> frames;
 };
 
+/// The sets that `options` name and that have a limit; the others are warned of. Throws InputError
+/// if none has one: touches, sequences, lists of scenes, faults and sets without noise have none.
+std::vector<const DatasetSpec*> sets_with_limit(const Experiment& experiment,
+                                                const LimitOptions& options);
+
 /// Computes the missing frames, writing each one's record by atomic rename, and reads the others.
-/// Progress goes to standard error. Throws InputError if no set has a limit: touches, sequences,
-/// lists of scenes, faults and sets without noise have none.
+/// Progress goes to standard error. Throws as sets_with_limit() does.
 std::vector<SetLimit> compute_limits(const Experiment& experiment, const LimitOptions& options);
 
 /// Why a set has no limit; empty if it has one.

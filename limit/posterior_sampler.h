@@ -110,6 +110,11 @@ class PosteriorSampler {
   /// difference is computed at the scenes of `before` or of a short first run.
   SampledPosterior sample(const Eigen::VectorXd& frame, int effort, const SampledPosterior* before,
                           RandomStream& random) const;
+  /// The same without that correction.
+  SampledPosterior sample_uncorrected(const Eigen::VectorXd& frame, RandomStream& random) const {
+    return sampled(frame, 1, false, random);
+  }
+  const PlaceMetric& metric() const { return *metric_; }  ///< of annealing
 
  private:
   SampledPosterior sampled(const Eigen::VectorXd& frame, int effort, bool pilot,

@@ -8,6 +8,14 @@
 #include "forward/fem/forward_model.h"
 
 namespace ertbench {
+
+double log_sum(const std::vector<double>& values) {
+  const Eigen::Map<const Eigen::ArrayXd> logs(values.data(),
+                                              static_cast<Eigen::Index>(values.size()));
+  const double largest = logs.maxCoeff();
+  return std::isfinite(largest) ? largest + std::log(exp_of(logs - largest).sum()) : largest;
+}
+
 namespace {
 
 constexpr double resolution_of_one = 3;

@@ -26,6 +26,9 @@ double sum_of_logs(const Eigen::ArrayBase<Values>& values) {
   return values.unaryExpr([](double x) { return std::log(x); }).sum();
 }
 
+/// Logarithm of the sum of exp(values); minus infinity if all are.
+double log_sum(const std::vector<double>& values);
+
 /// The frame that voltages are compared with, which sets their accuracy.
 struct VoltageTarget {
   const Eigen::VectorXd& frame;

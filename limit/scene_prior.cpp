@@ -187,7 +187,10 @@ constexpr double widest_step = 0.5;  ///< of a walk: position in domain units, a
 constexpr double log_narrowest = 4;
 
 /// Probability of each move.
-constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0, 0};
+constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0, 0, 0};
+/// Standard deviation of each coordinate of the way from one part of a split contact to the other,
+/// domain units.
+constexpr double split_distance = 0.3;
 
 std::size_t any_of(std::size_t count, RandomStream& random) {
   return static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1));
@@ -203,6 +206,14 @@ double reflected(double value, double low, double high) {
 }
 
 double contrast(double ratio) { return (1 - ratio) / (1 + ratio); }
+
+/// The size of a contact of the form of `other` that is as strong as one of the form of `contact`
+/// and the size 1.
+double size_of_equal(ContactDraw contact, ContactDraw other) {
+  contact.size = 1;
+  other.size = 1;
+  return std::sqrt(strength_of(contact) / strength_of(other));
+}
 
 double narrowed(double scale, RandomStream& random) {
   return scale * std::exp(-log_narrowest * random.uniform());
@@ -232,6 +243,8 @@ std::optional<Proposal> SceneMoves::propose(Move move, const SceneDraw& scene, d
       return form(scene, scale, random);
     case Move::reshape:
       return reshape(scene, random);
+    case Move::split:
+      return split(scene, random);
     default:
       return redraw(scene, random);
   }
@@ -362,6 +375,50 @@ std::optional<Proposal> SceneMoves::number(const SceneDraw& scene, RandomStream&
     proposal.log_ratio = prior_.log_density(*gone);
     contacts.erase(gone);
   }
+  return proposal;
+}
+
+std::optional<Proposal> SceneMoves::split(const SceneDraw& scene, RandomStream& random) const {
+  const bool splits = random.uniform() < 0.5;
+  if (!splits && scene.size() < 2) return std::nullopt;
+  Proposal proposal{scene, 0};
+  SceneDraw& contacts = proposal.scene;
+  // The second part takes any place in the list, and any two in either order may merge, so that the
+  // places cancel.
+  const std::size_t at = any_of(contacts.size() + (splits ? 1 : 0), random);
+  ContactDraw part = splits ? prior_.draw_contact(random) : contacts[at];
+  if (!splits) contacts.erase(contacts.begin() + static_cast<std::ptrdiff_t>(at));
+  ContactDraw& contact = contacts[any_of(contacts.size(), random)];
+  const bool sizes = prior_.size_is_free();
+  const double growth = sizes ? size_of_equal(contact, part) : 1;
+  if (!(growth > 0) || !std::isfinite(growth)) return std::nullopt;
+  // `share` of the strength is the first part's; without free sizes the parts are alike.
+  double share = 0.5;
+  double whole = contact.size;
+  Eigen::Vector2d way;
+  if (splits) {
+    if (sizes) share = random.uniform();
+    way = {split_distance * random.normal(), split_distance * random.normal()};
+    part.centre = contact.centre + share * way;
+    contact.centre -= (1 - share) * way;
+    if (sizes) part.size = growth * whole * std::sqrt(1 - share);
+    if (sizes) contact.size = whole * std::sqrt(share);
+    contacts.insert(contacts.begin() + static_cast<std::ptrdiff_t>(at), part);
+  } else {
+    if (sizes) {
+      whole = std::hypot(contact.size, part.size / growth);
+      share = std::pow(contact.size / whole, 2);
+      contact.size = whole;
+    }
+    way = part.centre - contact.centre;
+    contact.centre += (1 - share) * way;
+  }
+  constexpr double variance = split_distance * split_distance;
+  double log_split = way.squaredNorm() / (2 * variance) +
+                     std::log(2 * std::numbers::pi * variance) - prior_.log_form_density(part);
+  // The derivative of the two sizes by the whole one and the share.
+  if (sizes) log_split += std::log(growth * whole / (2 * std::sqrt(share * (1 - share))));
+  proposal.log_ratio = splits ? log_split : -log_split;
   return proposal;
 }
 

@@ -89,7 +89,8 @@ class PlaceMetric {
   std::vector<Eigen::Matrix3d> precision_;  ///< [rows * columns], of (x, y, strength) at strength 1
 };
 
-/// Metropolis-Hastings moves, all but `number` between scenes with the same number of contacts.
+/// Metropolis-Hastings moves, all but `number` and `split` between scenes with the same number of
+/// contacts.
 /// Changes of a contact's form keep the centre and area of its nearest ellipse, which voltages
 /// determine best.
 enum class Move {
@@ -100,8 +101,9 @@ enum class Move {
   redraw,    ///< a contact is drawn anew from the prior
   joint,     ///< all contacts move (JointStep)
   number,    ///< a contact drawn from the prior is added, or one is taken away
+  split,     ///< a contact becomes two of the same strength and centre together, or two become one
 };
-inline constexpr int move_count = 7;
+inline constexpr int move_count = 8;
 
 struct Proposal {
   SceneDraw scene;
@@ -117,7 +119,8 @@ class SceneMoves {
   /// Both must outlive this.
   SceneMoves(const ScenePrior& prior, const PlaceMetric& metric) : prior_(prior), metric_(metric) {}
 
-  /// Draws one of the moves but the joint step and the change of number, which the sampler chooses.
+  /// Draws one of the moves but the joint step and those that change the number, which the sampler
+  /// chooses.
   Move choose(RandomStream& random) const;
 
   /// Nothing if the move is impossible. `heat`: the power of the likelihood in the target, 0 ... 1.
@@ -133,6 +136,7 @@ class SceneMoves {
   std::optional<Proposal> reshape(const SceneDraw& scene, RandomStream& random) const;
   std::optional<Proposal> redraw(const SceneDraw& scene, RandomStream& random) const;
   std::optional<Proposal> number(const SceneDraw& scene, RandomStream& random) const;
+  std::optional<Proposal> split(const SceneDraw& scene, RandomStream& random) const;
 
   /// Gives a contact the size and position at which its nearest ellipse has the area and centre of
   /// `before`, as far as these are free. Returns the log derivative of the new size by the old.

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -14,8 +15,11 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
+#include "core/statistics.h"
 #include "core/text.h"
 #include "limit/limit_run.h"
+#include "limit/nested_sampler.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -28,14 +32,12 @@ constexpr double map_radius = 0.2;
 struct LimitArguments {
   std::string experiment;
   std::string out;
-  std::vector<std::string> datasets;
   std::string sampler = "auto";
   std::string prior = "both";
-  int frames = 100;
-  int threads = 1;
   bool fresh = false;
   bool map = false;
-  bool lower = false;
+  bool nested = false;
+  LimitOptions options;
 };
 
 /// "0.127 [0.120, 0.134], median 0.110"
@@ -88,10 +90,7 @@ void require_map(const Experiment& experiment) {
 /// Removes the records of what is asked for, and of nothing else.
 void forget(const Experiment& experiment, const LimitOptions& options) {
   for (const DatasetSpec& test : experiment.tests) {
-    const auto& wanted = options.datasets;
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), test.name) == wanted.end()) {
-      continue;
-    }
+    if (!options.datasets.empty() && !contains(options.datasets, test.name)) continue;
     std::filesystem::remove_all(options.records /
                                 (test.name + (options.lower ? "_lower" : "_oracle")));
     if (!options.lower && options.fair)
@@ -129,20 +128,50 @@ void draw_map(const Experiment& experiment, const std::filesystem::path& stem) {
                   stem);
 }
 
+/// "-812.31 ± 0.15"
+std::string text_of(const Evidence& evidence) {
+  return fixed(evidence.log, 2) + " ± " + fixed(evidence.deviation, 2);
+}
+
+/// Evidences of the frames of each set by annealing and by nested sampling, side by side.
+ExitCode compare_evidences(const Experiment& experiment, const LimitOptions& options) {
+  for (const DatasetSpec* set : sets_with_limit(experiment, options)) {
+    std::printf(
+        "%s: log evidence by annealing and by nested sampling, their difference;\n"
+        "probability of each number of contacts, from 0, by both\n",
+        printable(set->name).c_str());
+    const auto shares = [](const std::vector<double>& numbers) {
+      return joined(numbers, " ", [](double share) { return fixed(share, 3); });
+    };
+    std::vector<double> differences;
+    double squares = 0;
+    for (const EvidenceCheck& check : check_evidences(*set, options.frames, options.threads)) {
+      std::printf("%4zu  %s  %s  %+.2f ± %.2f  %s | %s\n", differences.size(),
+                  text_of(check.annealed).c_str(), text_of(check.nested).c_str(),
+                  check.difference(), check.deviation(), shares(check.annealed_numbers).c_str(),
+                  shares(check.nested_numbers).c_str());
+      differences.push_back(check.difference());
+      squares += std::pow(check.difference() / check.deviation(), 2);
+    }
+    const Interval ci95 = bootstrap_interval_of_mean(differences, "evidences");
+    std::printf("mean difference %.2f [%.2f, %.2f], root mean square %.2f deviations\n",
+                mean(differences), ci95.low, ci95.high,
+                std::sqrt(squares / static_cast<double>(differences.size())));
+  }
+  return done;
+}
+
 ExitCode limit(const LimitArguments& arguments) {
   SolverRegistry registry;
   const Experiment experiment =
       read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
+  if (arguments.nested) return compare_evidences(experiment, arguments.options);
   const std::filesystem::path folder = result_folder(arguments.out, experiment.name);
-  LimitOptions options;
-  options.datasets = arguments.datasets;
-  options.frames = arguments.frames;
-  options.threads = arguments.threads;
+  LimitOptions options = arguments.options;
   const std::vector<std::string>& samplers = names_of_samplers();
   options.sampler = static_cast<SamplerKind>(
       std::find(samplers.begin(), samplers.end(), arguments.sampler) - samplers.begin());
   options.fair = arguments.prior == "both";
-  options.lower = arguments.lower;
   options.records = folder / "limit";
   if (arguments.map) require_map(experiment);
   if (arguments.fresh) forget(experiment, options);
@@ -175,13 +204,14 @@ ExitCode limit(const LimitArguments& arguments) {
 
 static Action add_limit(CLI::App& command) {
   const auto arguments = std::make_shared<LimitArguments>();
+  LimitOptions& options = arguments->options;
   add_experiment(command, arguments->experiment);
   command.add_option("--out", arguments->out, "Result folder (default: results/EXPERIMENT)");
-  command.add_option("--dataset", arguments->datasets, "Only these test sets (default: all)")
+  command.add_option("--dataset", options.datasets, "Only these test sets (default: all)")
       ->delimiter(',');
-  command.add_option("--frames", arguments->frames, "Frames of each set, the first (default: 100)")
+  command.add_option("--frames", options.frames, "Frames of each set, the first (default: 100)")
       ->check(CLI::Range(1, 1000000));
-  command.add_option("--threads", arguments->threads, "Frames at a time (default: 1)")
+  command.add_option("--threads", options.threads, "Frames at a time (default: 1)")
       ->check(CLI::Range(1, 1024));
   command
       .add_option("--sampler", arguments->sampler,
@@ -193,9 +223,14 @@ static Action add_limit(CLI::App& command) {
           "both: limit-oracle and limit-fair; oracle: that alone, which for single discs takes "
           "seconds (default: both)")
       ->check(CLI::IsMember({"both", "oracle"}));
-  command.add_flag("--lower", arguments->lower,
+  command.add_flag("--lower", options.lower,
                    "Compute limit-lower in place of these rows: a lower bound of every method's "
                    "error, by chains that start at each frame's own scene");
+  command
+      .add_flag("--nested", arguments->nested,
+                "Only compare the evidences of --frames under limit-oracle's prior with those of\n"
+                "nested sampling, and print them: minutes a frame of several contacts")
+      ->excludes("--lower");
   command.add_flag("--map", arguments->map,
                    "Also draw the Cramér-Rao bound over the sheet (limit_map.png)");
   command.add_flag("--fresh", arguments->fresh,

@@ -19,23 +19,10 @@ namespace ertbench {
 namespace {
 
 using testing::distance_from_uniform;
+using testing::KnownLikelihood;
+using testing::prior_of_a_disc;
 
-/// A likelihood of a scene's first quantities alone.
-class KnownLikelihood : public SceneLikelihood {
- public:
-  explicit KnownLikelihood(std::function<double(const Scene&)> log) : log_(std::move(log)) {}
-  std::vector<SceneFit> of(std::span<const Scene> scenes,
-                           std::span<const double> = {}) const override {
-    std::vector<SceneFit> fits;
-    for (const Scene& scene : scenes) fits.push_back({log_(scene), 0, 0, {}});
-    return fits;
-  }
-
- private:
-  std::function<double(const Scene&)> log_;
-};
-
-/// The same where it is known how large it can be.
+/// A likelihood of which it is known how large it can be.
 class BoundedLikelihood : public KnownLikelihood {
  public:
   BoundedLikelihood(std::function<double(const Scene&)> log, double largest)
@@ -50,15 +37,6 @@ ScenePrior prior_of(int least, int most, double blank = 0) {
   SceneDistribution scenes;
   scenes.contacts = {least, most};
   scenes.blank_fraction = blank;
-  return {scenes, square_sheet()};
-}
-
-/// One disc of radius 0.2, whose place is open.
-ScenePrior prior_of_a_disc() {
-  SceneDistribution scenes;
-  scenes.contacts = {1, 1};
-  scenes.shapes = {DrawnShape::disc};
-  scenes.radius = {0.2, 0.2};
   return {scenes, square_sheet()};
 }
 
@@ -182,6 +160,35 @@ TEST(AnnealedSampler, JointStepsLeaveThePriorAsItIs) {
              {.islands = 4, .particles = 250, .rounds = 10, .final_rounds = 160, .snapshots = 4}, 3,
              &ellipses),
       1000);
+}
+
+// Splits and merges alone change number, size, place and shape, and leave draws of the prior draws
+// of the prior. Metropolis steps by the prior need no likelihood.
+TEST(AnnealedSampler, SplitsAndMergesLeaveThePriorAsItIs) {
+  const ScenePrior prior = prior_of(1, 3, 0.2);
+  const PlaceMetric metric(Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  const SceneMoves moves(prior, metric);
+  RandomStream random(13, key_of("splits"), 0, Purpose::scene);
+  PosteriorSamples ends;
+  int split = 0;
+  int merged = 0;
+  constexpr int starts = 6000;
+  for (int i = 0; i < starts; ++i) {
+    const SceneDraw drawn = prior.draw(random);
+    SceneDraw scene = drawn;
+    for (int step = 0; step < 60; ++step) {
+      const auto proposal = moves.propose(Move::split, scene, 1, 1, random);
+      if (!proposal) continue;
+      const double log = prior.log_density(proposal->scene) - prior.log_density(scene);
+      if (std::log(1 - random.uniform()) < log + proposal->log_ratio) scene = proposal->scene;
+    }
+    split += scene.size() > drawn.size();
+    merged += scene.size() < drawn.size();
+    ends.samples.push_back({scene, {}});
+  }
+  expect_the_prior(ends, starts);
+  EXPECT_GT(split, starts / 20);
+  EXPECT_GT(merged, starts / 20);
 }
 
 /// Chains of a posterior from a scene drawn from it.

@@ -17,8 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Budgets {
-  std::size_t lines = 89350;        ///< of all C++ outside tests/
-  std::size_t files = 532;          ///< of C++ outside tests/
+  std::size_t lines = 89720;        ///< of all C++ outside tests/
+  std::size_t files = 534;          ///< of C++ outside tests/
   std::size_t median_lines = 110;   ///< of these files, at least
   std::size_t longest_lines = 450;  ///< of any of these files
   std::size_t readme_lines = 130;
