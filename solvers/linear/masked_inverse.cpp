@@ -158,10 +158,9 @@ Eigen::VectorXd SpectralInverse::image(Eigen::VectorXd means, const std::vector<
   Eigen::VectorXd scores = directions_.transpose() * means;
   if (!lost.empty()) {
     const Eigen::MatrixXd rows = directions_(lost, Eigen::all);
-    Eigen::MatrixXd block = Eigen::MatrixXd::Zero(rows.rows(), rows.rows());
-    block.selfadjointView<Eigen::Lower>().rankUpdate(rows * weights.cwiseSqrt().asDiagonal());
+    const Eigen::MatrixXd weighted = rows * weights.asDiagonal();
     const Eigen::VectorXd values =
-        block.selfadjointView<Eigen::Lower>().llt().solve(-rows * weights.cwiseProduct(scores));
+        -(weighted * rows.transpose()).eval().llt().solve(weighted * scores);
     scores.noalias() += rows.transpose() * values;
     means(lost) = values;
   }
