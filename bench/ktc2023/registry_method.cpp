@@ -62,7 +62,7 @@ Sensor tank_sensor(double conductivity, double contact_impedance, int image_grid
                          {"image_grid", image_grid},
                          {"measures_driven", measures_driven}};
   for (int e = 0; e < TankModel::electrodes; ++e) {
-    const double angle = 84.375 / 180 * std::numbers::pi + 2 * width * e;
+    const double angle = std::numbers::pi / 2 + 2 * width * e;
     json["electrode_points_mm"].push_back(
         {radius_mm * std::cos(angle), radius_mm * std::sin(angle)});
     if (e % 2 == 0) json["drive"].push_back({e, (e + 2) % TankModel::electrodes});
@@ -208,9 +208,13 @@ class TrainedMethod final : public KtcMethod {
         if ((present >> e & 1) == 0) changes(0, at) = -reference_[at];
       }
     }
-    // Classes are 0, 1/2 and 1, of which the background stands for 1.
-    KtcImage out{resampled(image_of(*solver_, changes, options_.image_grid)), std::nullopt};
-    out.change.array() = 2 * out.change.array() + 1;
+    // Classes are 0, 1/2 and 1, of which the background stands for 1; off the tank is water.
+    Eigen::MatrixXd image = 2 * image_of(*solver_, changes, options_.image_grid).array() + 1;
+    const PixelGrid pixels = sensor_.image();
+    for (int p = 0; p < pixels.count(); ++p) {
+      if (!pixels.on_sheet(p)) image(p / pixels.columns(), p % pixels.columns()) = 0;
+    }
+    KtcImage out{resampled(image), std::nullopt};
     out.classes = out.change.unaryExpr([](double x) { return x > 0.5 ? 2 : x < -0.5 ? 1 : 0; });
     return out;
   }

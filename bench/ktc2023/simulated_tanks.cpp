@@ -150,8 +150,8 @@ TrainingTanks::Example TrainingTanks::example(const TankModel& tank,
                               tank.solve(cylinders.conductivity(tank, 1), impedance).resistance -
                                   tank.solve(water, impedance).resistance);
   // What the instrument and its model leave, of a channel's change and of the reference's size.
-  constexpr double of_change = 0.05;
-  constexpr double of_reference = 0.01;
+  constexpr double of_change = 0.03;
+  constexpr double of_reference = 0.003;
   const double noise =
       of_reference * reference.norm() / std::sqrt(static_cast<double>(reference.size()));
   for (double& v : out.change) v *= 1 + of_change * random.normal();

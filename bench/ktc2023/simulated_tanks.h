@@ -55,8 +55,8 @@ struct TrainingTanks {
   std::uint64_t seed = 0;
 
   /// The file in `folder`; written where it is missing, the tanks by `threads` threads. Every
-  /// electrode of a tank has a contact impedance of its own, every channel an error of 5 % of
-  /// its change and 1 % of the reference's size. Conductivities are classes: .01 resistive, 1/2
+  /// electrode of a tank has a contact impedance of its own, every channel an error of 3 % of
+  /// its change and .3 % of the reference's size. Conductivities are classes: .01 resistive, 1/2
   /// water, 1 conductive.
   std::filesystem::path file_in(const std::filesystem::path& folder, int threads) const;
 

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double first_end = 81.5625 / 180 * pi;  // angle at which the first electrode begins
+constexpr double first_end = 87.1875 / 180 * pi;  // angle at which the first electrode begins
 constexpr int near_the_border = 4;                // rings as deep as half an electrode is wide
 constexpr double half_width = pi / 64;            // of electrodes and of the gaps between them
 

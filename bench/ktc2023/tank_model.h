@@ -7,8 +7,9 @@
 namespace ertbench {
 
 /// Finite elements for the tank of KTC2023: a disc of radius 115 mm with 32 electrodes on half of
-/// its border, counterclockwise, the first centre at 84.375 degrees. Complete electrode model,
-/// linear triangles between rings of nodes that lie closer towards the ends of the electrodes.
+/// its border, counterclockwise, the first centre on top, which fits the truths of the training
+/// targets. Complete electrode model, linear triangles between rings of nodes that lie closer
+/// towards the ends of the electrodes.
 class TankModel {
  public:
   static constexpr int electrodes = 32;

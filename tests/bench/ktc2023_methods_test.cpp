@@ -38,6 +38,31 @@ TEST(KtcMethods, EveryMethodFindsBothDiscsWithAndWithoutEightElectrodes) {
   EXPECT_GT(*results.simulated[4].score_of(1), *results.simulated[6].score_of(1) + 0.3);
 }
 
+/// Solvers that need training, one for both levels; the network is told which electrodes are gone.
+TEST(KtcMethods, TrainedSolversFindBothDiscsWithAndWithoutEightElectrodes) {
+  const TemporaryFolder folder("ktc");
+  SmallCompetition().write_training(folder.path(), [](Eigen::Index) { return 1; });
+  ASSERT_EQ(setenv("ERTBENCH_CACHE", (folder.path() / "cache").c_str(), 1), 0);
+  nlohmann::json network = registered({{"type", "lean-net"},
+                                       {"width", 4},
+                                       {"output", "linear"},
+                                       {"epochs", 8},
+                                       {"front", true},
+                                       {"training_faults", {{"dead_electrodes", {1, 12}}}}});
+  nlohmann::json linear = registered({{"type", "lmmse"}, {"channel_mask", "detect"}});
+  for (auto* method : {&network, &linear}) method->update({{"image_grid", 24}, {"scenes", 800}});
+  const KtcResults results = results_in(folder.path(), nlohmann::json::array({network, linear}));
+  unsetenv("ERTBENCH_CACHE");
+  ASSERT_EQ(results.rows.size(), 5u);  // each also by Otsu, and the empty image
+  for (std::size_t m : {0, 2}) {
+    for (std::size_t level : {0, 1}) {
+      EXPECT_GT(*results.rows[m].outcomes[level].score,
+                *results.rows.back().outcomes[level].score + 0.1)
+          << results.rows[m].label << ", " << level;
+    }
+  }
+}
+
 TEST(KtcMethods, NormalisedDifferencesDoNotSeeGainsOfChannels) {
   const TemporaryFolder folder("ktc");
   const auto gain = [](Eigen::Index channel) {

@@ -100,7 +100,7 @@ TEST(KtcTank, AgreesWithTheBorderModelOfCompleteElectrodes) {
                          {"drive", {{2, 0}, {16, 0}, {13, 8}}}};
   for (int m = 0; m + 1 < TankModel::electrodes; ++m) json["measurement"].push_back({m, m + 1});
   for (int e = 0; e < TankModel::electrodes; ++e) {
-    const double angle = (84.375 + 11.25 * e) * std::numbers::pi / 180;
+    const double angle = (90 + 11.25 * e) * std::numbers::pi / 180;
     json["electrode_points_mm"].push_back({115 * std::cos(angle), 115 * std::sin(angle)});
   }
   const Eigen::VectorXd expected =

@@ -218,7 +218,7 @@ TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
               HasSubstr("/training_faults/adc_bits"));
 }
 
-class NetworkWithAFront : public testing::TestWithParam<json> {};
+class NetworkWithAFront : public ::testing::TestWithParam<json> {};
 
 TEST_P(NetworkWithAFront, ReadsNothingFromDeadElectrodes) {
   const TrainingFiles files(96, 120);
@@ -259,9 +259,9 @@ TEST_P(NetworkWithAFront, ReadsNothingFromDeadElectrodes) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, NetworkWithAFront,
-    testing::Values(json{{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}},
-                    json{{"type", "dd-ert"}, {"width", 4}, {"convolutions", 1}},
-                    json{{"type", "fcnn"}, {"widths", {32}}}),
+    ::testing::Values(json{{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}},
+                      json{{"type", "dd-ert"}, {"width", 4}, {"convolutions", 1}},
+                      json{{"type", "fcnn"}, {"widths", {32}}}),
     [](const auto& info) {
       return info.index == 0 ? "LeanNet" : info.index == 1 ? "DdErt" : "Fcnn";
     });
