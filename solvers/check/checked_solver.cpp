@@ -414,18 +414,6 @@ std::optional<Frames> CheckedSolver::prepared(
   return out;
 }
 
-Frames CheckedSolver::completed(FramesView changes, const std::vector<int>& kept) const {
-  if (!check_.has_limits()) {
-    throw InputError(type_ +
-                     ": was fitted on too few frames to estimate channels that are left out; fit "
-                     "it on 100 or more, or on the sensor without these channels");
-  }
-  Frames out = Frames::Zero(changes.rows(), sensor_.channels());
-  out(Eigen::all, kept) = changes;
-  for (Eigen::Index f = 0; f < out.rows(); ++f) check_.impute(out.row(f).data(), kept);
-  return out;
-}
-
 std::optional<Frames> CheckedSolver::without_masked(FramesView changes) const {
   if (masked_.electrodes == 0) return std::nullopt;
   bool finite = true;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
 #include "forward/sheet/sensor.h"
@@ -87,7 +88,17 @@ class CheckedSolver final : public Solver {
   std::unique_ptr<Solver> transport() const override { return inner_->transport(); }
   /// Frames of all channels from those of the channels `kept`: the others are imputed
   /// (FrameCheck::impute). Throws InputError if the frame check has no limits.
-  Frames completed(FramesView changes, const std::vector<int>& kept) const;
+  Frames completed(FramesView changes, const std::vector<int>& kept) const {
+    if (!check_.has_limits()) {
+      throw InputError(type_ +
+                       ": was fitted on too few frames to estimate channels that are left out; fit "
+                       "it on 100 or more, or on the sensor without these channels");
+    }
+    Frames out = Frames::Zero(changes.rows(), sensor_.channels());
+    out(Eigen::all, kept) = changes;
+    for (Eigen::Index f = 0; f < out.rows(); ++f) check_.impute(out.row(f).data(), kept);
+    return out;
+  }
   /// The solver's own, wrapped so that it gets the dead electrodes of each frame if it asks for
   /// them and has streams.
   const ContactFinder* contact_finder() const override;

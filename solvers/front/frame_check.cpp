@@ -104,9 +104,8 @@ constexpr double unlike = 9;            ///< square of a pair's difference, of t
 constexpr double few_pairs_more = 1.5;  ///< fewer pairs scatter more
 /// Ratio of fits at which noise counts as following the change rather than the frame.
 constexpr double much_closer = 0.8;
-constexpr int least_torn = 5;    ///< pairs of a loose electrode; it has 13, one beside others fewer
-constexpr int left_over = 2;     ///< such pairs that need no explanation
-constexpr int least_pairs = 12;  ///< that can be asked for their noise
+constexpr int least_torn = 5;  ///< pairs of a loose electrode; it has 13, one beside others fewer
+constexpr int left_over = 2;   ///< such pairs that need no explanation
 constexpr Eigen::Index stack_pairs = 256;
 
 double square(double x) { return x * x; }
@@ -419,48 +418,6 @@ std::pair<double, int> FrameCheck::differences(const double* change, ElectrodeSe
     ++count;
   }
   return {squares, count};
-}
-
-void FrameCheck::impute(double* change, ElectrodeSet dead) const {
-  impute_pairs(change, [&](std::size_t p) { return (pair_electrodes_[p] & dead) != 0; });
-}
-
-void FrameCheck::impute(double* change, const std::vector<int>& kept) const {
-  std::vector<bool> known(static_cast<std::size_t>(reference_.size()), false);
-  for (const int channel : kept) known[static_cast<std::size_t>(channel)] = true;
-  const auto is_known = [&](int channel) { return known[static_cast<std::size_t>(channel)]; };
-  for (const auto& [a, b] : pairs_) {
-    if (is_known(a) && !is_known(b)) change[b] = change[a];
-    if (is_known(b) && !is_known(a)) change[a] = change[b];
-  }
-  impute_pairs(change,
-               [&](std::size_t p) { return !is_known(pairs_[p][0]) && !is_known(pairs_[p][1]); });
-}
-
-template <typename Lost>
-void FrameCheck::impute_pairs(double* change, Lost&& is_lost) const {
-  if (!has_limits()) return;
-  std::vector<Eigen::Index> live;
-  std::vector<Eigen::Index> lost;
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    (is_lost(p) ? lost : live).push_back(static_cast<Eigen::Index>(p));
-  }
-  if (live.size() < static_cast<std::size_t>(least_pairs)) return;
-  Eigen::VectorXd means(along_reference_.size());
-  split(change, means.data());
-  const Eigen::MatrixXd moments = shapes().factors;
-  const Eigen::MatrixXd known = moments(live, Eigen::all);
-  const Eigen::VectorXd seen = means(live);
-  const double signal =
-      seen.squaredNorm() * static_cast<double>(means.size()) / static_cast<double>(seen.size());
-  const double residual = (outside_.a + outside_.b * signal) / (signal + least_size_);
-  Eigen::MatrixXd normal = known.transpose() * known;
-  normal.diagonal().array() += residual / static_cast<double>(means.size());
-  const Eigen::VectorXd along = normal.llt().solve(known.transpose() * seen);
-  for (const Eigen::Index p : lost) {
-    const auto& [a, b] = pairs_[static_cast<std::size_t>(p)];
-    change[a] = change[b] = moments.row(p).dot(along) / std::numbers::sqrt2;
-  }
 }
 
 }  // namespace ertbench

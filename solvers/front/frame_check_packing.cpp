@@ -1,6 +1,8 @@
 // Packing of a FrameCheck into one vector of numbers, and what it does to a frame as data.
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -115,6 +117,48 @@ FrameFront front_numbers(const Sensor& sensor, ElectrodeSet masked, const Eigen:
   const RowMajorMatrix factors = shapes.factors;
   out.directions.assign(factors.data(), factors.data() + factors.size());
   return out;
+}
+
+template <typename Lost>
+void FrameCheck::impute_pairs(double* change, Lost&& is_lost) const {
+  if (!has_limits()) return;
+  std::vector<Eigen::Index> live;
+  std::vector<Eigen::Index> lost;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    (is_lost(p) ? lost : live).push_back(static_cast<Eigen::Index>(p));
+  }
+  if (live.size() < static_cast<std::size_t>(least_pairs)) return;
+  Eigen::VectorXd means(along_reference_.size());
+  split(change, means.data());
+  const Eigen::MatrixXd moments = shapes().factors;
+  const Eigen::MatrixXd known = moments(live, Eigen::all);
+  const Eigen::VectorXd seen = means(live);
+  const double signal =
+      seen.squaredNorm() * static_cast<double>(means.size()) / static_cast<double>(seen.size());
+  const double residual = (outside_.a + outside_.b * signal) / (signal + least_size_);
+  Eigen::MatrixXd normal = known.transpose() * known;
+  normal.diagonal().array() += residual / static_cast<double>(means.size());
+  const Eigen::VectorXd along = normal.llt().solve(known.transpose() * seen);
+  for (const Eigen::Index p : lost) {
+    const auto& [a, b] = pairs_[static_cast<std::size_t>(p)];
+    change[a] = change[b] = moments.row(p).dot(along) / std::numbers::sqrt2;
+  }
+}
+
+void FrameCheck::impute(double* change, ElectrodeSet dead) const {
+  impute_pairs(change, [&](std::size_t p) { return (pair_electrodes_[p] & dead) != 0; });
+}
+
+void FrameCheck::impute(double* change, const std::vector<int>& kept) const {
+  std::vector<bool> known(static_cast<std::size_t>(reference_.size()), false);
+  for (const int channel : kept) known[static_cast<std::size_t>(channel)] = true;
+  const auto is_known = [&](int channel) { return known[static_cast<std::size_t>(channel)]; };
+  for (const auto& [a, b] : pairs_) {
+    if (is_known(a) && !is_known(b)) change[b] = change[a];
+    if (is_known(b) && !is_known(a)) change[a] = change[b];
+  }
+  impute_pairs(change,
+               [&](std::size_t p) { return !is_known(pairs_[p][0]) && !is_known(pairs_[p][1]); });
 }
 
 }  // namespace ertbench

@@ -17,12 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Budgets {
-  std::size_t lines = 90300;        ///< of all C++ outside tests/
+  std::size_t lines = 90150;        ///< of all C++ outside tests/
   std::size_t files = 534;          ///< of C++ outside tests/
-  std::size_t median_lines = 90300;   ///< of these files, at least
-  std::size_t longest_lines = 90300;  ///< of any of these files
-  std::size_t readme_lines = 90300;
-  std::size_t docs_lines = 90300;    ///< of all pages of docs/
+  std::size_t median_lines = 110;   ///< of these files, at least
+  std::size_t longest_lines = 450;  ///< of any of these files
+  std::size_t readme_lines = 130;
+  std::size_t docs_lines = 1500;    ///< of all pages of docs/
   std::uintmax_t tree_mb = 40;      ///< all tracked files
   std::uintmax_t results_mb = 16;   ///< results/ without networks
   std::uintmax_t networks_mb = 16;  ///< results/networks
@@ -67,7 +67,7 @@ std::size_t lines_of(const std::string& file) {
 
 TEST(Budgets, OfCodeAreKept) {
   std::vector<std::size_t> lengths;
-  std::size_t lines = 90300;
+  std::size_t lines = 0;
   std::size_t docs = 0;
   for (const std::string& file : project_files()) {
     if (file.starts_with("docs/") && file.ends_with(".md")) docs += lines_of(file);
