@@ -121,7 +121,7 @@ TEST(FramesProgram, AStoredSolverImagesFramesWithoutSomeChannels) {
   EXPECT_NE(outcome.output.find("left out were estimated"), std::string::npos) << outcome.output;
   EXPECT_LT(
       (strongest(folder / "images.h5", 21) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
-      near_mm);
+      1.5 * near_mm);  // what is estimated costs a pixel
 }
 
 TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
