@@ -42,11 +42,13 @@ std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet maske
 
 std::vector<Eigen::Index> pairs_with(const Sensor& sensor, ElectrodeSet masked) {
   if (masked == 0) return {};
-  const std::vector<Eigen::Index> kept = pairs_without(sensor, masked);
+  return others(pairs_without(sensor, masked), std::ssize(reciprocal_pairs(sensor)));
+}
+
+std::vector<Eigen::Index> others(const std::vector<Eigen::Index>& some, Eigen::Index count) {
   std::vector<Eigen::Index> out;
-  const auto pairs = static_cast<Eigen::Index>(reciprocal_pairs(sensor).size());
-  for (Eigen::Index p = 0; p < pairs; ++p) {
-    if (!std::binary_search(kept.begin(), kept.end(), p)) out.push_back(p);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (!std::binary_search(some.begin(), some.end(), i)) out.push_back(i);
   }
   return out;
 }

@@ -27,6 +27,8 @@ std::vector<Eigen::Index> pairs_without(const Sensor& sensor, ElectrodeSet maske
 
 /// The other pairs, ascending.
 std::vector<Eigen::Index> pairs_with(const Sensor& sensor, ElectrodeSet masked);
+/// The indices 0 ... count - 1 that are not among `some`; both ascending.
+std::vector<Eigen::Index> others(const std::vector<Eigen::Index>& some, Eigen::Index count);
 
 /// Expands columns of the `kept` pairs to columns of all `pairs`, zero for the others.
 Eigen::MatrixXd columns_for_all_pairs(const Eigen::MatrixXd& columns,

@@ -70,13 +70,14 @@ Sensor tank_sensor(double conductivity, double contact_impedance, int image_grid
   return sensor_from_json(JsonObject(json, "the tank of KTC2023", ""));
 }
 
-/// Changes of the resistances between electrodes, [32, 32] ohm, that explain all channels best.
+/// Changes of the resistances between electrodes, [32, 32] ohm, that explain all channels best; NaN
+/// where no channel depends on them.
 Eigen::MatrixXd resistances_of(const KtcSetting& setting, const KtcFrame& frame,
                                const RegistryOptions& options) {
   KtcMisfit misfit(setting, frame, options.noise, options.model_error);
   misfit.normal.diagonal().array() += 1e-3;  // holds what no channel sees
   const Eigen::VectorXd packed = misfit.normal.llt().solve(misfit.side);
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(TankModel::pairs);
+  Eigen::VectorXd all = Eigen::VectorXd::Constant(TankModel::pairs, NAN);
   all(misfit.pairs) = packed;
   Eigen::MatrixXd out(TankModel::electrodes, TankModel::electrodes);
   Eigen::Index at = 0;
@@ -175,7 +176,7 @@ class TrainedMethod final : public KtcMethod {
       : options_(std::move(options)),
         sensor_(tank_sensor(1, usual_impedance, options_.image_grid)),
         channels_(electrodes_of_channels(sensor_)),
-        reference_(uniform_reference(sensor_)) {
+        reference_(uniform_reference(sensor_).transpose()) {
     registry_.allow_plugins();
   }
 
@@ -200,14 +201,7 @@ class TrainedMethod final : public KtcMethod {
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     Frames changes = setting.calibration.conductivity *
                      ideal_voltages(channels_, resistances_of(setting, frame, options_));
-    const ElectrodeSet present = electrodes_of(setting, frame);
-    for (std::size_t c = 0; c < channels_.size(); ++c) {
-      const auto& [drive, measured] = channels_[c];
-      for (const int e : {drive.first, drive.second, measured.first, measured.second}) {
-        const auto at = static_cast<Eigen::Index>(c);
-        if ((present >> e & 1) == 0) changes(0, at) = -reference_[at];
-      }
-    }
+    changes = changes.array().isNaN().select(-reference_, changes);
     // Classes are 0, 1/2 and 1, of which the background stands for 1; off the tank is water.
     Eigen::MatrixXd image = 2 * image_of(*solver_, changes, options_.image_grid).array() + 1;
     const PixelGrid pixels = sensor_.image();
@@ -235,27 +229,12 @@ class TrainedMethod final : public KtcMethod {
     return out;
   }
 
-  /// Electrodes that a channel of the frame drives or measures.
-  static ElectrodeSet electrodes_of(const KtcSetting& setting, const KtcFrame& frame) {
-    ElectrodeSet out = 0;
-    const auto& [currents, measurements] = *setting.patterns;
-    for (Eigen::Index c = 0; c < frame.present.size(); ++c) {
-      if (frame.present[c] == 0) continue;
-      const auto current = currents.col(setting.patterns->drive_of(c));
-      const auto measured = measurements.col(c % measurements.cols());
-      for (int e = 0; e < TankModel::electrodes; ++e) {
-        if (current[e] != 0 || measured[e] != 0) out |= ElectrodeSet{1} << e;
-      }
-    }
-    return out;
-  }
-
   static constexpr double usual_impedance = 1e-6;  ///< ohm m, at 1 S
 
   RegistryOptions options_;
   Sensor sensor_;
   std::vector<ChannelElectrodes> channels_;
-  Eigen::VectorXd reference_;
+  Frames reference_;  ///< [1, channels] V
   SolverRegistry registry_;
   std::unique_ptr<Solver> solver_;
 };

@@ -1,4 +1,5 @@
-// Packing of a FrameCheck into one vector of numbers, and what it does to a frame as data.
+// Packing of a FrameCheck into one vector of numbers, what it does to a frame as data, and
+// imputation.
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "solvers/channel_mask.h"
 #include "solvers/decompositions.h"
 
 namespace ertbench {
@@ -152,9 +153,14 @@ Eigen::VectorXd SpectralInverse::image(Eigen::VectorXd means, const std::vector<
                                        double noise) const {
   constexpr double least = 0.01;  // of the usual noise
   const double ratio = usual_ > 0 && noise > 0 ? std::max(noise / usual_, least) : 1;
-  const Eigen::VectorXd weights = this->weights(ratio * noise_);
+  const double variance = ratio * noise_;
+  const Eigen::VectorXd weights = this->weights(variance);
   if (std::ssize(lost) == means.size()) return Eigen::VectorXd::Zero(basis_.rows());
   means(lost).setZero();
+  const bool complete = directions_.cols() == directions_.rows();
+  if (!lost.empty() && (!complete || 2 * std::ssize(lost) > means.size())) {
+    return image_of_live(means, others(lost, means.size()), variance);
+  }
   Eigen::VectorXd scores = directions_.transpose() * means;
   if (!lost.empty()) {
     const Eigen::MatrixXd rows = directions_(lost, Eigen::all);
@@ -167,6 +173,24 @@ Eigen::VectorXd SpectralInverse::image(Eigen::VectorXd means, const std::vector<
   Eigen::VectorXd image = basis_ * weights.cwiseProduct(scores);
   if (constant_.size() > 0) image.array() += constant_.dot(means);
   return image;
+}
+
+Eigen::VectorXd SpectralInverse::image_of_live(const Eigen::VectorXd& means,
+                                               const std::vector<Eigen::Index>& live,
+                                               double variance) const {
+  const Eigen::MatrixXd rows = directions_(live, Eigen::all);
+  Eigen::MatrixXd matrix = rows * powers_.asDiagonal() * rows.transpose();
+  matrix.diagonal().array() += variance;
+  const auto factor = matrix.llt();
+  Eigen::VectorXd solved = factor.solve(means(live));
+  double constant = 0;
+  if (constant_.size() > 0) {
+    const Eigen::VectorXd k = constant_(live).transpose() / constant_.squaredNorm();
+    const Eigen::VectorXd of_constant = factor.solve(k);
+    constant = k.dot(solved) / k.dot(of_constant);
+    solved -= constant * of_constant;
+  }
+  return (basis_ * (rows.transpose() * solved)).array() + constant;
 }
 
 MaskedTsvd::MaskedTsvd(const Eigen::MatrixXd& jacobian, double least)
@@ -183,10 +207,7 @@ Eigen::VectorXd MaskedTsvd::image(Eigen::VectorXd means, const std::vector<Eigen
 }
 
 Eigen::MatrixXd MaskedTsvd::weights(const std::vector<Eigen::Index>& lost) const {
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index p = 0; p < gram_.rows(); ++p) {
-    if (!std::binary_search(lost.begin(), lost.end(), p)) kept.push_back(p);
-  }
+  const std::vector<Eigen::Index> kept = others(lost, gram_.rows());
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
   if (kept.empty()) return out;
   const SymmetricEigen eigen = symmetric_eigen(gram_(kept, kept));

@@ -45,7 +45,8 @@ class FrameInverse {
 ///
 /// Without the pairs l it is exactly that of the same solver for the others. The inverse of a block
 /// of a matrix is that of P = U (w + n)^-1 U^T, with l eliminated: as if they had the values
-/// -P_ll^-1 (P d')_l, which leave no trace there. A frame costs a system of the size of l.
+/// -P_ll^-1 (P d')_l, which leave no trace there. A frame costs a system of the size of l, or of
+/// the other pairs where those are fewer or U does not span all.
 class SpectralInverse final : public FrameInverse {
  public:
   /// One-step Gauss-Newton from J' [pairs, pixels], from a singular value decomposition of J' E,
@@ -71,6 +72,9 @@ class SpectralInverse final : public FrameInverse {
   Eigen::VectorXd weights(double noise) const {
     return (powers_.array() + noise).max(1e-300).inverse();
   }
+
+  Eigen::VectorXd image_of_live(const Eigen::VectorXd& means, const std::vector<Eigen::Index>& live,
+                                double variance) const;
 
   Eigen::MatrixXd directions_;   ///< U [pairs, n]
   Eigen::VectorXd powers_;       ///< w

@@ -38,27 +38,35 @@ TEST(KtcMethods, EveryMethodFindsBothDiscsWithAndWithoutEightElectrodes) {
   EXPECT_GT(*results.simulated[4].score_of(1), *results.simulated[6].score_of(1) + 0.3);
 }
 
-/// A network that is told which electrodes are gone; so few tanks do not teach it to do without
-/// eight.
-TEST(KtcMethods, ATrainedSolverFindsBothDiscs) {
+/// Networks that are told which electrodes are gone: one that is trained here on a few tanks, which
+/// do not teach it to do without eight, and a stored one.
+TEST(KtcMethods, NetworksFindBothDiscsTheStoredOneWithoutEightElectrodesToo) {
   const TemporaryFolder folder("ktc");
   SmallCompetition().write_training(folder.path(), [](Eigen::Index) { return 1; });
   const fs::path built = fs::path(ERTBENCH_PROGRAM).parent_path();
   if (!fs::exists(built / "libertbench_models.so")) GTEST_SKIP() << "no libtorch";
   ASSERT_EQ(setenv("ERTBENCH_PLUGINS", built.c_str(), 1), 0);
   ASSERT_EQ(setenv("ERTBENCH_CACHE", (folder.path() / "cache").c_str(), 1), 0);
-  nlohmann::json network = registered({{"type", "lean-net"},
+  nlohmann::json trained = registered({{"type", "lean-net"},
                                        {"width", 8},
                                        {"output", "linear"},
                                        {"epochs", 12},
                                        {"front", true},
                                        {"training_faults", {{"dead_electrodes", {1, 12}}}}});
-  network.update({{"image_grid", 24}, {"scenes", 800}});
-  const KtcResults results = results_in(folder.path(), nlohmann::json::array({network}));
+  nlohmann::json stored =
+      registered({{"type", "lean-net"},
+                  {"checkpoint", ERTBENCH_SOURCE_DIR "/results/networks/ktc2023/lean-net.fitted"}});
+  for (auto* method : {&trained, &stored}) method->update({{"image_grid", 24}, {"scenes", 800}});
+  const KtcResults results = results_in(folder.path(), nlohmann::json::array({trained, stored}));
   unsetenv("ERTBENCH_CACHE");
   unsetenv("ERTBENCH_PLUGINS");
-  ASSERT_EQ(results.rows.size(), 3u);  // also by Otsu, and the empty image
-  EXPECT_GT(*results.rows[0].outcomes[0].score, *results.rows[2].outcomes[0].score + 0.1);
+  ASSERT_EQ(results.rows.size(), 5u);  // each also by Otsu, and the empty image
+  const auto gain = [&](std::size_t row, std::size_t level) {
+    return *results.rows[row].outcomes[level].score - *results.rows[4].outcomes[level].score;
+  };
+  EXPECT_GT(gain(0, 0), 0.1);
+  EXPECT_GT(gain(2, 0), 0.4);
+  EXPECT_GT(gain(2, 1), 0.4);
 }
 
 TEST(KtcMethods, NormalisedDifferencesDoNotSeeGainsOfChannels) {

@@ -358,7 +358,7 @@ TEST_P(MaskedFrames, AreImagedWithoutTheirDeadElectrodes) {
     // It may keep another number of values; it groups the scenes by other channels.
     if (GetParam()["type"] == "tsvd" || is_mixture()) continue;
     EXPECT_LE(relative_difference(reconstruct(*listed, changes.row(f)).images, one.images),
-              linear() ? 1e-7 : 1e-2);
+              linear() ? 1e-8 : 1e-2);
   }
   const Reconstruction zeros = reconstruct(*listed, changes.row(1));
   Frames without_numbers = changes.row(1);
