@@ -61,8 +61,7 @@ double difference(const Probe& made, const Probe& now) {
   return worst;
 }
 
-/// Null where there is none. What was made before "front" was recorded has that of its first
-/// version.
+/// Null where there is none. What was made before "front" was recorded has the one that is kept.
 static const Probe* recorded_probe(const Probes& made, const std::string& name) {
   const Probes& in = name == "front" && !made.contains(name) ? release_probes() : made;
   const auto found = in.find(name);

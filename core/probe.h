@@ -52,7 +52,7 @@ double difference(const Probe& made, const Probe& now);
 /// Which of the probes in `now` differ in `made`, "the probe solver/tsvd differs by 0.31 of its
 /// norm"; empty where all agree within the tolerances of `now`. No probes in `made` at all stand
 /// for those of release 0.2.0 (release_probes); where "front" alone is missing, it stands for that
-/// of the version which began to record it, and is kept there too.
+/// of frames without loose and half-dead electrodes, and is kept there too.
 std::string probe_difference(const Probes& made, const Probes& now);
 
 /// `{"solver/tsvd": [numbers]}`.

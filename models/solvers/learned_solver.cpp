@@ -188,6 +188,29 @@ void LearnedSolver::fit(const FitInput& input) {
   freeze(input.sensor, network);
 }
 
+Frames LearnedSolver::usual_frames(const FitInput& input) const {
+  constexpr std::uint64_t most = 4000;
+  TrainingSettings settings = training_;
+  settings.new_scenes = false;
+  settings.faults.dead_electrodes = {0, 0};
+  if (!settings.faults || !input.validation) return {};
+  TrainingSet scenes(*input.validation, standardisation_, settings);
+  Frames out(0, input.sensor.channels());
+  for (std::uint64_t epoch = 0; epoch == 0 || (epoch + 1) * scenes.size() <= most; ++epoch) {
+    scenes.begin_epoch(epoch);
+    const torch::Tensor drawn = scenes.batch(0, scenes.size()).frames.contiguous();
+    const float* frame = drawn.data_ptr<float>();
+    out.conservativeResize(out.rows() + drawn.size(0), Eigen::NoChange);
+    for (Eigen::Index f = out.rows() - drawn.size(0); f < out.rows(); ++f) {
+      const Eigen::Map<const Eigen::RowVectorXf> row(frame, out.cols());
+      out.row(f) =
+          -(row.cwiseQuotient(standardisation_.scale) + standardisation_.mean).cast<double>();
+      frame += drawn.size(1);
+    }
+  }
+  return out;
+}
+
 void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> network) {
   sensor_ = sensor;
   network_ = std::move(network);

@@ -53,6 +53,7 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
                    std::span<FrameReport> reports) const final;
   std::optional<LayerList> layers() const final;
   bool is_told() const final { return told_; }
+  Frames usual_frames(const FitInput& input) const final;
   MaskedChannels masked_channels() const final { return {.detect = is_told()}; }
   void save(const std::filesystem::path& file) const final;
   void load(const std::filesystem::path& file, const Sensor& sensor) final;

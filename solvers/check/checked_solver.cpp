@@ -162,7 +162,12 @@ CheckedSolver::CheckedSolver(std::string type, JsonObject& own)
       entry_(own.value()),
       check_frames_(own.boolean_or("inference_check", true)),
       imputes_(own.boolean_or("inference_imputation", true)),
+      sets_limits_(own.choice_or("inference_limits", "stored", {"stored", "validation"}) !=
+                   "stored"),
       nuisances_(Nuisances::from_json(own, "inference_nuisances")) {
+  if (sets_limits_ && !own.has("checkpoint")) {
+    own.fail("inference_limits", "a fit sets limits anyway; remove it, or add \"checkpoint\"");
+  }
   if (!own.has("checkpoint")) return;
   const std::string word = own.text("checkpoint");
   try {
@@ -180,29 +185,36 @@ std::unique_ptr<Solver> CheckedSolver::make(const std::string& type, const Solve
 }
 
 std::vector<ParameterInfo> CheckedSolver::own_parameters() {
-  return {{"inference_check",
-           "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
-           "suspect; default true",
-           ParameterRole::inference},
-          {"inference_imputation",
-           "replace the channels of dead electrodes by their mean given the live ones, for solvers "
-           "that do not mask them themselves; needs inference_check; default true",
-           ParameterRole::inference},
-          {"inference_nuisances",
-           "{\"level\", \"gradient\", \"electrodes\"}, standard deviations of what the whole sheet "
-           "does besides being touched: level and gradient are estimated beside them and taken out "
-           "of each frame, as far as the frame check was fitted; default none",
-           ParameterRole::inference},
-          {"checkpoint",
-           "the file of a fitted solver, relative to this one, or a name that `ertbench list "
-           "--fitted` shows; it is loaded in place of a fit",
-           ParameterRole::file}};
+  return {
+      {"inference_check",
+       "report frames that are not to be trusted (dead electrodes, noise, out of range) as "
+       "suspect; default true",
+       ParameterRole::inference},
+      {"inference_imputation",
+       "replace the channels of dead electrodes by their mean given the live ones, for solvers "
+       "that do not mask them themselves; needs inference_check; default true",
+       ParameterRole::inference},
+      {"inference_limits",
+       "of the check for a solver with a checkpoint: \"stored\" with it (the default), or set on "
+       "the \"validation\" set; those of a network with training faults and \"front\" are set on "
+       "frames with these faults",
+       ParameterRole::inference},
+      {"inference_nuisances",
+       "{\"level\", \"gradient\", \"electrodes\"}, standard deviations of what the whole sheet "
+       "does besides being touched: level and gradient are estimated beside them and taken out "
+       "of each frame, as far as the frame check was fitted; default none",
+       ParameterRole::inference},
+      {"checkpoint",
+       "the file of a fitted solver, relative to this one, or a name that `ertbench list "
+       "--fitted` shows; it is loaded in place of a fit",
+       ParameterRole::file}};
 }
 
 nlohmann::json CheckedSolver::parameters() const {
   nlohmann::json out = printable_json(inner_->parameters(), most_said);
   out["inference_check"] = check_frames_;
   if (!imputes_) out["inference_imputation"] = false;
+  if (sets_limits_) out["inference_limits"] = "validation";
   nuisances_.add_to(out, "inference_nuisances");
   if (!stored_.empty()) out["checkpoint"] = printable_json(entry_->at("checkpoint"), most_said);
   return out;
@@ -239,7 +251,11 @@ void CheckedSolver::fit(const FitInput& input) {
   if (!stored_.empty()) {
     load(stored_, input.sensor);
     require_stored_parameters();
-    return;
+    if (!sets_limits_) return;
+    if (!input.validation) {
+      throw InputError(type_ + ": \"inference_limits\": needs a validation set; add the dataset");
+    }
+    return become_ready(input.sensor, fitted_check(input));
   }
   for (const DatasetFile* set : {input.training, input.validation}) {
     if (set && set->sensor() != input.sensor) {
@@ -248,7 +264,14 @@ void CheckedSolver::fit(const FitInput& input) {
   }
   inner_->check(input.sensor);
   inner_->fit(input);
-  become_ready(input.sensor, FrameCheck(input, inner_->masked_channels().electrodes));
+  become_ready(input.sensor, fitted_check(input));
+}
+
+FrameCheck CheckedSolver::fitted_check(const FitInput& input) const {
+  FrameCheck out(input, inner_->masked_channels().electrodes);
+  const auto* const told = inner_as<ToldSolver>();
+  if (told && told->is_told()) out.widen(told->usual_frames(input));
+  return out;
 }
 
 void CheckedSolver::reconstruct(FramesView changes, ImagesView images,
@@ -370,7 +393,7 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
     verdicts[f] = check_.judge(changes.row(static_cast<Eigen::Index>(f)).data());
     if (!masked_.detect) continue;
     reports[f].reasons = verdicts[f].reasons;
-    reports[f].dead = verdicts[f].dead;
+    reports[f].dead = told_ ? verdicts[f].lost() : verdicts[f].dead;
   }
   const std::optional<Frames> cleared = without_masked(changes);
   const FramesView whole = cleared ? FramesView(*cleared) : changes;
@@ -393,7 +416,8 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
       report.status = FrameStatus::undefined;
     }
     if (report.status == FrameStatus::undefined || !check_frames_) continue;
-    FrameCheck::report(verdicts[f], masked_.detect && verdicts[f].dead != 0, report);
+    const bool masked = told_ ? verdicts[f].has_gaps() : verdicts[f].dead != 0;
+    FrameCheck::report(verdicts[f], masked_.detect && masked, report);
   }
   kept = std::move(verdicts);
 }
@@ -407,9 +431,9 @@ std::optional<Frames> CheckedSolver::prepared(
     const auto row = static_cast<Eigen::Index>(f);
     if (front_)
       front_->remove_nuisances(front_->look(changes.row(row).data()), out->row(row).data());
-    if (verdicts[f].dead == 0 || !imputes) continue;
+    if (!verdicts[f].has_gaps() || !imputes) continue;
     if (!out) out = changes;
-    check_.impute(out->row(row).data(), verdicts[f].dead);
+    check_.impute(out->row(row).data(), verdicts[f]);
   }
   return out;
 }

@@ -71,7 +71,7 @@ class CheckedSolver final : public Solver {
   /// Reads its own keys from the object and leaves the rest to `info.make`.
   static std::unique_ptr<Solver> make(const std::string& type, const SolverInfo& info,
                                       JsonObject parameters);
-  /// Parameters of the wrapper: "inference_check", "inference_imputation", "checkpoint".
+  /// Parameters of the wrapper: "checkpoint", "inference_check", ...
   static std::vector<ParameterInfo> own_parameters();
 
   nlohmann::json parameters() const override;
@@ -130,6 +130,7 @@ class CheckedSolver final : public Solver {
   /// those are to be and can be; no value if there is nothing to do.
   std::optional<Frames> prepared(FramesView changes,
                                  const std::vector<FrameCheck::Verdict>& verdicts) const;
+  FrameCheck fitted_check(const FitInput& input) const;
   void become_ready(const Sensor& sensor, FrameCheck check);
   /// Throws InputError if a parameter of the entry is not the one that the stored solver has.
   void require_stored_parameters() const;
@@ -140,6 +141,7 @@ class CheckedSolver final : public Solver {
   std::filesystem::path stored_;  ///< the file of its "checkpoint"; empty: it is fitted
   bool check_frames_;             ///< "inference_check"
   bool imputes_;                  ///< "inference_imputation"
+  bool sets_limits_;              ///< "inference_limits"
   Nuisances nuisances_;           ///< "inference_nuisances", taken out of frames
   bool ready_ = false;            ///< fitted or loaded
   Sensor sensor_;

@@ -1,6 +1,7 @@
 #include "solvers/front/frame_check.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -106,9 +107,46 @@ constexpr double few_pairs_more = 1.5;  ///< fewer pairs scatter more
 constexpr double much_closer = 0.8;
 constexpr int least_torn = 5;  ///< pairs of a loose electrode; it has 13, one beside others fewer
 constexpr int left_over = 2;   ///< such pairs that need no explanation
+/// Half-dead electrodes: their pairs' readings of the reference, their pairs at least, pairs that
+/// need no explanation.
+constexpr double half_from = 0.25;
+constexpr double half_to = 0.75;
+constexpr int least_halved = 8;
+constexpr int halved_left_over = 6;
+/// The largest factor of their readings, and the share of their pairs that it explains to 20 %. A
+/// good conductor beside an electrode takes more from some of its channels than from others.
+constexpr double halved_at_most = 0.66;
+constexpr double halved_share = 0.6;
+constexpr double like_halved = 0.2;
 constexpr Eigen::Index stack_pairs = 256;
 
 double square(double x) { return x * x; }
+
+/// The fewest electrodes that are in all of the `sets` but `left_over`, found one after the other,
+/// each in `least` of those that are left; none if they are more than FrameCheck::most_masked.
+ElectrodeSet explaining(const std::vector<ElectrodeSet>& sets, int least, int left_over) {
+  const auto unexplained = [&](ElectrodeSet by) {
+    return std::count_if(sets.begin(), sets.end(), [&](ElectrodeSet set) { return !(set & by); });
+  };
+  ElectrodeSet found = 0;
+  while (unexplained(found) > left_over) {
+    std::array<int, 64> votes{};
+    for (const ElectrodeSet set : sets) {
+      for (ElectrodeSet left = set & found ? 0 : set; left != 0; left &= left - 1) {
+        ++votes[static_cast<std::size_t>(std::countr_zero(left))];
+      }
+    }
+    const auto most = std::max_element(votes.begin(), votes.end());
+    if (*most < least || size_of(found) == 2 * FrameCheck::most_masked) return 0;
+    found |= ElectrodeSet{1} << (most - votes.begin());
+  }
+  // One between two others may have been named first.
+  for (ElectrodeSet left = found; left != 0; left &= left - 1) {
+    const ElectrodeSet without = found & ~(left & -left);
+    if (unexplained(without) <= left_over) found = without;
+  }
+  return size_of(found) <= FrameCheck::most_masked ? found : 0;
+}
 
 double upper_median_of(const Eigen::ArrayXd& values) {
   return upper_median(std::vector<double>(values.begin(), values.end()));
@@ -230,6 +268,14 @@ void FrameCheck::fit(const Frames& changes) {
   lowest_ = middle - tail_limit((middle - along).max(0.0), tail_share);
 }
 
+void FrameCheck::widen(const Frames& changes) {
+  if (!has_limits() || changes.rows() < static_cast<Eigen::Index>(least_frames)) return;
+  FrameCheck usual = *this;
+  usual.flagging_.reset();
+  usual.fit(changes);
+  flagging_ = std::make_shared<const FrameCheck>(std::move(usual));
+}
+
 FrameCheck::Verdict FrameCheck::judge(const double* change) const {
   Verdict verdict;
   if (pairs_.empty()) return verdict;
@@ -243,10 +289,8 @@ FrameCheck::Verdict FrameCheck::judge(const double* change) const {
       judge_pairs(change, means, verdict);
     }
   }
-  if (verdict.dead != 0) {
-    verdict.dead = fewest(verdict.dead);
-    verdict.reasons |= dead_electrode;
-  }
+  verdict.dead = fewest(verdict.dead);
+  if (verdict.has_gaps()) verdict.reasons |= dead_electrode;
   return verdict;
 }
 
@@ -258,26 +302,34 @@ void FrameCheck::judge_pairs(const double* change, Vector& means, Verdict& verdi
   const double along = along_reference_.dot(means);
   const double frame = signal + reference_size_ * (2 * along + reference_size_);
   const double beside = noise_of_change_ ? signal : frame;
+  const FrameCheck& flagging = flagging_ ? *flagging_ : *this;
   if (verdict.dead != 0 || noise_.relative(differences, beside) > noise_.limit) {
     const ElectrodeSet floats = floating(change, beside) | verdict.dead;
     if (floats != 0 && !noisy_without(change, floats, least_pairs)) {
       verdict.dead = floats;
     } else {
-      if (verdict.dead == 0) verdict.dead = loose(change, 0);
-      if ((verdict.dead | floats) == 0 || noisy_without(change, verdict.dead, 0)) {
-        verdict.reasons |= noise;
-      }
+      if (verdict.dead == 0) find_loose(change, usual_noise(beside), verdict);
+      const UsualLevel& level = flagging.noise_;
+      const double signal_beside = flagging.noise_of_change_ ? signal : frame;
+      const bool is_noisy = (verdict.dead | floats) == 0
+                                ? level.relative(differences, signal_beside) > level.limit
+                                : flagging.noisy_without(change, verdict.dead, 0);
+      if (is_noisy && !(verdict.torn && verdict.dead == 0)) verdict.reasons |= noise;
     }
   }
-  if (verdict.dead != 0 || verdict.reasons != 0) return;
+  if (!verdict.has_gaps()) find_half_dead(means, verdict);
+  if (verdict.has_gaps() || verdict.reasons != 0) return;
+  if (flagging.out_of_range_of(means, signal)) verdict.reasons |= out_of_range;
+}
+
+template <typename Vector>
+bool FrameCheck::out_of_range_of(Vector& means, double signal) const {
   const double size = signal + least_size_;
   const double over_size = 1 / std::sqrt(size);
   means = over_size * means - directions_.mean;
   const PrincipalDirections::Place place = directions_.place(means);
-  if (signal > largest_ || outside_.relative(place.outside * size, signal) > outside_.limit ||
-      place.distance > farthest_ || place.along < lowest_ || place.along > highest_) {
-    verdict.reasons |= out_of_range;
-  }
+  return signal > largest_ || outside_.relative(place.outside * size, signal) > outside_.limit ||
+         place.distance > farthest_ || place.along < lowest_ || place.along > highest_;
 }
 
 template <typename Bad>
@@ -306,40 +358,72 @@ ElectrodeSet FrameCheck::reading_zero(const double* change) const {
   return with_bad_pairs([&](const auto& pair) { return is_zero(pair[0]) && is_zero(pair[1]); });
 }
 
-ElectrodeSet FrameCheck::loose(const double* change, ElectrodeSet dead) const {
+void FrameCheck::find_loose(const double* change, double usual, Verdict& verdict) const {
   const Eigen::Map<const Eigen::ArrayXd> frame(change, reference_.size());
   const auto zeros = (frame + reference_).abs() <= nearly_zero_;
-  if (zeros.count() < least_torn) return 0;
+  if (zeros.count() < least_torn) return;
   std::vector<ElectrodeSet> torn;  // electrodes of pairs of which one channel alone reads zero
+  double differences = 0;          // of the others
+  int doubles = 0;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const auto [a, b] = pairs_[p];
     const auto reads = [&](int c) {
       return std::abs(frame[c] + reference_[c]) > 3 * nearly_zero_[c];
     };
-    const bool one_alone = (zeros[a] && reads(b)) || (zeros[b] && reads(a));
-    if (one_alone && !(pair_electrodes_[p] & dead)) torn.push_back(pair_electrodes_[p]);
-  }
-  const auto unexplained = [&](ElectrodeSet by) {
-    return std::count_if(torn.begin(), torn.end(), [&](ElectrodeSet set) { return !(set & by); });
-  };
-  ElectrodeSet found = 0;
-  while (unexplained(found) > left_over) {
-    std::vector<int> votes(least_bad_.size(), 0);
-    for (const ElectrodeSet set : torn) {
-      for (ElectrodeSet left = set & found ? 0 : set; left != 0; left &= left - 1) {
-        ++votes[static_cast<std::size_t>(std::countr_zero(left))];
-      }
+    if ((zeros[a] && reads(b)) || (zeros[b] && reads(a))) {
+      torn.push_back(pair_electrodes_[p]);
+    } else {
+      differences += square(frame[a] - frame[b]) / 2;
+      doubles += a != b;
     }
-    const auto most = std::max_element(votes.begin(), votes.end());
-    if (*most < least_torn || size_of(found) == 2 * most_masked) return 0;
-    found |= ElectrodeSet{1} << (most - votes.begin());
   }
-  // One between two loose ones may have been named first.
-  for (ElectrodeSet left = found; left != 0; left &= left - 1) {
-    const ElectrodeSet without = found & ~(left & -left);
-    if (unexplained(without) <= left_over) found = without;
+  verdict.dead = explaining(torn, least_torn, left_over);
+  verdict.torn = verdict.dead != 0 || (torn.size() >= static_cast<std::size_t>(least_torn) &&
+                                       differences <= few_pairs_more * doubles * usual);
+}
+
+void FrameCheck::find_half_dead(const Eigen::Ref<const Eigen::VectorXd>& means,
+                                Verdict& verdict) const {
+  const auto reference = [&](Eigen::Index p) { return reference_size_ * along_reference_[p]; };
+  const auto is_halved = [&](Eigen::Index p) {
+    const double square_of = square(reference(p));
+    const double along = means[p] * reference(p) + square_of;
+    return along > half_from * square_of && along < half_to * square_of;
+  };
+  int halved = 0;
+  for (Eigen::Index p = 0; p < means.size(); ++p) halved += is_halved(p);
+  if (halved < 2 * least_halved) return;
+  std::vector<ElectrodeSet> sets;
+  for (Eigen::Index p = 0; p < means.size(); ++p) {
+    if (is_halved(p)) sets.push_back(pair_electrodes_[static_cast<std::size_t>(p)]);
   }
-  return size_of(found) <= most_masked ? found : 0;
+  const ElectrodeSet found = explaining(sets, least_halved, halved_left_over);
+  std::vector<bool> lost(pairs_.size());
+  for (std::size_t p = 0; p < lost.size(); ++p) lost[p] = (pair_electrodes_[p] & found) != 0;
+  Eigen::VectorXd given = means;
+  if (found == 0 || !condition(given, lost)) return;
+  double usual = 0;
+  double product = 0;
+  const auto for_lost = [&](auto&& see) {
+    for (Eigen::Index p = 0; p < given.size(); ++p) {
+      if (lost[static_cast<std::size_t>(p)]) see(given[p] + reference(p), means[p] + reference(p));
+    }
+  };
+  for_lost([&](double expected, double reading) {
+    usual += square(expected);
+    product += expected * reading;
+  });
+  const double share = product / usual;
+  if (share < half_from || share > halved_at_most) return;
+  double count = 0;
+  double like = 0;
+  for_lost([&](double expected, double reading) {
+    count += 1;
+    like += std::abs(reading - share * expected) < like_halved * share * std::abs(expected);
+  });
+  if (like < halved_share * count) return;
+  verdict.dead = found;
+  verdict.lost_share = 1 - share;
 }
 
 double FrameCheck::usual_noise(double signal) const {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -70,7 +71,9 @@ struct PrincipalDirections {
 /// - Dead electrodes: nearly all channels of an electrode (22 of 26 pairs) either read less than a
 ///   tenth of their reference voltage or, if it floats, differ from their reciprocal channels by
 ///   more than three times the usual noise while the rest does not. Else up to four loose ones:
-///   those in all pairs, but for two, of which one channel alone reads less than that tenth.
+///   those in all pairs, but for two, of which one channel alone reads less than that tenth. Else
+///   up to four half-dead ones: those in all pairs, but for six, that read between a quarter and
+///   three quarters of their reference, if one factor explains their readings, given the others.
 /// - Noise: the two channels of a reciprocal pair have the same signal, so that their difference
 ///   (d_a - d_b)/sqrt(2) is noise, or a fault that breaks reciprocity (gain, offset).
 /// - Range, of the pairs' means d' = (d_a + d_b)/sqrt(2): their size, and four properties of their
@@ -94,6 +97,17 @@ class FrameCheck {
     /// The fewest electrodes that explain the frame: one between two dead electrodes cannot be
     /// distinguished from a live one, and has no usable channel anyway.
     ElectrodeSet dead = 0;
+    /// The dead electrodes read this share of their voltages too little; 0 if they read anything
+    /// else.
+    double lost_share = 0;
+    /// Contacts are loose: channels that read zero are bad, others are not. If nobody can tell
+    /// whose they are, no electrode is dead.
+    bool torn = false;
+
+    /// Electrodes without a usable channel.
+    ElectrodeSet lost() const { return torn ? 0 : dead; }
+    /// True if there is something to impute.
+    bool has_gaps() const { return torn || dead != 0; }
   };
 
   /// Flags nothing.
@@ -105,6 +119,9 @@ class FrameCheck {
   /// Restores the result of `packed`. Throws std::invalid_argument for anything else.
   FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed);
 
+  /// Flags noise and range by `changes` [frames, channels], V, of a solver that is trained with
+  /// their faults. Dead electrodes are detected and imputed as before. Does nothing without a fit.
+  void widen(const Frames& changes);
   /// True if noise and range have limits: the check was fitted on enough frames.
   bool has_limits() const { return noise_.limit > 0; }
   /// All numbers in one vector, for the file of a fitted solver.
@@ -122,6 +139,8 @@ class FrameCheck {
   /// the frame's own size. Leaves the frame as it is without a fit (has_limits) or with fewer than
   /// twelve pairs left.
   void impute(double* change, ElectrodeSet dead) const;
+  /// As above for what the verdict on the frame calls lost.
+  void impute(double* change, const Verdict& verdict) const;
   /// As above for the channels that are not among `kept`. One whose reciprocal channel is kept gets
   /// the value of that.
   void impute(double* change, const std::vector<int>& kept) const;
@@ -156,9 +175,17 @@ class FrameCheck {
   /// `signal`.
   double usual_noise(double signal) const;
   ElectrodeSet floating(const double* change, double signal) const;
-  /// The fewest electrodes, besides the `dead` ones, of the pairs of which one channel alone reads
-  /// zero, found one after the other; none if they are more than four.
-  ElectrodeSet loose(const double* change, ElectrodeSet dead) const;
+  /// Names the electrodes of the pairs of which one channel alone reads zero.
+  /// `usual`: usual_noise of the frame.
+  void find_loose(const double* change, double usual, Verdict& verdict) const;
+  /// `means` [pairs]: d' of the frame.
+  void find_half_dead(const Eigen::Ref<const Eigen::VectorXd>& means, Verdict& verdict) const;
+  /// `means` of the frame with the lost pairs replaced by their mean given the others; false if too
+  /// few are left.
+  bool condition(Eigen::Ref<Eigen::VectorXd> means, const std::vector<bool>& lost) const;
+  /// True if the pairs' means, which are overwritten, are out of range; `signal`: their square.
+  template <typename Vector>
+  bool out_of_range_of(Vector& means, double signal) const;
   /// True if the noise is above the usual in the pairs without the `dead` electrodes, or if there
   /// are fewer than `least` such pairs.
   bool noisy_without(const double* change, ElectrodeSet dead, int least) const;
@@ -166,8 +193,7 @@ class FrameCheck {
   template <typename Bad>
   ElectrodeSet with_bad_pairs(Bad&& bad) const;
   ElectrodeSet fewest(ElectrodeSet dead) const;
-  template <typename Lost>
-  void impute_pairs(double* change, Lost&& is_lost) const;
+  void impute_pairs(double* change, const std::vector<bool>& lost) const;
 
   int electrode_count_ = 0;
   int doubles_ = 0;                            ///< pairs of two channels, which can tell noise
@@ -193,6 +219,7 @@ class FrameCheck {
   double farthest_ = 0;             ///< square of the Mahalanobis distance
   double lowest_ = 0;               ///< shape along the tilt
   double highest_ = 0;
+  std::shared_ptr<const FrameCheck> flagging_;  ///< fitted to usual frames; null: this one
 };
 
 }  // namespace ertbench

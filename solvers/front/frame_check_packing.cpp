@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
@@ -29,7 +30,7 @@ class Unpacking {
     return all_.segment(done_ - count, count);
   }
   double take() { return take(1)[0]; }
-  void finish() { take(all_.size() == done_ ? 0 : all_.size() + 1); }
+  Eigen::Index left() const { return all_.size() - done_; }
 
  private:
   const Eigen::VectorXd& all_;
@@ -51,6 +52,7 @@ Eigen::VectorXd FrameCheck::packed() const {
     add(directions_.rows);
     add(directions_.inverse_power);
     add(directions_.tilt);
+    if (flagging_) add(flagging_->packed());
   }
   return Eigen::Map<const Eigen::VectorXd>(out.data(), static_cast<Eigen::Index>(out.size()));
 }
@@ -77,7 +79,9 @@ FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::V
   directions_.rows = Eigen::Map<const Eigen::MatrixXd>(rows.data(), count, pairs);
   directions_.inverse_power = in.take(count);
   directions_.tilt = in.take(count);
-  in.finish();
+  if (in.left() == 0) return;
+  flagging_ = std::make_shared<const FrameCheck>(sensor, masked, in.take(in.left()));
+  if (flagging_->flagging_) in.take(1);  // throws
 }
 
 FrameFront front_numbers(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed) {
@@ -120,17 +124,12 @@ FrameFront front_numbers(const Sensor& sensor, ElectrodeSet masked, const Eigen:
   return out;
 }
 
-template <typename Lost>
-void FrameCheck::impute_pairs(double* change, Lost&& is_lost) const {
-  if (!has_limits()) return;
+bool FrameCheck::condition(Eigen::Ref<Eigen::VectorXd> means, const std::vector<bool>& lost) const {
   std::vector<Eigen::Index> live;
-  std::vector<Eigen::Index> lost;
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    (is_lost(p) ? lost : live).push_back(static_cast<Eigen::Index>(p));
+  for (std::size_t p = 0; p < lost.size(); ++p) {
+    if (!lost[p]) live.push_back(static_cast<Eigen::Index>(p));
   }
-  if (live.size() < static_cast<std::size_t>(least_pairs)) return;
-  Eigen::VectorXd means(along_reference_.size());
-  split(change, means.data());
+  if (!has_limits() || live.size() < static_cast<std::size_t>(least_pairs)) return false;
   const Eigen::MatrixXd moments = shapes().factors;
   const Eigen::MatrixXd known = moments(live, Eigen::all);
   const Eigen::VectorXd seen = means(live);
@@ -140,26 +139,51 @@ void FrameCheck::impute_pairs(double* change, Lost&& is_lost) const {
   Eigen::MatrixXd normal = known.transpose() * known;
   normal.diagonal().array() += residual / static_cast<double>(means.size());
   const Eigen::VectorXd along = normal.llt().solve(known.transpose() * seen);
-  for (const Eigen::Index p : lost) {
-    const auto& [a, b] = pairs_[static_cast<std::size_t>(p)];
-    change[a] = change[b] = moments.row(p).dot(along) / std::numbers::sqrt2;
+  for (Eigen::Index p = 0; p < means.size(); ++p) {
+    if (lost[static_cast<std::size_t>(p)]) means[p] = moments.row(p).dot(along);
+  }
+  return true;
+}
+
+void FrameCheck::impute_pairs(double* change, const std::vector<bool>& lost) const {
+  Eigen::VectorXd means(along_reference_.size());
+  split(change, means.data());
+  if (!condition(means, lost)) return;
+  for (std::size_t p = 0; p < lost.size(); ++p) {
+    const auto& [a, b] = pairs_[p];
+    if (lost[p]) change[a] = change[b] = means[static_cast<Eigen::Index>(p)] / std::numbers::sqrt2;
   }
 }
 
 void FrameCheck::impute(double* change, ElectrodeSet dead) const {
-  impute_pairs(change, [&](std::size_t p) { return (pair_electrodes_[p] & dead) != 0; });
+  std::vector<bool> lost(pairs_.size());
+  for (std::size_t p = 0; p < lost.size(); ++p) lost[p] = (pair_electrodes_[p] & dead) != 0;
+  impute_pairs(change, lost);
+}
+
+void FrameCheck::impute(double* change, const Verdict& verdict) const {
+  if (!verdict.torn) return impute(change, verdict.dead);
+  std::vector<int> reading;
+  for (Eigen::Index c = 0; c < reference_.size(); ++c) {
+    const bool zero = std::abs(change[c] + reference_[c]) <= nearly_zero_[c];
+    if (!zero) reading.push_back(static_cast<int>(c));
+  }
+  impute(change, reading);
 }
 
 void FrameCheck::impute(double* change, const std::vector<int>& kept) const {
   std::vector<bool> known(static_cast<std::size_t>(reference_.size()), false);
   for (const int channel : kept) known[static_cast<std::size_t>(channel)] = true;
-  const auto is_known = [&](int channel) { return known[static_cast<std::size_t>(channel)]; };
-  for (const auto& [a, b] : pairs_) {
-    if (is_known(a) && !is_known(b)) change[b] = change[a];
-    if (is_known(b) && !is_known(a)) change[a] = change[b];
+  std::vector<bool> lost(pairs_.size());
+  for (std::size_t p = 0; p < lost.size(); ++p) {
+    const auto& [a, b] = pairs_[p];
+    const bool knows_a = known[static_cast<std::size_t>(a)];
+    const bool knows_b = known[static_cast<std::size_t>(b)];
+    if (knows_a && !knows_b) change[b] = change[a];
+    if (knows_b && !knows_a) change[a] = change[b];
+    lost[p] = !knows_a && !knows_b;
   }
-  impute_pairs(change,
-               [&](std::size_t p) { return !is_known(pairs_[p][0]) && !is_known(pairs_[p][1]); });
+  impute_pairs(change, lost);
 }
 
 }  // namespace ertbench

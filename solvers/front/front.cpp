@@ -16,11 +16,6 @@ namespace {
 /// Contacts are no Gaussians: what their directions leave is this often as large beside a nuisance
 /// as pair by pair. With it amplitudes scatter on sound frames as their deviations say.
 constexpr double heavy = 10;
-/// An electrode is half dead if losing a share of its voltages explains this much of a frame.
-constexpr double explains = 0.72;
-constexpr double least_evidence = 30;  ///< square of a distance in standard deviations
-constexpr double least_lost = 0.1;
-constexpr double most_lost = 1.3;
 
 }  // namespace
 
@@ -55,28 +50,17 @@ void Front::set_model(const Sensor& sensor, const Nuisances& nuisances) {
   deviations_ = Eigen::Map<const Eigen::VectorXd>(deviations.data(), std::ssize(deviations));
   nuisances_ = deviations_.size();
   // A rise of the conductivity lowers the voltages.
-  Eigen::MatrixXd columns(sensor.channels(), nuisances_ + electrodes_);
-  columns.leftCols(nuisances_) =
-      nuisances.responses(sensor) * deviations_.cwiseInverse().asDiagonal();
+  Eigen::MatrixXd columns = nuisances.responses(sensor) * deviations_.cwiseInverse().asDiagonal();
   if (nuisances.factor() > 0) columns.col(0) *= -1;
   responses_ = columns.leftCols(even);
-  const std::vector<ElectrodeSet> channels = electrode_sets_of_channels(sensor);
-  for (int e = 0; e < electrodes_; ++e) {
-    for (Eigen::Index c = 0; c < columns.rows(); ++c) {
-      const bool uses = channels[static_cast<std::size_t>(c)] >> e & 1;
-      columns(c, nuisances_ + e) = uses ? -reference_[c] : 0;
-    }
-  }
-  rows_.resize(kept + columns.cols(), pairs);
+  rows_.resize(kept + nuisances_, pairs);
   rows_.topRows(kept) = basis.transpose();
-  for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+  for (Eigen::Index c = 0; c < nuisances_; ++c) {
     check_.means(columns.col(c).data(), rows_.row(kept + c).data());
   }
-  const auto bottom = rows_.bottomRows(columns.cols());
+  const auto bottom = rows_.bottomRows(nuisances_);
   within_ = (bottom * basis).transpose();
-  const Eigen::MatrixXd outside = bottom * bottom.transpose() - within_.transpose() * within_;
-  beside_ = outside.topLeftCorner(nuisances_, nuisances_);
-  rest_ = outside.diagonal().tail(electrodes_).cwiseMax(0);
+  beside_ = bottom * bottom.transpose() - within_.transpose() * within_;
 }
 
 double Front::noise(const double* change, ElectrodeSet dead) const {
@@ -95,15 +79,18 @@ bool Front::saturated(const double* change) const {
 
 FrameState Front::look(const double* change) const {
   FrameState state;
-  state.dead = check_.judge(change).dead;
-  state.floating = state.dead & ~check_.reading_zero(change);
+  const FrameCheck::Verdict verdict = check_.judge(change);
+  state.dead = verdict.dead;
+  state.lost = verdict.lost_share;
+  if (verdict.lost_share > 0) state.half_dead = verdict.dead;
+  state.floating = state.dead & ~state.half_dead & ~check_.reading_zero(change);
   state.saturated = saturated(change);
   state.noise = noise(change, state.dead);
   if (!check_.has_limits()) return state;
   thread_local Eigen::VectorXd imputed;
-  if (state.dead != 0) {
+  if (verdict.has_gaps()) {
     imputed = Eigen::Map<const Eigen::VectorXd>(change, reference_.size());
-    check_.impute(imputed.data(), state.dead);
+    check_.impute(imputed.data(), verdict);
     change = imputed.data();
   }
   thread_local Eigen::VectorXd means;
@@ -124,19 +111,17 @@ FrameState Front::look(const double* change) const {
       (std::max(shapes_.residual, has_noise ? pairs * state.noise * state.noise : 0) +
        shapes_.residual_of_square * square) /
       pairs;
-  if (state.dead == 0) find_half_dead(products, scores, power, rho, square, state);
 
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
   const double wide = heavy * rho;
   const Scores weights = (power.array() + wide).inverse();
-  const auto inside = within_.leftCols(nuisances_);
   Square normal = beside_ / wide;
-  normal.noalias() += inside.transpose() * weights.asDiagonal() * inside;
+  normal.noalias() += within_.transpose() * weights.asDiagonal() * within_;
   normal.diagonal() += deviations_.cwiseAbs2().cwiseInverse();
   const FrameState::Amplitudes outside_along =
-      products.segment(scores.size(), nuisances_) - inside.transpose() * scores;
+      products.segment(scores.size(), nuisances_) - within_.transpose() * scores;
   FrameState::Amplitudes right = outside_along / wide;
-  right.noalias() += inside.transpose() * weights.cwiseProduct(scores);
+  right.noalias() += within_.transpose() * weights.cwiseProduct(scores);
   const Eigen::LLT<Square> factored(normal);
   const FrameState::Amplitudes amplitudes = factored.solve(right);
   state.amplitudes = amplitudes;
@@ -146,28 +131,6 @@ FrameState Front::look(const double* change) const {
   const double left = outside + amplitudes.dot(beside_ * amplitudes - 2 * outside_along);
   state.unexplained = std::max(0.0, left) / (rho * pairs);
   return state;
-}
-
-template <typename Vector>
-void Front::find_half_dead(const Vector& products, const Scores& scores, const Scores& power,
-                           double rho, double square, FrameState& state) const {
-  const Scores weights = (power.array() + rho).inverse();
-  const auto inside = within_.rightCols(electrodes_);
-  FrameState::Amplitudes along = products.tail(electrodes_);
-  along.noalias() -= inside.transpose() * scores;
-  along /= rho;
-  along.noalias() += inside.transpose() * weights.cwiseProduct(scores);
-  FrameState::Amplitudes steep = rest_ / rho;
-  steep.noalias() += inside.cwiseAbs2().transpose() * weights;
-  Eigen::Index most_likely = 0;
-  const double evidence =
-      (along.array().square() / steep.array().max(1e-300)).maxCoeff(&most_likely);
-  const double all = (square - scores.squaredNorm()) / rho + scores.cwiseAbs2().dot(weights);
-  const double lost = along[most_likely] / steep[most_likely];
-  if (evidence < least_evidence || evidence < explains * all) return;
-  if (lost < least_lost || lost > most_lost) return;
-  state.half_dead = ElectrodeSet{1} << most_likely;
-  state.lost = std::min(lost, 1.0);
 }
 
 void Front::remove_nuisances(const FrameState& state, double* change) const {
@@ -187,9 +150,9 @@ void Front::tell(const double* change, ElectrodeSet dead, float* told) const {
 }
 
 void Front::prepare(double* change, float* told) const {
-  const ElectrodeSet dead = check_.judge(change).dead;
-  if (dead != 0) check_.impute(change, dead);
-  tell(change, dead, told);
+  const FrameCheck::Verdict verdict = check_.judge(change);
+  if (verdict.has_gaps()) check_.impute(change, verdict);
+  tell(change, verdict.lost(), told);
 }
 
 ElectrodeSet FramePast::intermittent() const {

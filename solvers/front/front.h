@@ -17,6 +17,10 @@ class ToldSolver {
   /// If true, frames come with the channels of dead electrodes imputed (FrameCheck::impute), and
   /// FrameReport::dead names these electrodes. Valid after `fit` or `load`.
   virtual bool is_told() const = 0;
+  /// Frames that are usual to the solver, which the frame check does not flag: those of
+  /// the input with the faults of its training, [frames, channels] V, changes; none if there are
+  /// none. Valid after `fit` or `load`.
+  virtual Frames usual_frames(const FitInput&) const { return {}; }
 };
 
 /// What is wrong with a frame, known before its image.
@@ -25,9 +29,9 @@ struct FrameState {
   /// per domain unit), displacement of each electrode (domain units), as far as the front has them.
   using Amplitudes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 67, 1>;
 
-  ElectrodeSet dead = 0;       ///< read zero, float or are loose
+  ElectrodeSet dead = 0;       ///< read zero, float, are loose or half dead
   ElectrodeSet floating = 0;   ///< of the dead ones: float or are loose
-  ElectrodeSet half_dead = 0;  ///< one electrode all of whose channels read a share too little
+  ElectrodeSet half_dead = 0;  ///< of the dead ones: all channels read a share too little
   double lost = 0;             ///< that share
   bool saturated = false;      ///< channels stand at the end of the converter's range
   double noise = 0;            ///< standard deviation of a channel, V
@@ -77,9 +81,6 @@ class Front {
   double noise(const double* change, ElectrodeSet dead) const;
   bool saturated(const double* change) const;
   void set_model(const Sensor& sensor, const Nuisances& nuisances);
-  template <typename Vector>
-  void find_half_dead(const Vector& products, const Scores& scores, const Scores& power, double rho,
-                      double square, FrameState& state) const;
 
   FrameCheck check_;
   int electrodes_ = 0;
@@ -90,19 +91,15 @@ class Front {
   Eigen::MatrixXd responses_;   ///< [channels, level and gradients], of size one
   Eigen::VectorXd deviations_;  ///< [nuisances]
   Eigen::Index nuisances_ = 0;
-  /// [eigenvectors, nuisances, electrodes of half the voltage; pairs].
-  RowMajorMatrix rows_;
-  Eigen::MatrixXd within_;  ///< [eigenvectors, nuisances and electrodes]
+  RowMajorMatrix rows_;     ///< [eigenvectors and nuisances, pairs]
+  Eigen::MatrixXd within_;  ///< [eigenvectors, nuisances]
   Eigen::MatrixXd beside_;  ///< [nuisances, nuisances], products outside of the eigenvectors
-  Eigen::VectorXd rest_;    ///< [electrodes], squares outside of the eigenvectors
 };
 
 /// The states of the last frames.
 class FramePast {
  public:
-  void add(const FrameState& state) {
-    dead_[next_++ % dead_.size()] = state.dead | state.half_dead;
-  }
+  void add(const FrameState& state) { dead_[next_++ % dead_.size()] = state.dead; }
   /// Electrodes that came and went at least twice within the last 32 frames.
   ElectrodeSet intermittent() const;
 

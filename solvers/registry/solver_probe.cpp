@@ -129,13 +129,14 @@ namespace {
 /// The frame as it is, then with what may be wrong with it; electrode 5 is the one that fails.
 Frames faulty(const Eigen::RowVectorXd& change, const Eigen::RowVectorXd& reference) {
   const std::vector<ElectrodeSet> electrodes = electrode_sets_of_channels(Sensor{});
-  Frames out = change.replicate(5, 1);
+  Frames out = change.replicate(6, 1);
   out.row(1) -= 0.05 * (change + reference);
   for (Eigen::Index c = 0; c < out.cols(); ++c) {
     if (!(electrodes[static_cast<std::size_t>(c)] >> 5 & 1)) continue;
     out(2, c) = -reference[c];
     out(3, c) = -reference[c] + 0.3 * reference.maxCoeff() * std::cos(static_cast<double>(c));
     out(4, c) = (change[c] - reference[c]) / 2;
+    if (c % 2 == 0) out(5, c) = -reference[c];
   }
   return out;
 }
@@ -161,7 +162,7 @@ Probe computed_front_probe() {
           static_cast<double>(state.floating), static_cast<double>(state.half_dead), state.lost,
           std::log(state.noise);
       amplitudes.row(i) << state.amplitudes.transpose(), state.deviations.transpose();
-      check.impute(frames.row(i).data(), verdict.dead);
+      check.impute(frames.row(i).data(), verdict);
     }
     probe.add_matrix(said);
     probe.add_matrix(amplitudes);

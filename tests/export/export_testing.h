@@ -118,23 +118,25 @@ class Export : public ::testing::Test {
   }
 
   /// One to three electrodes that read zero or are loose, one that floats, another level, noise,
-  /// and nothing.
+  /// one or two that read half, and nothing.
   static FloatRows with_faults(FloatRows numbers) {
     const std::vector<ElectrodeSet> users = electrode_sets_of_channels(Sensor{});
     const FloatRows random = random_matrix(frames, 208, 8).cast<float>();
     const float size = numbers.row(0).norm() / std::sqrt(208.0F);
     for (int f = 0; f < frames; ++f) {
       auto frame = numbers.row(f + 1);
-      const int kind = f % 6;
+      const int kind = f % 12 == 5 ? 6 : f % 6;
       ElectrodeSet dead = 0;
       for (int i = 0; kind < 4 && i < kind; ++i) dead |= ElectrodeSet{1} << (5 * f + i * i) % 16;
       const ElectrodeSet floating = kind == 4 ? ElectrodeSet{1} << f % 16 : 0;
+      const ElectrodeSet half = kind == 6 ? ElectrodeSet{1} << f % 16 | ElectrodeSet{1} << 9 : 0;
       if (f % 4 == 3) frame *= 1 + 0.01F * static_cast<float>(f % 5);
       if (kind == 5) frame += 0.01F * size * random.row(f);
       for (int c = 0; c < 208; ++c) {
         const bool reads = f % 4 >= 2 && random(f, c) < 0;  // at times, as a loose one does
         if (users[static_cast<std::size_t>(c)] & dead && !reads) frame[c] = 0;
         if (users[static_cast<std::size_t>(c)] & floating) frame[c] = 0.3F * size * random(f, c);
+        if (users[static_cast<std::size_t>(c)] & half) frame[c] *= 0.5F;
       }
     }
     return numbers;

@@ -257,6 +257,41 @@ TEST_P(NetworkWithAFront, ReadsNothingFromDeadElectrodes) {
   EXPECT_LT(relative_difference(alone.images, floating.images.topRows(1)), 1e-4);
 }
 
+// A change of level or noise as in training is usual; twice as much is not. Two frames in a hundred
+// may be flagged by chance.
+TEST_P(NetworkWithAFront, FlagsFramesBeyondTheFaultsOfItsTraining) {
+  const TrainingFiles files(96, 400);
+  json spec = with_budget(GetParam());
+  spec["front"] = true;
+  spec["fault_share"] = 1;
+  spec["training_faults"] = {{"level", {-0.1, 0.1}}, {"snr_db", {40, 50}}};
+  const auto solver = make_learned(spec);
+  solver->fit(files.input());
+  const auto flagged = [](const Solver& by, const Frames& changes) {
+    int out = 0;
+    for (const FrameReport& report : reconstruct(by, changes).reports) {
+      out += report.status == FrameStatus::suspect;
+    }
+    return out;
+  };
+  const Eigen::RowVectorXd reference = uniform_reference({}).transpose();
+  const auto of_level = [&](double level) {
+    return Frames(((fresh_changes(100, 42).rowwise() + reference) / (1 + level)).rowwise() -
+                  reference);
+  };
+  EXPECT_LE(flagged(*solver, of_level(0)), 2);
+  EXPECT_LE(flagged(*solver, of_level(0.08)), 4);
+  EXPECT_LE(flagged(*solver, of_level(-0.08)), 4);
+  EXPECT_GE(flagged(*solver, of_level(-0.25)), 90);
+  EXPECT_GE(flagged(*solver, fresh_changes(100, 34)), 90);
+
+  solver->save(files.folder() / "network.fitted");
+  const auto again = make_learned({{"type", spec["type"]}});
+  again->load(files.folder() / "network.fitted", Sensor{});
+  EXPECT_EQ(flagged(*again, of_level(0.08)), flagged(*solver, of_level(0.08)));
+  EXPECT_EQ(flagged(*again, fresh_changes(100, 34)), flagged(*solver, fresh_changes(100, 34)));
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, NetworkWithAFront,
     ::testing::Values(json{{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}},

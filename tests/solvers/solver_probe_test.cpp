@@ -42,7 +42,8 @@ TEST(SolverProbe, AStoredFitOfTheLastReleasePasses) {
   }
 }
 
-// The numbers with which it began: results from before are valid by them.
+// Results from before it was recorded are valid by these numbers; those with loose or half-dead
+// electrodes were made anew.
 TEST(SolverProbe, TheFrontIsThatOfThePublishedResults) {
   const Probe now = front_probe();
   ASSERT_EQ(now.numbers.size(), 3u * 3 * Probe::projections);
