@@ -3,8 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/text.h"
-
 namespace ertbench {
 namespace {
 

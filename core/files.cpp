@@ -13,9 +13,7 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
-#include <string>
 #include <system_error>
-#include <vector>
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -79,6 +77,60 @@ void sync_folder(const fs::path& folder) {
   ::close(descriptor);
 }
 
+const char* kind_of(fs::file_type type) {
+  using Type = fs::file_type;
+  if (type == Type::directory) return "a directory";
+  if (type == Type::fifo) return "a FIFO";
+  if (type == Type::socket) return "a socket";
+  return type == Type::block || type == Type::character ? "a device" : "no regular file";
+}
+
+/// The file beside the missing one that its name may be a slip for, of the same kind; empty where
+/// there is none.
+std::string near_file(const fs::path& missing) {
+  std::vector<std::string> stems;
+  std::error_code error;
+  const fs::path folder = missing.has_parent_path() ? missing.parent_path() : ".";
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == missing.extension()) stems.push_back(entry.path().stem());
+  }
+  const std::string near = nearest_word(missing.stem().string(), stems);
+  if (near.empty()) return "";
+  return fs::path(missing).replace_filename(near + missing.extension().string()).string();
+}
+
+/// Folders with this prefix are ours and may be removed.
+constexpr const char* prefix = ".ertbench_temporary_";
+
+/// Opens and locks a folder; -1 on failure, or if another process holds the lock.
+int lock_folder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  if (descriptor >= 0) ::close(descriptor);
+  return -1;
+}
+
+/// True if it is a folder of our user and older than the moment between its creation and its lock.
+bool may_be_left(const fs::path& folder) {
+  constexpr std::time_t moment_s = 60;
+  struct stat found {};
+  return ::lstat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) &&
+         found.st_uid == ::getuid() && found.st_mtime + moment_s < std::time(nullptr);
+}
+
+/// Removes the folders of killed processes.
+void remove_left_folders(const fs::path& place) {
+  std::error_code ignored;
+  for (fs::directory_iterator entry(place, ignored), end; entry != end; entry.increment(ignored)) {
+    const fs::path& folder = entry->path();
+    if (!folder.filename().string().starts_with(prefix) || !may_be_left(folder)) continue;
+    const int lock = lock_folder(folder);
+    if (lock < 0) continue;
+    fs::remove_all(folder, ignored);
+    ::close(lock);
+  }
+}
+
 }  // namespace
 
 void write_file_atomically(const fs::path& path, std::string_view bytes) {
@@ -119,40 +171,6 @@ void require_output(const fs::path& output, const std::vector<fs::path>& inputs,
   }
 }
 
-namespace {
-
-const char* kind_of(fs::file_type type) {
-  switch (type) {
-    case fs::file_type::directory:
-      return "a directory";
-    case fs::file_type::fifo:
-      return "a FIFO";
-    case fs::file_type::socket:
-      return "a socket";
-    case fs::file_type::block:
-    case fs::file_type::character:
-      return "a device";
-    default:
-      return "no regular file";
-  }
-}
-
-/// The file beside the missing one that its name may be a slip for, of the same kind; empty where
-/// there is none.
-std::string near_file(const fs::path& missing) {
-  std::vector<std::string> stems;
-  std::error_code error;
-  const fs::path folder = missing.has_parent_path() ? missing.parent_path() : ".";
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() == missing.extension()) stems.push_back(entry.path().stem());
-  }
-  const std::string near = nearest_word(missing.stem().string(), stems);
-  if (near.empty()) return "";
-  return fs::path(missing).replace_filename(near + missing.extension().string()).string();
-}
-
-}  // namespace
-
 void require_regular_file(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -188,42 +206,6 @@ void put_in_place(const fs::path& aside, const fs::path& file) {
   throw InputError(file.string() + ": cannot be put in place: " + error.message() +
                    "; check that its folder may be written and that no folder has its name");
 }
-
-namespace {
-
-/// Folders with this prefix are ours and may be removed.
-constexpr const char* prefix = ".ertbench_temporary_";
-
-/// Opens and locks a folder; -1 on failure, or if another process holds the lock.
-int lock_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-  if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
-  if (descriptor >= 0) ::close(descriptor);
-  return -1;
-}
-
-/// True if it is a folder of our user and older than the moment between its creation and its lock.
-bool may_be_left(const fs::path& folder) {
-  constexpr std::time_t moment_s = 60;
-  struct stat found {};
-  return ::lstat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) &&
-         found.st_uid == ::getuid() && found.st_mtime + moment_s < std::time(nullptr);
-}
-
-/// Removes the folders of killed processes.
-void remove_left_folders(const fs::path& place) {
-  std::error_code ignored;
-  for (fs::directory_iterator entry(place, ignored), end; entry != end; entry.increment(ignored)) {
-    const fs::path& folder = entry->path();
-    if (!folder.filename().string().starts_with(prefix) || !may_be_left(folder)) continue;
-    const int lock = lock_folder(folder);
-    if (lock < 0) continue;
-    fs::remove_all(folder, ignored);
-    ::close(lock);
-  }
-}
-
-}  // namespace
 
 TemporaryFolder::TemporaryFolder(const std::string& name) {
   const fs::path place = fs::temp_directory_path();

@@ -1,7 +1,5 @@
 #include "core/hdf5_guard.h"
 
-#include <hdf5.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <vector>
@@ -51,51 +49,6 @@ std::string in_brief(const std::string& message) {
   const std::size_t first = why + reason.size();
   return message.substr(0, what) + ": " + message.substr(first, message.find('\'', first) - first);
 }
-
-}  // namespace
-
-std::string hdf5_message() {
-  std::string message;
-  H5Ewalk2(
-      H5E_DEFAULT, H5E_WALK_UPWARD,
-      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
-        auto& text = *static_cast<std::string*>(out);
-        if (text.empty() && error->desc) text = error->desc;
-        return 0;
-      },
-      &message);
-  return message.empty() ? "" : " (HDF5: " + in_brief(message) + ")";
-}
-
-void forbid_foreign_hdf5() {
-  H5Lunregister(H5L_TYPE_EXTERNAL);
-  H5PLset_loading_state(0);
-}
-
-std::string why_not_read(std::int64_t dataset) {
-  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
-  const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
-  const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
-  if (!properties.valid() || !type.valid() || !space.valid())
-    return "is damaged; write the file again";
-  const H5D_layout_t layout = H5Pget_layout(properties);
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) > 0) {
-    return "keeps its values in other files, which are not read; copy them into this one";
-  }
-  const std::vector<hsize_t> extent = extent_of(space);
-  const double declared = count_of(extent) * static_cast<double>(H5Tget_size(type));
-  const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
-  bool all = layout == H5D_COMPACT || declared <= stored;
-  if (layout == H5D_CHUNKED) {
-    hsize_t chunks = 0;
-    const bool counted = H5Dget_num_chunks(dataset, space, &chunks) >= 0;
-    all = counted && static_cast<double>(chunks) >= chunks_of(properties, extent) &&
-          declared <= largest_expansion * stored + free_bytes;
-  }
-  return all ? "" : "declares more values than the file holds; it is damaged, or not finished";
-}
-
-namespace {
 
 constexpr std::uint64_t bytes_at_a_time = 8 << 20;
 
@@ -189,6 +142,47 @@ void add_attribute(Checksum& checksum, hid_t file, const std::string& name) {
 }
 
 }  // namespace
+
+std::string hdf5_message() {
+  std::string message;
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_UPWARD,
+      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
+        auto& text = *static_cast<std::string*>(out);
+        if (text.empty() && error->desc) text = error->desc;
+        return 0;
+      },
+      &message);
+  return message.empty() ? "" : " (HDF5: " + in_brief(message) + ")";
+}
+
+void forbid_foreign_hdf5() {
+  H5Lunregister(H5L_TYPE_EXTERNAL);
+  H5PLset_loading_state(0);
+}
+
+std::string why_not_read(std::int64_t dataset) {
+  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+  const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
+  const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
+  if (!properties.valid() || !type.valid() || !space.valid())
+    return "is damaged; write the file again";
+  const H5D_layout_t layout = H5Pget_layout(properties);
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) > 0) {
+    return "keeps its values in other files, which are not read; copy them into this one";
+  }
+  const std::vector<hsize_t> extent = extent_of(space);
+  const double declared = count_of(extent) * static_cast<double>(H5Tget_size(type));
+  const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
+  bool all = layout == H5D_COMPACT || declared <= stored;
+  if (layout == H5D_CHUNKED) {
+    hsize_t chunks = 0;
+    const bool counted = H5Dget_num_chunks(dataset, space, &chunks) >= 0;
+    all = counted && static_cast<double>(chunks) >= chunks_of(properties, extent) &&
+          declared <= largest_expansion * stored + free_bytes;
+  }
+  return all ? "" : "declares more values than the file holds; it is damaged, or not finished";
+}
 
 std::string checksum_of_contents(std::int64_t file) {
   Checksum checksum;

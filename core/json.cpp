@@ -7,8 +7,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
-#include <vector>
 
 #include "core/files.h"
 #include "core/lists.h"
@@ -76,6 +74,24 @@ std::string words_of(const json::exception& error) {
   return printable(start == std::string::npos ? what : what.substr(start + 2));
 }
 
+/// Longest text, such as a title or a label, which messages, tables and pages repeat.
+constexpr std::size_t most_text = 4000;
+
+/// JSON path segment: "~" and "/" are escaped as in RFC 6901.
+std::string escaped(std::string_view key) {
+  std::string out;
+  for (const char c : printable(key)) {
+    if (c == '~') {
+      out += "~0";
+    } else if (c == '/') {
+      out += "~1";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void require_json_size(std::uint64_t bytes, const std::string& source, std::uint64_t most_bytes) {
@@ -135,28 +151,6 @@ json printable_json(const json& value, std::size_t most) {
   }
   return out;
 }
-
-namespace {
-
-/// Longest text, such as a title or a label, which messages, tables and pages repeat.
-constexpr std::size_t most_text = 4000;
-
-/// JSON path segment: "~" and "/" are escaped as in RFC 6901.
-std::string escaped(std::string_view key) {
-  std::string out;
-  for (const char c : printable(key)) {
-    if (c == '~') {
-      out += "~0";
-    } else if (c == '/') {
-      out += "~1";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
-}  // namespace
 
 json read_json_file(const std::filesystem::path& file, std::uint64_t most_bytes) {
   const std::string name = file.string();

@@ -13,7 +13,6 @@
 #include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/checksum.h"
-#include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
 #include "core/random.h"
@@ -31,6 +30,52 @@ double shortened(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
   return std::strtod(text, nullptr);
+}
+
+std::map<std::string, Probe>& memory() {
+  static std::map<std::string, Probe> probes;
+  return probes;
+}
+
+fs::path file_of(const std::string& name) {
+  static const std::string program = stamp_of_this_build().program;
+  std::string file = name;
+  std::replace(file.begin(), file.end(), '/', '-');
+  return cache_folder() / "probes" / program / (file + ".json");
+}
+
+std::optional<Probe> read_probe(const std::string& name) {
+  try {
+    json content = read_json_file(file_of(name));
+    if (!take_checksum(content).empty() || content.at("name") != name) return std::nullopt;
+    return Probe{content.at("numbers"), content.at("tolerance")};
+  } catch (const std::exception&) {
+    return std::nullopt;  // not there, or damaged
+  }
+}
+
+/// Programs of long ago leave a few kilobytes each.
+void remove_old_programs(const fs::path& folder) {
+  constexpr std::chrono::hours age{24 * 30};
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const auto written = fs::last_write_time(entry.path(), ignored);
+    if (ignored || fs::file_time_type::clock::now() - written < age) continue;
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
+void keep(const std::string& name, const Probe& probe) {
+  const fs::path file = file_of(name);
+  json content = {{"name", name}, {"numbers", probe.numbers}, {"tolerance", probe.tolerance}};
+  add_checksum(content);
+  try {
+    if (fs::create_directories(file.parent_path())) {
+      remove_old_programs(file.parent_path().parent_path());
+    }
+    write_file_atomically(file, json_text(content));
+  } catch (const std::exception&) {  // a full or read-only disk
+  }
 }
 
 }  // namespace
@@ -104,56 +149,6 @@ const Probes& release_probes() {
   static const Probes probes = probes_from_json(json::parse(this_build().release_probes));
   return probes;
 }
-
-namespace {
-
-std::map<std::string, Probe>& memory() {
-  static std::map<std::string, Probe> probes;
-  return probes;
-}
-
-fs::path file_of(const std::string& name) {
-  static const std::string program = stamp_of_this_build().program;
-  std::string file = name;
-  std::replace(file.begin(), file.end(), '/', '-');
-  return cache_folder() / "probes" / program / (file + ".json");
-}
-
-std::optional<Probe> read_probe(const std::string& name) {
-  try {
-    json content = read_json_file(file_of(name));
-    if (!take_checksum(content).empty() || content.at("name") != name) return std::nullopt;
-    return Probe{content.at("numbers"), content.at("tolerance")};
-  } catch (const std::exception&) {
-    return std::nullopt;  // not there, or damaged
-  }
-}
-
-/// Programs of long ago leave a few kilobytes each.
-void remove_old_programs(const fs::path& folder) {
-  constexpr std::chrono::hours age{24 * 30};
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const auto written = fs::last_write_time(entry.path(), ignored);
-    if (ignored || fs::file_time_type::clock::now() - written < age) continue;
-    fs::remove_all(entry.path(), ignored);
-  }
-}
-
-void keep(const std::string& name, const Probe& probe) {
-  const fs::path file = file_of(name);
-  json content = {{"name", name}, {"numbers", probe.numbers}, {"tolerance", probe.tolerance}};
-  add_checksum(content);
-  try {
-    if (fs::create_directories(file.parent_path())) {
-      remove_old_programs(file.parent_path().parent_path());
-    }
-    write_file_atomically(file, json_text(content));
-  } catch (const std::exception&) {  // a full or read-only disk
-  }
-}
-
-}  // namespace
 
 bool has_cached_probe(const std::string& name) {
   if (memory().contains(name)) return true;

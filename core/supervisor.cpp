@@ -12,9 +12,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 
@@ -70,22 +68,6 @@ std::uint64_t resident_below(pid_t process, const std::multimap<pid_t, pid_t>& c
   }
   return sum;
 }
-
-}  // namespace
-
-std::vector<pid_t> children_of(pid_t process) {
-  std::vector<pid_t> out;
-  const std::multimap<pid_t, pid_t> all = children_by_parent();
-  const auto [first, last] = all.equal_range(process);
-  for (auto one = first; one != last; ++one) out.push_back(one->second);
-  return out;
-}
-
-std::uint64_t resident_bytes_below(pid_t process) {
-  return resident_below(process, children_by_parent());
-}
-
-namespace {
 
 volatile sig_atomic_t told_to_stop = 0;
 
@@ -303,6 +285,18 @@ class Supervision {
 };
 
 }  // namespace
+
+std::vector<pid_t> children_of(pid_t process) {
+  std::vector<pid_t> out;
+  const std::multimap<pid_t, pid_t> all = children_by_parent();
+  const auto [first, last] = all.equal_range(process);
+  for (auto one = first; one != last; ++one) out.push_back(one->second);
+  return out;
+}
+
+std::uint64_t resident_bytes_below(pid_t process) {
+  return resident_below(process, children_by_parent());
+}
 
 Supervisor start_supervised(const Supervised& task, const ProcessLimits& limits) {
   int report[2];

@@ -69,6 +69,45 @@ std::vector<std::string_view> pieces_of(std::string_view text) {
   return pieces;
 }
 
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({substituted, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// True if the unknown word is probably a misspelling of the known one.
+bool is_slip(std::string_view word, std::string_view known) {
+  const auto end = std::mismatch(word.begin(), word.end(), known.begin(), known.end()).first;
+  const auto common = static_cast<std::size_t>(end - word.begin());
+  return edit_distance(word, known) <= std::max<std::size_t>(2, word.size() / 3) ||
+         (common >= 4 && 2 * common >= word.size());
+}
+
+bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
+
+bool is_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+  return end.ec == std::errc() && end.ptr == text.data() + text.size() && std::isfinite(value);
+}
+
+/// True if a spreadsheet would evaluate the text, or if it looks like a field with our apostrophe.
+bool needs_apostrophe(std::string_view text) {
+  const std::size_t first = text.find_first_not_of("' ");
+  return first != std::string_view::npos &&
+         std::string_view("=+-@\t\r\n").find(text[first]) != std::string_view::npos;
+}
+
 }  // namespace
 
 std::string fixed(double value, int decimals) {
@@ -196,33 +235,6 @@ std::vector<std::string> split(std::string_view text, std::string_view separator
   }
 }
 
-namespace {
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({substituted, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-/// True if the unknown word is probably a misspelling of the known one.
-bool is_slip(std::string_view word, std::string_view known) {
-  const auto end = std::mismatch(word.begin(), word.end(), known.begin(), known.end()).first;
-  const auto common = static_cast<std::size_t>(end - word.begin());
-  return edit_distance(word, known) <= std::max<std::size_t>(2, word.size() / 3) ||
-         (common >= 4 && 2 * common >= word.size());
-}
-
-}  // namespace
-
 std::string nearest_word(std::string_view word, const std::vector<std::string>& known) {
   const auto nearest =
       std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
@@ -230,12 +242,6 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
       });
   return nearest != known.end() && is_slip(word, *nearest) ? *nearest : "";
 }
-
-namespace {
-
-bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
-
-}  // namespace
 
 std::string markdown_escaped(std::string_view raw) {
   const std::string text = printable(raw, raw.size());
@@ -263,50 +269,20 @@ std::string markdown_escaped(std::string_view raw) {
 std::string html_escaped(std::string_view text) {
   std::string out;
   for (const char32_t point : code_points(text)) {
-    switch (point) {
-      case U'&':
-        out += "&amp;";
-        break;
-      case U'<':
-        out += "&lt;";
-        break;
-      case U'>':
-        out += "&gt;";
-        break;
-      case U'"':
-        out += "&quot;";
-        break;
-      case U'\'':
-        out += "&#39;";
-        break;
-      default:
-        if (point == U'\n' || point == U'\t') {
-          out += static_cast<char>(point);
-        } else if (!is_control(point)) {
-          append_utf8(out, point);
-        }
+    const char* const entity = point == U'&'    ? "&amp;"
+                               : point == U'<'  ? "&lt;"
+                               : point == U'>'  ? "&gt;"
+                               : point == U'"'  ? "&quot;"
+                               : point == U'\'' ? "&#39;"
+                                                : nullptr;
+    if (entity) {
+      out += entity;
+    } else if (point == U'\n' || point == U'\t' || !is_control(point)) {
+      append_utf8(out, point);
     }
   }
   return out;
 }
-
-namespace {
-
-bool is_number(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0;
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
-  return end.ec == std::errc() && end.ptr == text.data() + text.size() && std::isfinite(value);
-}
-
-/// True if a spreadsheet would evaluate the text, or if it looks like a field with our apostrophe.
-bool needs_apostrophe(std::string_view text) {
-  const std::size_t first = text.find_first_not_of("' ");
-  return first != std::string_view::npos &&
-         std::string_view("=+-@\t\r\n").find(text[first]) != std::string_view::npos;
-}
-
-}  // namespace
 
 std::string csv_field(std::string_view field) {
   const bool text_only = needs_apostrophe(field) && !is_number(field);

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "core/errors.h"
-#include "core/json.h"
 
 namespace ertbench {
 

@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/json.h"
 #include "core/process.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"

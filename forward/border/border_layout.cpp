@@ -8,8 +8,9 @@
 namespace ertbench {
 namespace {
 
-using Complex = std::complex<double>;
 using std::numbers::pi;
+
+using Complex = std::complex<double>;
 
 /// The probe of what lies beside a border goes this far.
 constexpr double tolerance = BorderPiece::tolerance;
@@ -26,6 +27,113 @@ std::vector<BorderPiece> border_of(const Contact& contact) {
   if (contact.shape == Shape::rectangle)
     return polygon_border({c - u - v, c + u - v, c + u + v, c - u + v});
   return {BorderPiece::ellipse(c, u, v)};
+}
+
+using Complex = std::complex<double>;
+
+constexpr double wanted_order = 3;
+
+double contrast(double first, double second) { return (first - second) / (first + second); }
+
+/// Exponent at one end of an arc; position and inward direction on the unit disc.
+double exponent_at(const Sheet& sheet, const std::vector<ContactArc>& arcs, const ContactArc& arc,
+                   bool is_begin) {
+  const BorderPoint end = arc.piece.at(is_begin ? arc.begin : arc.end);
+  const double kappa = contrast(arc.left, arc.right);
+  if (is_begin ? arc.begins_at_sheet : arc.ends_at_sheet) {
+    const DiscPoint place = sheet.to_disc(end.z);
+    const Complex inwards = (is_begin ? 1.0 : -1.0) * place.first * end.first;
+    // From the arc to the sheet's border on its left.
+    const double angle = std::clamp(std::arg(Complex(0, -1) * place.w / inwards), 0.0, pi);
+    return is_begin ? corner_exponent(arc.left, arc.right, angle)
+                    : corner_exponent(arc.right, arc.left, angle);
+  }
+  const auto is_here = [&](double parameter, const ContactArc& other) {
+    return std::abs(other.piece.at(parameter).z - end.z) < 1e-7;
+  };
+  const ContactArc* neighbour = nullptr;
+  Complex away;
+  int ends = 0;
+  for (const ContactArc& other : arcs) {
+    if (other.closed) continue;
+    for (const bool begins : {true, false}) {
+      const double parameter = begins ? other.begin : other.end;
+      if (!is_here(parameter, other)) continue;
+      ++ends;
+      if (&other == &arc && begins == is_begin) continue;
+      neighbour = &other;
+      away = (begins ? 1.0 : -1.0) * other.piece.at(parameter).first;
+    }
+  }
+  // Three or more borders: the least exponent over all angles at this contrast.
+  if (ends != 2 || !neighbour) return 1 - std::asin(std::abs(kappa)) / pi;
+  const Complex own = (is_begin ? 1.0 : -1.0) * end.first;
+  const double angle = std::abs(std::arg(away / own)) / 2;
+  // Symmetric and antisymmetric about the bisector; both are the same for either order of the
+  // sides.
+  return std::min(corner_exponent(arc.left, arc.right, angle),
+                  corner_exponent(arc.right, arc.left, angle));
+}
+
+constexpr int least_open = 6;
+constexpr int most_on_arc = 240;
+/// Largest distance between points over the distance to their nearest neighbour.
+constexpr double largest_spacing = 1.5;
+/// An arc that would need more points than this is cut where it is most demanding.
+constexpr int most_before_cut = 36;
+constexpr int passes = 8;
+
+/// The far side of an ellipse is two minor semi-axes away.
+int least(const ContactArc& arc) {
+  const int around =
+      std::max(9, static_cast<int>(std::min<double>(most_on_arc, 2.1 * arc.piece.elongation())));
+  if (arc.closed) return around;
+  const double share = (arc.end - arc.begin) / arc.piece.length();
+  return std::max(least_open, static_cast<int>(around * share));
+}
+
+/// Largest spacing on each arc, relative to the allowed one, and the point where it occurs.
+struct Demand {
+  double spacing = 0;
+  int point = 0;
+};
+
+std::vector<Demand> demands(const std::vector<ContactArc>& arcs, const BorderPoints& points,
+                            const Eigen::Array2Xd& electrodes) {
+  // Neighbours at a corner or a junction come arbitrarily close, which the grading handles: there
+  // only the middle halves of the arcs count.
+  const auto is_middle = [&](std::size_t arc, Eigen::Index i) {
+    const double place = (static_cast<double>(i) - points.first[arc] + 0.5) /
+                         (points.first[arc + 1] - points.first[arc]);
+    return std::abs(place - 0.5) < 0.25;
+  };
+  std::vector<Demand> out(arcs.size());
+  for (std::size_t a = 0; a < arcs.size(); ++a) {
+    std::vector<char> joined(arcs.size(), 0);
+    for (std::size_t b = 0; b < arcs.size(); ++b) joined[b] = are_joined(arcs[a], arcs[b]);
+    const bool touches_sheet = arcs[a].begins_at_sheet || arcs[a].ends_at_sheet;
+    for (Eigen::Index i = points.first[a]; i < points.first[a + 1]; ++i) {
+      const bool middle = is_middle(a, i);
+      double nearest = std::numeric_limits<double>::infinity();
+      for (std::size_t b = 0; b < arcs.size(); ++b) {
+        if (b == a || (joined[b] && !middle)) continue;
+        for (Eigen::Index j = points.first[b]; j < points.first[b + 1]; ++j) {
+          if (joined[b] && !is_middle(b, j)) continue;
+          const double dx = points.x[i] - points.x[j];
+          const double dy = points.y[i] - points.y[j];
+          nearest = std::min(nearest, dx * dx + dy * dy);
+        }
+      }
+      const double square =
+          ((electrodes.row(0) - points.x[i]).square() + (electrodes.row(1) - points.y[i]).square())
+              .minCoeff();
+      nearest = std::sqrt(std::min(nearest, square));
+      if (middle || !touches_sheet) nearest = std::min(nearest, points.depth[i]);
+      const double spacing = points.weight[i] / (largest_spacing * nearest);
+      if (spacing > out[a].spacing) out[a] = {spacing, static_cast<int>(i)};
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -119,56 +227,6 @@ std::vector<ContactArc> contact_arcs(const Scene& scene, const Sheet& sheet) {
   return arcs;
 }
 
-namespace {
-
-using Complex = std::complex<double>;
-
-constexpr double wanted_order = 3;
-
-double contrast(double first, double second) { return (first - second) / (first + second); }
-
-/// Exponent at one end of an arc; position and inward direction on the unit disc.
-double exponent_at(const Sheet& sheet, const std::vector<ContactArc>& arcs, const ContactArc& arc,
-                   bool is_begin) {
-  const BorderPoint end = arc.piece.at(is_begin ? arc.begin : arc.end);
-  const double kappa = contrast(arc.left, arc.right);
-  if (is_begin ? arc.begins_at_sheet : arc.ends_at_sheet) {
-    const DiscPoint place = sheet.to_disc(end.z);
-    const Complex inwards = (is_begin ? 1.0 : -1.0) * place.first * end.first;
-    // From the arc to the sheet's border on its left.
-    const double angle = std::clamp(std::arg(Complex(0, -1) * place.w / inwards), 0.0, pi);
-    return is_begin ? corner_exponent(arc.left, arc.right, angle)
-                    : corner_exponent(arc.right, arc.left, angle);
-  }
-  const auto is_here = [&](double parameter, const ContactArc& other) {
-    return std::abs(other.piece.at(parameter).z - end.z) < 1e-7;
-  };
-  const ContactArc* neighbour = nullptr;
-  Complex away;
-  int ends = 0;
-  for (const ContactArc& other : arcs) {
-    if (other.closed) continue;
-    for (const bool begins : {true, false}) {
-      const double parameter = begins ? other.begin : other.end;
-      if (!is_here(parameter, other)) continue;
-      ++ends;
-      if (&other == &arc && begins == is_begin) continue;
-      neighbour = &other;
-      away = (begins ? 1.0 : -1.0) * other.piece.at(parameter).first;
-    }
-  }
-  // Three or more borders: the least exponent over all angles at this contrast.
-  if (ends != 2 || !neighbour) return 1 - std::asin(std::abs(kappa)) / pi;
-  const Complex own = (is_begin ? 1.0 : -1.0) * end.first;
-  const double angle = std::abs(std::arg(away / own)) / 2;
-  // Symmetric and antisymmetric about the bisector; both are the same for either order of the
-  // sides.
-  return std::min(corner_exponent(arc.left, arc.right, angle),
-                  corner_exponent(arc.right, arc.left, angle));
-}
-
-}  // namespace
-
 double corner_exponent(double first, double second, double angle) {
   // first tan(lambda a) + second tan(lambda (pi - a)) = 0, multiplied by its denominators.
   const double kappa = contrast(first, second);
@@ -241,71 +299,6 @@ BorderPoints border_points(const Sheet& sheet, const std::vector<ContactArc>& ar
   }
   return points;
 }
-
-namespace {
-
-constexpr int least_open = 6;
-constexpr int most_on_arc = 240;
-/// Largest distance between points over the distance to their nearest neighbour.
-constexpr double largest_spacing = 1.5;
-/// An arc that would need more points than this is cut where it is most demanding.
-constexpr int most_before_cut = 36;
-constexpr int passes = 8;
-
-/// The far side of an ellipse is two minor semi-axes away.
-int least(const ContactArc& arc) {
-  const int around =
-      std::max(9, static_cast<int>(std::min<double>(most_on_arc, 2.1 * arc.piece.elongation())));
-  if (arc.closed) return around;
-  const double share = (arc.end - arc.begin) / arc.piece.length();
-  return std::max(least_open, static_cast<int>(around * share));
-}
-
-/// Largest spacing on each arc, relative to the allowed one, and the point where it occurs.
-struct Demand {
-  double spacing = 0;
-  int point = 0;
-};
-
-std::vector<Demand> demands(const std::vector<ContactArc>& arcs, const BorderPoints& points,
-                            const Eigen::Array2Xd& electrodes) {
-  // Neighbours at a corner or a junction come arbitrarily close, which the grading handles: there
-  // only the middle halves of the arcs count.
-  const auto is_middle = [&](std::size_t arc, Eigen::Index i) {
-    const double place = (static_cast<double>(i) - points.first[arc] + 0.5) /
-                         (points.first[arc + 1] - points.first[arc]);
-    return std::abs(place - 0.5) < 0.25;
-  };
-  std::vector<Demand> out(arcs.size());
-  for (std::size_t a = 0; a < arcs.size(); ++a) {
-    std::vector<char> joined(arcs.size(), 0);
-    for (std::size_t b = 0; b < arcs.size(); ++b) joined[b] = are_joined(arcs[a], arcs[b]);
-    const bool touches_sheet = arcs[a].begins_at_sheet || arcs[a].ends_at_sheet;
-    for (Eigen::Index i = points.first[a]; i < points.first[a + 1]; ++i) {
-      const bool middle = is_middle(a, i);
-      double nearest = std::numeric_limits<double>::infinity();
-      for (std::size_t b = 0; b < arcs.size(); ++b) {
-        if (b == a || (joined[b] && !middle)) continue;
-        for (Eigen::Index j = points.first[b]; j < points.first[b + 1]; ++j) {
-          if (joined[b] && !is_middle(b, j)) continue;
-          const double dx = points.x[i] - points.x[j];
-          const double dy = points.y[i] - points.y[j];
-          nearest = std::min(nearest, dx * dx + dy * dy);
-        }
-      }
-      const double square =
-          ((electrodes.row(0) - points.x[i]).square() + (electrodes.row(1) - points.y[i]).square())
-              .minCoeff();
-      nearest = std::sqrt(std::min(nearest, square));
-      if (middle || !touches_sheet) nearest = std::min(nearest, points.depth[i]);
-      const double spacing = points.weight[i] / (largest_spacing * nearest);
-      if (spacing > out[a].spacing) out[a] = {spacing, static_cast<int>(i)};
-    }
-  }
-  return out;
-}
-
-}  // namespace
 
 BorderLayout border_layout(const Sheet& sheet, const Eigen::Array2Xd& electrodes,
                            const Scene& scene, BorderCuts cuts) {

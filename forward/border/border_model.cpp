@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "forward/border/border_layout.h"
 #include "forward/border/border_system.h"

@@ -3,77 +3,21 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 #include <utility>
 
 namespace ertbench {
 namespace {
 
+using Eigen::ArrayXd;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using std::numbers::pi;
+
 /// Limit of the gathering, so that the far side keeps enough points.
 constexpr std::array gathering_strengths = {0.8, 0.64, 0.5, 0.4, 0.32};
 /// Share of the least number of points that suffices on the far side.
 constexpr double least_far_off = 0.5;
-
-}  // namespace
-
-Gathered gathered(std::complex<double> half, const Gathering& gathering) {
-  // tan((t - towards) / 2) = strength tan((s - towards) / 2).
-  const double c = half.real();
-  const double d = gathering.strength * half.imag();
-  const double square = c * c + d * d;
-  return {{(c * c - d * d) / square, 2 * c * d / square}, gathering.strength / square};
-}
-
-Gathering gathering_for(const std::array<double, gathering_probes>& demand, double least) {
-  static const std::array<std::complex<double>, gathering_probes> halves = [] {
-    std::array<std::complex<double>, gathering_probes> out;
-    for (std::size_t i = 0; i < gathering_probes; ++i) {
-      out[i] = std::polar(1.0, std::numbers::pi * static_cast<double>(i) / gathering_probes);
-    }
-    return out;
-  }();
-  const auto worst = std::max_element(demand.begin(), demand.end());
-  const auto from_probe = static_cast<std::size_t>(worst - demand.begin());
-  Gathering best{1, 2 * std::numbers::pi * static_cast<double>(from_probe) / gathering_probes,
-                 std::max(*worst, least)};
-  for (const double strength : gathering_strengths) {
-    if (best.count <= least) break;
-    double count = least;
-    for (std::size_t i = 0; i < gathering_probes; ++i) {
-      const std::size_t from = (i + gathering_probes - from_probe) % gathering_probes;
-      const double c = strength * halves[from].real();
-      const double d = halves[from].imag();
-      // dt/ds at this t.
-      count =
-          std::max(count, std::max(demand[i], least_far_off * least) * (c * c + d * d) / strength);
-    }
-    if (count < best.count) {
-      best.count = count;
-      best.strength = strength;
-    }
-  }
-  return best;
-}
-
-using Eigen::MatrixXd;
-using std::numbers::pi;
-
-MatrixXd closed_differentiation(int count) {
-  MatrixXd out(count, count);
-  Eigen::VectorXd by_distance = Eigen::VectorXd::Zero(count);
-  for (int distance = 0; distance < count; ++distance) {
-    for (int k = 1; 2 * k < count; ++k) {
-      by_distance[distance] -= 4 * pi * k / count * std::sin(2 * pi * k * distance / count);
-    }
-  }
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) out(i, j) = by_distance[(i - j + count) % count];
-  }
-  return out;
-}
-
-namespace {
 
 /// Connected arcs with the region's conductivity on one side.
 struct Outline {
@@ -139,46 +83,6 @@ std::vector<Outline> outlines(const Sheet& sheet, const BorderLayout& layout,
 bool covers(const Outline& outline, double angle) {
   return outline.sheet_ends == 2 && turn(outline.begin, angle) < turn(outline.begin, outline.end);
 }
-
-}  // namespace
-
-std::vector<ScreenedRegion> screened_regions(const Sheet& sheet, const BorderLayout& layout,
-                                             const BorderPoints& points,
-                                             const Eigen::Array2Xd& electrodes,
-                                             const Eigen::ArrayXd& source) {
-  std::vector<ScreenedRegion> regions;
-  for (Eigen::Index e = 0; e < source.size(); ++e) {
-    const double ratio = 1 / source[e];
-    if (ratio > 1 || !is_strong(ratio)) continue;
-    const double angle = std::atan2(electrodes(1, e), electrodes(0, e));
-    const Outline* around = nullptr;
-    bool is_plain = true;
-    const std::vector<Outline> all = outlines(sheet, layout, points, ratio);
-    for (const Outline& outline : all) {
-      const bool is_hole = outline.sheet_ends == 0 && outline.area < 0;
-      if (is_hole || outline.sheet_ends > 2) is_plain = false;
-      if (!covers(outline, angle)) continue;
-      if (around) is_plain = false;
-      around = &outline;
-    }
-    if (!around || !is_plain) continue;
-    auto region = std::find_if(regions.begin(), regions.end(), [&](const ScreenedRegion& other) {
-      return other.arcs == around->arcs && is_same(other.ratio, ratio);
-    });
-    if (region == regions.end()) {
-      const ContactArc& arc = layout.arcs[static_cast<std::size_t>(around->arcs.front())];
-      const double exact = is_same(arc.left, ratio) ? arc.left : arc.right;
-      region = regions.insert(regions.end(), {around->arcs, {}, exact, {}});
-    }
-    region->electrodes.push_back(static_cast<int>(e));
-  }
-  return regions;
-}
-
-namespace {
-
-using Eigen::ArrayXd;
-using Eigen::Index;
 
 /// 1 / (2 mu) less the normal derivative of N, times the points' weights.
 MatrixXd system_matrix(const BorderPoints& p, const ArrayXd& half_inverse_mu) {
@@ -309,6 +213,92 @@ MatrixXd screening_charges(const ScreenedRegion& region, const BorderSystem& sys
 }
 
 }  // namespace
+
+Gathered gathered(std::complex<double> half, const Gathering& gathering) {
+  // tan((t - towards) / 2) = strength tan((s - towards) / 2).
+  const double c = half.real();
+  const double d = gathering.strength * half.imag();
+  const double square = c * c + d * d;
+  return {{(c * c - d * d) / square, 2 * c * d / square}, gathering.strength / square};
+}
+
+Gathering gathering_for(const std::array<double, gathering_probes>& demand, double least) {
+  static const std::array<std::complex<double>, gathering_probes> halves = [] {
+    std::array<std::complex<double>, gathering_probes> out;
+    for (std::size_t i = 0; i < gathering_probes; ++i) {
+      out[i] = std::polar(1.0, std::numbers::pi * static_cast<double>(i) / gathering_probes);
+    }
+    return out;
+  }();
+  const auto worst = std::max_element(demand.begin(), demand.end());
+  const auto from_probe = static_cast<std::size_t>(worst - demand.begin());
+  Gathering best{1, 2 * std::numbers::pi * static_cast<double>(from_probe) / gathering_probes,
+                 std::max(*worst, least)};
+  for (const double strength : gathering_strengths) {
+    if (best.count <= least) break;
+    double count = least;
+    for (std::size_t i = 0; i < gathering_probes; ++i) {
+      const std::size_t from = (i + gathering_probes - from_probe) % gathering_probes;
+      const double c = strength * halves[from].real();
+      const double d = halves[from].imag();
+      // dt/ds at this t.
+      count =
+          std::max(count, std::max(demand[i], least_far_off * least) * (c * c + d * d) / strength);
+    }
+    if (count < best.count) {
+      best.count = count;
+      best.strength = strength;
+    }
+  }
+  return best;
+}
+
+MatrixXd closed_differentiation(int count) {
+  MatrixXd out(count, count);
+  Eigen::VectorXd by_distance = Eigen::VectorXd::Zero(count);
+  for (int distance = 0; distance < count; ++distance) {
+    for (int k = 1; 2 * k < count; ++k) {
+      by_distance[distance] -= 4 * pi * k / count * std::sin(2 * pi * k * distance / count);
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) out(i, j) = by_distance[(i - j + count) % count];
+  }
+  return out;
+}
+
+std::vector<ScreenedRegion> screened_regions(const Sheet& sheet, const BorderLayout& layout,
+                                             const BorderPoints& points,
+                                             const Eigen::Array2Xd& electrodes,
+                                             const Eigen::ArrayXd& source) {
+  std::vector<ScreenedRegion> regions;
+  for (Eigen::Index e = 0; e < source.size(); ++e) {
+    const double ratio = 1 / source[e];
+    if (ratio > 1 || !is_strong(ratio)) continue;
+    const double angle = std::atan2(electrodes(1, e), electrodes(0, e));
+    const Outline* around = nullptr;
+    bool is_plain = true;
+    const std::vector<Outline> all = outlines(sheet, layout, points, ratio);
+    for (const Outline& outline : all) {
+      const bool is_hole = outline.sheet_ends == 0 && outline.area < 0;
+      if (is_hole || outline.sheet_ends > 2) is_plain = false;
+      if (!covers(outline, angle)) continue;
+      if (around) is_plain = false;
+      around = &outline;
+    }
+    if (!around || !is_plain) continue;
+    auto region = std::find_if(regions.begin(), regions.end(), [&](const ScreenedRegion& other) {
+      return other.arcs == around->arcs && is_same(other.ratio, ratio);
+    });
+    if (region == regions.end()) {
+      const ContactArc& arc = layout.arcs[static_cast<std::size_t>(around->arcs.front())];
+      const double exact = is_same(arc.left, ratio) ? arc.left : arc.right;
+      region = regions.insert(regions.end(), {around->arcs, {}, exact, {}});
+    }
+    region->electrodes.push_back(static_cast<int>(e));
+  }
+  return regions;
+}
 
 BorderSystem border_system(const Sheet& sheet, const BorderLayout& layout,
                            const DiscElectrodes& nodes, const ArrayXd& source, double resolution) {

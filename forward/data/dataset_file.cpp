@@ -223,21 +223,6 @@ void fill_rows(const Part& part, DatasetBlock& block) {
   }
 }
 
-}  // namespace
-
-DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
-                            std::uint64_t count, int threads) {
-  DatasetBlock block = allocate(spec, count);
-  parallel_for(count, threads, [&](std::size_t begin, std::size_t end) {
-    fill_rows(
-        {spec, model, first, static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end)},
-        block);
-  });
-  return block;
-}
-
-namespace {
-
 /// An attribute of the root.
 nlohmann::json json_attribute(const Hdf5File& file, const std::string& name) {
   return parse_json(file.read_text("/", name),
@@ -252,6 +237,17 @@ Truth written_truth(const Hdf5File& file) {
 }
 
 }  // namespace
+
+DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
+                            std::uint64_t count, int threads) {
+  DatasetBlock block = allocate(spec, count);
+  parallel_for(count, threads, [&](std::size_t begin, std::size_t end) {
+    fill_rows(
+        {spec, model, first, static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end)},
+        block);
+  });
+  return block;
+}
 
 std::string written_recipe(const Hdf5File& file) {
   if (file.has(layout::recipe)) return file.read_text_dataset(layout::recipe);

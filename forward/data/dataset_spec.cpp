@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "core/errors.h"
 #include "core/json.h"
 #include "forward/touch/indenter.h"
 
@@ -19,87 +18,6 @@ struct Overloaded : Functions... {
 };
 template <typename... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
-
-}  // namespace
-
-Scene DatasetSpec::scene(std::uint64_t index) const {
-  RandomStream random = stream(scene_number(index), Purpose::scene);
-  return std::visit(
-      Overloaded{[&](const std::vector<Scene>& list) { return list[index]; },
-                 [&](const SceneDistribution& d) { return d.draw(random, *sensor.sheet); },
-                 [&](const TouchDistribution& d) {
-                   return still_scene(sensor, d.draw(index, random, sensor));
-                 },
-                 [](const SequenceSet&) -> Scene {
-                   throw std::logic_error("frames of a sequence follow from each other");
-                 },
-                 [](const MeasuredFrames&) -> Scene {
-                   throw std::logic_error("measured frames are read, not drawn");
-                 }},
-      scenes);
-}
-
-RandomStream DatasetSpec::noise_stream(std::uint64_t index) const {
-  return stream(index, Purpose::noise);
-}
-
-RandomStream DatasetSpec::stream(std::uint64_t index, Purpose purpose) const {
-  return RandomStream(seed, key_of(draws.empty() ? name : draws), index, purpose);
-}
-
-std::uint64_t DatasetSpec::fault_number(std::uint64_t index) const {
-  return sequences() ? sequences()->sequence_of(index) : index;
-}
-
-std::uint64_t DatasetSpec::scene_number(std::uint64_t index) const {
-  const auto* touches = std::get_if<TouchDistribution>(&scenes);
-  return touches ? touches->scene_of(index) : index;
-}
-
-std::size_t DatasetSpec::most_contacts() const {
-  return std::visit(
-      Overloaded{
-          [](const std::vector<Scene>& list) {
-            std::size_t most = 0;
-            for (const Scene& s : list) most = std::max(most, s.contacts.size());
-            return most;
-          },
-          [](const SceneDistribution& d) { return static_cast<std::size_t>(d.contacts.second); },
-          [](const TouchDistribution& d) { return static_cast<std::size_t>(d.touches.second); },
-          [](const SequenceSet& set) { return set.most_touches(); },
-          [](const MeasuredFrames& frames) { return static_cast<std::size_t>(frames.contacts); }},
-      scenes);
-}
-
-std::size_t DatasetSpec::most_vertices() const {
-  const auto of_indenter = [](const Indenter& indenter) {
-    const auto* face = std::get_if<FlatFace>(&indenter.body);
-    return face ? face->vertices_mm.size() : 0;
-  };
-  std::size_t most = 0;
-  std::visit(Overloaded{[&](const std::vector<Scene>& list) {
-                          for (const Scene& s : list) {
-                            for (const Contact& c : s.contacts) {
-                              most = std::max(most, c.vertices.size());
-                            }
-                          }
-                        },
-                        [&](const SceneDistribution& d) { most = d.most_vertices(); },
-                        [&](const TouchDistribution& d) {
-                          for (const Indenter& indenter : d.indenters) {
-                            most = std::max(most, of_indenter(indenter));
-                          }
-                        },
-                        [&](const SequenceSet& set) {
-                          std::visit([&](const auto& plan) { most = of_indenter(plan.indenter); },
-                                     set.plan());
-                        },
-                        [](const MeasuredFrames&) {}},
-             scenes);
-  return most;
-}
-
-namespace {
 
 /// Reads "grid" and "model_error".
 SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
@@ -198,6 +116,83 @@ void read_measured(JsonObject& object, const std::optional<std::filesystem::path
 }
 
 }  // namespace
+
+Scene DatasetSpec::scene(std::uint64_t index) const {
+  RandomStream random = stream(scene_number(index), Purpose::scene);
+  return std::visit(
+      Overloaded{[&](const std::vector<Scene>& list) { return list[index]; },
+                 [&](const SceneDistribution& d) { return d.draw(random, *sensor.sheet); },
+                 [&](const TouchDistribution& d) {
+                   return still_scene(sensor, d.draw(index, random, sensor));
+                 },
+                 [](const SequenceSet&) -> Scene {
+                   throw std::logic_error("frames of a sequence follow from each other");
+                 },
+                 [](const MeasuredFrames&) -> Scene {
+                   throw std::logic_error("measured frames are read, not drawn");
+                 }},
+      scenes);
+}
+
+RandomStream DatasetSpec::noise_stream(std::uint64_t index) const {
+  return stream(index, Purpose::noise);
+}
+
+RandomStream DatasetSpec::stream(std::uint64_t index, Purpose purpose) const {
+  return RandomStream(seed, key_of(draws.empty() ? name : draws), index, purpose);
+}
+
+std::uint64_t DatasetSpec::fault_number(std::uint64_t index) const {
+  return sequences() ? sequences()->sequence_of(index) : index;
+}
+
+std::uint64_t DatasetSpec::scene_number(std::uint64_t index) const {
+  const auto* touches = std::get_if<TouchDistribution>(&scenes);
+  return touches ? touches->scene_of(index) : index;
+}
+
+std::size_t DatasetSpec::most_contacts() const {
+  return std::visit(
+      Overloaded{
+          [](const std::vector<Scene>& list) {
+            std::size_t most = 0;
+            for (const Scene& s : list) most = std::max(most, s.contacts.size());
+            return most;
+          },
+          [](const SceneDistribution& d) { return static_cast<std::size_t>(d.contacts.second); },
+          [](const TouchDistribution& d) { return static_cast<std::size_t>(d.touches.second); },
+          [](const SequenceSet& set) { return set.most_touches(); },
+          [](const MeasuredFrames& frames) { return static_cast<std::size_t>(frames.contacts); }},
+      scenes);
+}
+
+std::size_t DatasetSpec::most_vertices() const {
+  const auto of_indenter = [](const Indenter& indenter) {
+    const auto* face = std::get_if<FlatFace>(&indenter.body);
+    return face ? face->vertices_mm.size() : 0;
+  };
+  std::size_t most = 0;
+  std::visit(Overloaded{[&](const std::vector<Scene>& list) {
+                          for (const Scene& s : list) {
+                            for (const Contact& c : s.contacts) {
+                              most = std::max(most, c.vertices.size());
+                            }
+                          }
+                        },
+                        [&](const SceneDistribution& d) { most = d.most_vertices(); },
+                        [&](const TouchDistribution& d) {
+                          for (const Indenter& indenter : d.indenters) {
+                            most = std::max(most, of_indenter(indenter));
+                          }
+                        },
+                        [&](const SequenceSet& set) {
+                          std::visit([&](const auto& plan) { most = of_indenter(plan.indenter); },
+                                     set.plan());
+                        },
+                        [](const MeasuredFrames&) {}},
+             scenes);
+  return most;
+}
 
 DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor, const std::string& name,
                                    const std::optional<std::filesystem::path>& folder) {

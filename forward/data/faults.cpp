@@ -103,6 +103,42 @@ void convert(int bits, const VectorXd& reference, Eigen::Ref<VectorXd> voltages)
   }
 }
 
+/// `spacing`: between electrodes, domain units.
+void visit(Fields& fields, Faults& f, int electrodes, double spacing) {
+  fields.integer("dead_electrodes", f.dead_electrodes, 0, std::max(0, electrodes - 5));
+  fields.choice("dead_reading", f.dead_reading,
+                {{"zero", DeadReading::zero},
+                 {"floating", DeadReading::floating},
+                 {"half", DeadReading::half},
+                 {"intermittent", DeadReading::intermittent}});
+  fields.number("gain_error", f.gain_error, {0, 10});
+  fields.number("offset", f.offset, {0, 10});
+  fields.number("hum", f.hum, {0, 10});
+  fields.number("settling", f.settling, {0, 0.99});
+  fields.integer("adc_bits", f.adc_bits, 0, 24);
+  if (fields.reading() && f.adc_bits == 1) {
+    fields.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
+  }
+  fields.number("electrode_displacement", f.electrode_displacement, {0, spacing / 3});
+  fields.choice(
+      "displacement_reference", f.displacement_reference,
+      {{"retaken", DisplacementReference::retaken}, {"stale", DisplacementReference::stale}});
+  fields.number("battery_sag", f.battery_sag, {-0.99, 0.99});
+  fields.number("battery_noise", f.battery_noise, {0, 1});
+  fields.boolean("current_measured", f.current_measured);
+  fields.number("background_drift", f.background_drift, {-0.99, 0.99});
+  fields.number("reference_age_s", f.reference_age_s, {0, 1e7, false, "s"});
+  fields.number("background_change", f.background_change, {-0.99, 0.99});
+  fields.number("background_gradient", f.background_gradient, {0, 0.99});
+  fields.number("background_mottle", f.background_mottle, {0, 0.5});
+  fields.number("electrode_width", f.electrode_width, {0, 0.9 * spacing});
+  fields.number("impedance_drift", f.impedance_drift, {0, 0.99});
+}
+
+nlohmann::json all_keys(Faults faults) {
+  return Fields::written([&](Fields& fields) { visit(fields, faults, 0, 0); });
+}
+
 }  // namespace
 
 void apply_faults(const Faults& faults, const Sensor& sensor,
@@ -230,46 +266,6 @@ VectorXd mottle_factors(const Faults& faults, const Sheet& sheet, const PixelGri
   }
   return (1 + faults.background_mottle * std::sqrt(2.0 / waves) * field.array()).max(least);
 }
-
-namespace {
-
-/// `spacing`: between electrodes, domain units.
-void visit(Fields& fields, Faults& f, int electrodes, double spacing) {
-  fields.integer("dead_electrodes", f.dead_electrodes, 0, std::max(0, electrodes - 5));
-  fields.choice("dead_reading", f.dead_reading,
-                {{"zero", DeadReading::zero},
-                 {"floating", DeadReading::floating},
-                 {"half", DeadReading::half},
-                 {"intermittent", DeadReading::intermittent}});
-  fields.number("gain_error", f.gain_error, {0, 10});
-  fields.number("offset", f.offset, {0, 10});
-  fields.number("hum", f.hum, {0, 10});
-  fields.number("settling", f.settling, {0, 0.99});
-  fields.integer("adc_bits", f.adc_bits, 0, 24);
-  if (fields.reading() && f.adc_bits == 1) {
-    fields.fail("adc_bits", "must be 0 for no converter, or 2 to 24");
-  }
-  fields.number("electrode_displacement", f.electrode_displacement, {0, spacing / 3});
-  fields.choice(
-      "displacement_reference", f.displacement_reference,
-      {{"retaken", DisplacementReference::retaken}, {"stale", DisplacementReference::stale}});
-  fields.number("battery_sag", f.battery_sag, {-0.99, 0.99});
-  fields.number("battery_noise", f.battery_noise, {0, 1});
-  fields.boolean("current_measured", f.current_measured);
-  fields.number("background_drift", f.background_drift, {-0.99, 0.99});
-  fields.number("reference_age_s", f.reference_age_s, {0, 1e7, false, "s"});
-  fields.number("background_change", f.background_change, {-0.99, 0.99});
-  fields.number("background_gradient", f.background_gradient, {0, 0.99});
-  fields.number("background_mottle", f.background_mottle, {0, 0.5});
-  fields.number("electrode_width", f.electrode_width, {0, 0.9 * spacing});
-  fields.number("impedance_drift", f.impedance_drift, {0, 0.99});
-}
-
-nlohmann::json all_keys(Faults faults) {
-  return Fields::written([&](Fields& fields) { visit(fields, faults, 0, 0); });
-}
-
-}  // namespace
 
 Faults faults_from_json(JsonObject object, const Sensor& sensor, const SheetModel& model) {
   const bool continuous = std::holds_alternative<ContinuousSheet>(model);

@@ -10,7 +10,6 @@
 #include "core/lists.h"
 #include "core/process.h"
 #include "core/text.h"
-#include "forward/data/dataset_file.h"
 
 namespace ertbench {
 
@@ -35,6 +34,50 @@ std::string text_of(const std::vector<std::uint64_t>& shape) {
     out += std::to_string(extent);
   }
   return out + "]";
+}
+
+constexpr double most_apart = 0.25;  ///< of references of frames, relative
+
+/// The row whose norm is the middle one.
+Eigen::RowVectorXd middle_row(const RowMajorMatrix& rows) {
+  std::vector<std::pair<double, Eigen::Index>> sizes;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) sizes.emplace_back(rows.row(i).norm(), i);
+  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return rows.row(middle->second);
+}
+
+/// Channels in any number between different pairs, for a file that does not say which they are.
+std::vector<ChannelElectrodes> stand_in_channels(std::uint64_t count, int electrodes) {
+  std::vector<ChannelElectrodes> out;
+  for (int d = 0; d < electrodes; ++d) {
+    const ElectrodePair drive{d, (d + 1) % electrodes};
+    const auto driven = [&](int e) { return e == drive.first || e == drive.second; };
+    for (int m = 0; m < electrodes; ++m) {
+      for (int n = m + 1; n < electrodes && out.size() < count; ++n) {
+        if (!driven(m) && !driven(n)) out.push_back({drive, {m, n}});
+      }
+    }
+  }
+  return out;
+}
+
+/// Shape of the frames of a file of presses.
+std::vector<std::uint64_t> shape_of_presses(const Hdf5File& file) {
+  const bool are_changes = file.has(changes);
+  if ((!are_changes && !file.has(layout::voltages)) || !file.has(positions)) {
+    const std::string held = joined(file.names("/"));
+    throw InputError(file.path().string() + ": must hold \"changes\" (or \"voltages\") [presses, " +
+                     "channels] and \"positions_mm\" [presses, 2]; holds " +
+                     (held.empty() ? "nothing" : held));
+  }
+  const std::string& name = are_changes ? changes : layout::voltages;
+  const std::vector<std::uint64_t> shape = file.shape(name);
+  if (shape.size() != 2 || shape[1] < 4 || shape[1] > 4096) {
+    refuse(file, name, "must have shape [presses, 4 to 4096 channels], got " + text_of(shape));
+  }
+  file.require_shape(positions, {shape[0], 2});
+  return shape;
 }
 
 }  // namespace
@@ -206,21 +249,6 @@ std::vector<Scene> MeasuredFile::scenes_of(const MeasuredFrames& frames, const S
   return scenes;
 }
 
-namespace {
-
-constexpr double most_apart = 0.25;  ///< of references of frames, relative
-
-/// The row whose norm is the middle one.
-Eigen::RowVectorXd middle_row(const RowMajorMatrix& rows) {
-  std::vector<std::pair<double, Eigen::Index>> sizes;
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) sizes.emplace_back(rows.row(i).norm(), i);
-  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return rows.row(middle->second);
-}
-
-}  // namespace
-
 MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sensor& sensor,
                                          const std::vector<std::uint64_t>& rows) const {
   Content out;
@@ -249,8 +277,7 @@ MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sen
     out.conductivity = rows_of(layout::conductivity, rows);
     if (out.conductivity.minCoeff() <= 0) {
       refuse(file_, layout::conductivity,
-             "must be > 0 S/m everywhere; images are conductivities, "
-             "not their changes");
+             "must be > 0 S/m everywhere; images are conductivities, not their changes");
     }
     return out;
   }
@@ -263,43 +290,6 @@ MeasuredFile::Content MeasuredFile::read(const MeasuredFrames& frames, const Sen
   }
   return out;
 }
-
-namespace {
-
-/// Channels in any number between different pairs, for a file that does not say which they are.
-std::vector<ChannelElectrodes> stand_in_channels(std::uint64_t count, int electrodes) {
-  std::vector<ChannelElectrodes> out;
-  for (int d = 0; d < electrodes; ++d) {
-    const ElectrodePair drive{d, (d + 1) % electrodes};
-    const auto driven = [&](int e) { return e == drive.first || e == drive.second; };
-    for (int m = 0; m < electrodes; ++m) {
-      for (int n = m + 1; n < electrodes && out.size() < count; ++n) {
-        if (!driven(m) && !driven(n)) out.push_back({drive, {m, n}});
-      }
-    }
-  }
-  return out;
-}
-
-/// Shape of the frames of a file of presses.
-std::vector<std::uint64_t> shape_of_presses(const Hdf5File& file) {
-  const bool are_changes = file.has(changes);
-  if ((!are_changes && !file.has(layout::voltages)) || !file.has(positions)) {
-    const std::string held = joined(file.names("/"));
-    throw InputError(file.path().string() + ": must hold \"changes\" (or \"voltages\") [presses, " +
-                     "channels] and \"positions_mm\" [presses, 2]; holds " +
-                     (held.empty() ? "nothing" : held));
-  }
-  const std::string& name = are_changes ? changes : layout::voltages;
-  const std::vector<std::uint64_t> shape = file.shape(name);
-  if (shape.size() != 2 || shape[1] < 4 || shape[1] > 4096) {
-    refuse(file, name, "must have shape [presses, 4 to 4096 channels], got " + text_of(shape));
-  }
-  file.require_shape(positions, {shape[0], 2});
-  return shape;
-}
-
-}  // namespace
 
 json inspected(const std::filesystem::path& file, const std::function<json()>& look) {
   constexpr double time_limit_s = 600;

@@ -1,7 +1,5 @@
 #include "forward/data/measured_frames.h"
 
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 

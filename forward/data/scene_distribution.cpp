@@ -62,6 +62,50 @@ std::vector<Eigen::Vector2d> cross(double radius, double angle) {
   return vertices;
 }
 
+constexpr double rounding = 1e-12;  ///< of lengths, domain units
+
+void move(Contact& contact, const Eigen::Vector2d& by) {
+  contact.centre += by;
+  for (Eigen::Vector2d& vertex : contact.vertices) vertex += by;
+}
+
+/// A place at random, uniform over the part of the sheet that is at least `margin` from its border.
+Eigen::Vector2d place_on(const Sheet& sheet, double margin, RandomStream& random) {
+  const Eigen::Vector2d low = sheet.bounds().min().array() + margin;
+  const Eigen::Vector2d high = sheet.bounds().max().array() - margin;
+  for (;;) {
+    const double x = random.uniform(low.x(), high.x());
+    const double y = random.uniform(low.y(), high.y());
+    if (sheet.depth({x, y}) >= margin - rounding) return {x, y};
+  }
+}
+
+/// Puts the second contact at `distance` between the centres from the first, which is moved no
+/// farther than both being in the sheet's bounds demands, and then towards the sheet's middle until
+/// both are on the sheet. Radii are those of the circles around them.
+void set_apart(Contact& first, double first_radius, Contact& second, double second_radius,
+               const Eigen::Vector2d& distance, const Sheet& sheet) {
+  const Eigen::Array2d low = sheet.bounds().min();
+  const Eigen::Array2d high = sheet.bounds().max();
+  Eigen::Vector2d place = first.centre.array()
+                              .max(low + second_radius - distance.array())
+                              .min(high - second_radius - distance.array())
+                              .max(low + first_radius)
+                              .min(high - first_radius)
+                              .matrix();
+  const auto fits = [&](const Eigen::Vector2d& at) {
+    return sheet.depth(at) >= first_radius - rounding &&
+           sheet.depth(at + distance) >= second_radius - rounding;
+  };
+  const Eigen::Vector2d from = place;
+  const Eigen::Vector2d inmost = sheet.bounds().center() - distance / 2;
+  for (int step = 1; step <= 64 && !fits(place); ++step) {
+    place = from + step / 64.0 * (inmost - from);
+  }
+  move(first, place - first.centre);
+  move(second, place + distance - second.centre);
+}
+
 }  // namespace
 
 const std::vector<std::string>& names_of_drawn_shapes() {
@@ -123,54 +167,6 @@ Contact contact_of(const ContactDraw& drawn) {
   }
   return contact;
 }
-
-namespace {
-
-constexpr double rounding = 1e-12;  ///< of lengths, domain units
-
-void move(Contact& contact, const Eigen::Vector2d& by) {
-  contact.centre += by;
-  for (Eigen::Vector2d& vertex : contact.vertices) vertex += by;
-}
-
-/// A place at random, uniform over the part of the sheet that is at least `margin` from its border.
-Eigen::Vector2d place_on(const Sheet& sheet, double margin, RandomStream& random) {
-  const Eigen::Vector2d low = sheet.bounds().min().array() + margin;
-  const Eigen::Vector2d high = sheet.bounds().max().array() - margin;
-  for (;;) {
-    const double x = random.uniform(low.x(), high.x());
-    const double y = random.uniform(low.y(), high.y());
-    if (sheet.depth({x, y}) >= margin - rounding) return {x, y};
-  }
-}
-
-/// Puts the second contact at `distance` between the centres from the first, which is moved no
-/// farther than both being in the sheet's bounds demands, and then towards the sheet's middle until
-/// both are on the sheet. Radii are those of the circles around them.
-void set_apart(Contact& first, double first_radius, Contact& second, double second_radius,
-               const Eigen::Vector2d& distance, const Sheet& sheet) {
-  const Eigen::Array2d low = sheet.bounds().min();
-  const Eigen::Array2d high = sheet.bounds().max();
-  Eigen::Vector2d place = first.centre.array()
-                              .max(low + second_radius - distance.array())
-                              .min(high - second_radius - distance.array())
-                              .max(low + first_radius)
-                              .min(high - first_radius)
-                              .matrix();
-  const auto fits = [&](const Eigen::Vector2d& at) {
-    return sheet.depth(at) >= first_radius - rounding &&
-           sheet.depth(at + distance) >= second_radius - rounding;
-  };
-  const Eigen::Vector2d from = place;
-  const Eigen::Vector2d inmost = sheet.bounds().center() - distance / 2;
-  for (int step = 1; step <= 64 && !fits(place); ++step) {
-    place = from + step / 64.0 * (inmost - from);
-  }
-  move(first, place - first.centre);
-  move(second, place + distance - second.centre);
-}
-
-}  // namespace
 
 std::size_t SceneDistribution::most_vertices() const {
   std::size_t most = 0;

@@ -5,11 +5,9 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <vector>
 
 #include "forward/border/border_model.h"
 #include "forward/fem/forward_model.h"
-#include "forward/touch/indenter.h"
 
 namespace ertbench {
 
@@ -139,6 +137,27 @@ void solve_on_borders(const BorderModel& nominal, const DatasetSpec& spec,
   }
 }
 
+/// Steps in which a moving pressure is followed; it is linear within each.
+constexpr double longest_step_s = 0.004;
+
+const SequenceSet& set_of(const DatasetSpec& spec) { return std::get<SequenceSet>(spec.scenes); }
+
+TouchSequence sequence_of(const DatasetSpec& spec, std::uint64_t sequence) {
+  RandomStream random = spec.stream(sequence, Purpose::scene);
+  return set_of(spec).draw(sequence, random, spec.sensor);
+}
+
+/// True up to rounding.
+bool equal(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return (a - b).cwiseAbs().maxCoeff() <= 1e-12 * a.cwiseAbs().maxCoeff();
+}
+
+bool same_place_and_force(const std::vector<Touch>& a, const std::vector<Touch>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Touch& x, const Touch& y) {
+    return x.force_N == y.force_N && (x.force_N == 0 || x.place_mm == y.place_mm);
+  });
+}
+
 }  // namespace
 
 struct SceneModel::Parts {
@@ -172,31 +191,6 @@ void SceneModel::solve(const DatasetSpec& spec, std::span<const Scene> scenes,
   }
   voltages /= 1 + spec.faults.background_change;
 }
-
-namespace {
-
-/// Steps in which a moving pressure is followed; it is linear within each.
-constexpr double longest_step_s = 0.004;
-
-const SequenceSet& set_of(const DatasetSpec& spec) { return std::get<SequenceSet>(spec.scenes); }
-
-TouchSequence sequence_of(const DatasetSpec& spec, std::uint64_t sequence) {
-  RandomStream random = spec.stream(sequence, Purpose::scene);
-  return set_of(spec).draw(sequence, random, spec.sensor);
-}
-
-/// True up to rounding.
-bool equal(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  return (a - b).cwiseAbs().maxCoeff() <= 1e-12 * a.cwiseAbs().maxCoeff();
-}
-
-bool same_place_and_force(const std::vector<Touch>& a, const std::vector<Touch>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Touch& x, const Touch& y) {
-    return x.force_N == y.force_N && (x.force_N == 0 || x.place_mm == y.place_mm);
-  });
-}
-
-}  // namespace
 
 SequenceFrames::SequenceFrames(const DatasetSpec& spec, std::uint64_t sequence)
     : spec_(spec),

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
-#include "core/arrays.h"
 #include "forward/border/border_system.h"
 
 namespace ertbench {

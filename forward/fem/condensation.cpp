@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 
 namespace ertbench {
 namespace {
@@ -111,6 +110,16 @@ void invert(Packet* matrix, int size) {
     for (int k = 0; k < size; ++k) matrix[p * size + k] *= inverse;
     matrix[p * size + p] = inverse;
   }
+}
+
+/// Conductivity ratios of the pixels around a node, 0 outside the sheet: lower left, lower right,
+/// upper left, upper right.
+std::array<double, 4> pixels_around(const double* ratio, int columns, int rows, int row,
+                                    int column) {
+  const auto at = [&](int r, int c) {
+    return r < 0 || c < 0 || r >= rows || c >= columns ? 0.0 : ratio[c + columns * r];
+  };
+  return {at(row - 1, column - 1), at(row - 1, column), at(row, column - 1), at(row, column)};
 }
 
 }  // namespace
@@ -232,17 +241,6 @@ Condensation::Workspace::Workspace(const Condensation& condensation)
 }
 Condensation::Workspace::~Workspace() = default;
 
-double Condensation::operations() const {
-  double sum = 0;
-  for (const Front& front : plan_->fronts) {
-    for (int q = 0; q < front.eliminated; ++q) {
-      const double rest = front.size() - q - 1;
-      sum += rest * (rest + 1) / 2;
-    }
-  }
-  return sum;
-}
-
 void Condensation::solve(const std::array<const double*, lanes>& ratio,
                          std::array<Eigen::MatrixXd, lanes>& impedance,
                          Workspace& workspace) const {
@@ -301,20 +299,6 @@ void Condensation::solve(const std::array<const double*, lanes>& ratio,
     }
   }
 }
-
-namespace {
-
-/// Conductivity ratios of the pixels around a node, 0 outside the sheet: lower left, lower right,
-/// upper left, upper right.
-std::array<double, 4> pixels_around(const double* ratio, int columns, int rows, int row,
-                                    int column) {
-  const auto at = [&](int r, int c) {
-    return r < 0 || c < 0 || r >= rows || c >= columns ? 0.0 : ratio[c + columns * r];
-  };
-  return {at(row - 1, column - 1), at(row - 1, column), at(row, column - 1), at(row, column)};
-}
-
-}  // namespace
 
 ContactUpdate::ContactUpdate(int columns, int rows, std::vector<int> electrodes,
                              std::vector<ElectrodePair> pairs)

@@ -45,9 +45,6 @@ class Condensation {
   void solve(const std::array<const double*, lanes>& ratio,
              std::array<Eigen::MatrixXd, lanes>& impedance, Workspace& workspace) const;
 
-  /// Multiply-adds for one sheet, in the elimination alone.
-  double operations() const;
-
  private:
   struct Plan;
   std::unique_ptr<Plan> plan_;

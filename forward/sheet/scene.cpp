@@ -57,6 +57,40 @@ Contact contact_from_json(JsonObject object, const Sheet& sheet) {
   return contact;
 }
 
+void visit(Fields& fields, Foam& foam) {
+  fields.number("thickness_mm", foam.thickness_mm, {0.01, 1000, false, "mm"});
+  fields.number("modulus_MPa", foam.modulus_MPa, {1e-6, 1e6, false, "MPa"});
+  fields.number("prompt_share", foam.prompt_share, {0, 1});
+  fields.number("relaxation_s", foam.relaxation_s, {0, 1e6, false, "s"});
+}
+
+void visit(Fields& fields, ContactLaw& law) {
+  constexpr Range pressure{1e-6, 1e9, false, "kPa"};
+  bool falls = std::holds_alternative<FallingLaw>(law);
+  fields.required().choice("type", falls, {{"falling", true}, {"rising", false}});
+  FallingLaw falling = falls && !fields.reading() ? std::get<FallingLaw>(law) : FallingLaw{};
+  RisingLaw rising = falls || fields.reading() ? RisingLaw{} : std::get<RisingLaw>(law);
+  if (falls || fields.describing()) {
+    fields.number("depth", falling.depth, {0, 0.999, true});
+    fields.number("half_pressure_kPa", falling.half_pressure_kPa, pressure);
+  }
+  if (!falls || fields.describing()) {
+    fields.number("reference_pressure_kPa", rising.reference_pressure_kPa, pressure);
+    fields.number("reference_ratio", rising.reference_ratio, {1, 1000, true});
+  }
+  law = falls ? ContactLaw(falling) : ContactLaw(rising);
+}
+
+/// `side_mm`: of the sheet.
+void visit(Fields& fields, Skin& skin, double side_mm) {
+  fields.integer("patches", skin.patches, 1, 96);
+  const double pitch = side_mm / skin.patches;
+  if (fields.reading()) skin.patch_mm = 0.9 * pitch;
+  fields.derived().number("patch_mm", skin.patch_mm, {0, pitch * (1 + 1e-9), true, "mm"});
+  fields.object("foam", [&](Fields& foam) { visit(foam, skin.foam); });
+  fields.object("law", [&](Fields& law) { visit(law, skin.law); });
+}
+
 }  // namespace
 
 Shape shape_named(const std::string& name) {
@@ -148,44 +182,6 @@ nlohmann::json to_json(const Scene& scene) {
   }
   return {{"contacts", std::move(contacts)}};
 }
-
-namespace {
-
-void visit(Fields& fields, Foam& foam) {
-  fields.number("thickness_mm", foam.thickness_mm, {0.01, 1000, false, "mm"});
-  fields.number("modulus_MPa", foam.modulus_MPa, {1e-6, 1e6, false, "MPa"});
-  fields.number("prompt_share", foam.prompt_share, {0, 1});
-  fields.number("relaxation_s", foam.relaxation_s, {0, 1e6, false, "s"});
-}
-
-void visit(Fields& fields, ContactLaw& law) {
-  constexpr Range pressure{1e-6, 1e9, false, "kPa"};
-  bool falls = std::holds_alternative<FallingLaw>(law);
-  fields.required().choice("type", falls, {{"falling", true}, {"rising", false}});
-  FallingLaw falling = falls && !fields.reading() ? std::get<FallingLaw>(law) : FallingLaw{};
-  RisingLaw rising = falls || fields.reading() ? RisingLaw{} : std::get<RisingLaw>(law);
-  if (falls || fields.describing()) {
-    fields.number("depth", falling.depth, {0, 0.999, true});
-    fields.number("half_pressure_kPa", falling.half_pressure_kPa, pressure);
-  }
-  if (!falls || fields.describing()) {
-    fields.number("reference_pressure_kPa", rising.reference_pressure_kPa, pressure);
-    fields.number("reference_ratio", rising.reference_ratio, {1, 1000, true});
-  }
-  law = falls ? ContactLaw(falling) : ContactLaw(rising);
-}
-
-/// `side_mm`: of the sheet.
-void visit(Fields& fields, Skin& skin, double side_mm) {
-  fields.integer("patches", skin.patches, 1, 96);
-  const double pitch = side_mm / skin.patches;
-  if (fields.reading()) skin.patch_mm = 0.9 * pitch;
-  fields.derived().number("patch_mm", skin.patch_mm, {0, pitch * (1 + 1e-9), true, "mm"});
-  fields.object("foam", [&](Fields& foam) { visit(foam, skin.foam); });
-  fields.object("law", [&](Fields& law) { visit(law, skin.law); });
-}
-
-}  // namespace
 
 const char* name_of(const ContactLaw& law) {
   return std::holds_alternative<FallingLaw>(law) ? "falling" : "rising";

@@ -1,7 +1,6 @@
 #include "forward/sheet/sensor.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -39,6 +38,29 @@ std::vector<ElectrodePair> listed_pairs(JsonObject& object, const std::string& k
     object.fail(key, "must hold 1 to 4096 pairs, holds " + std::to_string(pairs.size()));
   }
   return pairs;
+}
+
+bool share_electrode(const ElectrodePair& a, const ElectrodePair& b) {
+  return a.first == b.first || a.first == b.second || a.second == b.first || a.second == b.second;
+}
+
+/// What is wrong with a channel of a list; empty if nothing is.
+std::string fault_of(const Sensor& sensor, const ChannelElectrodes& channel) {
+  const auto& [drive, measurement] = channel;
+  for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
+    if (e < 0 || e >= sensor.electrode_count) {
+      return "names an electrode that the sensor does not have, which has " +
+             std::to_string(sensor.electrode_count);
+    }
+  }
+  if (drive.first == drive.second || measurement.first == measurement.second) {
+    return "drives or measures between an electrode and itself";
+  }
+  if (sensor.electrode_model == ElectrodeModel::point && share_electrode(drive, measurement)) {
+    return "measures at a driven point, where the potential is infinite; leave it out or add "
+           "\"electrode_model\"";
+  }
+  return "";
 }
 
 }  // namespace
@@ -98,14 +120,6 @@ nlohmann::json to_json(const PairPattern& pattern) {
   for (const ElectrodePair& pair : pattern.listed) list.push_back({pair.first, pair.second});
   return list;
 }
-
-namespace {
-
-bool share_electrode(const ElectrodePair& a, const ElectrodePair& b) {
-  return a.first == b.first || a.first == b.second || a.second == b.first || a.second == b.second;
-}
-
-}  // namespace
 
 double Sensor::current_of(int drive_pair) const {
   return drive_currents.empty() ? drive_current
@@ -207,29 +221,6 @@ std::vector<ChannelElectrodes> electrodes_of_channels(const Sensor& sensor) {
   }
   return out;
 }
-
-namespace {
-
-/// What is wrong with a channel of a list; empty if nothing is.
-std::string fault_of(const Sensor& sensor, const ChannelElectrodes& channel) {
-  const auto& [drive, measurement] = channel;
-  for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
-    if (e < 0 || e >= sensor.electrode_count) {
-      return "names an electrode that the sensor does not have, which has " +
-             std::to_string(sensor.electrode_count);
-    }
-  }
-  if (drive.first == drive.second || measurement.first == measurement.second) {
-    return "drives or measures between an electrode and itself";
-  }
-  if (sensor.electrode_model == ElectrodeModel::point && share_electrode(drive, measurement)) {
-    return "measures at a driven point, where the potential is infinite; leave it out or add "
-           "\"electrode_model\"";
-  }
-  return "";
-}
-
-}  // namespace
 
 Sensor with_channels(Sensor sensor, const std::vector<ChannelElectrodes>& channels) {
   constexpr std::size_t fewest = 4;

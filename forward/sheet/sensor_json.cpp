@@ -5,19 +5,18 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <sstream>
 #include <system_error>
 
 #include "core/errors.h"
-#include "core/json.h"
 #include "core/text.h"
-#include "forward/sheet/sensor.h"
 #include "forward/sheet/sheet_shapes.h"
 
 namespace ertbench {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr Range side_range{1, 1e5, false, "mm"};
 constexpr int fewest_electrodes = 5;
@@ -344,8 +343,6 @@ nlohmann::json to_json(const Sensor& sensor) {
   if (sensor.skin) json["skin"] = to_json(*sensor.skin);
   return json;
 }
-
-namespace fs = std::filesystem;
 
 nlohmann::json read_sensor_json(const fs::path& file) {
   nlohmann::json json = read_json_file(file);

@@ -48,8 +48,7 @@ struct PairMap {
 };
 
 /// No value if a channel is mapped to one that is not measured, has another current or changes its
-/// sign. A reflection
-/// swaps neighbours, which changes the signs of both drive and measurement.
+/// sign. A reflection swaps neighbours, which changes the signs of both drive and measurement.
 std::optional<std::vector<int>> channel_map(const Sensor& sensor, const std::vector<int>& to) {
   const std::vector<Channel> channels = channels_of(sensor);
   const PairMap drives(drive_pairs(sensor), to);

@@ -9,8 +9,9 @@
 namespace ertbench {
 namespace {
 
-using Complex = std::complex<double>;
 using std::numbers::pi;
+
+using Complex = std::complex<double>;
 
 constexpr double tolerance = BorderPiece::tolerance;
 
@@ -61,6 +62,9 @@ std::vector<double> zeros(const F& f) {
   }
   return out;
 }
+
+/// A pixel with a smaller share of its area on the sheet counts as off it.
+constexpr double least_part = 0.01;
 
 }  // namespace
 
@@ -192,13 +196,6 @@ std::vector<BorderPiece> polygon_border(const std::vector<Eigen::Vector2d>& vert
   }
   return out;
 }
-
-namespace {
-
-/// A pixel with a smaller share of its area on the sheet counts as off it.
-constexpr double least_part = 0.01;
-
-}  // namespace
 
 bool Sheet::encloses(const Eigen::AlignedBox2d& box, double margin) const {
   using Corner = Eigen::AlignedBox2d::CornerType;

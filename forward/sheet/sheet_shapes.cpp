@@ -10,11 +10,23 @@
 namespace ertbench {
 namespace {
 
+using Eigen::Vector2d;
+using std::numbers::pi;
+
 constexpr double lemniscate_constant = 2.62205755429211981;
 /// Powers of t^4; in the corners each term is a quarter of the one before.
 constexpr int terms = 27;
 const std::complex<double> turn =
     lemniscate_constant / 4 * std::complex<double>(1, -1);  // varpi / (2 sqrt 2) e^(-i pi / 4)
+
+using Complex = std::complex<double>;
+
+constexpr int theta_terms = 4;
+
+/// A theta function and its first derivative.
+struct Theta {
+  Complex value, slope;
+};
 
 }  // namespace
 
@@ -50,20 +62,6 @@ DiscPoint SquareMap::operator()(std::complex<double> z) const {
   const std::complex<double> slope = std::sqrt(1.0 - square * square);
   return {w, turn * slope, -2.0 * turn * turn * square * w};
 }
-
-namespace {
-
-using Complex = std::complex<double>;
-using std::numbers::pi;
-
-constexpr int theta_terms = 4;
-
-/// A theta function and its first derivative.
-struct Theta {
-  Complex value, slope;
-};
-
-}  // namespace
 
 RectangleMap::RectangleMap(double half_width, double half_height)
     : turned_(half_width > half_height),
@@ -158,8 +156,6 @@ const std::shared_ptr<const Sheet>& square_sheet() {
   static const std::shared_ptr<const Sheet> sheet = std::make_shared<const SquareSheet>(200);
   return sheet;
 }
-
-using Eigen::Vector2d;
 
 RectangleSheet::RectangleSheet(const Vector2d& sides_mm)
     : RectangleSheet(sides_mm / sides_mm.maxCoeff(), sides_mm.maxCoeff() / 2) {}

@@ -14,6 +14,10 @@
 namespace ertbench {
 namespace {
 
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+using std::numbers::pi;
+
 /// x / tanh x as a function of x^2, smooth at 0.
 double shunt(double square) {
   if (square < 1e-4) return 1 + square / 3 - square * square / 45;
@@ -28,20 +32,6 @@ double unit_pressure(const RisingLaw& law) {
   for (int i = 0; i < 200; ++i) x = law.reference_ratio * std::tanh(x);
   return law.reference_pressure_kPa / (x * x);
 }
-
-}  // namespace
-
-double conductivity_ratio(const ContactLaw& law, double kPa) {
-  if (const auto* falling = std::get_if<FallingLaw>(&law)) {
-    return 1 - falling->depth * kPa / (kPa + falling->half_pressure_kPa);
-  }
-  return shunt(kPa / unit_pressure(std::get<RisingLaw>(law)));
-}
-
-using Eigen::Vector2d;
-using std::numbers::pi;
-
-namespace {
 
 constexpr double kPa_of_MPa = 1000;
 
@@ -105,7 +95,80 @@ double paraboloid_integral(const Eigen::AlignedBox2d& box) {
   return sum;
 }
 
+/// The patches of a skin as boxes, in mm from the sheet's centre.
+class Patches {
+ public:
+  Patches(const Skin& skin, double side_mm)
+      : count_(skin.patches),
+        pitch_(side_mm / skin.patches),
+        half_(skin.patch_mm / 2),
+        low_(-side_mm / 2) {}
+
+  int count() const { return count_; }
+  double width() const { return 2 * half_ / pitch_; }
+
+  Eigen::AlignedBox2d box(int column, int row) const {
+    const Vector2d centre(low_ + (column + 0.5) * pitch_, low_ + (row + 0.5) * pitch_);
+    return {centre.array() - half_, centre.array() + half_};
+  }
+
+  /// Calls `use(index, box)` for the patches that may touch the box.
+  template <typename Use>
+  void near(const Eigen::AlignedBox2d& box, const Use& use) const {
+    const auto index = [&](double mm) {
+      return static_cast<int>(
+          std::floor(std::clamp((mm - low_) / pitch_, -1.0, static_cast<double>(count_))));
+    };
+    const int left = std::max(0, index(box.min().x()));
+    const int right = std::min(count_ - 1, index(box.max().x()));
+    const int top = std::min(count_ - 1, index(box.max().y()));
+    for (int row = std::max(0, index(box.min().y())); row <= top; ++row) {
+      for (int column = left; column <= right; ++column) {
+        use(column + count_ * row, this->box(column, row));
+      }
+    }
+  }
+
+ private:
+  int count_;
+  double pitch_;
+  double half_;
+  double low_;
+};
+
+const Skin& skin_of(const Sensor& sensor) {
+  if (!sensor.skin) throw std::logic_error("touches need a sensor with a skin");
+  return *sensor.skin;
+}
+
+double side_mm(const Sensor& sensor) { return sensor.sheet->size_mm().x(); }
+
+/// The footprint in domain units, with the ratio of its most pressed patch.
+Contact contact_of(const Sensor& sensor, const Patches& patches, const Touch& touch,
+                   const VectorXd& pressure_kPa) {
+  const Skin& skin = skin_of(sensor);
+  const Vector2d middle = sensor.sheet->bounds().center();
+  const double unit = sensor.sheet->unit_mm();
+  Contact contact = footprint_mm(touch, skin.foam);
+  double most = 0;
+  patches.near(contact.bounds(), [&](int patch, const Eigen::AlignedBox2d&) {
+    most = std::max(most, pressure_kPa[patch]);
+  });
+  contact.conductivity_ratio = conductivity_ratio(skin.law, most);
+  contact.centre = middle + contact.centre / unit;
+  contact.half_size /= unit;
+  for (Vector2d& vertex : contact.vertices) vertex = middle + vertex / unit;
+  return contact;
+}
+
 }  // namespace
+
+double conductivity_ratio(const ContactLaw& law, double kPa) {
+  if (const auto* falling = std::get_if<FallingLaw>(&law)) {
+    return 1 - falling->depth * kPa / (kPa + falling->half_pressure_kPa);
+  }
+  return shunt(kPa / unit_pressure(std::get<RisingLaw>(law)));
+}
 
 std::string Indenter::text() const {
   if (const auto* ball = std::get_if<Sphere>(&body)) {
@@ -208,78 +271,6 @@ double mean_pressure_kPa(const Touch& touch, const Foam& foam, const Eigen::Alig
       touch.force_N / area_mm2(std::get<FlatFace>(touch.indenter.body)) * kPa_of_MPa;
   return pressure * covered_fraction(footprint_mm(touch, foam), box_mm);
 }
-
-namespace {
-
-using Eigen::VectorXd;
-
-/// The patches of a skin as boxes, in mm from the sheet's centre.
-class Patches {
- public:
-  Patches(const Skin& skin, double side_mm)
-      : count_(skin.patches),
-        pitch_(side_mm / skin.patches),
-        half_(skin.patch_mm / 2),
-        low_(-side_mm / 2) {}
-
-  int count() const { return count_; }
-  double width() const { return 2 * half_ / pitch_; }
-
-  Eigen::AlignedBox2d box(int column, int row) const {
-    const Vector2d centre(low_ + (column + 0.5) * pitch_, low_ + (row + 0.5) * pitch_);
-    return {centre.array() - half_, centre.array() + half_};
-  }
-
-  /// Calls `use(index, box)` for the patches that may touch the box.
-  template <typename Use>
-  void near(const Eigen::AlignedBox2d& box, const Use& use) const {
-    const auto index = [&](double mm) {
-      return static_cast<int>(
-          std::floor(std::clamp((mm - low_) / pitch_, -1.0, static_cast<double>(count_))));
-    };
-    const int left = std::max(0, index(box.min().x()));
-    const int right = std::min(count_ - 1, index(box.max().x()));
-    const int top = std::min(count_ - 1, index(box.max().y()));
-    for (int row = std::max(0, index(box.min().y())); row <= top; ++row) {
-      for (int column = left; column <= right; ++column) {
-        use(column + count_ * row, this->box(column, row));
-      }
-    }
-  }
-
- private:
-  int count_;
-  double pitch_;
-  double half_;
-  double low_;
-};
-
-const Skin& skin_of(const Sensor& sensor) {
-  if (!sensor.skin) throw std::logic_error("touches need a sensor with a skin");
-  return *sensor.skin;
-}
-
-double side_mm(const Sensor& sensor) { return sensor.sheet->size_mm().x(); }
-
-/// The footprint in domain units, with the ratio of its most pressed patch.
-Contact contact_of(const Sensor& sensor, const Patches& patches, const Touch& touch,
-                   const VectorXd& pressure_kPa) {
-  const Skin& skin = skin_of(sensor);
-  const Vector2d middle = sensor.sheet->bounds().center();
-  const double unit = sensor.sheet->unit_mm();
-  Contact contact = footprint_mm(touch, skin.foam);
-  double most = 0;
-  patches.near(contact.bounds(), [&](int patch, const Eigen::AlignedBox2d&) {
-    most = std::max(most, pressure_kPa[patch]);
-  });
-  contact.conductivity_ratio = conductivity_ratio(skin.law, most);
-  contact.centre = middle + contact.centre / unit;
-  contact.half_size /= unit;
-  for (Vector2d& vertex : contact.vertices) vertex = middle + vertex / unit;
-  return contact;
-}
-
-}  // namespace
 
 VectorXd relaxed_pressure_kPa(const Sensor& sensor, std::span<const Touch> touches) {
   const Skin& skin = skin_of(sensor);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <string>
 
 #include "core/errors.h"
 #include "core/fields.h"
@@ -15,6 +14,8 @@
 
 namespace ertbench {
 namespace {
+
+using Eigen::Vector2d;
 
 using Stroke = std::vector<Eigen::Vector2d>;
 
@@ -114,27 +115,6 @@ std::vector<Character> all_characters() {
   for (Character& letter : drawn_letters()) all.push_back(std::move(letter));
   return all;
 }
-
-}  // namespace
-
-const std::vector<Character>& characters() {
-  static const std::vector<Character> all = all_characters();
-  return all;
-}
-
-const Character& character(char symbol) {
-  std::string known;
-  for (const Character& one : characters()) {
-    if (one.symbol == symbol) return one;
-    known += one.symbol;
-  }
-  throw InputError("no character \"" + printable(std::string(1, symbol)) + "\"; there are " +
-                   known);
-}
-
-using Eigen::Vector2d;
-
-namespace {
 
 constexpr double drawn_box_mm = 120;  ///< that characters are drawn in
 constexpr const char* usual_symbols = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ";
@@ -285,6 +265,21 @@ void visit(Fields& fields, FrameTiming& timing, int drives) {
 }
 
 }  // namespace
+
+const std::vector<Character>& characters() {
+  static const std::vector<Character> all = all_characters();
+  return all;
+}
+
+const Character& character(char symbol) {
+  std::string known;
+  for (const Character& one : characters()) {
+    if (one.symbol == symbol) return one;
+    known += one.symbol;
+  }
+  throw InputError("no character \"" + printable(std::string(1, symbol)) + "\"; there are " +
+                   known);
+}
 
 std::vector<double> PressPlan::steps() const {
   std::vector<double> out = forces_N;

@@ -1,20 +1,17 @@
 #include "solvers/contacts/contact_fit.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
-
-#include "solvers/contacts/contact_search.h"
 
 namespace ertbench {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
@@ -42,6 +39,22 @@ Eigen::Matrix<double, 2, entries> moves_of(const EllipticContact& contact, const
       0, 1, r.y(), r.x(), -r.y(), r.x(), 0;
   return motion * motion_of(contact);
 }
+
+constexpr Index numbers = EllipticContact::parameters;  // of a contact
+
+/// A fit has converged if a step gains less than this of the log posterior.
+constexpr double least_gain = 0.05;
+/// Points of the model while starts are tried.
+constexpr EllipseModel::Options coarse_points = {1.0, 24};
+/// A trial stops if `steps_ahead` steps like the last one would not reach its required evidence,
+/// but not within its first `least_steps`. After `patient_steps` it also stops if it is `far`
+/// behind.
+constexpr double steps_ahead = 4;
+constexpr int least_steps = 2;
+constexpr int patient_steps = 6;
+constexpr double far = 40;
+/// Number of points at which the quadratic part of the cost of a solve equals the linear part.
+constexpr int square_points = 70;
 
 }  // namespace
 
@@ -146,28 +159,6 @@ VectorXd ContactBounds::step(std::span<const EllipticContact> contacts,
   }
   return out;
 }
-
-namespace {
-
-using Eigen::MatrixXd;
-
-constexpr Index numbers = EllipticContact::parameters;  // of a contact
-
-/// A fit has converged if a step gains less than this of the log posterior.
-constexpr double least_gain = 0.05;
-/// Points of the model while starts are tried.
-constexpr EllipseModel::Options coarse_points = {1.0, 24};
-/// A trial stops if `steps_ahead` steps like the last one would not reach its required evidence,
-/// but not within its first `least_steps`. After `patient_steps` it also stops if it is `far`
-/// behind.
-constexpr double steps_ahead = 4;
-constexpr int least_steps = 2;
-constexpr int patient_steps = 6;
-constexpr double far = 40;
-/// Number of points at which the quadratic part of the cost of a solve equals the linear part.
-constexpr int square_points = 70;
-
-}  // namespace
 
 struct ContactFit::Point {
   double objective = std::numeric_limits<double>::infinity();

@@ -22,6 +22,14 @@ constexpr Index most_parameters = 16 * EllipticContact::parameters;
 /// approximation fails: the posterior of a weak contact is no Gaussian.
 constexpr double farthest_log = 1.5;
 
+/// Noise assumed for a set without any, relative to the reference voltages: 80 dB.
+constexpr double least_noise = 1e-4;
+
+/// True for measured frames, whose voltages without noise are unknown.
+bool is_measured(const DatasetFile& set) {
+  return nlohmann::json::parse(set.recipe(), nullptr, false).contains("file");
+}
+
 }  // namespace
 
 ContactImage::ContactImage(const Sensor& sensor)
@@ -111,18 +119,6 @@ void ContactImage::posterior_mean(const ContactFit::Found& found,
   add_mean(found.best, 1 - share, image);
   image *= background_;
 }
-
-namespace {
-
-/// Noise assumed for a set without any, relative to the reference voltages: 80 dB.
-constexpr double least_noise = 1e-4;
-
-/// True for measured frames, whose voltages without noise are unknown.
-bool is_measured(const DatasetFile& set) {
-  return nlohmann::json::parse(set.recipe(), nullptr, false).contains("file");
-}
-
-}  // namespace
 
 std::optional<double> noise_of_channel(const DatasetFile& set, ElectrodeSet masked) {
   const Frames voltages = set.voltages(0, std::min(set.size(), judged_frames));

@@ -2,20 +2,21 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/errors.h"
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
-#include "forward/data/sheet_model.h"
 #include "forward/ellipses/ellipse_model.h"
 #include "solvers/channel_mask.h"
 
 namespace ertbench {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 using std::numbers::pi;
 
 /// Scenes of the training set that are used; enough for five numbers.
@@ -51,8 +52,7 @@ ContactPrior ContactPrior::of(const DatasetFile& training) {
   if (count == 0) {
     throw InputError(
         training.path().string() +
-        ": no scene holds a contact that a prior could be learnt from; give \"prior\": "
-        "\"broad\"");
+        ": no scene holds a contact that a prior could be learnt from; give \"prior\": \"broad\"");
   }
   prior.log_size_mean = sums[0] / count;
   prior.log_size_deviation = deviation(sums[0], squares[0], count);
@@ -110,14 +110,6 @@ ContactPrior contact_prior_from_json(JsonObject object) {
   object.finish();
   return prior;
 }
-
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-}  // namespace
 
 MatrixXd whitening_of(const Sensor& sensor, double noise, const Nuisances& nuisances) {
   const Reciprocity reciprocity(sensor);

@@ -9,11 +9,58 @@
 namespace ertbench {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
 /// Longest step of each parameter.
 EllipticContact::Vector step_limits() {
   EllipticContact::Vector out;
   out << 0.25, 0.25, 0.6, 0.3, 0.3, 1.2;
   return out;
+}
+
+constexpr int places = 15;  ///< along a side of the sheet's bounds
+constexpr double atom_ratio = 0.5;
+constexpr double largest_dipole = 0.9;  ///< |1 - f| / (1 + f) that a start may have
+
+double dipole_of(double ratio) { return (1 - ratio) / (1 + ratio); }
+
+/// Least gain of the best atom for which a further contact is tried; its six parameters cost more.
+constexpr double promising = 6;
+/// Steps from each of several starts before only the best one continues.
+constexpr int first_steps = 5;
+constexpr int most_starts = 2;
+/// Starts with a gain this much below the best are skipped; started fits this far behind stop.
+constexpr double hopeless = 12;
+constexpr double behind = 20;
+/// The best start of a further contact is dropped if it is this far behind the present contacts.
+constexpr double lost = 30;
+/// Accuracy of fits, relative to their excess misfit, while further contacts may be added.
+constexpr double looseness = 0.02;
+/// Steps of the final, accurate fit.
+constexpr int last_steps = 10;
+/// No other number of contacts is tried after this much work (of ContactFit::most_work). Frames
+/// that a few ellipses do not explain would go on adding contacts ever closer to each other.
+constexpr int much_work = 1600;
+/// Until the first contact is located, this share of each channel's voltage counts as noise: large
+/// voltages next to electrodes change too fast for a start to be near.
+constexpr double soft = 0.4;
+/// Standard deviations of chi^2 beyond which noise alone does not explain a frame.
+constexpr double unexplained_by = 10;
+/// The second best number of contacts does not enter the image if its evidence is lower by this
+/// much; a fit that stays behind by `hardly_counts` stops early.
+constexpr double negligible = 6;
+constexpr double hardly_counts = 2;
+/// The contacts of the frame before are kept if their misfit is at most this factor above that of
+/// the last search, and if dropping any of them costs at least `needed`, the price of its six
+/// parameters.
+constexpr double worse_than_searched = 1.5;
+constexpr double needed = 12;
+
+/// Misfit at this many standard deviations above the mean of chi^2.
+double explained(double pairs, double deviations) {
+  return pairs + deviations * std::sqrt(2 * pairs);
 }
 
 }  // namespace
@@ -76,20 +123,6 @@ std::vector<EllipticContact> with_split(std::span<const EllipticContact> contact
   out.push_back(part);
   return out;
 }
-
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-constexpr int places = 15;  ///< along a side of the sheet's bounds
-constexpr double atom_ratio = 0.5;
-constexpr double largest_dipole = 0.9;  ///< |1 - f| / (1 + f) that a start may have
-
-double dipole_of(double ratio) { return (1 - ratio) / (1 + ratio); }
-
-}  // namespace
 
 ContactAtoms::ContactAtoms(const EllipseModel& model, const MatrixXd& whitening) {
   const Sheet& sheet = *model.sensor().sheet;
@@ -159,47 +192,6 @@ void ContactAtoms::best(const VectorXd& residual, const VectorXd& weights, int c
 
 // ContactFit's search for the number of contacts. Gains and differences below are of log posterior
 // or log evidence.
-
-namespace {
-
-/// Least gain of the best atom for which a further contact is tried; its six parameters cost more.
-constexpr double promising = 6;
-/// Steps from each of several starts before only the best one continues.
-constexpr int first_steps = 5;
-constexpr int most_starts = 2;
-/// Starts with a gain this much below the best are skipped; started fits this far behind stop.
-constexpr double hopeless = 12;
-constexpr double behind = 20;
-/// The best start of a further contact is dropped if it is this far behind the present contacts.
-constexpr double lost = 30;
-/// Accuracy of fits, relative to their excess misfit, while further contacts may be added.
-constexpr double looseness = 0.02;
-/// Steps of the final, accurate fit.
-constexpr int last_steps = 10;
-/// No other number of contacts is tried after this much work (of ContactFit::most_work). Frames
-/// that a few ellipses do not explain would go on adding contacts ever closer to each other.
-constexpr int much_work = 1600;
-/// Until the first contact is located, this share of each channel's voltage counts as noise: large
-/// voltages next to electrodes change too fast for a start to be near.
-constexpr double soft = 0.4;
-/// Standard deviations of chi^2 beyond which noise alone does not explain a frame.
-constexpr double unexplained_by = 10;
-/// The second best number of contacts does not enter the image if its evidence is lower by this
-/// much; a fit that stays behind by `hardly_counts` stops early.
-constexpr double negligible = 6;
-constexpr double hardly_counts = 2;
-/// The contacts of the frame before are kept if their misfit is at most this factor above that of
-/// the last search, and if dropping any of them costs at least `needed`, the price of its six
-/// parameters.
-constexpr double worse_than_searched = 1.5;
-constexpr double needed = 12;
-
-/// Misfit at this many standard deviations above the mean of chi^2.
-double explained(double pairs, double deviations) {
-  return pairs + deviations * std::sqrt(2 * pairs);
-}
-
-}  // namespace
 
 void ContactFit::begin(const VectorXd& changes, Workspace& workspace) const {
   workspace.iterations = workspace.work = 0;

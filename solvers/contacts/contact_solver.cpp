@@ -364,8 +364,7 @@ void ContactSolver::load(const std::filesystem::path& file, const Sensor& sensor
   read(JsonObject(parameters, file.string(), "/parameters"));
   if (!noise_.value || !prior_weight_.value || misfit_limit_ <= 0) {
     throw InputError(file.string() +
-                     ": /parameters: lacks what a fit leaves: noise, prior_weight, "
-                     "learned");
+                     ": /parameters: lacks what a fit leaves: noise, prior_weight, learned");
   }
   prepare(sensor);
 }

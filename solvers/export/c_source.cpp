@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "core/lists.h"
-#include "core/text.h"
 #include "solvers/export/c_constants.h"
 #include "solvers/export/quantised.h"
 #include "solvers/export/runtime_file.h"

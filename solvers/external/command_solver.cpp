@@ -8,20 +8,19 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <vector>
 
 #include "core/errors.h"
-#include "core/json.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/sheet_model.h"
-#include "solvers/external/program.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
 
 bool read_whole(char* bytes, std::size_t count) {
   while (count > 0) {
@@ -92,17 +91,6 @@ class EchoSolver final : public Solver {
   mutable FrameExchange exchange_;
 };
 
-}  // namespace
-
-std::unique_ptr<Solver> echo_solver(const Sensor& sensor) {
-  return std::make_unique<EchoSolver>(sensor);
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-using nlohmann::json;
-
 constexpr const char* request_name = "/request";
 constexpr std::size_t most_line_bytes = 1 << 20;
 constexpr std::size_t most_words = 1000;
@@ -161,6 +149,10 @@ bool is_file(const fs::path& file) {
 }
 
 }  // namespace
+
+std::unique_ptr<Solver> echo_solver(const Sensor& sensor) {
+  return std::make_unique<EchoSolver>(sensor);
+}
 
 CommandSolver::CommandSolver(JsonObject object)
     : command_(words_of(object, "command")),

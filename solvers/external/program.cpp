@@ -12,15 +12,11 @@
 #include <cerrno>
 #include <cstdint>
 #include <limits>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "core/errors.h"
-#include "core/process.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -68,6 +64,28 @@ std::string last_lines(const std::string& text) {
     out += one_line(lines[i], most_quoted / quoted_lines);
   }
   return out;
+}
+
+/// A destructor cannot throw: the first bad end is kept for require_programs_ended_well.
+std::mutex bad_end_mutex;
+std::optional<std::pair<std::string, std::string>> bad_end;  ///< status and message
+
+// The protocol's numbers are little-endian, and so are this machine's.
+static_assert(std::endian::native == std::endian::little);
+
+template <typename T>
+std::string_view bytes_of(const T* values, std::size_t count) {
+  return {reinterpret_cast<const char*>(values), count * sizeof(T)};
+}
+
+template <typename T>
+std::span<char> room_of(T* values, std::size_t count) {
+  return {reinterpret_cast<char*>(values), count * sizeof(T)};
+}
+
+template <typename Rows>
+bool row_behind_row(const Rows& rows) {
+  return rows.rows() == 1 || rows.outerStride() == rows.cols();
 }
 
 }  // namespace
@@ -132,14 +150,6 @@ Program::Program(std::string name, const std::function<void()>& run, std::uint64
   for (int* one : {&input.read, &output.write, &errors.write}) close_end(*one);
   for (const int one : {input_, output_, errors_}) set_nonblocking(one);
 }
-
-namespace {
-
-/// A destructor cannot throw: the first bad end is kept for require_programs_ended_well.
-std::mutex bad_end_mutex;
-std::optional<std::pair<std::string, std::string>> bad_end;  ///< status and message
-
-}  // namespace
 
 void require_programs_ended_well() {
   const std::lock_guard lock(bad_end_mutex);
@@ -336,28 +346,6 @@ void Program::fail(const std::string& status, const std::string& what) {
   const std::string said = last_lines(said_);
   throw FailedTrial(status, name_ + ": " + what + (said.empty() ? "" : "; it said: " + said));
 }
-
-namespace {
-
-// The protocol's numbers are little-endian, and so are this machine's.
-static_assert(std::endian::native == std::endian::little);
-
-template <typename T>
-std::string_view bytes_of(const T* values, std::size_t count) {
-  return {reinterpret_cast<const char*>(values), count * sizeof(T)};
-}
-
-template <typename T>
-std::span<char> room_of(T* values, std::size_t count) {
-  return {reinterpret_cast<char*>(values), count * sizeof(T)};
-}
-
-template <typename Rows>
-bool row_behind_row(const Rows& rows) {
-  return rows.rows() == 1 || rows.outerStride() == rows.cols();
-}
-
-}  // namespace
 
 void FrameExchange::reconstruct(FramesView changes, ImagesView images,
                                 std::span<FrameReport> reports) {

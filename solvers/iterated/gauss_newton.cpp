@@ -22,6 +22,29 @@ constexpr double sufficient = 1e-4;  ///< part of the promised decrease that a s
 /// Predicted relative decreases below this are rounding.
 constexpr double least_decrease = 1e-13;
 
+/// Smoothing of the total variation over the background: larger differences count linearly.
+constexpr double smoothing = 0.01;
+/// Directions of the training images with less than this share of the strongest are dropped.
+constexpr double least_variance = 1e-4;
+
+/// E with E E^T = E[t t^T] over the training images, without its weakest directions.
+Eigen::MatrixXd shaping_of(const DatasetFile& set, const BoundedConductivity& bounds) {
+  constexpr std::uint64_t read_at_once = 1000;
+  const Eigen::Index pixels = set.sensor().pixels();
+  Eigen::MatrixXd moment = Eigen::MatrixXd::Zero(pixels, pixels);
+  for (std::uint64_t first = 0; first < set.size(); first += read_at_once) {
+    const std::uint64_t count = std::min(read_at_once, set.size() - first);
+    const Images t = bounds.variable(set.conductivity(first, count).array());
+    moment.selfadjointView<Eigen::Lower>().rankUpdate(t.transpose());
+  }
+  moment /= static_cast<double>(set.size());
+  const SymmetricEigen eigen = symmetric_eigen(moment);
+  const double least = least_variance * eigen.values[pixels - 1];
+  const auto kept = (eigen.values.array() >= least).count();
+  return eigen.vectors.rightCols(kept) *
+         eigen.values.tail(kept).cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
 }  // namespace
 
 GaussNewtonIteration::GaussNewtonIteration(const Sensor& sensor, const BoundedConductivity& bounds,
@@ -137,33 +160,6 @@ void GaussNewtonIteration::minimise(const Eigen::Ref<const Eigen::RowVectorXd>& 
     report.status = FrameStatus::undefined;
   }
 }
-
-namespace {
-
-/// Smoothing of the total variation over the background: larger differences count linearly.
-constexpr double smoothing = 0.01;
-/// Directions of the training images with less than this share of the strongest are dropped.
-constexpr double least_variance = 1e-4;
-
-/// E with E E^T = E[t t^T] over the training images, without its weakest directions.
-Eigen::MatrixXd shaping_of(const DatasetFile& set, const BoundedConductivity& bounds) {
-  constexpr std::uint64_t read_at_once = 1000;
-  const Eigen::Index pixels = set.sensor().pixels();
-  Eigen::MatrixXd moment = Eigen::MatrixXd::Zero(pixels, pixels);
-  for (std::uint64_t first = 0; first < set.size(); first += read_at_once) {
-    const std::uint64_t count = std::min(read_at_once, set.size() - first);
-    const Images t = bounds.variable(set.conductivity(first, count).array());
-    moment.selfadjointView<Eigen::Lower>().rankUpdate(t.transpose());
-  }
-  moment /= static_cast<double>(set.size());
-  const SymmetricEigen eigen = symmetric_eigen(moment);
-  const double least = least_variance * eigen.values[pixels - 1];
-  const auto kept = (eigen.values.array() >= least).count();
-  return eigen.vectors.rightCols(kept) *
-         eigen.values.tail(kept).cwiseMax(0).cwiseSqrt().asDiagonal();
-}
-
-}  // namespace
 
 GaussNewton::GaussNewton(JsonObject parameters) { read(std::move(parameters)); }
 

@@ -1,6 +1,5 @@
 #include "solvers/iterated/sheet_operator.h"
 
-#include <cmath>
 #include <numbers>
 
 namespace ertbench {

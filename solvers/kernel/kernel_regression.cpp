@@ -5,26 +5,21 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "solvers/decompositions.h"
 
 namespace ertbench {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+using Eigen::VectorXd;
+
 /// Values tried for each hyperparameter.
 std::vector<double> values_of(const Tunable& tunable, std::vector<double> tried) {
   return tunable.value ? std::vector{*tunable.value} : std::move(tried);
 }
-
-}  // namespace
-
-KernelScaleChoice KernelScaleChoice::from_json(JsonObject& object) {
-  return {read_tunable(object, "width", {1e-6, 1e6}), read_tunable(object, "lambda", {1e-12, 1e6}),
-          read_tunable(object, "norm_weight", {0, 1e6})};
-}
-
-namespace {
 
 struct SearchedScales {
   std::vector<double> weights, widths, lambdas;
@@ -50,7 +45,16 @@ ChosenScales search(const SearchedScales& among, KernelInput input, const RowMaj
   return best;
 }
 
+MatrixXd kernel_of(const MatrixXd& squared, double denominator) {
+  return (-squared.array() / denominator).exp();
+}
+
 }  // namespace
+
+KernelScaleChoice KernelScaleChoice::from_json(JsonObject& object) {
+  return {read_tunable(object, "width", {1e-6, 1e6}), read_tunable(object, "lambda", {1e-12, 1e6}),
+          read_tunable(object, "norm_weight", {0, 1e6})};
+}
 
 std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index most) {
   std::vector<Eigen::Index> out(static_cast<std::size_t>(std::min(rows, most)));
@@ -83,19 +87,6 @@ ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
 nlohmann::json to_json(const KernelScales& scales) {
   return {{"width", scales.width}, {"lambda", scales.lambda}, {"norm_weight", scales.norm_weight}};
 }
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::RowVectorXd;
-using Eigen::VectorXd;
-
-namespace {
-
-MatrixXd kernel_of(const MatrixXd& squared, double denominator) {
-  return (-squared.array() / denominator).exp();
-}
-
-}  // namespace
 
 RowMajorMatrix kernel_features(const Eigen::Ref<const RowMajorMatrix>& changes, KernelInput input,
                                double norm_weight) {

@@ -33,6 +33,79 @@ std::vector<Eigen::Index> turned_pairs(const Reciprocity& reciprocity, const Sym
   return from;
 }
 
+constexpr int rounds = 12;
+constexpr Eigen::Index points_at_once = 1024;  ///< points of one matrix product
+
+/// k-means++ (Arthur, Vassilvitskii 2007): centres are points, drawn with probability proportional
+/// to their squared distance to the centres drawn before.
+Eigen::MatrixXf first_centres(const Eigen::MatrixXf& points, Eigen::Index count) {
+  RandomStream random(1, key_of("k-means"), 0, Purpose::training);
+  Eigen::MatrixXf centres(count, points.cols());
+  Eigen::ArrayXf nearest =
+      Eigen::ArrayXf::Constant(points.rows(), std::numeric_limits<float>::infinity());
+  Eigen::Index drawn = random.integer(0, static_cast<int>(points.rows() - 1));
+  for (Eigen::Index k = 0; k < count; ++k) {
+    centres.row(k) = points.row(drawn);
+    nearest = nearest.min((points.rowwise() - centres.row(k)).rowwise().squaredNorm().array());
+    double left = random.uniform() * nearest.cast<double>().sum();
+    for (drawn = 0; drawn < points.rows() - 1; ++drawn) {
+      left -= static_cast<double>(nearest[drawn]);
+      if (left < 0) break;
+    }
+  }
+  return centres;
+}
+
+/// Nearest centre of each point.
+std::vector<Eigen::Index> nearest_centres(const Eigen::MatrixXf& points,
+                                          const Eigen::MatrixXf& centres) {
+  // |p - c|^2 without |p|^2, which does not depend on the centre.
+  const Eigen::RowVectorXf squares = centres.rowwise().squaredNorm().transpose();
+  std::vector<Eigen::Index> out(static_cast<std::size_t>(points.rows()));
+  Eigen::MatrixXf distances;
+  for (Eigen::Index first = 0; first < points.rows(); first += points_at_once) {
+    const Eigen::Index size = std::min(points_at_once, points.rows() - first);
+    distances.noalias() = -2.0F * points.middleRows(first, size) * centres.transpose();
+    distances.rowwise() += squares;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      distances.row(i).minCoeff(&out[static_cast<std::size_t>(first + i)]);
+    }
+  }
+  return out;
+}
+
+/// Directions of the changes from which images are estimated, and by which components are
+/// distinguished. On one to three contacts at 50 dB, 64 and 24 have the least error among 40, 64,
+/// 104 and 16, 24, 32, 48, 104; the rest is noise that few scenes do not determine.
+constexpr Eigen::Index image_directions = 64;
+constexpr Eigen::Index gate_directions = 24;
+/// Weight of the pooled covariance, in scenes, when it is mixed with a component's own.
+constexpr double shared_scenes = 50;
+constexpr double noise_part = 0.2;  ///< of the directions, the weakest, hold the noise alone
+
+/// Up to `count` eigenvectors of a symmetric matrix, in descending order of their values.
+Eigen::MatrixXd leading(const SymmetricEigen& eigen, Eigen::Index count) {
+  const Eigen::Index size = std::min(count, eigen.vectors.cols());
+  return eigen.vectors.rightCols(size).rowwise().reverse();
+}
+
+/// Features for k-means [scenes, directions + 1]: the shape of the change and the logarithm of its
+/// size, to which ten standard deviations of the noise are added.
+Eigen::MatrixXf features(const TrainingScenes& scenes, const Eigen::MatrixXd& directions,
+                         double noise) {
+  constexpr double weight_of_shape = 1.5;
+  Eigen::MatrixXf out(scenes.count(), directions.cols() + 1);
+  Eigen::RowVectorXd change(scenes.pairs());
+  for (Eigen::Index i = 0; i < scenes.count(); ++i) {
+    scenes.change(i, change);
+    const double size = change.norm() + 10 * noise;
+    out.row(i).head(directions.cols()) =
+        (weight_of_shape / size * (change * directions)).cast<float>();
+    out(i, directions.cols()) = static_cast<float>(std::log(size / noise));
+  }
+  return out;
+}
+
 }  // namespace
 
 TrainingScenes::TrainingScenes(const FitInput& input, const std::string& place, bool symmetries) {
@@ -125,51 +198,6 @@ JointMoments moments_of(const TrainingScenes& scenes, const std::vector<Eigen::I
   return out;
 }
 
-namespace {
-
-constexpr int rounds = 12;
-constexpr Eigen::Index points_at_once = 1024;  ///< points of one matrix product
-
-/// k-means++ (Arthur, Vassilvitskii 2007): centres are points, drawn with probability proportional
-/// to their squared distance to the centres drawn before.
-Eigen::MatrixXf first_centres(const Eigen::MatrixXf& points, Eigen::Index count) {
-  RandomStream random(1, key_of("k-means"), 0, Purpose::training);
-  Eigen::MatrixXf centres(count, points.cols());
-  Eigen::ArrayXf nearest =
-      Eigen::ArrayXf::Constant(points.rows(), std::numeric_limits<float>::infinity());
-  Eigen::Index drawn = random.integer(0, static_cast<int>(points.rows() - 1));
-  for (Eigen::Index k = 0; k < count; ++k) {
-    centres.row(k) = points.row(drawn);
-    nearest = nearest.min((points.rowwise() - centres.row(k)).rowwise().squaredNorm().array());
-    double left = random.uniform() * nearest.cast<double>().sum();
-    for (drawn = 0; drawn < points.rows() - 1; ++drawn) {
-      left -= static_cast<double>(nearest[drawn]);
-      if (left < 0) break;
-    }
-  }
-  return centres;
-}
-
-/// Nearest centre of each point.
-std::vector<Eigen::Index> nearest_centres(const Eigen::MatrixXf& points,
-                                          const Eigen::MatrixXf& centres) {
-  // |p - c|^2 without |p|^2, which does not depend on the centre.
-  const Eigen::RowVectorXf squares = centres.rowwise().squaredNorm().transpose();
-  std::vector<Eigen::Index> out(static_cast<std::size_t>(points.rows()));
-  Eigen::MatrixXf distances;
-  for (Eigen::Index first = 0; first < points.rows(); first += points_at_once) {
-    const Eigen::Index size = std::min(points_at_once, points.rows() - first);
-    distances.noalias() = -2.0F * points.middleRows(first, size) * centres.transpose();
-    distances.rowwise() += squares;
-    for (Eigen::Index i = 0; i < size; ++i) {
-      distances.row(i).minCoeff(&out[static_cast<std::size_t>(first + i)]);
-    }
-  }
-  return out;
-}
-
-}  // namespace
-
 std::vector<std::vector<Eigen::Index>> k_means(const Eigen::MatrixXf& points, int groups) {
   Eigen::MatrixXf centres = first_centres(points, std::min<Eigen::Index>(groups, points.rows()));
   for (int round = 0;; ++round) {
@@ -188,42 +216,6 @@ std::vector<std::vector<Eigen::Index>> k_means(const Eigen::MatrixXf& points, in
     }
   }
 }
-
-namespace {
-
-/// Directions of the changes from which images are estimated, and by which components are
-/// distinguished. On one to three contacts at 50 dB, 64 and 24 have the least error among 40, 64,
-/// 104 and 16, 24, 32, 48, 104; the rest is noise that few scenes do not determine.
-constexpr Eigen::Index image_directions = 64;
-constexpr Eigen::Index gate_directions = 24;
-/// Weight of the pooled covariance, in scenes, when it is mixed with a component's own.
-constexpr double shared_scenes = 50;
-constexpr double noise_part = 0.2;  ///< of the directions, the weakest, hold the noise alone
-
-/// Up to `count` eigenvectors of a symmetric matrix, in descending order of their values.
-Eigen::MatrixXd leading(const SymmetricEigen& eigen, Eigen::Index count) {
-  const Eigen::Index size = std::min(count, eigen.vectors.cols());
-  return eigen.vectors.rightCols(size).rowwise().reverse();
-}
-
-/// Features for k-means [scenes, directions + 1]: the shape of the change and the logarithm of its
-/// size, to which ten standard deviations of the noise are added.
-Eigen::MatrixXf features(const TrainingScenes& scenes, const Eigen::MatrixXd& directions,
-                         double noise) {
-  constexpr double weight_of_shape = 1.5;
-  Eigen::MatrixXf out(scenes.count(), directions.cols() + 1);
-  Eigen::RowVectorXd change(scenes.pairs());
-  for (Eigen::Index i = 0; i < scenes.count(); ++i) {
-    scenes.change(i, change);
-    const double size = change.norm() + 10 * noise;
-    out.row(i).head(directions.cols()) =
-        (weight_of_shape / size * (change * directions)).cast<float>();
-    out(i, directions.cols()) = static_cast<float>(std::log(size / noise));
-  }
-  return out;
-}
-
-}  // namespace
 
 Eigen::MatrixXd GaussianMixture::second_moment() const {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(directions.rows(), directions.rows());

@@ -5,7 +5,6 @@
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
-#include "solvers/linear/mixture.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -26,6 +25,22 @@ Eigen::MatrixXd covariance_of(const Nuisances& nuisances, const Sensor& sensor) 
   if (!nuisances.any()) return Eigen::MatrixXd::Zero(pairs, pairs);
   const Eigen::MatrixXd columns = nuisances.columns(sensor);
   return columns * columns.transpose();
+}
+
+constexpr std::size_t most_masked = 16;  ///< sets of dead electrodes that are kept
+
+/// Stacks two matrices.
+template <typename Part>
+RowMajorMatrix stacked(const GaussianMixture& mixture, Part&& part) {
+  const auto& first = part(mixture.components.front());
+  RowMajorMatrix out(first.rows() * static_cast<Eigen::Index>(mixture.components.size()),
+                     first.cols());
+  Eigen::Index row = 0;
+  for (const GaussianMixture::Component& c : mixture.components) {
+    out.middleRows(row, first.rows()) = part(c);
+    row += first.rows();
+  }
+  return out;
 }
 
 }  // namespace
@@ -111,26 +126,6 @@ void LinearMmse::load(const std::filesystem::path& file, const Sensor& sensor) {
   cross_ = opened.read_rows("/cross", 0, pixels);
   load_matrix(opened, sensor);
 }
-
-namespace {
-
-constexpr std::size_t most_masked = 16;  ///< sets of dead electrodes that are kept
-
-/// Stacks two matrices.
-template <typename Part>
-RowMajorMatrix stacked(const GaussianMixture& mixture, Part&& part) {
-  const auto& first = part(mixture.components.front());
-  RowMajorMatrix out(first.rows() * static_cast<Eigen::Index>(mixture.components.size()),
-                     first.cols());
-  Eigen::Index row = 0;
-  for (const GaussianMixture::Component& c : mixture.components) {
-    out.middleRows(row, first.rows()) = part(c);
-    row += first.rows();
-  }
-  return out;
-}
-
-}  // namespace
 
 MixtureMmse::MixtureMmse(JsonObject parameters) { read(std::move(parameters)); }
 

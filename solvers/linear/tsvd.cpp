@@ -119,6 +119,18 @@ double power_of_two_near(double value) {
   return value > 0 && std::isfinite(value) ? std::exp2(std::ilogb(value)) : 1.0;
 }
 
+/// Singular values closer than this, relative to the largest, form a pair: rounding separates them
+/// by 1e-15, the sensor's geometry by far more.
+bool same_value(const SingularTriplets& triplets, Eigen::Index i, Eigen::Index j) {
+  const Eigen::VectorXd& s = triplets.values;
+  return std::abs(s[i] - s[j]) <= 1e-9 * s[std::min(i, j)] + 1e-13 * s[0];
+}
+
+/// True if the rank keeps one value of a pair and drops the other.
+bool splits_pair(const SingularTriplets& triplets, Eigen::Index rank) {
+  return rank < triplets.values.size() && same_value(triplets, rank - 1, rank);
+}
+
 }  // namespace
 
 SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count) {
@@ -141,22 +153,6 @@ SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Inde
   found.right = qr.householderQ() * padded;
   return found;
 }
-
-namespace {
-
-/// Singular values closer than this, relative to the largest, form a pair: rounding separates them
-/// by 1e-15, the sensor's geometry by far more.
-bool same_value(const SingularTriplets& triplets, Eigen::Index i, Eigen::Index j) {
-  const Eigen::VectorXd& s = triplets.values;
-  return std::abs(s[i] - s[j]) <= 1e-9 * s[std::min(i, j)] + 1e-13 * s[0];
-}
-
-/// True if the rank keeps one value of a pair and drops the other.
-bool splits_pair(const SingularTriplets& triplets, Eigen::Index rank) {
-  return rank < triplets.values.size() && same_value(triplets, rank - 1, rank);
-}
-
-}  // namespace
 
 TruncatedSvd::TruncatedSvd(JsonObject parameters)
     : LinearSolver(LinearInference::from_json(parameters)) {

@@ -37,6 +37,20 @@ void add_tile(const double* left, const double* right, Eigen::Index stride, Eige
   }
 }
 
+constexpr int refinements = 4;    ///< at most
+constexpr double refined = 1e-8;  ///< relative mismatch between J x and w that is small enough
+
+constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
+/// Least alpha-weighted edge weight, where |J| = 1: a proximal term that bounds rounding at large
+/// edges and does not change the optimum.
+constexpr double least_weight = 1e-14;
+/// With a larger alpha every image is constant.
+constexpr double greatest_alpha = 1e12;
+/// Upper limit of the initial z+ and z-, which make mu account for the whole objective, in units of
+/// the image that explains a unit of the leading channel.
+constexpr double greatest_start = 10;
+constexpr int iterations_with_useful_channels = 15;
+
 }  // namespace
 
 void add_gram(const RowMajorMatrix& tall, Eigen::Index rows, Eigen::MatrixXd& sum) {
@@ -56,13 +70,6 @@ void add_gram(const RowMajorMatrix& tall, Eigen::Index rows, Eigen::MatrixXd& su
     }
   }
 }
-
-namespace {
-
-constexpr int refinements = 4;    ///< at most
-constexpr double refined = 1e-8;  ///< relative mismatch between J x and w that is small enough
-
-}  // namespace
 
 NewtonSystem::NewtonSystem(const TotalVariation& problem)
     : problem_(problem),
@@ -119,21 +126,6 @@ double NewtonSystem::solve_data(Eigen::VectorXd& data, double sum) const {
   data += c * constant_solve_;
   return c;
 }
-
-namespace {
-
-constexpr double to_border = 0.99;  ///< of the way to the border of the positive cone
-/// Least alpha-weighted edge weight, where |J| = 1: a proximal term that bounds rounding at large
-/// edges and does not change the optimum.
-constexpr double least_weight = 1e-14;
-/// With a larger alpha every image is constant.
-constexpr double greatest_alpha = 1e12;
-/// Upper limit of the initial z+ and z-, which make mu account for the whole objective, in units of
-/// the image that explains a unit of the leading channel.
-constexpr double greatest_start = 10;
-constexpr int iterations_with_useful_channels = 15;
-
-}  // namespace
 
 InteriorPoint::InteriorPoint(const TotalVariation& problem)
     : problem_(problem), system_(problem), edges_(problem.edges().count()) {

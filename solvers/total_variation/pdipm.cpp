@@ -2,7 +2,6 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "core/statistics.h"
 #include "solvers/solver_file.h"
@@ -130,8 +129,7 @@ std::vector<SolverType> total_variation_solvers() {
        "x domain unit)"},
       {"tolerance", "relative duality gap at which a frame is done, 1e-8 ... 0.1; default 1e-4"},
       {"max_iterations",
-       "Newton steps after which a frame is given up as not converged, 1 ... "
-       "1000; default 50"},
+       "Newton steps after which a frame is given up as not converged, 1 ... 1000; default 50"},
       ChannelMask::parameter()};
   info.make = make_from_json<Pdipm>;
   info.comparison = ImageComparison::duality_gap;

@@ -15,6 +15,39 @@ namespace {
 constexpr Eigen::Index lanes = 8;
 using Lanes = Eigen::Array<double, lanes, 1>;
 
+/// Accumulates one row for a panel of right-hand sides that stays in `registers` SIMD registers.
+/// `factor(i)` is the factor's i-th entry from the diagonal and `far(i)` the row of `x` that it
+/// multiplies. The nearest row, which was finished last, is added last.
+template <int registers, typename Far, typename Factor>
+inline void solve_row(const double* right, double* out, Eigen::Index reach, double inverse,
+                      const Far& far, const Factor& factor) {
+  std::array<Lanes, registers> sum;
+  for (int k = 0; k < registers; ++k) {
+    sum[static_cast<std::size_t>(k)] = Eigen::Map<const Lanes>(right + k * lanes);
+  }
+  for (Eigen::Index i = reach; i > 0; --i) {
+    const double weight = factor(i);
+    const double* const x = far(i);
+    for (int k = 0; k < registers; ++k) {
+      sum[static_cast<std::size_t>(k)] += weight * Eigen::Map<const Lanes>(x + k * lanes);
+    }
+  }
+  for (int k = 0; k < registers; ++k) {
+    Eigen::Map<Lanes>(out + k * lanes) = sum[static_cast<std::size_t>(k)] * inverse;
+  }
+}
+
+/// Divides the columns into panels as wide as the registers allow and calls `panel` with a
+/// std::integral_constant of the number of registers and the first column.
+template <typename Panel>
+void for_panels(Eigen::Index columns, const Panel& panel) {
+  Eigen::Index c = 0;
+  for (; columns - c >= 64; c += 64) panel(std::integral_constant<int, 8>(), c);
+  for (; columns - c >= 48; c += 48) panel(std::integral_constant<int, 6>(), c);
+  for (; columns - c >= 32; c += 32) panel(std::integral_constant<int, 4>(), c);
+  for (; c < columns; c += 16) panel(std::integral_constant<int, 2>(), c);
+}
+
 }  // namespace
 
 GridLaplacian::GridLaplacian(int columns, int rows)
@@ -101,43 +134,6 @@ void GridLaplacian::eliminate() {
     for (Eigen::Index i = 1; i < n; ++i) add(row(j + i), row(j), i, registers(n - i));
   }
 }
-
-namespace {
-
-/// Accumulates one row for a panel of right-hand sides that stays in `registers` SIMD registers.
-/// `factor(i)` is the factor's i-th entry from the diagonal and `far(i)` the row of `x` that it
-/// multiplies. The nearest row, which was finished last, is added last.
-template <int registers, typename Far, typename Factor>
-inline void solve_row(const double* right, double* out, Eigen::Index reach, double inverse,
-                      const Far& far, const Factor& factor) {
-  std::array<Lanes, registers> sum;
-  for (int k = 0; k < registers; ++k) {
-    sum[static_cast<std::size_t>(k)] = Eigen::Map<const Lanes>(right + k * lanes);
-  }
-  for (Eigen::Index i = reach; i > 0; --i) {
-    const double weight = factor(i);
-    const double* const x = far(i);
-    for (int k = 0; k < registers; ++k) {
-      sum[static_cast<std::size_t>(k)] += weight * Eigen::Map<const Lanes>(x + k * lanes);
-    }
-  }
-  for (int k = 0; k < registers; ++k) {
-    Eigen::Map<Lanes>(out + k * lanes) = sum[static_cast<std::size_t>(k)] * inverse;
-  }
-}
-
-/// Divides the columns into panels as wide as the registers allow and calls `panel` with a
-/// std::integral_constant of the number of registers and the first column.
-template <typename Panel>
-void for_panels(Eigen::Index columns, const Panel& panel) {
-  Eigen::Index c = 0;
-  for (; columns - c >= 64; c += 64) panel(std::integral_constant<int, 8>(), c);
-  for (; columns - c >= 48; c += 48) panel(std::integral_constant<int, 6>(), c);
-  for (; columns - c >= 32; c += 32) panel(std::integral_constant<int, 4>(), c);
-  for (; c < columns; c += 16) panel(std::integral_constant<int, 2>(), c);
-}
-
-}  // namespace
 
 void GridLaplacian::half_solve(const RowMajorMatrix& right, Eigen::Index columns,
                                RowMajorMatrix& out) const {
