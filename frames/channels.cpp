@@ -10,7 +10,6 @@
 #include "core/lists.h"
 #include "core/text.h"
 #include "forward/sheet/sensor_json.h"
-#include "frames/frame_source.h"
 
 namespace ertbench {
 
@@ -60,8 +59,6 @@ constexpr NamedOrder orders[] = {
     {"full", "all measurements of all drives, drive by drive"},
     {"full-measure-major", "all drives of all measurements, measurement by measurement"},
     {"potentials", "the potential of every electrode, drive by drive"}};
-
-std::string names_of_orders() { return joined(orders, ", ", &NamedOrder::name); }
 
 /// Stands for the frames of a stream, which has as many columns as an order needs.
 class StreamColumns final : public FrameSource {
@@ -303,11 +300,34 @@ ChannelMap map_in_volts(const Sensor& sensor, const FrameSource& source, const s
   }
   std::error_code error;
   if (!std::filesystem::exists(name, error)) {
-    throw InputError("--channels: must be one of " + names_of_orders() +
+    throw InputError("--channels: must be one of " + joined(orders, ", ", &NamedOrder::name) +
                      ", or a file with a line \"drive measurement\" for each column; \"" +
                      printable(name) + "\" does not exist");
   }
   return map_of_lines(sensor, source, numbers_of_text(text_of_file(name), name), name);
+}
+
+/// Refuses frames that are arrays of two dimensions of which the first is not the order's.
+void require_shape(const Sensor& sensor, const FrameSource& source, const ChannelMap& map) {
+  const std::vector<std::uint64_t> shape = source.frame_shape();
+  const auto is_order = [&](const NamedOrder& order) { return order.name == map.order; };
+  if (shape.empty() || std::none_of(std::begin(orders), std::end(orders), is_order)) return;
+  const bool by_measurement = map.order.find("measure-major") != std::string::npos;
+  const auto first =
+      static_cast<std::uint64_t>(by_measurement ? sensor.measurements() : sensor.drives());
+  if (shape[0] == first) return;
+  const auto text = [](std::uint64_t a, std::uint64_t b) {
+    return "[N, " + std::to_string(a) + ", " + std::to_string(b) + "]";
+  };
+  throw InputError(source_name(source) + ": has shape " + text(shape[0], shape[1]) +
+                   ", frames in the order " + map.order + " have " +
+                   text(first, static_cast<std::uint64_t>(map.columns) / first) +
+                   (shape[1] == first
+                        ? ": drives and measurements are exchanged; turn the last two dimensions "
+                          "(numpy: voltages.transpose(0, 2, 1))"
+                        : ": these are no drives and measurements of this sensor; save them so, or "
+                          "as [N, " +
+                              std::to_string(map.columns) + "]"));
 }
 
 }  // namespace
@@ -355,33 +375,6 @@ std::vector<int> places_in_order(const Sensor& sensor, const std::string& name) 
   }
   return places;
 }
-
-namespace {
-
-/// Refuses frames that are arrays of two dimensions of which the first is not the order's.
-void require_shape(const Sensor& sensor, const FrameSource& source, const ChannelMap& map) {
-  const std::vector<std::uint64_t> shape = source.frame_shape();
-  const auto is_order = [&](const NamedOrder& order) { return order.name == map.order; };
-  if (shape.empty() || std::none_of(std::begin(orders), std::end(orders), is_order)) return;
-  const bool by_measurement = map.order.find("measure-major") != std::string::npos;
-  const auto first =
-      static_cast<std::uint64_t>(by_measurement ? sensor.measurements() : sensor.drives());
-  if (shape[0] == first) return;
-  const auto text = [](std::uint64_t a, std::uint64_t b) {
-    return "[N, " + std::to_string(a) + ", " + std::to_string(b) + "]";
-  };
-  throw InputError(source_name(source) + ": has shape " + text(shape[0], shape[1]) +
-                   ", frames in the order " + map.order + " have " +
-                   text(first, static_cast<std::uint64_t>(map.columns) / first) +
-                   (shape[1] == first
-                        ? ": drives and measurements are exchanged; turn the last two dimensions "
-                          "(numpy: voltages.transpose(0, 2, 1))"
-                        : ": these are no drives and measurements of this sensor; save them so, or "
-                          "as [N, " +
-                              std::to_string(map.columns) + "]"));
-}
-
-}  // namespace
 
 ChannelMap channel_map(const Sensor& sensor, const FrameSource& source, const std::string& order,
                        const std::string& unit) {

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/errors.h"
-#include "core/text.h"
 #include "frames/frame_source.h"
 #include "frames/text_lines.h"
 
@@ -108,7 +107,7 @@ std::vector<fs::path> eit_files(const fs::path& input) {
   if (files.empty()) {
     throw InputError(input.string() + ": is a folder without .eit files; name the one with them");
   }
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+  std::ranges::sort(files, [](const fs::path& a, const fs::path& b) {
     const std::uint64_t left = number_in(a);
     const std::uint64_t right = number_in(b);
     return left != right ? left < right : a < b;
@@ -214,8 +213,8 @@ EitFile parse_eit(std::string_view text, const std::string& source) {
   for (std::size_t c = labels.size(); c < columns; ++c) labels.push_back(static_cast<int>(c));
   std::vector<std::size_t> kept;
   for (std::size_t c = 0; c < columns; ++c) {
-    const bool used = header.used.empty() || std::find(header.used.begin(), header.used.end(),
-                                                       labels[c]) != header.used.end();
+    const bool used =
+        header.used.empty() || std::ranges::find(header.used, labels[c]) != header.used.end();
     if (used) {
       kept.push_back(c);
       file.electrodes.push_back(labels[c]);

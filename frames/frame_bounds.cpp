@@ -43,7 +43,7 @@ constexpr double above_rounding = 3;       ///< a change's norm over that of the
 
 /// The value that half of the weight does not exceed; `values` are pairs of value and weight.
 double weighted_median(std::vector<std::pair<double, double>>& values) {
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   double total = 0;
   for (const auto& [value, weight] : values) total += weight;
   double sum = 0;
@@ -58,7 +58,7 @@ double weighted_median(std::vector<std::pair<double, double>>& values) {
 double step_of(const Eigen::Ref<const Eigen::RowVectorXd>& values, double least) {
   std::vector<double> sorted{0};
   for (const double v : values) sorted.push_back(std::abs(v));
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   double step = sorted.back();
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     const double gap = sorted[i] - sorted[i - 1];
@@ -68,7 +68,7 @@ double step_of(const Eigen::Ref<const Eigen::RowVectorXd>& values, double least)
   const auto is_multiple = [&](double v) {
     return std::abs(v / step - std::round(v / step)) < same_step;
   };
-  return std::all_of(sorted.begin(), sorted.end(), is_multiple) ? step : 0;
+  return std::ranges::all_of(sorted, is_multiple) ? step : 0;
 }
 
 }  // namespace

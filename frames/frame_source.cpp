@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <string_view>
 
 #include "core/checksum.h"
 #include "core/errors.h"

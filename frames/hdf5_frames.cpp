@@ -38,7 +38,7 @@ class StoredArray {
     }
     refuse_what_is_no_array();
     shape_ = file.shape(stored_);
-    if (reversed_) std::reverse(shape_.begin(), shape_.end());
+    if (reversed_) std::ranges::reverse(shape_);
   }
 
   const Shape& shape() const { return shape_; }
@@ -194,7 +194,7 @@ class Hdf5Frames final : public FrameSource {
 
   void require_frames(bool transposed) const {
     const Shape& shape = array_.shape();
-    const bool empty = std::find(shape.begin(), shape.end(), 0U) != shape.end();
+    const bool empty = std::ranges::find(shape, 0U) != shape.end();
     if (shape.empty() || shape.size() > 3 || empty || (transposed && shape.size() != 2)) {
       throw InputError(file_.path().string() + ": " + name_ + ": must have shape [N, channels]" +
                        (transposed ? " to be transposed" : " or [N, drives, measurements]") +

@@ -13,7 +13,6 @@
 #include "core/text.h"
 #include "forward/border/border_model.h"
 #include "forward/sheet/sensor_json.h"
-#include "frames/channels.h"
 
 namespace ertbench {
 namespace {

@@ -60,7 +60,7 @@ std::optional<double> leading_number(std::string_view& text, bool decimal_comma)
   if (decimal_comma) {
     copy = text;
     if (copy.find('.') != std::string::npos) return std::nullopt;
-    std::replace(copy.begin(), copy.end(), ',', '.');
+    std::ranges::replace(copy, ',', '.');
     view = copy;
   }
   double value = 0;
@@ -196,7 +196,7 @@ NumberFormat number_format_of(std::string_view line) {
     if (format.separator != ' ' && line.find(format.separator) == std::string_view::npos) continue;
     const std::vector<std::string_view> fields = fields_of(line, format);
     bool ignored = false;
-    const auto numbers = std::count_if(fields.begin(), fields.end(), [&](std::string_view field) {
+    const auto numbers = std::ranges::count_if(fields, [&](std::string_view field) {
       return field.empty() || number_of(field, format, ignored);
     });
     const double share =

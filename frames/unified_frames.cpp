@@ -8,7 +8,6 @@
 
 #include "core/errors.h"
 #include "core/json.h"
-#include "core/text.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/frame_source.h"
 #include "frames/text_lines.h"
@@ -112,6 +111,33 @@ nlohmann::json sheet_of(Eigen::Matrix2Xd points, const UnifiedLines& lines) {
   return out;
 }
 
+class UnifiedFrames final : public FrameSource {
+ public:
+  UnifiedFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
+    if (!options.dataset.empty() || options.transposed.value_or(false)) {
+      throw InputError(path_.string() +
+                       ": is one frame of BERT's format; leave --dataset and --transposed out");
+    }
+    file_ = parse_unified(text_of_file(path_), path_.string());
+  }
+
+  std::string format() const override { return "unified"; }
+  std::uint64_t frames() const override { return 1; }
+  Eigen::Index columns() const override { return std::ssize(file_.resistances); }
+  RowMajorMatrix read(std::uint64_t, std::uint64_t count) const override {
+    const Eigen::Map<const Eigen::RowVectorXd> row(file_.resistances.data(), columns());
+    return row.replicate(static_cast<Eigen::Index>(count), 1);
+  }
+  std::optional<Sensor> sensor() const override { return file_.sensor; }
+  bool knows_background() const override { return false; }
+  std::vector<ChannelElectrodes> channels() const override { return file_.channels; }
+  std::vector<fs::path> files() const override { return {path_}; }
+
+ private:
+  fs::path path_;
+  UnifiedFile file_;
+};
+
 }  // namespace
 
 UnifiedFile parse_unified(std::string_view text, const std::string& source) {
@@ -120,9 +146,9 @@ UnifiedFile parse_unified(std::string_view text, const std::string& source) {
   const int electrodes = lines.count("the number of electrodes");
   if (electrodes > most_electrodes) lines.fail("more than 1000 electrodes");
   const std::vector<std::string> axes = lines.names("the axes, \"x y\"");
-  const auto x = std::find(axes.begin(), axes.end(), "x") - axes.begin();
-  auto y = std::find(axes.begin(), axes.end(), "y") - axes.begin();
-  if (y == std::ssize(axes)) y = std::find(axes.begin(), axes.end(), "z") - axes.begin();
+  const auto x = std::ranges::find(axes, "x") - axes.begin();
+  auto y = std::ranges::find(axes, "y") - axes.begin();
+  if (y == std::ssize(axes)) y = std::ranges::find(axes, "z") - axes.begin();
   if (x == std::ssize(axes) || y == std::ssize(axes)) lines.fail("must name the axes, \"x y\"");
   Eigen::Matrix2Xd points(2, electrodes);
   for (int e = 0; e < electrodes; ++e) {
@@ -134,7 +160,7 @@ UnifiedFile parse_unified(std::string_view text, const std::string& source) {
   const int count = lines.count("the number of data");
   const std::vector<std::string> names = lines.names("the columns, \"a b m n r\"");
   const auto column = [&](const char* name) -> std::optional<std::size_t> {
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     if (found == names.end()) return std::nullopt;
     return static_cast<std::size_t>(found - names.begin());
   };
@@ -197,37 +223,6 @@ UnifiedFile parse_unified(std::string_view text, const std::string& source) {
   file.sensor.drive_current = 1;
   return file;
 }
-
-namespace {
-
-class UnifiedFrames final : public FrameSource {
- public:
-  UnifiedFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
-    if (!options.dataset.empty() || options.transposed.value_or(false)) {
-      throw InputError(path_.string() +
-                       ": is one frame of BERT's format; leave --dataset and --transposed out");
-    }
-    file_ = parse_unified(text_of_file(path_), path_.string());
-  }
-
-  std::string format() const override { return "unified"; }
-  std::uint64_t frames() const override { return 1; }
-  Eigen::Index columns() const override { return std::ssize(file_.resistances); }
-  RowMajorMatrix read(std::uint64_t, std::uint64_t count) const override {
-    const Eigen::Map<const Eigen::RowVectorXd> row(file_.resistances.data(), columns());
-    return row.replicate(static_cast<Eigen::Index>(count), 1);
-  }
-  std::optional<Sensor> sensor() const override { return file_.sensor; }
-  bool knows_background() const override { return false; }
-  std::vector<ChannelElectrodes> channels() const override { return file_.channels; }
-  std::vector<fs::path> files() const override { return {path_}; }
-
- private:
-  fs::path path_;
-  UnifiedFile file_;
-};
-
-}  // namespace
 
 bool is_unified(std::string_view begin) {
   const std::size_t end = begin.find('\n');

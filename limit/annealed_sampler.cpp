@@ -5,9 +5,6 @@
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <optional>
-
-#include "limit/scene_likelihood.h"
 
 namespace ertbench {
 namespace {
@@ -67,9 +64,7 @@ class Stratum {
 
   /// [islands] log evidence of the scenes each continues with, including the number's probability.
   const std::vector<double>& log_evidence() const { return log_evidence_; }
-  double best_log_evidence() const {
-    return *std::max_element(log_evidence_.begin(), log_evidence_.end());
-  }
+  double best_log_evidence() const { return *std::ranges::max_element(log_evidence_); }
   /// [islands] the island whose scenes each continues with: itself or another.
   const std::vector<std::size_t>& origins() const { return origins_; }
   /// True if one island found a mode that all others missed.
@@ -144,7 +139,7 @@ class Groups {
     }
   }
   int operator[](std::size_t island) const { return group_[island]; }
-  int count() const { return *std::max_element(group_.begin(), group_.end()) + 1; }
+  int count() const { return *std::ranges::max_element(group_) + 1; }
 
  private:
   std::vector<int> group_;

@@ -60,6 +60,73 @@ Eigen::VectorXd widths_of(const SceneDraw& scene, const ScenePrior& prior) {
 
 Eigen::Vector2d at_twice(double angle) { return {std::cos(2 * angle), std::sin(2 * angle)}; }
 
+constexpr double wanted_acceptance = 0.3;
+constexpr double joint_share = 0.5;        ///< of all moves, if there are joint ones
+constexpr double number_share = 0.1;       ///< of the other moves, where the number is free
+constexpr double log_narrowest_round = 3;  ///< widths of a round of chains: down to exp(-this)
+/// Factor on the number of scenes at the smallest powers, where positions are still uncertain and
+/// voltages need not be accurate.
+constexpr double most_particles = 4;
+constexpr double least_heat_step = 1e-9;
+constexpr double never_accurate_enough = -1e300;  ///< a threshold that no likelihood falls below
+
+/// exp(logs - max), and the logarithm of their mean.
+struct Weights {
+  Eigen::ArrayXd values;
+  double log_mean = 0;
+
+  double effective() const { return values.sum() * values.sum() / values.square().sum(); }
+};
+
+Weights weights_of(const Eigen::ArrayXd& logs) {
+  const double largest = logs.maxCoeff();
+  Weights weights;
+  weights.values = exp_of(logs - largest);
+  weights.log_mean = largest + std::log(weights.values.mean());
+  return weights;
+}
+
+/// The log likelihoods of things that have a fit.
+template <class Things, class Fit>
+Eigen::ArrayXd log_likelihoods(const Things& things, Fit fit_of) {
+  Eigen::ArrayXd logs(std::ssize(things));
+  for (Eigen::Index i = 0; i < logs.size(); ++i) {
+    logs[i] = std::invoke(fit_of, things[static_cast<std::size_t>(i)]).log_likelihood;
+  }
+  return logs;
+}
+
+/// The largest step of the power, at most `rest`, that leaves `effective` effective scenes.
+double heat_step(const Eigen::ArrayXd& log_likelihoods, double rest, double effective) {
+  if (weights_of(rest * log_likelihoods).effective() >= effective) return rest;
+  double low = 0;
+  double high = rest;
+  while (high - low > 1e-3 * high && high > least_heat_step) {
+    // Powers begin orders of magnitude below 1.
+    const double middle = low > 0 ? std::sqrt(low * high) : high / 8;
+    (weights_of(middle * log_likelihoods).effective() >= effective ? low : high) = middle;
+  }
+  return high;
+}
+
+/// Systematic resampling: returns `count` indices, each in proportion to its weight.
+std::vector<std::size_t> resampled(const Eigen::ArrayXd& weights, std::size_t count,
+                                   RandomStream& random) {
+  std::vector<std::size_t> chosen;
+  const double step = weights.sum() / static_cast<double>(count);
+  double next = step * random.uniform();
+  double sum = 0;
+  for (Eigen::Index i = 0; i < weights.size() && chosen.size() < count; ++i) {
+    sum += weights[i];
+    while (next < sum && chosen.size() < count) {
+      chosen.push_back(static_cast<std::size_t>(i));
+      next += step;
+    }
+  }
+  while (chosen.size() < count) chosen.push_back(static_cast<std::size_t>(weights.size() - 1));
+  return chosen;
+}
+
 }  // namespace
 
 JointStep::JointStep(const ScenePrior& prior, const EllipseModel& model)
@@ -184,77 +251,6 @@ std::pair<SceneDraw, double> JointStep::after(const SceneDraw& scene,
   }
   return {out, log_sizes};
 }
-
-namespace {
-
-constexpr double wanted_acceptance = 0.3;
-constexpr double joint_share = 0.5;        ///< of all moves, if there are joint ones
-constexpr double number_share = 0.1;       ///< of the other moves, where the number is free
-constexpr double log_narrowest_round = 3;  ///< widths of a round of chains: down to exp(-this)
-/// Factor on the number of scenes at the smallest powers, where positions are still uncertain and
-/// voltages need not be accurate.
-constexpr double most_particles = 4;
-constexpr double least_heat_step = 1e-9;
-constexpr double never_accurate_enough = -1e300;  ///< a threshold that no likelihood falls below
-
-/// exp(logs - max), and the logarithm of their mean.
-struct Weights {
-  Eigen::ArrayXd values;
-  double log_mean = 0;
-
-  double effective() const { return values.sum() * values.sum() / values.square().sum(); }
-};
-
-Weights weights_of(const Eigen::ArrayXd& logs) {
-  const double largest = logs.maxCoeff();
-  Weights weights;
-  weights.values = exp_of(logs - largest);
-  weights.log_mean = largest + std::log(weights.values.mean());
-  return weights;
-}
-
-/// The log likelihoods of things that have a fit.
-template <class Things, class Fit>
-Eigen::ArrayXd log_likelihoods(const Things& things, Fit fit_of) {
-  Eigen::ArrayXd logs(std::ssize(things));
-  for (Eigen::Index i = 0; i < logs.size(); ++i) {
-    logs[i] = std::invoke(fit_of, things[static_cast<std::size_t>(i)]).log_likelihood;
-  }
-  return logs;
-}
-
-/// The largest step of the power, at most `rest`, that leaves `effective` effective scenes.
-double heat_step(const Eigen::ArrayXd& log_likelihoods, double rest, double effective) {
-  if (weights_of(rest * log_likelihoods).effective() >= effective) return rest;
-  double low = 0;
-  double high = rest;
-  while (high - low > 1e-3 * high && high > least_heat_step) {
-    // Powers begin orders of magnitude below 1.
-    const double middle = low > 0 ? std::sqrt(low * high) : high / 8;
-    (weights_of(middle * log_likelihoods).effective() >= effective ? low : high) = middle;
-  }
-  return high;
-}
-
-/// Systematic resampling: returns `count` indices, each in proportion to its weight.
-std::vector<std::size_t> resampled(const Eigen::ArrayXd& weights, std::size_t count,
-                                   RandomStream& random) {
-  std::vector<std::size_t> chosen;
-  const double step = weights.sum() / static_cast<double>(count);
-  double next = step * random.uniform();
-  double sum = 0;
-  for (Eigen::Index i = 0; i < weights.size() && chosen.size() < count; ++i) {
-    sum += weights[i];
-    while (next < sum && chosen.size() < count) {
-      chosen.push_back(static_cast<std::size_t>(i));
-      next += step;
-    }
-  }
-  while (chosen.size() < count) chosen.push_back(static_cast<std::size_t>(weights.size() - 1));
-  return chosen;
-}
-
-}  // namespace
 
 AnnealingIsland::AnnealingIsland(const ScenePrior& prior, const SceneLikelihood& likelihood,
                                  const PlaceMetric& metric, JointStep* joint,

@@ -1,13 +1,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
 #include <vector>
 
-#include "core/errors.h"
 #include "limit/posterior_sampler.h"
 #include "limit/scene_likelihood.h"
 
@@ -177,12 +175,11 @@ WeightedPoints weighted_points(const LaplaceProblem& problem, const std::vector<
 /// Removes duplicates and modes with negligible weight; the best comes first.
 std::vector<Mode> distinct(std::vector<Mode> modes) {
   constexpr double hopeless = 20;  ///< cost above that of the best mode
-  std::sort(modes.begin(), modes.end(),
-            [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
+  std::ranges::sort(modes, [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
   std::vector<Mode> out;
   for (Mode& mode : modes) {
     if (!std::isfinite(mode.cost) || mode.cost > modes.front().cost + hopeless) continue;
-    const bool known = std::any_of(out.begin(), out.end(), [&](const Mode& other) {
+    const bool known = std::ranges::any_of(out, [&](const Mode& other) {
       const VectorXd white = other.information.matrixU() * (mode.place - other.place);
       return white.norm() < 1;
     });
@@ -190,34 +187,6 @@ std::vector<Mode> distinct(std::vector<Mode> modes) {
   }
   return out;
 }
-
-}  // namespace
-
-WeightedPoints sample_by_importance(const LaplaceProblem& problem, std::span<const VectorXd> starts,
-                                    int points, RandomStream& random) {
-  const Optimiser optimiser(problem);
-  std::vector<Mode> found;
-  for (const VectorXd& start : starts) found.push_back(optimiser.climb(start));
-  std::vector<Mode> modes = distinct(std::move(found));
-  const std::size_t count = modes.size();
-  std::vector<double> shares;
-  for (const Mode& mode : modes) shares.push_back(std::exp((modes.front().cost - mode.cost) / 2));
-  // Short rounds adapt the proposal where the posterior is wider than its curvature suggests.
-  for (int round = 0; round < adapting_rounds; ++round) {
-    const WeightedPoints pilot = weighted_points(problem, modes, shares, points / 4, random);
-    std::optional<Mode> wider = moments_of(pilot);
-    if (!wider) continue;
-    modes.resize(count);
-    shares.resize(count);
-    modes.push_back(std::move(*wider));
-    shares.push_back(std::accumulate(shares.begin(), shares.end(), 0.0));
-  }
-  WeightedPoints out = weighted_points(problem, modes, shares, points, random);
-  out.modes = count;
-  return out;
-}
-
-namespace {
 
 /// Shape and scale of a generalised Pareto distribution, fitted to excesses in ascending order by
 /// the method of Zhang and Stephens (2009), its shape drawn a little towards .5 as PSIS does.
@@ -248,7 +217,7 @@ Pareto fitted_pareto(const std::vector<double>& excess) {
     thetas.push_back(theta);
     log_profile.push_back(n * (std::log(-theta / shape) - shape - 1));
   }
-  const double largest = *std::max_element(log_profile.begin(), log_profile.end());
+  const double largest = *std::ranges::max_element(log_profile);
   double total = 0;
   double theta = 0;
   for (std::size_t j = 0; j < thetas.size(); ++j) {
@@ -264,13 +233,36 @@ Pareto fitted_pareto(const std::vector<double>& excess) {
 
 }  // namespace
 
+WeightedPoints sample_by_importance(const LaplaceProblem& problem, std::span<const VectorXd> starts,
+                                    int points, RandomStream& random) {
+  const Optimiser optimiser(problem);
+  std::vector<Mode> found;
+  for (const VectorXd& start : starts) found.push_back(optimiser.climb(start));
+  std::vector<Mode> modes = distinct(std::move(found));
+  const std::size_t count = modes.size();
+  std::vector<double> shares;
+  for (const Mode& mode : modes) shares.push_back(std::exp((modes.front().cost - mode.cost) / 2));
+  // Short rounds adapt the proposal where the posterior is wider than its curvature suggests.
+  for (int round = 0; round < adapting_rounds; ++round) {
+    const WeightedPoints pilot = weighted_points(problem, modes, shares, points / 4, random);
+    std::optional<Mode> wider = moments_of(pilot);
+    if (!wider) continue;
+    modes.resize(count);
+    shares.resize(count);
+    modes.push_back(std::move(*wider));
+    shares.push_back(std::accumulate(shares.begin(), shares.end(), 0.0));
+  }
+  WeightedPoints out = weighted_points(problem, modes, shares, points, random);
+  out.modes = count;
+  return out;
+}
+
 double pareto_smoothed(Eigen::VectorXd& weights) {
   const auto count = static_cast<std::size_t>(weights.size());
   if (count < 25) return 0;
   std::vector<Eigen::Index> order(count);
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](Eigen::Index a, Eigen::Index b) { return weights[a] < weights[b]; });
+  std::ranges::sort(order, [&](Eigen::Index a, Eigen::Index b) { return weights[a] < weights[b]; });
   const auto tail = static_cast<std::size_t>(
       std::min(0.2 * static_cast<double>(count), 3 * std::sqrt(static_cast<double>(count))));
   const double cut = weights[order[count - tail - 1]];

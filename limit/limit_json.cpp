@@ -152,7 +152,7 @@ ResultRow row_of(const SetLimit& limit) {
 
 bool is_ranked(std::span<const FrameLimit> frames, std::size_t rank) {
   for (std::size_t other = 0; other < limit_ranks.size(); ++other) {
-    const bool same = std::all_of(frames.begin(), frames.end(), [&](const FrameLimit& frame) {
+    const bool same = std::ranges::all_of(frames, [&](const FrameLimit& frame) {
       return std::abs(frame.ranks[rank] - frame.ranks[other]) < 1e-12;
     });
     if (other != rank && same) return false;
@@ -186,7 +186,7 @@ json with_others(json now, const json& before) {
   const auto add = [&](const char* list, const char* first, const char* second) {
     for (const json& old : before.at(list)) {
       const json& all = now[list];
-      const bool replaced = std::any_of(all.begin(), all.end(), [&](const json& one) {
+      const bool replaced = std::ranges::any_of(all, [&](const json& one) {
         return one.at(first) == old.at(first) && one.at(second) == old.at(second);
       });
       if (!replaced) now[list].push_back(old);
@@ -213,7 +213,7 @@ std::vector<ResultRow> finished_limits(const std::filesystem::path& folder,
     std::vector<std::string> types = {options.lower ? limit_lower : limit_oracle};
     if (!options.lower && options.fair && sets.training) types.emplace_back(limit_fair);
     for (const std::string& type : types) {
-      const auto found = std::find_if(usable.begin(), usable.end(), [&](const ResultRow& row) {
+      const auto found = std::ranges::find_if(usable, [&](const ResultRow& row) {
         return row.dataset == test.name && row.type == type && row.frames == frames;
       });
       if (found == usable.end()) return {};

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string>
 #include <unordered_map>
 
 #include "core/errors.h"
@@ -18,6 +17,40 @@ using Eigen::VectorXd;
 constexpr int importance_starts = 24;
 constexpr double smallest_part = 1e-9;  ///< of the posterior, for an image to be kept
 constexpr std::size_t most_places_of_image = 24;
+
+constexpr std::size_t annealing_bank = 24000;
+constexpr std::size_t importance_bank = 4000;
+constexpr int importance_points = 4000;
+constexpr int pilot_points = 400;
+constexpr int corrected_scenes = 24;
+constexpr int lattice_of_discs = 56;
+constexpr double least_left = 0.5;  ///< share of the effective samples that reweighting must keep
+
+bool allows(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages) {
+  if (kind == SamplerKind::enumeration) return is_enumerable(prior, voltages);
+  if (kind == SamplerKind::importance) return is_one_disc(prior) && voltages.is_smooth();
+  return true;
+}
+
+double kish(const std::vector<PosteriorSample>& samples) {
+  double sum = 0;
+  double squares = 0;
+  for (const PosteriorSample& sample : samples) {
+    sum += sample.weight;
+    squares += sample.weight * sample.weight;
+  }
+  return squares > 0 ? sum * sum / squares : 0;
+}
+
+/// True if the outer prior can draw every scene of a sample from the inner one.
+bool has_all_of(const ScenePrior& outer, const ScenePrior& inner) {
+  constexpr int scenes = 1000;
+  RandomStream random(1, key_of("support"), 0, Purpose::scene);
+  for (int i = 0; i < scenes; ++i) {
+    if (!std::isfinite(outer.log_density(inner.draw(random)))) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -183,44 +216,6 @@ PosteriorSamples EnumeratedDiscs::posterior(const FrameLikelihood& likelihood) c
   }
   return out;
 }
-
-namespace {
-
-constexpr std::size_t annealing_bank = 24000;
-constexpr std::size_t importance_bank = 4000;
-constexpr int importance_points = 4000;
-constexpr int pilot_points = 400;
-constexpr int corrected_scenes = 24;
-constexpr int lattice_of_discs = 56;
-constexpr double least_left = 0.5;  ///< share of the effective samples that reweighting must keep
-
-bool allows(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages) {
-  if (kind == SamplerKind::enumeration) return is_enumerable(prior, voltages);
-  if (kind == SamplerKind::importance) return is_one_disc(prior) && voltages.is_smooth();
-  return true;
-}
-
-double kish(const std::vector<PosteriorSample>& samples) {
-  double sum = 0;
-  double squares = 0;
-  for (const PosteriorSample& sample : samples) {
-    sum += sample.weight;
-    squares += sample.weight * sample.weight;
-  }
-  return squares > 0 ? sum * sum / squares : 0;
-}
-
-/// True if the outer prior can draw every scene of a sample from the inner one.
-bool has_all_of(const ScenePrior& outer, const ScenePrior& inner) {
-  constexpr int scenes = 1000;
-  RandomStream random(1, key_of("support"), 0, Purpose::scene);
-  for (int i = 0; i < scenes; ++i) {
-    if (!std::isfinite(outer.log_density(inner.draw(random)))) return false;
-  }
-  return true;
-}
-
-}  // namespace
 
 const std::vector<std::string>& names_of_samplers() {
   static const std::vector<std::string> names = {"auto", "enumeration", "importance", "annealing"};

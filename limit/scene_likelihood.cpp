@@ -1,7 +1,6 @@
 #include "limit/scene_likelihood.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/process.h"
 #include "forward/border/border_model.h"
@@ -90,6 +89,12 @@ class GridVoltages : public SceneVoltages {
   Rasterisation rule_;
 };
 
+/// The grid of the set's own voltages if it is coarse enough to be solved thousands of times.
+const GridSheet* own_grid(const DatasetSpec& spec) {
+  const auto* grid = std::get_if<GridSheet>(&spec.model);
+  return grid && grid->side <= largest_own_grid ? grid : nullptr;
+}
+
 }  // namespace
 
 Frames SceneVoltages::solve_all(std::span<const Scene> scenes, int threads) const {
@@ -108,16 +113,6 @@ std::unique_ptr<SceneVoltages> border_voltages(const Sensor& sensor) {
 std::unique_ptr<SceneVoltages> grid_voltages(const Sensor& sensor, int side, Rasterisation rule) {
   return std::make_unique<GridVoltages>(sensor, side, rule);
 }
-
-namespace {
-
-/// The grid of the set's own voltages if it is coarse enough to be solved thousands of times.
-const GridSheet* own_grid(const DatasetSpec& spec) {
-  const auto* grid = std::get_if<GridSheet>(&spec.model);
-  return grid && grid->side <= largest_own_grid ? grid : nullptr;
-}
-
-}  // namespace
 
 bool has_other_model(const DatasetSpec& spec) {
   return std::holds_alternative<GridSheet>(spec.model) && !own_grid(spec);

@@ -25,6 +25,47 @@ double log_width(const std::pair<double, double>& interval) {
   return interval.first < interval.second ? std::log(interval.second - interval.first) : 0;
 }
 
+constexpr int metric_side = 24;  ///< places along one side
+constexpr double probe_radius = 0.02;
+
+constexpr double widest_step = 0.5;  ///< of a walk: position in domain units, and log size
+/// The step that is still accepted may differ a hundredfold between contacts of one scene, so steps
+/// are shortened by a random factor, down to exp(-this).
+constexpr double log_narrowest = 4;
+
+/// Probability of each move.
+constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0, 0, 0};
+/// Standard deviation of each coordinate of the way from one part of a split contact to the other,
+/// domain units.
+constexpr double split_distance = 0.3;
+
+std::size_t any_of(std::size_t count, RandomStream& random) {
+  return static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1));
+}
+
+/// `value` kept in [low, high] by reflection, which leaves steps symmetric.
+double reflected(double value, double low, double high) {
+  if (high <= low) return low;
+  const double period = 2 * (high - low);
+  double beyond = std::fmod(value - low, period);
+  if (beyond < 0) beyond += period;
+  return low + std::min(beyond, period - beyond);
+}
+
+double contrast(double ratio) { return (1 - ratio) / (1 + ratio); }
+
+/// The size of a contact of the form of `other` that is as strong as one of the form of `contact`
+/// and the size 1.
+double size_of_equal(ContactDraw contact, ContactDraw other) {
+  contact.size = 1;
+  other.size = 1;
+  return std::sqrt(strength_of(contact) / strength_of(other));
+}
+
+double narrowed(double scale, RandomStream& random) {
+  return scale * std::exp(-log_narrowest * random.uniform());
+}
+
 }  // namespace
 
 ScenePrior::ScenePrior(const SceneDistribution& distribution, std::shared_ptr<const Sheet> sheet)
@@ -58,7 +99,7 @@ double ScenePrior::log_count(std::size_t contacts) const {
 
 double ScenePrior::log_form_density(const ContactDraw& contact) const {
   const SceneDistribution& d = distribution_;
-  if (std::find(d.shapes.begin(), d.shapes.end(), contact.shape) == d.shapes.end()) return never;
+  if (std::ranges::find(d.shapes, contact.shape) == d.shapes.end()) return never;
   if (!lies_in(d.aspect, contact.aspect) ||
       !lies_in(d.conductivity_ratio, contact.conductivity_ratio) || contact.angle < 0 ||
       contact.angle > std::numbers::pi) {
@@ -119,13 +160,6 @@ double inset_area(const Sheet& sheet, double margin) {
   return sheet.area() * scale * scale;
 }
 
-namespace {
-
-constexpr int metric_side = 24;  ///< places along one side
-constexpr double probe_radius = 0.02;
-
-}  // namespace
-
 double area_of(const ContactDraw& contact) { return nearest_ellipse(contact_of(contact)).area(); }
 
 double strength_of(const ContactDraw& contact) {
@@ -178,48 +212,6 @@ Eigen::Matrix3d PlaceMetric::information(const ContactDraw& contact) const {
   return scale.asDiagonal() * precision_[static_cast<std::size_t>(row * columns_ + column)] *
          scale.asDiagonal();
 }
-
-namespace {
-
-constexpr double widest_step = 0.5;  ///< of a walk: position in domain units, and log size
-/// The step that is still accepted may differ a hundredfold between contacts of one scene, so steps
-/// are shortened by a random factor, down to exp(-this).
-constexpr double log_narrowest = 4;
-
-/// Probability of each move.
-constexpr std::array<double, move_count> shares = {0.45, 0.2, 0.18, 0.12, 0.05, 0, 0, 0};
-/// Standard deviation of each coordinate of the way from one part of a split contact to the other,
-/// domain units.
-constexpr double split_distance = 0.3;
-
-std::size_t any_of(std::size_t count, RandomStream& random) {
-  return static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1));
-}
-
-/// `value` kept in [low, high] by reflection, which leaves steps symmetric.
-double reflected(double value, double low, double high) {
-  if (high <= low) return low;
-  const double period = 2 * (high - low);
-  double beyond = std::fmod(value - low, period);
-  if (beyond < 0) beyond += period;
-  return low + std::min(beyond, period - beyond);
-}
-
-double contrast(double ratio) { return (1 - ratio) / (1 + ratio); }
-
-/// The size of a contact of the form of `other` that is as strong as one of the form of `contact`
-/// and the size 1.
-double size_of_equal(ContactDraw contact, ContactDraw other) {
-  contact.size = 1;
-  other.size = 1;
-  return std::sqrt(strength_of(contact) / strength_of(other));
-}
-
-double narrowed(double scale, RandomStream& random) {
-  return scale * std::exp(-log_narrowest * random.uniform());
-}
-
-}  // namespace
 
 Move SceneMoves::choose(RandomStream& random) const {
   double left = random.uniform();

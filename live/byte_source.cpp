@@ -86,6 +86,67 @@ speed_t speed_of(int baud) {
   throw InputError("--input: no baud rate of " + std::to_string(baud) + "; there are " + known);
 }
 
+/// Removes the number behind the last '@' from `text` and returns it; nothing if there is none.
+std::optional<double> number_behind_at(std::string& text) {
+  const auto at = text.rfind('@');
+  if (at == std::string::npos || at + 1 == text.size()) return std::nullopt;
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data() + at + 1, end, value);
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  text.resize(at);
+  return value;
+}
+
+constexpr std::size_t most_datagram_bytes = 65536;
+constexpr int receive_buffer_bytes = 1 << 20;
+
+/// Reads one frame from each datagram.
+class UdpSource final : public LiveSource {
+ public:
+  UdpSource(int descriptor, FrameColumns channels, FrameFormat format)
+      : descriptor_(descriptor), parser_(channels, format) {}
+  UdpSource(const UdpSource&) = delete;
+  UdpSource& operator=(const UdpSource&) = delete;
+  ~UdpSource() override { ::close(descriptor_); }
+
+  std::uint64_t lost_before() const override { return lost_; }
+
+  std::string run(FrameSink& sink, Stop& stop) override {
+    while (true) {
+      const Stop::Event event = stop.wait(descriptor_, std::chrono::seconds(1));
+      if (event == Stop::Event::stopped) return "";
+      if (event == Stop::Event::readable) receive(sink);
+    }
+  }
+
+ private:
+  void receive(FrameSink& sink) {
+    iovec place{bytes_.data(), bytes_.size()};
+    alignas(cmsghdr) std::array<char, 256> control{};
+    msghdr message{};
+    message.msg_iov = &place;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t n = ::recvmsg(descriptor_, &message, MSG_DONTWAIT);
+    if (n < 0) return;  // a wrong checksum, for example: the datagram is already discarded
+    for (cmsghdr* one = CMSG_FIRSTHDR(&message); one; one = CMSG_NXTHDR(&message, one)) {
+      if (one->cmsg_level != SOL_SOCKET || one->cmsg_type != SO_RXQ_OVFL) continue;
+      std::uint32_t lost = 0;
+      std::memcpy(&lost, CMSG_DATA(one), sizeof lost);
+      lost_ = lost;
+    }
+    if ((message.msg_flags & MSG_TRUNC) != 0) return sink.damaged(Damage::length);
+    parser_.datagram({bytes_.data(), static_cast<std::size_t>(n)}, sink);
+  }
+
+  int descriptor_;
+  FrameParser parser_;
+  std::array<char, most_datagram_bytes> bytes_{};
+  std::atomic<std::uint64_t> lost_ = 0;
+};
+
 }  // namespace
 
 std::unique_ptr<LiveSource> open_standard_input(FrameColumns channels, FrameFormat format) {
@@ -118,22 +179,6 @@ std::unique_ptr<LiveSource> open_serial(const InputPlace& place, FrameColumns ch
   }
   return source;
 }
-
-namespace {
-
-/// Removes the number behind the last '@' from `text` and returns it; nothing if there is none.
-std::optional<double> number_behind_at(std::string& text) {
-  const auto at = text.rfind('@');
-  if (at == std::string::npos || at + 1 == text.size()) return std::nullopt;
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto read = std::from_chars(text.data() + at + 1, end, value);
-  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
-  text.resize(at);
-  return value;
-}
-
-}  // namespace
 
 std::pair<std::string, int> host_and_port(const std::string& text, const std::string& option) {
   const auto colon = text.rfind(':');
@@ -189,59 +234,6 @@ InputPlace input_place(const std::string& text) {
       "replay:FILE.h5[@RATE], got \"" +
       printable(text) + "\"");
 }
-
-namespace {
-
-constexpr std::size_t most_datagram_bytes = 65536;
-constexpr int receive_buffer_bytes = 1 << 20;
-
-/// Reads one frame from each datagram.
-class UdpSource final : public LiveSource {
- public:
-  UdpSource(int descriptor, FrameColumns channels, FrameFormat format)
-      : descriptor_(descriptor), parser_(channels, format) {}
-  UdpSource(const UdpSource&) = delete;
-  UdpSource& operator=(const UdpSource&) = delete;
-  ~UdpSource() override { ::close(descriptor_); }
-
-  std::uint64_t lost_before() const override { return lost_; }
-
-  std::string run(FrameSink& sink, Stop& stop) override {
-    while (true) {
-      const Stop::Event event = stop.wait(descriptor_, std::chrono::seconds(1));
-      if (event == Stop::Event::stopped) return "";
-      if (event == Stop::Event::readable) receive(sink);
-    }
-  }
-
- private:
-  void receive(FrameSink& sink) {
-    iovec place{bytes_.data(), bytes_.size()};
-    alignas(cmsghdr) std::array<char, 256> control{};
-    msghdr message{};
-    message.msg_iov = &place;
-    message.msg_iovlen = 1;
-    message.msg_control = control.data();
-    message.msg_controllen = control.size();
-    const ssize_t n = ::recvmsg(descriptor_, &message, MSG_DONTWAIT);
-    if (n < 0) return;  // a wrong checksum, for example: the datagram is already discarded
-    for (cmsghdr* one = CMSG_FIRSTHDR(&message); one; one = CMSG_NXTHDR(&message, one)) {
-      if (one->cmsg_level != SOL_SOCKET || one->cmsg_type != SO_RXQ_OVFL) continue;
-      std::uint32_t lost = 0;
-      std::memcpy(&lost, CMSG_DATA(one), sizeof lost);
-      lost_ = lost;
-    }
-    if ((message.msg_flags & MSG_TRUNC) != 0) return sink.damaged(Damage::length);
-    parser_.datagram({bytes_.data(), static_cast<std::size_t>(n)}, sink);
-  }
-
-  int descriptor_;
-  FrameParser parser_;
-  std::array<char, most_datagram_bytes> bytes_{};
-  std::atomic<std::uint64_t> lost_ = 0;
-};
-
-}  // namespace
 
 std::unique_ptr<LiveSource> open_udp(const InputPlace& place, FrameColumns channels,
                                      FrameFormat format) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -22,6 +21,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+namespace layout = dataset_layout;
 
 /// Rows in the queue: some 12 MB with answers of 24 x 24 pixels.
 constexpr std::size_t most_waiting_rows = 4096;
@@ -238,12 +238,6 @@ void LiveRecord::write_file(const fs::path& place, const Eigen::RowVectorXd& ref
   }
   out.close();
 }
-
-namespace {
-
-namespace layout = dataset_layout;
-
-}  // namespace
 
 void FramesOfFile::require(const Sensor& expected, const std::string& file,
                            Eigen::Index columns) const {

@@ -37,6 +37,11 @@ AlarmSignal signal_of(const TouchRegions& regions, const std::vector<FrameReadin
   return out;
 }
 
+bool is_whole(const FoundContact& contact) {
+  return contact.place.allFinite() && std::isfinite(contact.strength) &&
+         std::isfinite(contact.peak) && std::isfinite(contact.area);
+}
+
 }  // namespace
 
 TouchRegions::TouchRegions(const Sensor& sensor)
@@ -50,7 +55,7 @@ std::optional<int> TouchRegions::area(const FrameReading& reading) const {
 }
 
 std::vector<double> TouchRegions::shares() const {
-  const int regions = *std::max_element(region_of_.begin(), region_of_.end()) + 1;
+  const int regions = *std::ranges::max_element(region_of_) + 1;
   std::vector<double> out(static_cast<std::size_t>(regions));
   for (const int region : region_of_) {
     out[static_cast<std::size_t>(region)] += 1 / static_cast<double>(region_of_.size());
@@ -81,15 +86,6 @@ CollisionSignal::CollisionSignal(const TouchRegions& regions,
 bool CollisionSignal::alarm(const FrameReading& reading) const {
   return alarms_of(signal_of(regions_, {reading}), thresholds_)[0] != 0;
 }
-
-namespace {
-
-bool is_whole(const FoundContact& contact) {
-  return contact.place.allFinite() && std::isfinite(contact.strength) &&
-         std::isfinite(contact.peak) && std::isfinite(contact.area);
-}
-
-}  // namespace
 
 LiveSolver::LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solver,
                        const ContactRule& rule)

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <utility>
 
 #include "core/seconds.h"
 #include "frames/text_lines.h"
@@ -20,9 +19,8 @@ constexpr std::size_t bytes_to_detect = 32;
 constexpr std::size_t most_line_bytes_per_channel = 64;
 
 bool is_text(std::string_view bytes) {
-  return std::all_of(bytes.begin(), bytes.end(), [](char c) {
-    return (c >= ' ' && c <= '~') || c == '\t' || c == '\r' || c == '\n';
-  });
+  return std::ranges::all_of(
+      bytes, [](char c) { return (c >= ' ' && c <= '~') || c == '\t' || c == '\r' || c == '\n'; });
 }
 
 /// A text without the byte order mark that some programs begin it with.
@@ -54,18 +52,45 @@ bool read_numbers(std::string_view text, std::vector<double>& values) {
   }
 }
 
+/// Sends frames at their times; a reader that falls behind gets the late ones at once.
+class ReplaySource final : public LiveSource {
+ public:
+  ReplaySource(RowMajorMatrix voltages, FrameColumns channels, int repeat,
+               std::optional<double> rate)
+      : voltages_(std::move(voltages)), channels_(channels), repeat_(repeat), rate_(rate) {}
+
+  bool can_wait() const override { return true; }
+
+  std::string run(FrameSink& sink, Stop& stop) override {
+    const SteadyClock::time_point start = SteadyClock::now();
+    const auto total =
+        static_cast<std::uint64_t>(voltages_.rows()) * static_cast<std::uint64_t>(repeat_);
+    for (std::uint64_t number = 0; number < total; ++number) {
+      const double due_s = rate_ ? static_cast<double>(number) / *rate_ : 0;
+      const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(
+                                   std::chrono::duration<double>(due_s));
+      do {
+        if (stop.wait(-1, due - SteadyClock::now()) == Stop::Event::stopped) return "";
+      } while (SteadyClock::now() < due);
+      const auto row = static_cast<Eigen::Index>(number) % voltages_.rows();
+      offer_frame({voltages_.row(row).data(), static_cast<std::size_t>(voltages_.cols())},
+                  channels_, sink);
+    }
+    return "the file ended";
+  }
+
+ private:
+  RowMajorMatrix voltages_;
+  FrameColumns channels_;
+  int repeat_;
+  std::optional<double> rate_;
+};
+
 }  // namespace
 
 const char* name_of(Damage damage) {
-  switch (damage) {
-    case Damage::length:
-      return "wrong length";
-    case Damage::text:
-      return "not numbers";
-    case Damage::value:
-      break;
-  }
-  return "not voltages";
+  constexpr const char* names[] = {"wrong length", "not numbers", "not voltages"};
+  return names[static_cast<std::size_t>(damage)];
 }
 
 std::optional<FrameFormat> frame_format_named(std::string_view name) {
@@ -78,8 +103,8 @@ std::optional<FrameFormat> frame_format_named(std::string_view name) {
 void offer_frame(std::span<const double> voltages, FrameColumns channels, FrameSink& sink) {
   if (std::ssize(voltages) != channels.count) {
     sink.damaged(Damage::length);
-  } else if (!std::all_of(voltages.begin(), voltages.end(),
-                          [&](double v) { return std::abs(v) <= channels.most; })) {
+  } else if (!std::ranges::all_of(voltages,
+                                  [&](double v) { return std::abs(v) <= channels.most; })) {
     sink.damaged(Damage::value);
   } else {
     sink.frame(voltages);
@@ -177,44 +202,6 @@ void FrameParser::datagram(std::string_view bytes, FrameSink& sink) {
     sink.damaged(format_ == FrameFormat::csv ? Damage::text : Damage::length);
   }
 }
-
-namespace {
-
-/// Sends frames at their times; a reader that falls behind gets the late ones at once.
-class ReplaySource final : public LiveSource {
- public:
-  ReplaySource(RowMajorMatrix voltages, FrameColumns channels, int repeat,
-               std::optional<double> rate)
-      : voltages_(std::move(voltages)), channels_(channels), repeat_(repeat), rate_(rate) {}
-
-  bool can_wait() const override { return true; }
-
-  std::string run(FrameSink& sink, Stop& stop) override {
-    const SteadyClock::time_point start = SteadyClock::now();
-    const auto total =
-        static_cast<std::uint64_t>(voltages_.rows()) * static_cast<std::uint64_t>(repeat_);
-    for (std::uint64_t number = 0; number < total; ++number) {
-      const double due_s = rate_ ? static_cast<double>(number) / *rate_ : 0;
-      const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(
-                                   std::chrono::duration<double>(due_s));
-      do {
-        if (stop.wait(-1, due - SteadyClock::now()) == Stop::Event::stopped) return "";
-      } while (SteadyClock::now() < due);
-      const auto row = static_cast<Eigen::Index>(number) % voltages_.rows();
-      offer_frame({voltages_.row(row).data(), static_cast<std::size_t>(voltages_.cols())},
-                  channels_, sink);
-    }
-    return "the file ended";
-  }
-
- private:
-  RowMajorMatrix voltages_;
-  FrameColumns channels_;
-  int repeat_;
-  std::optional<double> rate_;
-};
-
-}  // namespace
 
 std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, FrameColumns channels, int repeat,
                                       std::optional<double> rate) {

@@ -11,6 +11,8 @@
 namespace ertbench {
 namespace {
 
+using nlohmann::json;
+
 constexpr double shown_every_s = 0.04;  ///< 25 states a second
 constexpr double rates_over_s = 2;
 
@@ -46,8 +48,8 @@ Eigen::Matrix2Xd outline_of(const Sheet& sheet) {
 }
 
 /// [[x, y], ...] in mm from the sheet's centre; `places` [2, n] in domain units.
-nlohmann::json places_mm(const Sensor& sensor, const Eigen::Matrix2Xd& places) {
-  nlohmann::json out = nlohmann::json::array();
+json places_mm(const Sensor& sensor, const Eigen::Matrix2Xd& places) {
+  json out = json::array();
   const Eigen::Vector2d centre = sensor.sheet->bounds().center();
   for (Eigen::Index i = 0; i < places.cols(); ++i) {
     const Eigen::Vector2d place = sensor.sheet->unit_mm() * (places.col(i) - centre);
@@ -55,6 +57,13 @@ nlohmann::json places_mm(const Sensor& sensor, const Eigen::Matrix2Xd& places) {
   }
   return out;
 }
+
+template <typename Value>
+json or_null(const std::optional<Value>& value) {
+  return value ? json(*value) : json();
+}
+
+double rounded(double value, double step) { return std::round(value / step) * step; }
 
 }  // namespace
 
@@ -69,9 +78,8 @@ void LiveState::show() {
   ++version_;
   history_.push_back(
       {time_s_, static_cast<double>(counts_.came), static_cast<double>(counts_.answered)});
-  const auto old = std::find_if(history_.begin(), history_.end(), [&](const auto& entry) {
-    return entry[0] >= time_s_ - rates_over_s;
-  });
+  const auto old = std::ranges::find_if(
+      history_, [&](const auto& entry) { return entry[0] >= time_s_ - rates_over_s; });
   history_.erase(history_.begin(), old);
   changed_.notify_all();
 }
@@ -158,31 +166,10 @@ std::string LiveState::json() const {
   return json_text(out);
 }
 
-namespace {
-
-using nlohmann::json;
-
-template <typename Value>
-json or_null(const std::optional<Value>& value) {
-  return value ? json(*value) : json();
-}
-
-double rounded(double value, double step) { return std::round(value / step) * step; }
-
-}  // namespace
-
 const char* name_of(FrameStatus status) {
-  switch (status) {
-    case FrameStatus::ok:
-      return "ok";
-    case FrameStatus::not_converged:
-      return "not converged";
-    case FrameStatus::suspect:
-      return "suspect";
-    case FrameStatus::undefined:
-      break;
-  }
-  return "undefined";
+  if (status == FrameStatus::ok) return "ok";
+  if (status == FrameStatus::not_converged) return "not converged";
+  return status == FrameStatus::suspect ? "suspect" : "undefined";
 }
 
 json reasons_json(std::uint8_t reasons) {

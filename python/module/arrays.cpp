@@ -39,6 +39,8 @@ void require_finite(const Array& array, const std::string& name) {
                    " at " + text_of(place));
 }
 
+std::recursive_mutex hdf5_turns;  // a progress report may save a solver
+
 }  // namespace
 
 std::string shape_text(const py::array& array) {
@@ -94,12 +96,6 @@ Array array_of(const Eigen::Ref<const RowMajorMatrix>& rows, std::vector<py::ssi
   Eigen::Map<RowMajorMatrix>(out.mutable_data(), rows.rows(), rows.cols()) = rows;
   return out;
 }
-
-namespace {
-
-std::recursive_mutex hdf5_turns;  // a progress report may save a solver
-
-}  // namespace
 
 Hdf5Turn::Hdf5Turn() {
   const py::gil_scoped_release unlocked;
