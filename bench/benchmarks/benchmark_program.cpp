@@ -1,10 +1,7 @@
 #include "bench/benchmarks/benchmark_program.h"
 
-#include <benchmark/benchmark.h>
-
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <ctime>
 #include <limits>
 #include <map>

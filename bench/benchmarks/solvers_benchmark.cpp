@@ -147,7 +147,7 @@ void reconstruct(benchmark::State& state, const std::string& name) {
   Eigen::Index first = 0;
   double iterations = 0;
   for (auto _ : state) {
-    std::fill(reports.begin(), reports.end(), FrameReport{});
+    std::ranges::fill(reports, FrameReport{});
     solver->reconstruct(frames().middleRows(first, batch), images, reports);
     benchmark::DoNotOptimize(images.data());
     benchmark::ClobberMemory();

@@ -10,7 +10,6 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/process.h"
-#include "core/text.h"
 
 namespace ertbench {
 
@@ -60,33 +59,54 @@ std::string without_titles(std::string svg) {
   return svg;
 }
 
-/// gnuplot draws a text in a box twice, first with a filter that fills the box. Where a page is
-/// printed the filter leaves a coarse shadow of the text; a white rim does the same without one.
-std::string without_filters(std::string svg) {
-  const std::string filter = "style='filter:url(#textbox)'";
-  const std::string rim = "style='fill:white;stroke:white;stroke-width:3;stroke-linejoin:round'";
-  for (auto at = svg.find(filter); at != std::string::npos; at = svg.find(filter, at)) {
-    svg.replace(at, filter.size(), rim);
+/// `text` with `to` in the place of each `from`.
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
   }
-  return svg;
+  return text;
 }
 
-/// gnuplot escapes "<" and "&" alone; XML has this end of CDATA nowhere else.
-std::string without_cdata_ends(std::string svg) {
-  for (auto at = svg.find("]]>"); at != std::string::npos; at = svg.find("]]>", at)) {
-    svg.replace(at, 3, "]]&gt;");
-  }
-  return svg;
+std::string mended(const std::string& svg) {
+  // gnuplot escapes "<" and "&" alone; XML has this end of CDATA nowhere else.
+  const std::string untitled = without_titles(replaced(svg, "]]>", "]]&gt;"));
+  // gnuplot draws a text in a box twice, first with a filter that fills the box. Where a page is
+  // printed the filter leaves a coarse shadow of the text; a white rim does the same without one.
+  const std::string rimmed =
+      replaced(untitled, "style='filter:url(#textbox)'",
+               "style='fill:white;stroke:white;stroke-width:3;stroke-linejoin:round'");
+  // Viewers would smooth the pictures when they enlarge them; pixels are to stay squares.
+  return replaced(rimmed, "<image ",
+                  "<image image-rendering='optimizeSpeed' style='image-rendering:pixelated' ");
 }
 
-/// Viewers would smooth the pictures in an SVG when they enlarge them; pixels are to stay squares.
-std::string with_sharp_pixels(std::string svg) {
-  const std::string tag = "<image ";
-  const std::string style = "image-rendering='optimizeSpeed' style='image-rendering:pixelated' ";
-  for (auto at = svg.find(tag); at != std::string::npos; at = svg.find(tag, at + tag.size())) {
-    svg.insert(at + tag.size(), style);
+std::string margins(const Box& box, double width, double height) {
+  TextStream out;
+  out.precision(10);
+  out << "set lmargin at screen " << box.left / width << "\nset rmargin at screen "
+      << box.right / width << "\nset tmargin at screen " << 1 - box.top / height
+      << "\nset bmargin at screen " << 1 - box.bottom / height << "\n";
+  return out.str();
+}
+
+/// A picture of a few lines of text.
+std::string picture_of(const std::string& text) {
+  constexpr int line_px = 16;
+  const std::vector<std::string> lines = wrapped(one_line(text, 600), 90);
+  const auto height = std::to_string(line_px * (static_cast<int>(lines.size()) + 2));
+  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"640\" height=\"" + height +
+                    "\" viewBox=\"0 0 640 " + height + "\">\n<rect width=\"640\" height=\"" +
+                    height + "\" fill=\"white\" stroke=\"black\"/>\n";
+  int y = line_px;
+  for (const std::string& line : lines) {
+    y += line_px;
+    svg.append("<text x=\"16\" y=\"")
+        .append(std::to_string(y - line_px / 4))
+        .append("\" font-family=\"sans-serif\" font-size=\"12\">")
+        .append(html_escaped(line))
+        .append("</text>\n");
   }
-  return svg;
+  return svg + "</svg>\n";
 }
 
 }  // namespace
@@ -142,9 +162,8 @@ void draw_chart(const std::string& commands, const FileContents& inputs, int wid
   FileContents files = inputs;
   files["commands.gnuplot"] = commands;
   const FileContents made = run_gnuplot(script, files, {"chart.svg", "chart.png"});
-  const std::string svg =
-      with_sharp_pixels(without_filters(without_titles(without_cdata_ends(made.at("chart.svg")))));
-  write_file_atomically(stem.string() + ".svg", with_tooltips(svg, tooltips));
+  write_file_atomically(stem.string() + ".svg",
+                        with_tooltips(mended(made.at("chart.svg")), tooltips));
   write_file_atomically(stem.string() + ".png", made.at("chart.png"));
 }
 
@@ -153,35 +172,10 @@ std::string gnuplot_string(const std::string& text) {
   // start of a string.
   std::string out = "\"";
   for (const char c : printable(text, text.size())) {  // an SVG must not hold control characters
-    switch (c) {
-      case '"':
-        out += "\\042";
-        break;
-      case '\\':
-        out += "\\134";
-        break;
-      case '`':
-        out += "\\140";
-        break;
-      default:
-        out += c;
-    }
+    out += c == '"' ? "\\042" : c == '\\' ? "\\134" : c == '`' ? "\\140" : std::string(1, c);
   }
   return out + "\"";
 }
-
-namespace {
-
-std::string margins(const Box& box, double width, double height) {
-  TextStream out;
-  out.precision(10);
-  out << "set lmargin at screen " << box.left / width << "\nset rmargin at screen "
-      << box.right / width << "\nset tmargin at screen " << 1 - box.top / height
-      << "\nset bmargin at screen " << 1 - box.bottom / height << "\n";
-  return out.str();
-}
-
-}  // namespace
 
 Canvas::Canvas(double width, double height)
     : width_(static_cast<int>(width)), height_(static_cast<int>(height)) {
@@ -259,30 +253,6 @@ void Canvas::draw(const std::filesystem::path& stem) const {
       "plot NaN notitle\nunset multiplot\n";
   draw_chart(commands, files_, width_, height_, stem, tooltips_);
 }
-
-namespace {
-
-/// A picture of a few lines of text.
-std::string picture_of(const std::string& text) {
-  constexpr int line_px = 16;
-  const std::vector<std::string> lines = wrapped(one_line(text, 600), 90);
-  const auto height = std::to_string(line_px * (static_cast<int>(lines.size()) + 2));
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"640\" height=\"" + height +
-                    "\" viewBox=\"0 0 640 " + height + "\">\n<rect width=\"640\" height=\"" +
-                    height + "\" fill=\"white\" stroke=\"black\"/>\n";
-  int y = line_px;
-  for (const std::string& line : lines) {
-    y += line_px;
-    svg.append("<text x=\"16\" y=\"")
-        .append(std::to_string(y - line_px / 4))
-        .append("\" font-family=\"sans-serif\" font-size=\"12\">")
-        .append(html_escaped(line))
-        .append("</text>\n");
-  }
-  return svg + "</svg>\n";
-}
-
-}  // namespace
 
 bool draw_or_say(const std::filesystem::path& stem, const std::function<void()>& draw) {
   try {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "bench/plot/palette.h"
-#include "bench/plot/panel.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -92,6 +90,21 @@ Box in_proportion(const Box& box, const Eigen::Vector2d& sides) {
   return Box::sized(box.middle() - size.x() / 2, box.centre() - size.y() / 2, size.x(), size.y());
 }
 
+constexpr int most_across = 4;
+constexpr double panel_side =
+    190;  ///< of the sheet's longer side, px; a single image's is twice that
+constexpr double gap = 10;
+constexpr double caption = 20;  ///< below each panel
+constexpr double border = 8;
+constexpr double bar_room = 96;    ///< of the colour bar with its title
+constexpr double scale_room = 26;  ///< of the bar in mm
+
+/// A round number of millimetres, about a quarter of the sheet.
+double scale_length(double width_mm) {
+  const double step = round_step(width_mm, 4);
+  return step > width_mm / 2 ? step / 2 : step;
+}
+
 }  // namespace
 
 ImagePanels::ImagePanels(Canvas& canvas, const Sensor& sensor, const ColourScale& scale)
@@ -156,25 +169,6 @@ void ImagePanels::colour_bar(const Box& box, const std::string& quantity) {
   }
   draw_colour_bar(canvas_, box, axis, palette_);
 }
-
-namespace {
-
-constexpr int most_across = 4;
-constexpr double panel_side =
-    190;  ///< of the sheet's longer side, px; a single image's is twice that
-constexpr double gap = 10;
-constexpr double caption = 20;  ///< below each panel
-constexpr double border = 8;
-constexpr double bar_room = 96;    ///< of the colour bar with its title
-constexpr double scale_room = 26;  ///< of the bar in mm
-
-/// A round number of millimetres, about a quarter of the sheet.
-double scale_length(double width_mm) {
-  const double step = round_step(width_mm, 4);
-  return step > width_mm / 2 ? step / 2 : step;
-}
-
-}  // namespace
 
 void draw_images_figure(const Sensor& sensor, const Images& changes,
                         const std::vector<std::string>& labels, const std::filesystem::path& stem) {

@@ -36,6 +36,35 @@ double linear(double part) {
   return part <= 0.04045 ? part / 12.92 : std::pow((part + 0.055) / 1.055, 2.4);
 }
 
+/// Typical width of a character, relative to the font size.
+constexpr double character_width = 0.58;
+
+/// Width of one character in DejaVu Sans, which is wider than most fonts.
+double width_of(char c) {
+  constexpr std::string_view narrow = "ijl I.,:;'|!()[]";
+  constexpr std::string_view slender = "frt-/\"";
+  constexpr std::string_view wide = "mwMW=+<>%@";
+  const auto in = [c](std::string_view group) { return group.find(c) != group.npos; };
+  return in(narrow) ? 0.34 : in(slender) ? 0.42 : in(wide) ? 0.93 : 0.63;
+}
+
+bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+std::string quoted(const Colour& colour) { return "'" + colour.hex() + "'"; }
+
+struct Bounds {
+  double low = 0;
+  double high = 0;
+
+  void extend(const Images& images) {
+    for (const double value : images.reshaped()) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+};
+
 }  // namespace
 
 std::string Colour::hex() const {
@@ -87,26 +116,6 @@ Colour hue(std::size_t index) {
   return kHues[index % hues];
 }
 
-namespace {
-
-/// Typical width of a character, relative to the font size.
-constexpr double character_width = 0.58;
-
-/// Width of one character in DejaVu Sans, which is wider than most fonts.
-double width_of(char c) {
-  constexpr std::string_view narrow = "ijl I.,:;'|!()[]";
-  constexpr std::string_view slender = "frt-/\"";
-  constexpr std::string_view wide = "mwMW=+<>%@";
-  const auto in = [c](std::string_view group) { return group.find(c) != group.npos; };
-  return in(narrow) ? 0.34 : in(slender) ? 0.42 : in(wide) ? 0.93 : 0.63;
-}
-
-bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
-
-std::string quoted(const Colour& colour) { return "'" + colour.hex() + "'"; }
-
-}  // namespace
-
 std::string LineStyle::text() const {
   TextStream out;  // the colour first: a rectangle's border knows no other order
   out << "linecolor rgb " << quoted(colour) << " linewidth " << width << " dashtype " << dash;
@@ -146,23 +155,6 @@ double text_width(const std::string& text, int size) {
 std::size_t characters_in(double width, int size) {
   return static_cast<std::size_t>(std::max(1.0, width / (character_width * size)));
 }
-
-namespace {
-
-struct Bounds {
-  double low = 0;
-  double high = 0;
-
-  void extend(const Images& images) {
-    for (const double value : images.reshaped()) {
-      if (!std::isfinite(value)) continue;
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-  }
-};
-
-}  // namespace
 
 ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimates, int ticks) {
   constexpr double slack = 1e-6;  // of a step, against rounding

@@ -1,8 +1,6 @@
 #include "bench/plot/panel.h"
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/text.h"
 
@@ -13,6 +11,95 @@ std::vector<Tick> named(const std::vector<double>& values) {
   std::vector<Tick> ticks;
   for (const double value : values) ticks.push_back({value, number_text(value)});
   return ticks;
+}
+
+constexpr double gap_below = 6;  ///< below the panel, px
+
+bool fits(const std::string& name, double slot, int size) {
+  constexpr std::size_t most_lines = 4;
+  return widest_word(name, size) <= slot &&
+         wrapped(name, characters_in(slot, size)).size() <= most_lines;
+}
+
+constexpr int size = 10;
+constexpr double entry_gap = 16;  ///< between two entries, px
+
+/// Width of the symbol before the text, px.
+double sample_width(const LegendEntry& entry) {
+  if (entry.line) return entry.mark && entry.line->dash > 1 ? 46 : 34;
+  if (entry.mark || entry.fill) return 13;
+  return 0;
+}
+
+double text_left(const LegendEntry& entry) {
+  const double sample = sample_width(entry);
+  return sample > 0 ? sample + 6 : 0;
+}
+
+/// gnuplot's own error bars leave a white spot at their point.
+const std::string whisker_ends =
+    "using 1:2:3:4 with vectors heads size screen 0.003,90 fixed nofilled ";
+
+/// Rows of numbers.
+class Data {
+ public:
+  Data() { out_.precision(10); }
+  void row(std::initializer_list<double> values) {
+    for (const double value : values) out_ << value << ' ';
+    out_ << '\n';
+  }
+  std::string text() const { return out_.str(); }
+
+ private:
+  TextStream out_;
+};
+
+std::string text_of(const Points& points) {
+  Data data;
+  for (const auto& [x, y] : points) data.row({x, y});
+  return data.text();
+}
+
+/// gnuplot prints a tick's text by a number's format.
+std::string as_format(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '%' ? "%%" : std::string(1, c);
+  return out;
+}
+
+/// gnuplot's commands for the axis "x" or "y".
+std::string commands(const Axis& axis, const std::string& name) {
+  TextStream out;
+  out.precision(10);
+  out << (axis.logarithmic ? "set logscale " : "unset logscale ") << name << "\nset " << name
+      << "range [" << axis.low << ":" << axis.high << "]\n";
+  if (axis.ticks.empty()) {
+    out << "unset " << name << "tics\n";
+  } else {
+    out << "set " << name << "tics (";
+    for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
+      const Tick& tick = axis.ticks[i];
+      out << (i > 0 ? ", " : "") << gnuplot_string(as_format(tick.text)) << " " << tick.value;
+    }
+    out << ")" << (axis.slanted ? " rotate by 45 right" : " norotate") << "\n";
+    if (axis.grid) {
+      out << "set grid " << name << "tics linetype 1 linecolor '#e4e4e4' linewidth 0.6\n";
+    }
+  }
+  return out.str();
+}
+
+std::string label(const Axis& axis, const std::string& name, const std::string& offset) {
+  if (axis.title.empty()) return "";
+  return "set " + name + "label " + gnuplot_string(axis.title) + " offset " + offset + "\n";
+}
+
+/// How far gnuplot's place of the upright axis's title is moved to the right, in characters. It
+/// leaves room for the ticks by their characters' number, which is more than long numbers need.
+std::string title_offset(const Axis& y) {
+  std::size_t most = 0;
+  for (const Tick& tick : y.ticks) most = std::max(most, character_count(tick.text));
+  return most < 3 ? "0.3,0" : most == 3 ? "0.6,0" : "1,0";
 }
 
 }  // namespace
@@ -87,18 +174,6 @@ void Axis::cap() {
   ticks.push_back({high, "≥ " + number_text(high)});
 }
 
-namespace {
-
-constexpr double gap_below = 6;  ///< below the panel, px
-
-bool fits(const std::string& name, double slot, int size) {
-  constexpr std::size_t most_lines = 4;
-  return widest_word(name, size) <= slot &&
-         wrapped(name, characters_in(slot, size)).size() <= most_lines;
-}
-
-}  // namespace
-
 double widest_word(const std::string& text, int size) {
   double widest = 0;
   std::string word;
@@ -113,8 +188,8 @@ double widest_word(const std::string& text, int size) {
 
 CategoryNames::CategoryNames(std::vector<std::string> names, double slot, int size)
     : names_(std::move(names)), slot_(slot), size_(size) {
-  upright_ = std::any_of(names_.begin(), names_.end(),
-                         [&](const std::string& name) { return !fits(name, slot_, size_); });
+  upright_ = std::ranges::any_of(
+      names_, [&](const std::string& name) { return !fits(name, slot_, size_); });
 }
 
 double CategoryNames::height() const {
@@ -138,25 +213,6 @@ void CategoryNames::draw(Canvas& canvas, double left, double bottom) const {
     }
   }
 }
-
-namespace {
-
-constexpr int size = 10;
-constexpr double entry_gap = 16;  ///< between two entries, px
-
-/// Width of the symbol before the text, px.
-double sample_width(const LegendEntry& entry) {
-  if (entry.line) return entry.mark && entry.line->dash > 1 ? 46 : 34;
-  if (entry.mark || entry.fill) return 13;
-  return 0;
-}
-
-double text_left(const LegendEntry& entry) {
-  const double sample = sample_width(entry);
-  return sample > 0 ? sample + 6 : 0;
-}
-
-}  // namespace
 
 Legend::Legend(double left, double right, std::optional<int> columns)
     : left_(left), right_(right), columns_(columns) {}
@@ -197,76 +253,6 @@ void Legend::draw(Canvas& canvas, double top) const {
                 {.size = size, .align = TextAlign::left});
   }
 }
-
-namespace {
-
-/// gnuplot's own error bars leave a white spot at their point.
-const std::string whisker_ends =
-    "using 1:2:3:4 with vectors heads size screen 0.003,90 fixed nofilled ";
-
-/// Rows of numbers.
-class Data {
- public:
-  Data() { out_.precision(10); }
-  void row(std::initializer_list<double> values) {
-    for (const double value : values) out_ << value << ' ';
-    out_ << '\n';
-  }
-  std::string text() const { return out_.str(); }
-
- private:
-  TextStream out_;
-};
-
-std::string text_of(const Points& points) {
-  Data data;
-  for (const auto& [x, y] : points) data.row({x, y});
-  return data.text();
-}
-
-/// gnuplot prints a tick's text by a number's format.
-std::string as_format(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '%' ? "%%" : std::string(1, c);
-  return out;
-}
-
-/// gnuplot's commands for the axis "x" or "y".
-std::string commands(const Axis& axis, const std::string& name) {
-  TextStream out;
-  out.precision(10);
-  out << (axis.logarithmic ? "set logscale " : "unset logscale ") << name << "\nset " << name
-      << "range [" << axis.low << ":" << axis.high << "]\n";
-  if (axis.ticks.empty()) {
-    out << "unset " << name << "tics\n";
-  } else {
-    out << "set " << name << "tics (";
-    for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
-      const Tick& tick = axis.ticks[i];
-      out << (i > 0 ? ", " : "") << gnuplot_string(as_format(tick.text)) << " " << tick.value;
-    }
-    out << ")" << (axis.slanted ? " rotate by 45 right" : " norotate") << "\n";
-    if (axis.grid) {
-      out << "set grid " << name << "tics linetype 1 linecolor '#e4e4e4' linewidth 0.6\n";
-    }
-  }
-  return out.str();
-}
-
-std::string label(const Axis& axis, const std::string& name, const std::string& offset) {
-  if (axis.title.empty()) return "";
-  return "set " + name + "label " + gnuplot_string(axis.title) + " offset " + offset + "\n";
-}
-
-/// How far gnuplot's place of the upright axis's title is moved to the right, in characters. It
-/// leaves room for the ticks by their characters' number, which is more than long numbers need.
-std::string title_offset(const Axis& y) {
-  std::size_t most = 0;
-  for (const Tick& tick : y.ticks) most = std::max(most, character_count(tick.text));
-  return most < 3 ? "0.3,0" : most == 3 ? "0.6,0" : "1,0";
-}
-
-}  // namespace
 
 Panel::Panel(Canvas& canvas, const Box& box, Axis x, Axis y)
     : canvas_(canvas), box_(box), x_(std::move(x)), y_(std::move(y)) {}

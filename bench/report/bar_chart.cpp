@@ -99,10 +99,6 @@ Axis axis_for(const BarPanel& panel, bool narrow) {
   return Axis::even(span);
 }
 
-Colour colour_of(std::size_t variant, std::size_t count) {
-  return viridis(count > 1 ? 0.95 * double(variant) / double(count - 1) : 0.4);
-}
-
 class BarsDrawing {
  public:
   explicit BarsDrawing(const Bars& bars)
@@ -114,7 +110,7 @@ class BarsDrawing {
 
   void draw(const std::filesystem::path& stem) {
     canvas_.title(bars_.title);
-    const bool cut = std::any_of(bars_.panels.begin(), bars_.panels.end(), far_from_zero);
+    const bool cut = std::ranges::any_of(bars_.panels, far_from_zero);
     canvas_.text(std::string("bars: mean; whiskers: its 95 % interval over the frames") +
                      (cut ? "; dots: means on an axis that does not begin at zero" : ""),
                  BarLayout::left, canvas_.height() - 10, {.size = 9, .align = TextAlign::left});
@@ -145,7 +141,9 @@ class BarsDrawing {
                       bars_.labels[v] + "\n" + value_text(panel, v));
       write_value(axes, panel, v);
       if (!value.mean || !std::isfinite(*value.mean)) continue;
-      bars.push_back({middle_of(v), *value.mean, colour_of(v, panel.values.size())});
+      const std::size_t count = panel.values.size();
+      const double place = count > 1 ? 0.95 * double(v) / double(count - 1) : 0.4;
+      bars.push_back({middle_of(v), *value.mean, viridis(place)});
       if (value.ci95) whiskers.push_back({middle_of(v), value.ci95->low, value.ci95->high});
     }
     const bool cut = far_from_zero(panel);

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
 bool has_any(const FramesOfSeeds& trials, Metric metric) {
-  return std::any_of(trials.begin(), trials.end(), [&](const auto& frames) {
-    return std::any_of(frames.begin(), frames.end(),
-                       [&](const FrameMetrics& frame) { return frame[metric].has_value(); });
+  return std::ranges::any_of(trials, [&](const auto& frames) {
+    return std::ranges::any_of(
+        frames, [&](const FrameMetrics& frame) { return frame[metric].has_value(); });
   });
 }
 
@@ -22,9 +20,9 @@ std::vector<std::size_t> shared_frames(const std::vector<const FramesOfSeeds*>& 
                                        Metric metric) {
   std::vector<std::size_t> out;
   for (std::size_t f = 0; f < labels.front()->front().size(); ++f) {
-    const bool all = std::all_of(labels.begin(), labels.end(), [&](const FramesOfSeeds* trials) {
-      return std::all_of(trials->begin(), trials->end(),
-                         [&](const auto& frames) { return frames[f][metric].has_value(); });
+    const bool all = std::ranges::all_of(labels, [&](const FramesOfSeeds* trials) {
+      return std::ranges::all_of(*trials,
+                                 [&](const auto& frames) { return frames[f][metric].has_value(); });
     });
     if (all) out.push_back(f);
   }
@@ -45,15 +43,8 @@ Eigen::MatrixXd values_of(const FramesOfSeeds& trials, const std::vector<std::si
 
 /// How far a mean is from the metric's ideal; the less the better.
 double badness(const MetricEntry& entry, double mean) {
-  switch (entry.better) {
-    case Better::smaller:
-      return mean;
-    case Better::larger:
-      return -mean;
-    case Better::nearer:
-      return std::abs(mean - entry.ideal.value);
-  }
-  return mean;
+  if (entry.better == Better::nearer) return std::abs(mean - entry.ideal.value);
+  return entry.better == Better::smaller ? mean : -mean;
 }
 
 /// Of all frames and seeds that have the metric; one at least has.
@@ -82,10 +73,10 @@ std::vector<std::size_t> compared(const ScoredLabels& scored, Metric metric) {
   for (const std::size_t i : labels) {
     badnesses[i] = badness(entry_of(metric), mean_of(scored.frames[i], metric));
   }
-  std::stable_sort(labels.begin(), labels.end(),
-                   [&](std::size_t a, std::size_t b) { return badnesses[a] < badnesses[b]; });
+  std::ranges::stable_sort(
+      labels, [&](std::size_t a, std::size_t b) { return badnesses[a] < badnesses[b]; });
   labels.resize(most_compared_labels);
-  std::sort(labels.begin(), labels.end());
+  std::ranges::sort(labels);
   return labels;
 }
 
@@ -120,7 +111,7 @@ std::vector<Ranked> ranked(const std::vector<const MeanDifference*>& pairs) {
   std::vector<Ranked> out;
   const auto add = [&](const std::string& label, double mean) {
     const bool there =
-        std::any_of(out.begin(), out.end(), [&](const Ranked& one) { return one.label == label; });
+        std::ranges::any_of(out, [&](const Ranked& one) { return one.label == label; });
     if (!there) out.push_back({label, mean});
   };
   for (const MeanDifference* pair : pairs) {
@@ -128,7 +119,7 @@ std::vector<Ranked> ranked(const std::vector<const MeanDifference*>& pairs) {
     add(pair->b, pair->mean_b);
   }
   const MetricEntry& entry = entry_of(pairs.front()->metric);
-  std::stable_sort(out.begin(), out.end(), [&](const Ranked& x, const Ranked& y) {
+  std::ranges::stable_sort(out, [&](const Ranked& x, const Ranked& y) {
     return badness(entry, x.mean) < badness(entry, y.mean);
   });
   return out;
@@ -199,10 +190,9 @@ Table difference_table(const std::vector<MeanDifference>& differences) {
   table.title = "Which differences are resolved";
   table.text =
       "Differences between the means of two rows, paired: both are taken on the same frames, so "
-      "that "
-      "what is difficult for all drops out. Intervals are of 95 %, by a bootstrap of two levels, "
-      "frames and training seeds. Where an interval holds 0 the order of the two is not resolved. "
-      "All pairs are in differences.csv.";
+      "that what is difficult for all drops out. Intervals are of 95 %, by a bootstrap of two "
+      "levels, frames and training seeds. Where an interval holds 0 the order of the two is not "
+      "resolved. All pairs are in differences.csv.";
   for (std::size_t i = 0; i < differences.size();) {
     std::vector<const MeanDifference*> pairs;
     const std::size_t first = i;

@@ -69,8 +69,8 @@ MapLayout map_layout_for(const HeatMap& map) {
   layout.columns = static_cast<int>(map.x_values.size());
   layout.rows = static_cast<int>(map.y_values.size());
   layout.panels = static_cast<int>(map.panels.size());
-  const bool texts = std::any_of(map.panels.begin(), map.panels.end(),
-                                 [](const HeatMapPanel& panel) { return !panel.texts.empty(); });
+  const bool texts = std::ranges::any_of(
+      map.panels, [](const HeatMapPanel& panel) { return !panel.texts.empty(); });
   layout.cell_width =
       texts ? widest_text(map, 10) + 6 : std::clamp(420.0 / layout.columns, 12.0, 62.0);
   double longest = 0;
@@ -152,8 +152,7 @@ class HeatMapDrawing {
     const std::string coloured =
         panel.quantity == panel.title ? "" : ", coloured by " + panel.quantity;
     canvas_.text(panel.title + coloured, box.middle(), box.top - 12, {.size = 11});
-    any_ = std::any_of(panel.values.begin(), panel.values.end(),
-                       [](const auto& value) { return value.has_value(); });
+    any_ = std::ranges::any_of(panel.values, [](const auto& value) { return value.has_value(); });
     for (int y = 0; y < layout_.rows; ++y) {
       for (int x = 0; x < layout_.columns; ++x) cell(panel, scale, cell_of(box, x, y), x, y);
     }

@@ -1,7 +1,6 @@
 #include "bench/report/reconstruction_figure.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "bench/plot/image_panel.h"

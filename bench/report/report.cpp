@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "bench/table/table.h"
 #include "core/errors.h"
 #include "core/text.h"
 
@@ -97,36 +96,6 @@ std::set<std::string, std::less<>> references(std::string_view svg) {
   });
   return ids;
 }
-
-}  // namespace
-
-std::string inline_svg(const std::string& svg, const std::string& prefix, const std::string& name) {
-  const std::size_t start = svg.find("<svg");
-  const std::size_t end = svg.rfind("</svg>");
-  if (start == std::string::npos || end == std::string::npos) refuse("no <svg> in it");
-  const std::string_view picture =
-      std::string_view(svg).substr(start, end + std::string_view("</svg>").size() - start);
-  const auto used = references(picture);
-  const auto renamed = [&](std::string_view attribute,
-                           std::string_view value) -> std::optional<std::string> {
-    if (attribute == "id") {
-      if (!used.contains(value)) return std::nullopt;
-      return prefix + std::string(value);
-    }
-    std::string out(value);
-    if (is_link(attribute) && value.starts_with('#')) out.insert(1, prefix);
-    for (auto at = out.find(kUrl); at != std::string::npos; at = out.find(kUrl, at + 1)) {
-      out.insert(at + kUrl.size(), prefix);
-    }
-    return out;
-  };
-  std::string out = with_attributes(picture, renamed);
-  out.insert(std::string_view("<svg").size(),
-             " role=\"img\" aria-label=\"" + html_escaped(name) + "\"");
-  return out;
-}
-
-namespace {
 
 /// Prints a page.
 class Page {
@@ -232,6 +201,32 @@ class Page {
 };
 
 }  // namespace
+
+std::string inline_svg(const std::string& svg, const std::string& prefix, const std::string& name) {
+  const std::size_t start = svg.find("<svg");
+  const std::size_t end = svg.rfind("</svg>");
+  if (start == std::string::npos || end == std::string::npos) refuse("no <svg> in it");
+  const std::string_view picture =
+      std::string_view(svg).substr(start, end + std::string_view("</svg>").size() - start);
+  const auto used = references(picture);
+  const auto renamed = [&](std::string_view attribute,
+                           std::string_view value) -> std::optional<std::string> {
+    if (attribute == "id") {
+      if (!used.contains(value)) return std::nullopt;
+      return prefix + std::string(value);
+    }
+    std::string out(value);
+    if (is_link(attribute) && value.starts_with('#')) out.insert(1, prefix);
+    for (auto at = out.find(kUrl); at != std::string::npos; at = out.find(kUrl, at + 1)) {
+      out.insert(at + kUrl.size(), prefix);
+    }
+    return out;
+  };
+  std::string out = with_attributes(picture, renamed);
+  out.insert(std::string_view("<svg").size(),
+             " role=\"img\" aria-label=\"" + html_escaped(name) + "\"");
+  return out;
+}
 
 std::string report_html(const Report& report) { return Page().print(report); }
 

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -92,88 +91,6 @@ std::string limit_of(const json& benchmark) {
   return fixed(*fraction, 2) + " of " + benchmark.value("label", "");
 }
 
-}  // namespace
-
-json parse_benchmark_output(std::string_view text) {
-  json output;
-  try {
-    output = parse_json(with_nulls(text), "its output");
-  } catch (const InputError& error) {
-    throw std::runtime_error(error.what());
-  }
-  const auto benchmarks = output.find("benchmarks");
-  const auto is_benchmark = [](const json& one) {
-    return one.is_object() && one.contains("name") && one["name"].is_string();
-  };
-  if (benchmarks == output.end() || !benchmarks->is_array() ||
-      !std::all_of(benchmarks->begin(), benchmarks->end(), is_benchmark)) {
-    throw std::runtime_error("its output has no list \"benchmarks\" of objects with a \"name\"");
-  }
-  return output;
-}
-
-void add_round(const std::string& program, const json& output,
-               std::vector<TimedBenchmark>& benchmarks) {
-  for (const json& one : output.at("benchmarks")) {
-    const std::string name = one.at("name");
-    const auto known = std::find_if(
-        benchmarks.begin(), benchmarks.end(),
-        [&](const TimedBenchmark& b) { return b.program == program && b.name() == name; });
-    if (known == benchmarks.end()) {
-      benchmarks.push_back({program, {one}});
-    } else {
-      known->rounds.push_back(one);
-    }
-  }
-}
-
-double seconds_of(const json& benchmark) {
-  const std::string name = benchmark.at("name");
-  const bool wall = name.find("/real_time") != std::string::npos ||
-                    name.find("/manual_time") != std::string::npos;
-  const auto time = benchmark.find(wall ? "real_time" : "cpu_time");
-  if (time == benchmark.end() || !time->is_number()) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  return time->get<double>() * unit_seconds(benchmark.value("time_unit", "ns"));
-}
-
-json median_of(const TimedBenchmark& benchmark) {
-  std::vector<std::pair<double, const json*>> rounds;
-  json times = json::array();
-  for (const json& round : benchmark.rounds) {
-    const double seconds = seconds_of(round);
-    times.push_back(std::isfinite(seconds) ? json(seconds) : json());
-    if (std::isfinite(seconds)) rounds.emplace_back(seconds, &round);
-  }
-  json out = benchmark.rounds.front();
-  if (!rounds.empty()) {
-    std::sort(rounds.begin(), rounds.end());
-    out = *rounds[nearest_rank(rounds.size(), 0.5)].second;
-  }
-  out["program"] = benchmark.program;
-  out["time_s"] = rounds.empty() ? json() : json(seconds_of(out));
-  const std::string name = benchmark.name();
-  out["name"] = name.substr(0, name.find("/iterations:"));  // said again under "iterations"
-  out["rounds_s"] = times;
-  return out;
-}
-
-TableSection timing_table(const std::string& program, const std::vector<json>& medians) {
-  TableSection section;
-  section.caption = program;
-  section.columns = {{"benchmark", Align::left}, "time", "rate", {"of the limit", Align::left}};
-  for (const json& one : medians) {
-    const json& time = one.at("time_s");
-    section.rows.push_back({one.at("name").get<std::string>(),
-                            time.is_number() ? seconds_text(time) : "—", rate_of(one),
-                            limit_of(one)});
-  }
-  return section;
-}
-
-namespace {
-
 constexpr double time_limit_s = 3600;
 constexpr const char* least_time = "--benchmark_min_time=0.2";  ///< of one benchmark, s
 constexpr std::size_t longest_message = 300;
@@ -249,8 +166,7 @@ constexpr const char* note =
     "real_time. limit_us is the least time that the machine allows by what \"label\" names, "
     "of_limit that over the measured time. library_build_type \"debug\" is how Debian built Google "
     "Benchmark 1.7.1; how ertbench was built is ertbench_build_type. NaN, which that version "
-    "writes "
-    "bare, is null here.";
+    "writes bare, is null here.";
 
 struct Program {
   BenchmarkProcess process;
@@ -361,6 +277,84 @@ void require_writable(const fs::path& file) {
 
 }  // namespace
 
+json parse_benchmark_output(std::string_view text) {
+  json output;
+  try {
+    output = parse_json(with_nulls(text), "its output");
+  } catch (const InputError& error) {
+    throw std::runtime_error(error.what());
+  }
+  const auto benchmarks = output.find("benchmarks");
+  const auto is_benchmark = [](const json& one) {
+    return one.is_object() && one.contains("name") && one["name"].is_string();
+  };
+  if (benchmarks == output.end() || !benchmarks->is_array() ||
+      !std::ranges::all_of(*benchmarks, is_benchmark)) {
+    throw std::runtime_error("its output has no list \"benchmarks\" of objects with a \"name\"");
+  }
+  return output;
+}
+
+void add_round(const std::string& program, const json& output,
+               std::vector<TimedBenchmark>& benchmarks) {
+  for (const json& one : output.at("benchmarks")) {
+    const std::string name = one.at("name");
+    const auto known = std::ranges::find_if(benchmarks, [&](const TimedBenchmark& b) {
+      return b.program == program && b.name() == name;
+    });
+    if (known == benchmarks.end()) {
+      benchmarks.push_back({program, {one}});
+    } else {
+      known->rounds.push_back(one);
+    }
+  }
+}
+
+double seconds_of(const json& benchmark) {
+  const std::string name = benchmark.at("name");
+  const bool wall = name.find("/real_time") != std::string::npos ||
+                    name.find("/manual_time") != std::string::npos;
+  const auto time = benchmark.find(wall ? "real_time" : "cpu_time");
+  if (time == benchmark.end() || !time->is_number()) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  return time->get<double>() * unit_seconds(benchmark.value("time_unit", "ns"));
+}
+
+json median_of(const TimedBenchmark& benchmark) {
+  std::vector<std::pair<double, const json*>> rounds;
+  json times = json::array();
+  for (const json& round : benchmark.rounds) {
+    const double seconds = seconds_of(round);
+    times.push_back(std::isfinite(seconds) ? json(seconds) : json());
+    if (std::isfinite(seconds)) rounds.emplace_back(seconds, &round);
+  }
+  json out = benchmark.rounds.front();
+  if (!rounds.empty()) {
+    std::ranges::sort(rounds);
+    out = *rounds[nearest_rank(rounds.size(), 0.5)].second;
+  }
+  out["program"] = benchmark.program;
+  out["time_s"] = rounds.empty() ? json() : json(seconds_of(out));
+  const std::string name = benchmark.name();
+  out["name"] = name.substr(0, name.find("/iterations:"));  // said again under "iterations"
+  out["rounds_s"] = times;
+  return out;
+}
+
+TableSection timing_table(const std::string& program, const std::vector<json>& medians) {
+  TableSection section;
+  section.caption = program;
+  section.columns = {{"benchmark", Align::left}, "time", "rate", {"of the limit", Align::left}};
+  for (const json& one : medians) {
+    const json& time = one.at("time_s");
+    section.rows.push_back({one.at("name").get<std::string>(),
+                            time.is_number() ? seconds_text(time) : "—", rate_of(one),
+                            limit_of(one)});
+  }
+  return section;
+}
+
 fs::path TimingOptions::benchmark_folder() {
   return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "benchmarks";
 }
@@ -407,9 +401,8 @@ int run_timing(const TimingOptions& options) {
       result[benchmark.is_limit() ? "limits" : "benchmarks"].push_back(medians.back());
     }
     if (!medians.empty()) {
-      Table table;
-      table.sections = {timing_table(program.process.name(), medians)};
-      std::printf("%s\n", terminal_of(table).c_str());
+      const TableSection table = timing_table(program.process.name(), medians);
+      std::printf("%s\n", terminal_of({"", "", {table}, {}, ""}).c_str());
     }
     if (!program.failure.empty()) {
       ++failed;

@@ -129,27 +129,6 @@ std::string fenced(const std::string& command) {
   return fence + "sh\n" + text + "\n" + fence + "\n";
 }
 
-}  // namespace
-
-std::string markdown_of(const Table& table) {
-  TextStream out;
-  if (!table.title.empty()) out << "# " << markdown_escaped(table.title) << "\n\n";
-  out << paragraphs(table.text);
-  for (const TableSection& section : table.sections) {
-    section.require_cells();
-    if (!section.caption.empty()) out << "## " << markdown_escaped(section.caption) << "\n\n";
-    out << paragraphs(section.text);
-    print(out, section);
-    out << "\n";
-    for (const std::string& note : section.notes) out << markdown_escaped(note) << "\n\n";
-  }
-  for (const std::string& entry : table.legend) out << "- " << markdown_escaped(entry) << "\n";
-  if (!table.command.empty()) out << "\nTo reproduce it:\n\n" << fenced(table.command);
-  return out.str();
-}
-
-namespace {
-
 using Line = std::vector<std::string>;
 
 /// The whole text in one line, without control characters.
@@ -188,7 +167,7 @@ std::string text_of(const TableSection& section) {
   std::vector<Line> lines;
   Line titles;
   for (const Column& column : section.columns) titles.push_back(shown(column.title));
-  if (std::any_of(titles.begin(), titles.end(), [](const auto& t) { return !t.empty(); })) {
+  if (std::ranges::any_of(titles, [](const auto& t) { return !t.empty(); })) {
     lines.push_back(titles);
   }
   for (const auto& row : section.rows) {
@@ -208,6 +187,23 @@ std::string text_of(const TableSection& section) {
 }
 
 }  // namespace
+
+std::string markdown_of(const Table& table) {
+  TextStream out;
+  if (!table.title.empty()) out << "# " << markdown_escaped(table.title) << "\n\n";
+  out << paragraphs(table.text);
+  for (const TableSection& section : table.sections) {
+    section.require_cells();
+    if (!section.caption.empty()) out << "## " << markdown_escaped(section.caption) << "\n\n";
+    out << paragraphs(section.text);
+    print(out, section);
+    out << "\n";
+    for (const std::string& note : section.notes) out << markdown_escaped(note) << "\n\n";
+  }
+  for (const std::string& entry : table.legend) out << "- " << markdown_escaped(entry) << "\n";
+  if (!table.command.empty()) out << "\nTo reproduce it:\n\n" << fenced(table.command);
+  return out.str();
+}
 
 std::string terminal_of(const Table& table) {
   std::string out;

@@ -52,36 +52,6 @@ std::string more_lines(const std::vector<std::string>& lines) {
   return out;
 }
 
-}  // namespace
-
-std::string html_of(const TableSection& section) {
-  section.require_cells();
-  const auto class_of = [&](std::size_t c) {
-    return c > 0 && section.columns[c].align == Align::right ? " class=\"number\"" : "";
-  };
-  TextStream out;
-  out << "<table>\n<caption>" << html_escaped(section.caption) << "</caption>\n<thead><tr>";
-  for (std::size_t c = 0; c < section.columns.size(); ++c) {
-    out << "<th scope=\"col\"" << class_of(c) << ">" << html_escaped(section.columns[c].title)
-        << "</th>";
-  }
-  out << "</tr></thead>\n<tbody>\n";
-  for (const auto& row : section.rows) {
-    const std::vector<std::string> name = lines_of(row.front(), Align::left);
-    out << "<tr><th scope=\"row\">" << unbroken_words(name.front()) << more_lines(name) << "</th>";
-    for (std::size_t c = 1; c < row.size(); ++c) {
-      const std::vector<std::string> lines = lines_of(row[c], section.columns[c].align);
-      out << "<td" << class_of(c) << ">" << html_escaped(lines.front()) << more_lines(lines)
-          << "</td>";
-    }
-    out << "</tr>\n";
-  }
-  out << "</tbody>\n</table>\n";
-  return out.str();
-}
-
-namespace {
-
 using Replacement = std::pair<char32_t, const char*>;
 
 constexpr std::array<Replacement, 16> kAscii = {{{U'\\', "\\textbackslash{}"},
@@ -128,8 +98,7 @@ constexpr std::array<Replacement, 18> kSymbols = {{{U'−', "\\ensuremath{-}"},
 
 template <std::size_t N>
 const char* find(const std::array<Replacement, N>& table, char32_t point) {
-  const auto found = std::find_if(table.begin(), table.end(),
-                                  [point](const Replacement& r) { return r.first == point; });
+  const auto found = std::ranges::find(table, point, &Replacement::first);
   return found == table.end() ? nullptr : found->second;
 }
 
@@ -224,6 +193,32 @@ std::string caption_of(const Table& table, const TableSection& section) {
 }
 
 }  // namespace
+
+std::string html_of(const TableSection& section) {
+  section.require_cells();
+  const auto class_of = [&](std::size_t c) {
+    return c > 0 && section.columns[c].align == Align::right ? " class=\"number\"" : "";
+  };
+  TextStream out;
+  out << "<table>\n<caption>" << html_escaped(section.caption) << "</caption>\n<thead><tr>";
+  for (std::size_t c = 0; c < section.columns.size(); ++c) {
+    out << "<th scope=\"col\"" << class_of(c) << ">" << html_escaped(section.columns[c].title)
+        << "</th>";
+  }
+  out << "</tr></thead>\n<tbody>\n";
+  for (const auto& row : section.rows) {
+    const std::vector<std::string> name = lines_of(row.front(), Align::left);
+    out << "<tr><th scope=\"row\">" << unbroken_words(name.front()) << more_lines(name) << "</th>";
+    for (std::size_t c = 1; c < row.size(); ++c) {
+      const std::vector<std::string> lines = lines_of(row[c], section.columns[c].align);
+      out << "<td" << class_of(c) << ">" << html_escaped(lines.front()) << more_lines(lines)
+          << "</td>";
+    }
+    out << "</tr>\n";
+  }
+  out << "</tbody>\n</table>\n";
+  return out.str();
+}
 
 std::string latex_of(const Table& table) {
   TextStream out;

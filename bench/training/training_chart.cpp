@@ -51,6 +51,8 @@ TrainingCurves read_training_curves(const std::filesystem::path& file) {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 // Places and sizes in px.
 constexpr int chart_width = 760;
 constexpr double panels_left = 72;
@@ -105,7 +107,7 @@ bool any_negative(const TrainingChart& chart, const std::string& name) {
 }
 
 std::string spaced(std::string name) {
-  std::replace(name.begin(), name.end(), '_', ' ');
+  std::ranges::replace(name, '_', ' ');
   return name;
 }
 
@@ -232,43 +234,6 @@ class Curves {
   Legend legend_{key_left, chart_width, 1};
 };
 
-std::string runs_text(const TrainingChart& chart) {
-  return joined(chart.runs, ", ", &TrainingRun::title) + ": dark to light";
-}
-
-}  // namespace
-
-void draw_training_chart(const TrainingChart& chart, const std::filesystem::path& stem) {
-  std::vector<std::pair<Group, Box>> panels;
-  double y = top;
-  for (const Group group : {Group::losses, Group::shares, Group::validation}) {
-    if (group == Group::shares && columns_of(chart, group).empty()) continue;
-    panels.emplace_back(group, Box{panels_left, y, panels_right, y + look_of(group).height});
-    y += look_of(group).height + gap;
-  }
-  const Box last = panels.back().second;
-  const double height = last.bottom + bottom;
-  Canvas canvas(chart_width, height);
-  canvas.title(chart.title);
-  for (const auto& [group, box] : panels) {
-    Curves(chart, group).draw(canvas, box);
-    canvas.text(look_of(group).title, 14, box.centre(), {.size = 11, .upright = true});
-  }
-  canvas.text("epoch", last.middle(), height - 14, {.size = 11});
-  if (chart.runs.size() > 1) {
-    y = last.top + 64;
-    for (const std::string& line : wrapped(runs_text(chart), 24)) {
-      canvas.text(line, key_left + 6, y, {.align = TextAlign::left});
-      y += 13;
-    }
-  }
-  canvas.draw(stem);
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-
 std::optional<double> best_epoch(const nlohmann::json& parameters) {
   if (!parameters.is_object() || !parameters.contains("training")) return std::nullopt;
   const nlohmann::json& training = parameters.at("training");
@@ -297,6 +262,34 @@ ReportFigure curves_of(const std::string& label, const fs::path& folder) {
 }
 
 }  // namespace
+
+void draw_training_chart(const TrainingChart& chart, const std::filesystem::path& stem) {
+  std::vector<std::pair<Group, Box>> panels;
+  double y = top;
+  for (const Group group : {Group::losses, Group::shares, Group::validation}) {
+    if (group == Group::shares && columns_of(chart, group).empty()) continue;
+    panels.emplace_back(group, Box{panels_left, y, panels_right, y + look_of(group).height});
+    y += look_of(group).height + gap;
+  }
+  const Box last = panels.back().second;
+  const double height = last.bottom + bottom;
+  Canvas canvas(chart_width, height);
+  canvas.title(chart.title);
+  for (const auto& [group, box] : panels) {
+    Curves(chart, group).draw(canvas, box);
+    canvas.text(look_of(group).title, 14, box.centre(), {.size = 11, .upright = true});
+  }
+  canvas.text("epoch", last.middle(), height - 14, {.size = 11});
+  if (chart.runs.size() > 1) {
+    y = last.top + 64;
+    const std::string runs = joined(chart.runs, ", ", &TrainingRun::title) + ": dark to light";
+    for (const std::string& line : wrapped(runs, 24)) {
+      canvas.text(line, key_left + 6, y, {.align = TextAlign::left});
+      y += 13;
+    }
+  }
+  canvas.draw(stem);
+}
 
 std::optional<ReportFigure> write_training_results(const std::string& label,
                                                    const std::vector<TrainingSource>& sources,
