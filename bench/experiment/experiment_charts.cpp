@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
-#include <utility>
 
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
@@ -29,6 +27,23 @@ std::vector<std::string> labels_of(const Experiment& experiment, const std::stri
 
 std::string all_labels(const Experiment& experiment) {
   return joined(experiment.rows(), ", ", [](const auto& trials) { return trials.front().label; });
+}
+
+const ChartType& read_type(JsonObject& object, const ChartTypes& types) {
+  const std::string name = object.choice("type", distinct(types, &ChartType::name));
+  return *std::ranges::find(types, name, &ChartType::name);
+}
+
+ChartPlace read_place(JsonObject& object, const Experiment& experiment) {
+  ChartPlace place;
+  place.name = object.text("name");
+  if (!is_name(place.name)) {
+    object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60), got \"" +
+                            place.name + "\"");
+  }
+  const std::vector<std::string> tests = distinct(experiment.tests, &DatasetSpec::name);
+  place.dataset = object.choice_or("dataset", tests.front(), tests);
+  return place;
 }
 
 }  // namespace
@@ -89,30 +104,6 @@ std::vector<Metric> read_metrics(JsonObject& object, std::vector<Metric> fallbac
   }
   return out;
 }
-
-namespace {
-
-const ChartType& read_type(JsonObject& object, const ChartTypes& types) {
-  std::vector<std::string> names;
-  for (const ChartType& type : types) names.push_back(type.name);
-  const std::string name = object.choice("type", names);
-  return *std::ranges::find_if(types, [&](const ChartType& type) { return type.name == name; });
-}
-
-ChartPlace read_place(JsonObject& object, const Experiment& experiment) {
-  ChartPlace place;
-  place.name = object.text("name");
-  if (!is_name(place.name)) {
-    object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60), got \"" +
-                            place.name + "\"");
-  }
-  std::vector<std::string> tests;
-  for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
-  place.dataset = object.choice_or("dataset", tests.front(), tests);
-  return place;
-}
-
-}  // namespace
 
 std::vector<std::shared_ptr<const Chart>> read_charts(JsonObject& root,
                                                       const Experiment& experiment,

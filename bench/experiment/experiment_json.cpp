@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "core/errors.h"
-#include "core/json.h"
 #include "core/lists.h"
 #include "core/text.h"
 #include "forward/sheet/sensor_json.h"
@@ -15,32 +14,12 @@
 namespace ertbench {
 namespace {
 
+namespace fs = std::filesystem;
+using nlohmann::json;
+
 constexpr std::size_t longest = 60;
 
 bool is_letter_or_digit(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
-
-}  // namespace
-
-bool is_name(std::string_view text) {
-  return !text.empty() && text.size() <= longest && std::ranges::all_of(text, [](char c) {
-    return is_letter_or_digit(c) || c == '_' || c == '-';
-  });
-}
-
-bool is_label_text(std::string_view text) {
-  return std::ranges::all_of(text, [](char c) {
-    return is_letter_or_digit(c) || std::string_view(" ._+=,-").find(c) != std::string_view::npos;
-  });
-}
-
-bool is_label(std::string_view text) {
-  return !text.empty() && text.size() <= longest && is_label_text(text) && text.front() != '.' &&
-         text.front() != ' ' && text.back() != ' ';
-}
-
-namespace {
-
-using nlohmann::json;
 
 /// Settings of the file's root that are objects and have defaults, so that one of them may be set
 /// where the file says nothing of the others.
@@ -104,10 +83,6 @@ std::vector<std::string> keys_of(const json& object) {
   return keys;
 }
 
-std::string list_of_words(const std::vector<std::string>& words) {
-  return joined(words, ", ", [](const std::string& word) { return printable(word); });
-}
-
 /// The place of the words before `count`, as it is written: "datasets.test".
 std::string place_of(const Override& one, std::size_t count) {
   std::string out;
@@ -146,8 +121,10 @@ json& member_of(json& object, const Override& one, std::size_t at) {
   // A key that is nearly another is a slip; whether any other one is a setting the reader knows.
   if (!may_be_new(one, at) || (at == 0 && !near.empty())) {
     one.fail(place_of(one, at) + " has no \"" + printable(word) + "\"" +
-             (near.empty() ? "; there are " + list_of_words(known)
-                           : "; did you mean \"" + printable(near) + "\"?"));
+             (near.empty()
+                  ? "; there are " +
+                        joined(known, ", ", [](const std::string& one) { return printable(one); })
+                  : "; did you mean \"" + printable(near) + "\"?"));
   }
   json& made = object[word];
   if (at + 1 < one.words.size()) made = json::object();
@@ -172,16 +149,6 @@ void apply_one(json& content, const Override& one) {
   }
   *place = *one.value;
 }
-
-}  // namespace
-
-void apply_overrides(json& content, const std::vector<std::string>& overrides) {
-  for (const std::string& text : overrides) apply_one(content, override_from(text));
-}
-
-namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t most_extended = 4;  ///< files behind the experiment's own
 
@@ -252,6 +219,27 @@ std::string source_of(const std::vector<fs::path>& files) {
 }
 
 }  // namespace
+
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() <= longest && std::ranges::all_of(text, [](char c) {
+    return is_letter_or_digit(c) || c == '_' || c == '-';
+  });
+}
+
+bool is_label_text(std::string_view text) {
+  return std::ranges::all_of(text, [](char c) {
+    return is_letter_or_digit(c) || std::string_view(" ._+=,-").find(c) != std::string_view::npos;
+  });
+}
+
+bool is_label(std::string_view text) {
+  return !text.empty() && text.size() <= longest && is_label_text(text) && text.front() != '.' &&
+         text.front() != ' ' && text.back() != ' ';
+}
+
+void apply_overrides(json& content, const std::vector<std::string>& overrides) {
+  for (const std::string& text : overrides) apply_one(content, override_from(text));
+}
 
 ExperimentJson read_experiment_json(const fs::path& file,
                                     const std::vector<std::string>& overrides) {

@@ -11,7 +11,6 @@
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
-#include "core/json.h"
 #include "core/lists.h"
 #include "core/process.h"
 #include "core/text.h"
@@ -102,26 +101,6 @@ std::size_t check_some(std::span<const EntryToCheck> entries, const Experiment& 
   return done + 1;
 }
 
-}  // namespace
-
-void check_entries(std::span<const EntryToCheck> entries, const Experiment& experiment,
-                   SolverRegistry& registry) {
-  std::vector<EntryToCheck> of_plugins;
-  for (const EntryToCheck& one : entries) {
-    // A damaged file may take the process down that opens it.
-    if (registry.is_of_plugin(one.entry->type) || one.entry->spec->contains("checkpoint")) {
-      of_plugins.push_back(one);
-    } else {
-      check_solver(one, experiment, registry);
-    }
-  }
-  for (std::span<const EntryToCheck> left = of_plugins; !left.empty();) {
-    left = left.subspan(check_some(left, experiment, registry));
-  }
-}
-
-namespace {
-
 constexpr std::size_t most_parameters = 2;
 constexpr std::size_t most_values = 50;
 
@@ -191,39 +170,6 @@ void check_values(const json& values, JsonObject& sweep, const std::string& name
     }
   }
 }
-
-}  // namespace
-
-std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
-  if (!entry.has("sweep")) return {SweepPoint{}};
-  JsonObject sweep = entry.object("sweep");
-  const std::vector<std::string> names = sweep.keys();
-  if (names.empty() || names.size() > most_parameters) {
-    entry.fail("sweep", "must name one or two parameters of the solver");
-  }
-  std::vector<SweepPoint> points = {SweepPoint{}};
-  for (const std::string& name : names) {
-    check_parameter(sweep, name, entry, info);
-    const json& values = sweep.raw(name);
-    check_values(values, sweep, name);
-    std::vector<SweepPoint> longer;
-    for (const SweepPoint& point : points) {
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        SweepPoint next = point;
-        next.label += " " + name + "=" + label_words(values[i]);
-        json all = point.values ? *point.values : json::object();
-        all[name] = values[i];
-        next.values = std::move(all);
-        next.indices.push_back(i);
-        longer.push_back(std::move(next));
-      }
-    }
-    points = std::move(longer);
-  }
-  return points;
-}
-
-namespace {
 
 constexpr std::size_t most_seeds = 100;
 
@@ -362,6 +308,51 @@ class EntryReader {
 };
 
 }  // namespace
+
+void check_entries(std::span<const EntryToCheck> entries, const Experiment& experiment,
+                   SolverRegistry& registry) {
+  std::vector<EntryToCheck> of_plugins;
+  for (const EntryToCheck& one : entries) {
+    // A damaged file may take the process down that opens it.
+    if (registry.is_of_plugin(one.entry->type) || one.entry->spec->contains("checkpoint")) {
+      of_plugins.push_back(one);
+    } else {
+      check_solver(one, experiment, registry);
+    }
+  }
+  for (std::span<const EntryToCheck> left = of_plugins; !left.empty();) {
+    left = left.subspan(check_some(left, experiment, registry));
+  }
+}
+
+std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
+  if (!entry.has("sweep")) return {SweepPoint{}};
+  JsonObject sweep = entry.object("sweep");
+  const std::vector<std::string> names = sweep.keys();
+  if (names.empty() || names.size() > most_parameters) {
+    entry.fail("sweep", "must name one or two parameters of the solver");
+  }
+  std::vector<SweepPoint> points = {SweepPoint{}};
+  for (const std::string& name : names) {
+    check_parameter(sweep, name, entry, info);
+    const json& values = sweep.raw(name);
+    check_values(values, sweep, name);
+    std::vector<SweepPoint> longer;
+    for (const SweepPoint& point : points) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        SweepPoint next = point;
+        next.label += " " + name + "=" + label_words(values[i]);
+        json all = point.values ? *point.values : json::object();
+        all[name] = values[i];
+        next.values = std::move(all);
+        next.indices.push_back(i);
+        longer.push_back(std::move(next));
+      }
+    }
+    points = std::move(longer);
+  }
+  return points;
+}
 
 void describe(SolverEntry& entry, const SolverInfo& info) {
   entry.inference_parameters.clear();

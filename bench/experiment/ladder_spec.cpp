@@ -10,7 +10,6 @@
 #include "bench/experiment/experiment_json.h"
 #include "core/errors.h"
 #include "core/fields.h"
-#include "core/json.h"
 #include "core/lists.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
@@ -18,7 +17,9 @@
 namespace ertbench {
 namespace {
 
-std::string level_words(const nlohmann::json& value) {
+using nlohmann::json;
+
+std::string level_words(const json& value) {
   if (value.is_number()) {
     char text[32];
     std::snprintf(text, sizeof text, "%.5g", value.get<double>());
@@ -28,27 +29,6 @@ std::string level_words(const nlohmann::json& value) {
   if (!value.is_array()) return json_text(value);
   return joined(value, ", ", level_words);
 }
-
-}  // namespace
-
-Level::Level(double number) : value_(nlohmann::json(number)) {}
-
-Level::Level(int number) : value_(nlohmann::json(number)) {}
-
-Level::Level(nlohmann::json value) : value_(std::move(value)) {}
-
-bool Level::is_number() const { return json().is_number(); }
-
-double Level::number() const {
-  if (!is_number()) throw std::logic_error("the level " + json_text(json()) + " is not a number");
-  return json().get<double>();
-}
-
-std::string Level::text() const { return level_words(json()); }
-
-namespace {
-
-using nlohmann::json;
 
 constexpr std::size_t most_levels = 100;
 const std::string training_prefix = "train:";
@@ -161,8 +141,7 @@ void read_axis_solvers(JsonObject& object, const Experiment& experiment, SolverR
   }
   axis.solvers = read_strings(object, "solver");
   for (const std::string& label : axis.solvers) {
-    const auto entry = std::ranges::find_if(experiment.solvers,
-                                            [&](const SolverEntry& e) { return e.label == label; });
+    const auto entry = std::ranges::find(experiment.solvers, label, &SolverEntry::label);
     if (entry == experiment.solvers.end()) {
       object.fail("solver", "no solver is labelled \"" + printable(label) + "\"");
     }
@@ -219,6 +198,21 @@ LadderAxis read_axis(JsonObject object, const Experiment& experiment, SolverRegi
 
 }  // namespace
 
+Level::Level(double number) : value_(nlohmann::json(number)) {}
+
+Level::Level(int number) : value_(nlohmann::json(number)) {}
+
+Level::Level(nlohmann::json value) : value_(std::move(value)) {}
+
+bool Level::is_number() const { return json().is_number(); }
+
+double Level::number() const {
+  if (!is_number()) throw std::logic_error("the level " + json_text(json()) + " is not a number");
+  return json().get<double>();
+}
+
+std::string Level::text() const { return level_words(json()); }
+
 bool LadderAxis::concerns(const SolverEntry& entry) const {
   return solvers.empty() || std::ranges::find(solvers, entry.label) != solvers.end();
 }
@@ -228,8 +222,7 @@ std::optional<Ladders> read_ladders(JsonObject& root, const Experiment& experime
   if (!root.has("ladders")) return std::nullopt;
   JsonObject object = root.object("ladders");
   Ladders ladders;
-  std::vector<std::string> tests;
-  for (const DatasetSpec& test : experiment.tests) tests.push_back(test.name);
+  const std::vector<std::string> tests = distinct(experiment.tests, &DatasetSpec::name);
   ladders.dataset = object.choice_or("dataset", tests.front(), tests);
   const json& datasets = root.value().at("datasets");
   if (experiment.find_dataset(ladders.dataset)->measured()) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 
 #include "bench/experiment/experiment.h"
@@ -145,9 +144,8 @@ StudySpec read_study(JsonObject& object, const Experiment& experiment) {
     object.fail("name", "must be made of letters, digits, \"_\" and \"-\" (at most 60)");
   }
   if (type.sets) {
-    std::vector<std::string> fitting;
-    for (const DatasetSpec& test : experiment.tests) fitting.push_back(test.name);
-    for (const std::string& name : object.choices("sets", fitting)) {
+    const std::vector<std::string> tests = distinct(experiment.tests, &DatasetSpec::name);
+    for (const std::string& name : object.choices("sets", tests)) {
       study.sets.push_back(require_set(object, experiment, "sets", name, *type.sets));
     }
   }
@@ -173,69 +171,8 @@ StudySpec read_study(JsonObject& object, const Experiment& experiment) {
   return study;
 }
 
-}  // namespace
-
-std::vector<StudySpec> read_studies(JsonObject& root, const Experiment& experiment) {
-  std::vector<StudySpec> studies;
-  if (!root.has("studies")) return studies;
-  std::set<std::string> taken;
-  for (JsonObject& object : root.objects("studies")) {
-    studies.push_back(read_study(object, experiment));
-    if (!taken.insert(studies.back().name).second) {
-      object.fail("name", "\"" + studies.back().name + "\" is taken; give every study its own");
-    }
-  }
-  return studies;
-}
-
-namespace {
-
 /// Networks need two frames to learn from and one to be chosen by.
 constexpr int fewest_presses = 5;
-
-}  // namespace
-
-std::uint64_t Folds::validation_count(std::uint64_t number) const {
-  const auto share = static_cast<std::uint64_t>(std::lround(validation * double(number)));
-  return std::clamp<std::uint64_t>(share, 1, number - 2);
-}
-
-std::uint64_t Folds::most(const DatasetSpec& skin) const {
-  const std::uint64_t rows = skin.measured()->last - skin.measured()->first;
-  const auto shares = static_cast<std::uint64_t>(count);
-  return rows - (rows + shares - 1) / shares;
-}
-
-DatasetSpec Folds::part(const char* name, const DatasetSpec& skin, const FoldPart& fold) const {
-  DatasetSpec out = skin;
-  MeasuredFrames frames = *skin.measured();
-  frames.fold = fold;
-  out.name = name;
-  out.count = frames.rows().size();
-  out.scenes = std::move(frames);
-  return out;
-}
-
-DatasetSpec Folds::training(int fold, std::uint64_t number) const {
-  return part("train", skin_of(fold),
-              {count, fold % count, false, 0, number - validation_count(number), seed});
-}
-
-DatasetSpec Folds::validation_set(int fold, std::uint64_t number) const {
-  DatasetSpec out =
-      part("validation", skin_of(fold),
-           {count, fold % count, false, number - validation_count(number), number, seed});
-  out.noise = {};  // what is added to train with is not what is measured
-  return out;
-}
-
-DatasetSpec Folds::test(int fold) const {
-  DatasetSpec out = part("held-out", skin_of(fold), {count, fold % count, true, 0, 0, seed});
-  out.noise = {};
-  return out;
-}
-
-namespace {
 
 /// The files of presses that "skins" lists, each on a sheet of its own (sensor_of_presses).
 std::vector<DatasetSpec> read_skins(JsonObject& object, const DatasetSpec& train,
@@ -296,6 +233,59 @@ MeasuredFrames divided_frames(JsonObject& object, const Experiment& experiment,
 }
 
 }  // namespace
+
+std::vector<StudySpec> read_studies(JsonObject& root, const Experiment& experiment) {
+  std::vector<StudySpec> studies;
+  if (!root.has("studies")) return studies;
+  std::set<std::string> taken;
+  for (JsonObject& object : root.objects("studies")) {
+    studies.push_back(read_study(object, experiment));
+    if (!taken.insert(studies.back().name).second) {
+      object.fail("name", "\"" + studies.back().name + "\" is taken; give every study its own");
+    }
+  }
+  return studies;
+}
+
+std::uint64_t Folds::validation_count(std::uint64_t number) const {
+  const auto share = static_cast<std::uint64_t>(std::lround(validation * double(number)));
+  return std::clamp<std::uint64_t>(share, 1, number - 2);
+}
+
+std::uint64_t Folds::most(const DatasetSpec& skin) const {
+  const std::uint64_t rows = skin.measured()->last - skin.measured()->first;
+  const auto shares = static_cast<std::uint64_t>(count);
+  return rows - (rows + shares - 1) / shares;
+}
+
+DatasetSpec Folds::part(const char* name, const DatasetSpec& skin, const FoldPart& fold) const {
+  DatasetSpec out = skin;
+  MeasuredFrames frames = *skin.measured();
+  frames.fold = fold;
+  out.name = name;
+  out.count = frames.rows().size();
+  out.scenes = std::move(frames);
+  return out;
+}
+
+DatasetSpec Folds::training(int fold, std::uint64_t number) const {
+  return part("train", skin_of(fold),
+              {count, fold % count, false, 0, number - validation_count(number), seed});
+}
+
+DatasetSpec Folds::validation_set(int fold, std::uint64_t number) const {
+  DatasetSpec out =
+      part("validation", skin_of(fold),
+           {count, fold % count, false, number - validation_count(number), number, seed});
+  out.noise = {};  // what is added to train with is not what is measured
+  return out;
+}
+
+DatasetSpec Folds::test(int fold) const {
+  DatasetSpec out = part("held-out", skin_of(fold), {count, fold % count, true, 0, 0, seed});
+  out.noise = {};
+  return out;
+}
 
 std::optional<Folds> read_folds(JsonObject& root, const Experiment& experiment) {
   if (!root.has("folds")) return std::nullopt;

@@ -46,30 +46,6 @@ FrameReading reading_from(const json& frame) {
   return out;
 }
 
-}  // namespace
-
-json to_json(const FrameReading& reading) {
-  json contacts = json::array();
-  for (const ContactReading& contact : reading.contacts) {
-    contacts.push_back({contact.place_mm.x(), contact.place_mm.y(), contact.strength, contact.peak,
-                        contact.area_mm2});
-  }
-  return {{"contacts", std::move(contacts)},
-          {"peak", value_or_null(reading.peak)},
-          {"sum", value_or_null(reading.sum)},
-          {"centroid_mm", place_or_null(reading.centroid_mm)},
-          {"centroid25_mm", place_or_null(reading.centroid25_mm)},
-          {"explained", value_or_null(reading.explained)}};
-}
-
-std::vector<FrameReading> frame_readings_from_json(const json& list) {
-  std::vector<FrameReading> out;
-  for (const json& frame : list) out.push_back(reading_from(frame));
-  return out;
-}
-
-namespace {
-
 ScoredSet scored_set(const json& row, const json& frames, const std::string& source) {
   ScoredSet set;
   set.row = result_row_from_json(JsonObject(row, source, "/rows"));
@@ -105,7 +81,67 @@ Images images_from(const json& rows, int pixels) {
   return images;
 }
 
+/// p50, p99 and maximum of every frame's time. A percentile is a time that was measured.
+LatencySummary summarise_latency(const SortedValues& microseconds) {
+  return {nearest_rank_quantile(microseconds, 0.5),
+          nearest_rank_quantile(microseconds, 0.99),
+          microseconds.largest(),
+          {},
+          {},
+          {},
+          {},
+          {}};
+}
+
+/// One test set in all rounds.
+struct Rounds {
+  std::vector<double> microseconds;
+  std::vector<double> p50;
+  std::vector<double> relative;
+  std::vector<double> frames_per_s;
+  std::vector<double> pipe;      ///< microseconds
+  std::vector<double> contacts;  ///< microseconds
+  int batch = 0;
+
+  void add(const json& times, double calibration_us) {
+    const auto some = times.at("latency_us").get<std::vector<double>>();
+    p50.push_back(summarise_latency(some).p50);
+    relative.push_back(
+        relative_latency(p50.back(), *std::ranges::min_element(some), calibration_us));
+    microseconds.insert(microseconds.end(), some.begin(), some.end());
+    frames_per_s.push_back(times.at("frames_per_s").get<double>());
+    batch = times.at("batch").get<int>();
+    const auto add_if_any = [&](const char* name, std::vector<double>& to) {
+      if (!times.contains(name)) return;
+      const auto more = times.at(name).get<std::vector<double>>();
+      to.insert(to.end(), more.begin(), more.end());
+    };
+    add_if_any("pipe_us", pipe);
+    add_if_any("contacts_us", contacts);
+  }
+};
+
 }  // namespace
+
+json to_json(const FrameReading& reading) {
+  json contacts = json::array();
+  for (const ContactReading& contact : reading.contacts) {
+    contacts.push_back({contact.place_mm.x(), contact.place_mm.y(), contact.strength, contact.peak,
+                        contact.area_mm2});
+  }
+  return {{"contacts", std::move(contacts)},
+          {"peak", value_or_null(reading.peak)},
+          {"sum", value_or_null(reading.sum)},
+          {"centroid_mm", place_or_null(reading.centroid_mm)},
+          {"centroid25_mm", place_or_null(reading.centroid25_mm)},
+          {"explained", value_or_null(reading.explained)}};
+}
+
+std::vector<FrameReading> frame_readings_from_json(const json& list) {
+  std::vector<FrameReading> out;
+  for (const json& frame : list) out.push_back(reading_from(frame));
+  return out;
+}
 
 std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
                          const AccuracyContent& content) {
@@ -138,50 +174,6 @@ AccuracyRecord accuracy_record_from_json(const json& record, bool validation, in
   out.figure_images = images_from(record.at("figure_images"), pixels);
   return out;
 }
-
-namespace {
-
-/// p50, p99 and maximum of every frame's time. A percentile is a time that was measured.
-LatencySummary summarise_latency(const SortedValues& microseconds) {
-  return {nearest_rank_quantile(microseconds, 0.5),
-          nearest_rank_quantile(microseconds, 0.99),
-          microseconds.largest(),
-          {},
-          {},
-          {},
-          {},
-          {}};
-}
-
-/// One test set in all rounds.
-struct Rounds {
-  std::vector<double> microseconds;
-  std::vector<double> p50;
-  std::vector<double> relative;
-  std::vector<double> frames_per_s;
-  std::vector<double> pipe;      ///< microseconds
-  std::vector<double> contacts;  ///< microseconds
-  int batch = 0;
-
-  void add(const json& times, double calibration_us) {
-    const auto some = times.at("latency_us").get<std::vector<double>>();
-    p50.push_back(summarise_latency(some).p50);
-    relative.push_back(
-        relative_latency(p50.back(), *std::min_element(some.begin(), some.end()), calibration_us));
-    microseconds.insert(microseconds.end(), some.begin(), some.end());
-    frames_per_s.push_back(times.at("frames_per_s").get<double>());
-    batch = times.at("batch").get<int>();
-    const auto add_if_any = [&](const char* name, std::vector<double>& to) {
-      if (!times.contains(name)) return;
-      const auto more = times.at(name).get<std::vector<double>>();
-      to.insert(to.end(), more.begin(), more.end());
-    };
-    add_if_any("pipe_us", pipe);
-    add_if_any("contacts_us", contacts);
-  }
-};
-
-}  // namespace
 
 double relative_latency(double median_us, double fastest_us, double calibration_us) {
   constexpr double long_frame_us = 1000;

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/fields.h"
-#include "core/json.h"
 
 namespace ertbench {
 
@@ -53,22 +52,6 @@ std::vector<BuildStamp> stamps_from(const json& list) {
   }
   return out;
 }
-
-}  // namespace
-
-json to_json(const Builds& builds) {
-  json out = json::object();
-  for (const auto& [stage, stamps] : builds) out[stage] = to_json(stamps);
-  return out;
-}
-
-Builds builds_from_json(const json& builds) {
-  Builds out;
-  for (const auto& [stage, stamps] : builds.items()) out[stage] = stamps_from(stamps);
-  return out;
-}
-
-namespace {
 
 constexpr int most = std::numeric_limits<int>::max();
 
@@ -236,7 +219,31 @@ void visit(Fields& fields, ResultRow& row) {
   fields.any("sweep", row.sweep);
 }
 
+void count(const json& parameters, Convergence& convergence) {
+  if (!parameters.is_object() || !parameters.contains("training")) return;
+  const json& training = parameters.at("training");
+  if (!training.is_object() || !training.contains("best_epoch")) return;
+  ++convergence.runs;
+  const json& best = training.at("best_epoch");
+  const json allowed = parameters.value("epochs", json());
+  const json said = training.value("converged", json());
+  const bool last = best.is_number() && allowed.is_number() && best >= allowed;
+  if (said.is_boolean() ? !said.get<bool>() : last) ++convergence.not_converged;
+}
+
 }  // namespace
+
+json to_json(const Builds& builds) {
+  json out = json::object();
+  for (const auto& [stage, stamps] : builds) out[stage] = to_json(stamps);
+  return out;
+}
+
+Builds builds_from_json(const json& builds) {
+  Builds out;
+  for (const auto& [stage, stamps] : builds.items()) out[stage] = stamps_from(stamps);
+  return out;
+}
 
 json to_json(const ResultRow& row) {
   ResultRow copy = row;
@@ -255,22 +262,6 @@ const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& la
       rows, [&](const ResultRow& row) { return row.label == label && row.dataset == dataset; });
   return found == rows.end() ? nullptr : &*found;
 }
-
-namespace {
-
-void count(const json& parameters, Convergence& convergence) {
-  if (!parameters.is_object() || !parameters.contains("training")) return;
-  const json& training = parameters.at("training");
-  if (!training.is_object() || !training.contains("best_epoch")) return;
-  ++convergence.runs;
-  const json& best = training.at("best_epoch");
-  const json allowed = parameters.value("epochs", json());
-  const json said = training.value("converged", json());
-  const bool last = best.is_number() && allowed.is_number() && best >= allowed;
-  if (said.is_boolean() ? !said.get<bool>() : last) ++convergence.not_converged;
-}
-
-}  // namespace
 
 Convergence convergence_of(const ResultRow& row) {
   Convergence convergence;

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "bench/score/image_contacts.h"
 #include "bench/score/metrics.h"
 #include "core/statistics.h"
 #include "core/text.h"
@@ -26,20 +25,6 @@ std::vector<double> those_there(const Values& values) {
   return there;
 }
 
-}  // namespace
-
-std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
-  const std::vector<double> there = those_there(values);
-  return there.empty() ? std::nullopt : std::optional(mean(there));
-}
-
-std::optional<double> deviation_of(const std::vector<std::optional<double>>& values) {
-  const std::vector<double> there = those_there(values);
-  return there.size() < 2 ? std::nullopt : std::optional(sample_deviation(there));
-}
-
-namespace {
-
 /// Each frame's mean over the seeds, undefined where it is so for one of them.
 Values frame_means(std::span<const SeedResult> results, Metric metric) {
   Values values(results.front().set->frames.size());
@@ -48,8 +33,8 @@ Values frame_means(std::span<const SeedResult> results, Metric metric) {
     for (const SeedResult& result : results) {
       of_seeds.push_back(result.set->frames[frame][metric]);
     }
-    const bool all = std::all_of(of_seeds.begin(), of_seeds.end(),
-                                 [](const auto& value) { return value && std::isfinite(*value); });
+    const bool all = std::ranges::all_of(
+        of_seeds, [](const auto& value) { return value && std::isfinite(*value); });
     if (all) values[frame] = mean_of(of_seeds);
   }
   return values;
@@ -58,9 +43,8 @@ Values frame_means(std::span<const SeedResult> results, Metric metric) {
 int frames_with_any(std::span<const SeedResult> results, FrameStatus status) {
   int count = 0;
   for (std::size_t frame = 0; frame < results.front().set->statuses.size(); ++frame) {
-    count += std::any_of(results.begin(), results.end(), [&](const SeedResult& result) {
-      return result.set->statuses[frame] == status;
-    });
+    count += std::ranges::any_of(
+        results, [&](const SeedResult& result) { return result.set->statuses[frame] == status; });
   }
   return count;
 }
@@ -74,7 +58,7 @@ json different_parameters(std::span<const SeedResult> results) {
     json different = json::object();
     for (const auto& [key, value] : one.items()) {
       const bool same =
-          std::all_of(all.begin(), all.end(), [&, &name = key, &mine = value](const json& other) {
+          std::ranges::all_of(all, [&, &name = key, &mine = value](const json& other) {
             return other.contains(name) && other.at(name) == mine;
           });
       if (!same) different[key] = value;
@@ -83,41 +67,6 @@ json different_parameters(std::span<const SeedResult> results) {
   }
   return out;
 }
-
-}  // namespace
-
-ResultRow combine_seeds(std::span<const SeedResult> results) {
-  if (results.empty()) throw std::invalid_argument("combine_seeds: no seed");
-  for (const SeedResult& result : results) {
-    if (result.set->frames.size() != results.front().set->frames.size()) {
-      throw std::invalid_argument("combine_seeds: seeds of different test sets");
-    }
-  }
-  ResultRow row = results.front().set->row;
-  SeedSpread& spread = row.seeds.emplace();
-  for (const SeedResult& result : results) {
-    spread.values.push_back(result.seed);
-    spread.fit_s.push_back(result.set->row.fit_s);
-  }
-  row.fit_s = mean_of(spread.fit_s);
-  spread.parameters = different_parameters(results);
-  for (const Metric metric : kMetrics) {
-    for (const SeedResult& result : results) {
-      spread.means[metric].push_back(result.set->row.metrics[metric].mean);
-    }
-    spread.deviation[metric] = deviation_of(spread.means[metric]);
-    const MetricSummary& first = results.front().set->row.metrics[metric];
-    if (row.frames > 0 && first.count + first.undefined == 0) continue;  // the truth tells it not
-    row.metrics[metric] = summarise(frame_means(results, metric), first_name_of(metric));
-    row.metrics[metric].mean = mean_of(spread.means[metric]);
-  }
-  row.undefined_frames = frames_with_any(results, FrameStatus::undefined);
-  row.frames_not_converged = frames_with_any(results, FrameStatus::not_converged);
-  row.suspect_frames = frames_with_any(results, FrameStatus::suspect);
-  return row;
-}
-
-namespace {
 
 constexpr std::size_t most_message = 2000;  ///< characters, of all its seeds
 
@@ -134,7 +83,7 @@ void apply(const std::vector<Remark>& remarks, std::size_t trials, ResultRow& ro
   row.status = remarks.front().what.status;
   row.message.clear();
   const bool shared =
-      remarks.size() == trials && std::all_of(remarks.begin(), remarks.end(), [&](const Remark& r) {
+      remarks.size() == trials && std::ranges::all_of(remarks, [&](const Remark& r) {
         return r.what.text() == remarks.front().what.text();
       });
   if (shared || !remarks.front().seed) {
@@ -207,43 +156,6 @@ std::optional<PerMetric<MetricSummary>> validation_of(std::span<const ScoredTria
   return combine_seeds(results).metrics;
 }
 
-}  // namespace
-
-std::vector<ResultRow> rows_of(std::span<const DatasetSpec> tests,
-                               std::span<const ScoredTrial> trials) {
-  std::vector<ResultRow> rows;
-  for (std::size_t set = 0; set < tests.size(); ++set) {
-    rows.push_back(scored_row(tests[set], set, trials));
-    rows.back().validation = validation_of(trials);
-  }
-  return rows;
-}
-
-void add_times(std::span<const TimedTrial> trials, ResultRow& row) {
-  for (const TimedTrial& trial : trials) {
-    if (trial.timing && trial.timing->sets.count(row.dataset)) {
-      const MeasuredTimes& times = trial.timing->sets.at(row.dataset);
-      row.latency_us = times.latency_us;
-      row.frames_per_s = times.frames_per_s;
-      row.throughput_batch = times.batch;
-      row.timed_on = trial.timing->place;
-      row.calibration_us = trial.timing->calibration_us;
-      row.peak_rss_mb = trial.timing->peak_rss_mb;
-      return;
-    }
-    if (trial.failure) {
-      const std::string seed =
-          trial.entry->seed ? "seed " + std::to_string(*trial.entry->seed) + ": " : "";
-      const std::string before = row.message.empty() ? "" : row.message + "; ";
-      row.message = before + seed + "timing: " + printable(trial.failure->message, most_message);
-      row.status = printable(trial.failure->status);
-      return;
-    }
-  }
-}
-
-namespace {
-
 /// The scored frames of one test set.
 struct References {
   std::vector<FrameMetrics> truth;
@@ -287,6 +199,80 @@ ResultRow row_of(const std::string& label, const DatasetSpec& test,
 }
 
 }  // namespace
+
+std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
+  const std::vector<double> there = those_there(values);
+  return there.empty() ? std::nullopt : std::optional(mean(there));
+}
+
+std::optional<double> deviation_of(const std::vector<std::optional<double>>& values) {
+  const std::vector<double> there = those_there(values);
+  return there.size() < 2 ? std::nullopt : std::optional(sample_deviation(there));
+}
+
+ResultRow combine_seeds(std::span<const SeedResult> results) {
+  if (results.empty()) throw std::invalid_argument("combine_seeds: no seed");
+  for (const SeedResult& result : results) {
+    if (result.set->frames.size() != results.front().set->frames.size()) {
+      throw std::invalid_argument("combine_seeds: seeds of different test sets");
+    }
+  }
+  ResultRow row = results.front().set->row;
+  SeedSpread& spread = row.seeds.emplace();
+  for (const SeedResult& result : results) {
+    spread.values.push_back(result.seed);
+    spread.fit_s.push_back(result.set->row.fit_s);
+  }
+  row.fit_s = mean_of(spread.fit_s);
+  spread.parameters = different_parameters(results);
+  for (const Metric metric : kMetrics) {
+    for (const SeedResult& result : results) {
+      spread.means[metric].push_back(result.set->row.metrics[metric].mean);
+    }
+    spread.deviation[metric] = deviation_of(spread.means[metric]);
+    const MetricSummary& first = results.front().set->row.metrics[metric];
+    if (row.frames > 0 && first.count + first.undefined == 0) continue;  // the truth tells it not
+    row.metrics[metric] = summarise(frame_means(results, metric), first_name_of(metric));
+    row.metrics[metric].mean = mean_of(spread.means[metric]);
+  }
+  row.undefined_frames = frames_with_any(results, FrameStatus::undefined);
+  row.frames_not_converged = frames_with_any(results, FrameStatus::not_converged);
+  row.suspect_frames = frames_with_any(results, FrameStatus::suspect);
+  return row;
+}
+
+std::vector<ResultRow> rows_of(std::span<const DatasetSpec> tests,
+                               std::span<const ScoredTrial> trials) {
+  std::vector<ResultRow> rows;
+  for (std::size_t set = 0; set < tests.size(); ++set) {
+    rows.push_back(scored_row(tests[set], set, trials));
+    rows.back().validation = validation_of(trials);
+  }
+  return rows;
+}
+
+void add_times(std::span<const TimedTrial> trials, ResultRow& row) {
+  for (const TimedTrial& trial : trials) {
+    if (trial.timing && trial.timing->sets.count(row.dataset)) {
+      const MeasuredTimes& times = trial.timing->sets.at(row.dataset);
+      row.latency_us = times.latency_us;
+      row.frames_per_s = times.frames_per_s;
+      row.throughput_batch = times.batch;
+      row.timed_on = trial.timing->place;
+      row.calibration_us = trial.timing->calibration_us;
+      row.peak_rss_mb = trial.timing->peak_rss_mb;
+      return;
+    }
+    if (trial.failure) {
+      const std::string seed =
+          trial.entry->seed ? "seed " + std::to_string(*trial.entry->seed) + ": " : "";
+      const std::string before = row.message.empty() ? "" : row.message + "; ";
+      row.message = before + seed + "timing: " + printable(trial.failure->message, most_message);
+      row.status = printable(trial.failure->status);
+      return;
+    }
+  }
+}
 
 std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const DatasetSpec> tests,
                                       const ContactSettings& contacts, const Cache& cache) {

@@ -12,13 +12,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bench/experiment/experiment.h"
 #include "bench/record/limit_file.h"
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
-#include "bench/run/job_runner.h"
 #include "bench/run/results.h"
-#include "bench/run/stage.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/files.h"
@@ -46,88 +43,19 @@ std::string hash_of_jobs(const Stage& stage, const Experiment& experiment,
   return hash_of(all);
 }
 
-}  // namespace
-
-TimingSession::TimingSession(const Stage& stage, const Experiment& experiment,
-                             const fs::path& folder, const JobRecords& records,
-                             const std::vector<Job>& due, const std::vector<Job>& wanted)
-    : jobs_(wanted) {
-  if (!stage.in_one_session()) return;
-  const auto missing = std::count_if(wanted.begin(), wanted.end(),
-                                     [&](const Job& job) { return !has_record(records, job); });
-  if (missing == 0) return;
-  std::set<std::string> names;
-  for (const Job& job : wanted) names.insert(job.name);
-  jobs_ = due;
-  std::erase_if(jobs_, [&](const Job& job) {
-    return names.count(job.name) == 0 && !has_record(records, job);
-  });
-  mark_ = record_file(
-      folder, stage.name() + "-" + hash_of_jobs(stage, experiment, jobs_).substr(0, 16), ".begun");
-  if (fs::exists(mark_) &&
-      fs::file_time_type::clock::now() - fs::last_write_time(mark_) < longest) {
-    return;  // goes on
-  }
-  const auto kept = std::ssize(jobs_) - missing;
-  if (kept > 0) {
-    spdlog::info(
-        "{}: {} {}s have no record; with them all others are made again, as clocks are "
-        "compared only where they were read in one go",
-        stage.name(), missing, stage.noun());
-  }
-  for (const Job& job : jobs_) fs::remove(records.file(job));
-  write_file_atomically(mark_, utc_now() + "\n");
-}
-
-void TimingSession::finish() const {
-  std::error_code ignored;
-  if (!mark_.empty()) fs::remove(mark_, ignored);
-}
-
-namespace {
-
 /// Results say which builds made them; the probes stay with the records.
 void add_once(BuildStamp stamp, std::vector<BuildStamp>& stamps) {
   stamp.probes.clear();
-  if (std::find(stamps.begin(), stamps.end(), stamp) == stamps.end()) stamps.push_back(stamp);
+  if (std::ranges::find(stamps, stamp) == stamps.end()) stamps.push_back(stamp);
 }
 
 std::optional<BuildStamp> stamp_in(const nlohmann::json& record, const char* key) {
   return record.contains(key) ? build_stamp_from_json(record.at(key)) : std::nullopt;
 }
 
-}  // namespace
-
-void add_builds(const Stage& stage, const Experiment& experiment, const JobRecords& records,
-                ExperimentResults& results) {
-  for (const Job& job : stage.due(experiment, results)) {
-    const auto record = records.read(job);
-    if (!record) continue;
-    results.measured.add(record->value("date", ""));
-    const auto made = stamp_in(*record, "build");
-    const auto fitted = stamp_in(*record, "fit_build");
-    if (made) add_once(*made, results.builds[stage.name()]);
-    if (fitted) add_once(*fitted, results.builds["fits"]);
-    for (ResultRow& row : results.rows) {
-      if (!job.entry || row.label != job.entry->label) continue;
-      if (made && stage.wants_machine_alone()) add_once(*made, row.build.timed);
-      if (made && fitted) add_once(*made, row.build.scored);
-      if (fitted) add_once(*fitted, row.build.fitted);
-    }
-  }
-  // The rows without a solver are made with the results.
-  const BuildStamp now = stamp_of_this_build({}, experiment.plugins);
-  for (ResultRow& row : results.rows) {
-    if (row.type == "truth" || row.type == "no-contact") row.build.scored = {now};
-  }
-}
-
-namespace {
-
 /// --only names solvers: jobs that run none are always wanted.
 bool is_wanted(const Job& job, const std::vector<std::string>& only) {
-  return only.empty() || !job.entry ||
-         std::any_of(only.begin(), only.end(), [&](const std::string& label) {
+  return only.empty() || !job.entry || std::ranges::any_of(only, [&](const std::string& label) {
            return label == job.entry->label || label == job.entry->family;
          });
 }
@@ -206,12 +134,71 @@ class TakenFolder {
 
 }  // namespace
 
+TimingSession::TimingSession(const Stage& stage, const Experiment& experiment,
+                             const fs::path& folder, const JobRecords& records,
+                             const std::vector<Job>& due, const std::vector<Job>& wanted)
+    : jobs_(wanted) {
+  if (!stage.in_one_session()) return;
+  const auto missing =
+      std::ranges::count_if(wanted, [&](const Job& job) { return !has_record(records, job); });
+  if (missing == 0) return;
+  std::set<std::string> names;
+  for (const Job& job : wanted) names.insert(job.name);
+  jobs_ = due;
+  std::erase_if(jobs_, [&](const Job& job) {
+    return names.count(job.name) == 0 && !has_record(records, job);
+  });
+  mark_ = record_file(
+      folder, stage.name() + "-" + hash_of_jobs(stage, experiment, jobs_).substr(0, 16), ".begun");
+  if (fs::exists(mark_) &&
+      fs::file_time_type::clock::now() - fs::last_write_time(mark_) < longest) {
+    return;  // goes on
+  }
+  const auto kept = std::ssize(jobs_) - missing;
+  if (kept > 0) {
+    spdlog::info(
+        "{}: {} {}s have no record; with them all others are made again, as clocks are "
+        "compared only where they were read in one go",
+        stage.name(), missing, stage.noun());
+  }
+  for (const Job& job : jobs_) fs::remove(records.file(job));
+  write_file_atomically(mark_, utc_now() + "\n");
+}
+
+void TimingSession::finish() const {
+  std::error_code ignored;
+  if (!mark_.empty()) fs::remove(mark_, ignored);
+}
+
+void add_builds(const Stage& stage, const Experiment& experiment, const JobRecords& records,
+                ExperimentResults& results) {
+  for (const Job& job : stage.due(experiment, results)) {
+    const auto record = records.read(job);
+    if (!record) continue;
+    results.measured.add(record->value("date", ""));
+    const auto made = stamp_in(*record, "build");
+    const auto fitted = stamp_in(*record, "fit_build");
+    if (made) add_once(*made, results.builds[stage.name()]);
+    if (fitted) add_once(*fitted, results.builds["fits"]);
+    for (ResultRow& row : results.rows) {
+      if (!job.entry || row.label != job.entry->label) continue;
+      if (made && stage.wants_machine_alone()) add_once(*made, row.build.timed);
+      if (made && fitted) add_once(*made, row.build.scored);
+      if (fitted) add_once(*fitted, row.build.fitted);
+    }
+  }
+  // The rows without a solver are made with the results.
+  const BuildStamp now = stamp_of_this_build({}, experiment.plugins);
+  for (ResultRow& row : results.rows) {
+    if (row.type == "truth" || row.type == "no-contact") row.build.scored = {now};
+  }
+}
+
 ExperimentResults run_stages(const Stages& stages, const Experiment& experiment, const Cache& cache,
                              const RunOptions& options) {
   const TakenFolder taken(options.out);
   if (options.fresh) forget(stages, experiment, cache, options);
-  if (std::any_of(stages.begin(), stages.end(),
-                  [](const auto& stage) { return stage->reads_datasets(); })) {
+  if (std::ranges::any_of(stages, [](const auto& stage) { return stage->reads_datasets(); })) {
     ensure_datasets(experiment, cache);
   }
   return gather(stages, experiment, cache, options,

@@ -12,8 +12,7 @@ constexpr int nobody = -1;
 /// unassigned columns.
 ///
 /// Adds one row at a time along the shortest alternating path. The potentials keep all reduced
-/// costs
-/// >= 0, as Dijkstra's algorithm requires.
+/// costs >= 0, as Dijkstra's algorithm requires.
 std::vector<int> rows_of_columns(const Eigen::MatrixXd& cost) {
   const Eigen::Index n = cost.rows();
   const Eigen::Index m = cost.cols();

@@ -1,6 +1,5 @@
 #include "bench/score/metric_formulas.h"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
@@ -8,12 +7,13 @@
 #include <vector>
 
 #include "bench/score/assignment.h"
-#include "bench/score/image_contacts.h"
 #include "forward/data/sheet_model.h"
 
 namespace ertbench {
 namespace {
 
+using Eigen::ArrayXXd;
+using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
 
@@ -65,6 +65,23 @@ RowVectorXd on_sheet(const Sensor& sensor, const RowVectorXd& values, double pow
 
 double norm_on_sheet(const Sensor& sensor, const RowVectorXd& values) {
   return on_sheet(sensor, values, 0.5).norm();
+}
+
+constexpr int kReach = 5;  ///< pixels from the middle of a window to its edge
+constexpr double kDeviation = 1.5;
+
+/// [n, n]: row i holds the weights of the window around pixel i of a line of n pixels, a Gaussian
+/// cut at the ends of the line, with sum 1. The window of an image is the product of two of these.
+MatrixXd window_weights(int n) {
+  MatrixXd weights = MatrixXd::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = std::max(0, i - kReach); j <= std::min(n - 1, i + kReach); ++j) {
+      const double distance = (j - i) / kDeviation;
+      weights(i, j) = std::exp(-distance * distance / 2);
+    }
+    weights.row(i) /= weights.row(i).sum();
+  }
+  return weights;
 }
 
 }  // namespace
@@ -187,30 +204,6 @@ ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distan
   out.ospa_mm = ospa(true_places, detections, distances.ospa);
   return out;
 }
-
-namespace {
-
-using Eigen::ArrayXXd;
-using Eigen::MatrixXd;
-
-constexpr int kReach = 5;  ///< pixels from the middle of a window to its edge
-constexpr double kDeviation = 1.5;
-
-/// [n, n]: row i holds the weights of the window around pixel i of a line of n pixels, a Gaussian
-/// cut at the ends of the line, with sum 1. The window of an image is the product of two of these.
-MatrixXd window_weights(int n) {
-  MatrixXd weights = MatrixXd::Zero(n, n);
-  for (int i = 0; i < n; ++i) {
-    for (int j = std::max(0, i - kReach); j <= std::min(n - 1, i + kReach); ++j) {
-      const double distance = (j - i) / kDeviation;
-      weights(i, j) = std::exp(-distance * distance / 2);
-    }
-    weights.row(i) /= weights.row(i).sum();
-  }
-  return weights;
-}
-
-}  // namespace
 
 std::optional<double> structural_similarity(const ScoredImage& image) {
   if (image.truth_is_empty()) return std::nullopt;

@@ -259,7 +259,7 @@ std::optional<LagFit> best_lag(std::span<const PathPoint> tracked, const TruePla
     const double rms = *rms_distance(shared, truth, lag(i));
     squares.push_back(rms * rms);
   }
-  const auto best = std::min_element(squares.begin(), squares.end());
+  const auto best = std::ranges::min_element(squares);
   const int i = static_cast<int>(best - squares.begin());
   const int points = static_cast<int>(shared.size());
   const LagFit scanned{lag(i), std::sqrt(*best), points};
