@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <stdexcept>
 
 #include "bench/record/record_file.h"
 #include "core/checksum.h"
 #include "core/json.h"
 #include "core/statistics.h"
-#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -61,7 +59,7 @@ void add_seeds(const ResultRow& row, BaselineRow& out) {
   for (const Metric metric : kMetrics) {
     out.metrics[metric].clear();
     const auto& means = row.seeds->means[metric];
-    const bool all = std::all_of(means.begin(), means.end(), [](const auto& m) { return bool(m); });
+    const bool all = std::ranges::all_of(means, [](const auto& m) { return bool(m); });
     if (!all) continue;
     for (const auto& mean : means) out.metrics[metric].push_back(*mean);
   }
@@ -78,6 +76,100 @@ std::string first_difference(const json& before, const json& now, const std::str
   const std::string path = patch.front().at("path");
   const json::json_pointer pointer(path);
   return place + path + " was " + shown(before, pointer) + " and is " + shown(now, pointer);
+}
+
+constexpr int schema = 1;
+constexpr int most = std::numeric_limits<int>::max();
+
+json to_json(const BaselineRow& row, std::span<const Metric> known) {
+  json metrics = json::object();
+  for (const Metric metric : known) {
+    const std::vector<double>& values = row.metrics[metric];
+    json& out = metrics[name_of(metric)];
+    if (!values.empty()) out = row.seeds.empty() ? json(values.front()) : json(values);
+  }
+  json out = {
+      {"label", row.label},
+      {"dataset", row.dataset},
+      {"entry", *row.entry},
+      {"tolerance", {{"class", name_of(row.tolerance.type)}, {"relative", row.tolerance.relative}}},
+      {"status", row.status},
+      {"frames", row.frames},
+      {"undefined_frames", row.undefined_frames},
+      {"frames_not_converged", row.frames_not_converged},
+      {"metrics", std::move(metrics)},
+      {"times", nullptr}};
+  if (!row.seeds.empty()) out["seeds"] = row.seeds;
+  if (row.times) {
+    out["times"] = {{"latency", row.times->latency}, {"batch_frame", row.times->batch_frame}};
+  }
+  return out;
+}
+
+std::vector<double> values_from(JsonObject& metrics, const char* name, std::size_t seeds) {
+  const json& value = metrics.raw(name);
+  if (value.is_null()) return {};
+  return seeds == 0 ? std::vector{metrics.number(name)} : metrics.numbers(name, seeds);
+}
+
+/// The metrics that some row has, if only as undefined.
+std::vector<Metric> metrics_of(const std::vector<JsonObject>& rows) {
+  std::vector<Metric> known;
+  for (const Metric metric : kMetrics) {
+    const bool has = std::ranges::any_of(rows, [&](const JsonObject& row) {
+      const json metrics = row.value().value("metrics", json::object());
+      return key_in_file(metric, [&](const char* k) { return metrics.contains(k); }) != nullptr;
+    });
+    if (has) known.push_back(metric);
+  }
+  return known;
+}
+
+BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
+  BaselineRow row;
+  row.label = object.text("label");
+  row.dataset = object.text("dataset");
+  row.entry = object.object("entry").value();
+  JsonObject tolerance = object.object("tolerance");
+  row.tolerance.type =
+      tolerance_class_from_name(tolerance.choice("class", tolerance_class_names()));
+  row.tolerance.relative = tolerance.number("relative", {0, 1});
+  tolerance.finish();
+  row.status = object.text("status");
+  row.frames = object.integer("frames", 0, most);
+  row.undefined_frames = object.integer("undefined_frames", 0, most);
+  row.frames_not_converged = object.integer("frames_not_converged", 0, most);
+  if (object.has("seeds")) row.seeds = object.integers("seeds", least_seeds, 1000, {0, most});
+  JsonObject metrics = object.object("metrics");
+  for (const Metric metric : known) {
+    const char* key = key_in_file(metric, [&](const char* k) { return metrics.has(k); });
+    row.metrics[metric] =
+        values_from(metrics, key != nullptr ? key : name_of(metric), row.seeds.size());
+  }
+  metrics.finish();
+  const bool scored = row.frames > row.undefined_frames;
+  if (scored &&
+      std::ranges::all_of(known, [&](Metric metric) { return row.metrics[metric].empty(); })) {
+    object.fail("metrics",
+                "has no value, though " + std::to_string(row.frames) + " frames were scored");
+  }
+  if (!object.raw("times").is_null()) {
+    JsonObject times = object.object("times");
+    row.times = RelativeTimes{times.number("latency", Range::positive()),
+                              times.number("batch_frame", Range::positive())};
+    times.finish();
+  }
+  object.finish();
+  return row;
+}
+
+std::vector<std::string> names_from(JsonObject& root, const char* key) {
+  const json& names = root.raw(key);
+  if (!names.is_array() ||
+      !std::ranges::all_of(names, [](const json& name) { return name.is_string(); })) {
+    root.fail(key, "must be a list of names, got " + json_shown(names));
+  }
+  return names.get<std::vector<std::string>>();
 }
 
 }  // namespace
@@ -142,104 +234,6 @@ std::string changed_experiment(const Baseline& baseline, const Experiment& exper
   }
   return "";
 }
-
-namespace {
-
-constexpr int schema = 1;
-constexpr int most = std::numeric_limits<int>::max();
-
-json to_json(const BaselineRow& row, std::span<const Metric> known) {
-  json metrics = json::object();
-  for (const Metric metric : known) {
-    const std::vector<double>& values = row.metrics[metric];
-    json& out = metrics[name_of(metric)];
-    if (!values.empty()) out = row.seeds.empty() ? json(values.front()) : json(values);
-  }
-  json out = {
-      {"label", row.label},
-      {"dataset", row.dataset},
-      {"entry", *row.entry},
-      {"tolerance", {{"class", name_of(row.tolerance.type)}, {"relative", row.tolerance.relative}}},
-      {"status", row.status},
-      {"frames", row.frames},
-      {"undefined_frames", row.undefined_frames},
-      {"frames_not_converged", row.frames_not_converged},
-      {"metrics", std::move(metrics)},
-      {"times", nullptr}};
-  if (!row.seeds.empty()) out["seeds"] = row.seeds;
-  if (row.times) {
-    out["times"] = {{"latency", row.times->latency}, {"batch_frame", row.times->batch_frame}};
-  }
-  return out;
-}
-
-std::vector<double> values_from(JsonObject& metrics, const char* name, std::size_t seeds) {
-  const json& value = metrics.raw(name);
-  if (value.is_null()) return {};
-  return seeds == 0 ? std::vector{metrics.number(name)} : metrics.numbers(name, seeds);
-}
-
-/// The metrics that some row has, if only as undefined.
-std::vector<Metric> metrics_of(const std::vector<JsonObject>& rows) {
-  std::vector<Metric> known;
-  for (const Metric metric : kMetrics) {
-    const bool has = std::any_of(rows.begin(), rows.end(), [&](const JsonObject& row) {
-      const json metrics = row.value().value("metrics", json::object());
-      return key_in_file(metric, [&](const char* k) { return metrics.contains(k); }) != nullptr;
-    });
-    if (has) known.push_back(metric);
-  }
-  return known;
-}
-
-BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
-  BaselineRow row;
-  row.label = object.text("label");
-  row.dataset = object.text("dataset");
-  row.entry = object.object("entry").value();
-  JsonObject tolerance = object.object("tolerance");
-  row.tolerance.type =
-      tolerance_class_from_name(tolerance.choice("class", tolerance_class_names()));
-  row.tolerance.relative = tolerance.number("relative", {0, 1});
-  tolerance.finish();
-  row.status = object.text("status");
-  row.frames = object.integer("frames", 0, most);
-  row.undefined_frames = object.integer("undefined_frames", 0, most);
-  row.frames_not_converged = object.integer("frames_not_converged", 0, most);
-  if (object.has("seeds")) row.seeds = object.integers("seeds", least_seeds, 1000, {0, most});
-  JsonObject metrics = object.object("metrics");
-  for (const Metric metric : known) {
-    const char* key = key_in_file(metric, [&](const char* k) { return metrics.has(k); });
-    row.metrics[metric] =
-        values_from(metrics, key != nullptr ? key : name_of(metric), row.seeds.size());
-  }
-  metrics.finish();
-  const bool scored = row.frames > row.undefined_frames;
-  if (scored && std::all_of(known.begin(), known.end(),
-                            [&](Metric metric) { return row.metrics[metric].empty(); })) {
-    object.fail("metrics",
-                "has no value, though " + std::to_string(row.frames) + " frames were scored");
-  }
-  if (!object.raw("times").is_null()) {
-    JsonObject times = object.object("times");
-    row.times = RelativeTimes{times.number("latency", Range::positive()),
-                              times.number("batch_frame", Range::positive())};
-    times.finish();
-  }
-  object.finish();
-  return row;
-}
-
-std::vector<std::string> names_from(JsonObject& root, const char* key) {
-  const json& names = root.raw(key);
-  if (!names.is_array() ||
-      !std::all_of(names.begin(), names.end(), [](const json& name) { return name.is_string(); })) {
-    root.fail(key, "must be a list of names, got " + json_shown(names));
-  }
-  return names.get<std::vector<std::string>>();
-}
-
-}  // namespace
 
 std::string to_json_text(const Baseline& baseline) {
   json out = {{"schema", schema},

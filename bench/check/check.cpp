@@ -6,7 +6,6 @@
 #include <iterator>
 #include <map>
 #include <set>
-#include <vector>
 
 #include "core/lists.h"
 #include "core/text.h"
@@ -18,76 +17,6 @@ constexpr std::size_t longest_status = 100;
 
 /// " (40 %)".
 std::string with_percent(double share) { return " (" + with_digits(100 * share, 2) + " %)"; }
-
-}  // namespace
-
-std::string with_digits(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
-
-std::optional<double> Noticeable::share() const {
-  const MetricEntry& entry = entry_of(metric);
-  const bool error = entry.better == Better::smaller && centre != 0;
-  return error ? std::optional(amount / std::abs(centre)) : std::nullopt;
-}
-
-std::optional<double> Noticeable::part_of_limit() const {
-  for (const NoticeLimit& limit : kNoticeLimits) {
-    if (limit.metric != metric || (limit.of_value && centre == 0)) continue;
-    return amount / (limit.most * (limit.of_value ? std::abs(centre) : 1.0));
-  }
-  return std::nullopt;
-}
-
-std::vector<Noticeable> noticeable_worsenings(const Baseline& baseline, const Sensor& sensor,
-                                              int trainings) {
-  std::vector<Noticeable> out;
-  for (const BaselineRow& row : baseline.rows) {
-    for (const Metric metric : baseline.metrics) {
-      const std::vector<double>& values = row.metrics[metric];
-      if (values.empty()) continue;
-      out.push_back({row.label, row.dataset, metric, row.tolerance.type, centre_of(values),
-                     allowed_change(row.tolerance, mean_of(row, metric, sensor), trainings)});
-    }
-  }
-  return out;
-}
-
-std::vector<Noticeable> beyond_limits(std::span<const Noticeable> all) {
-  std::vector<Noticeable> out(all.begin(), all.end());
-  std::erase_if(out, [](const Noticeable& one) {
-    return one.type != ToleranceClass::seeds || one.part_of_limit().value_or(0) <= 1;
-  });
-  return out;
-}
-
-std::optional<int> seeds_that_would_do(std::span<const Noticeable> coarse, int seeds, int trainings,
-                                       int most) {
-  double beyond = 1;
-  for (const Noticeable& one : coarse) beyond = std::max(beyond, one.part_of_limit().value_or(0));
-  const double wanted = seeds_interval(seeds, trainings) / beyond;
-  for (int n = seeds; n <= most; ++n) {
-    if (seeds_interval(n, trainings) <= wanted) return n;
-  }
-  return std::nullopt;
-}
-
-std::string text_of(const Noticeable& one) {
-  const std::optional<double> share = one.share();
-  return with_digits(one.amount, 2) + (share ? with_percent(*share) : "");
-}
-
-std::string weakest_text(std::span<const Noticeable> all) {
-  const auto weakest = std::ranges::max_element(
-      all, {}, [](const Noticeable& one) { return one.part_of_limit().value_or(-1); });
-  if (weakest == all.end() || !weakest->part_of_limit()) return "";
-  return "weakest: " + weakest->row + " " + name_of(weakest->metric) + ", noticed from " +
-         text_of(*weakest);
-}
-
-namespace {
 
 /// Both numbers with enough digits to differ.
 std::pair<std::string, std::string> distinct_texts(double before, double now) {
@@ -224,7 +153,112 @@ PerMetric<MetricSummary> truth_of(std::span<const ResultRow> rows, const std::st
   return {};
 }
 
+std::vector<Column> columns() {
+  return {{"row", Align::left},    {"quantity", Align::left}, "old", "new", "notices",
+          {"verdict", Align::left}};
+}
+
+std::vector<Cell> cells_of(const CheckLine& line) {
+  return {line.row, line.quantity, line.before, line.now, line.notices, name_of(line.verdict)};
+}
+
+/// The lines of one row, which stand together.
+std::vector<std::span<const CheckLine>> by_row(std::span<const CheckLine> lines) {
+  std::vector<std::span<const CheckLine>> out;
+  while (!lines.empty()) {
+    const auto same = [&](const CheckLine& line) { return line.row == lines.front().row; };
+    const auto end = std::ranges::find_if_not(lines, same);
+    const auto count = static_cast<std::size_t>(end - lines.begin());
+    out.push_back(lines.first(count));
+    lines = lines.subspan(count);
+  }
+  return out;
+}
+
+Verdict worst(std::span<const CheckLine> lines) {
+  return std::ranges::max(lines, {}, &CheckLine::verdict).verdict;
+}
+
+std::vector<Cell> summary_of(std::span<const CheckLine> row) {
+  const auto ok = std::ranges::count(row, Verdict::ok, &CheckLine::verdict);
+  const std::string all = std::to_string(row.size());
+  const std::string quantities = row.size() == 1 ? " quantity" : " quantities";
+  const bool every = static_cast<std::size_t>(ok) == row.size();
+  return {row.front().row,
+          (every ? all : std::to_string(ok) + " of " + all) + quantities,
+          "",
+          "",
+          "",
+          name_of(worst(row))};
+}
+
 }  // namespace
+
+std::string with_digits(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+std::optional<double> Noticeable::share() const {
+  const MetricEntry& entry = entry_of(metric);
+  const bool error = entry.better == Better::smaller && centre != 0;
+  return error ? std::optional(amount / std::abs(centre)) : std::nullopt;
+}
+
+std::optional<double> Noticeable::part_of_limit() const {
+  for (const NoticeLimit& limit : kNoticeLimits) {
+    if (limit.metric != metric || (limit.of_value && centre == 0)) continue;
+    return amount / (limit.most * (limit.of_value ? std::abs(centre) : 1.0));
+  }
+  return std::nullopt;
+}
+
+std::vector<Noticeable> noticeable_worsenings(const Baseline& baseline, const Sensor& sensor,
+                                              int trainings) {
+  std::vector<Noticeable> out;
+  for (const BaselineRow& row : baseline.rows) {
+    for (const Metric metric : baseline.metrics) {
+      const std::vector<double>& values = row.metrics[metric];
+      if (values.empty()) continue;
+      out.push_back({row.label, row.dataset, metric, row.tolerance.type, centre_of(values),
+                     allowed_change(row.tolerance, mean_of(row, metric, sensor), trainings)});
+    }
+  }
+  return out;
+}
+
+std::vector<Noticeable> beyond_limits(std::span<const Noticeable> all) {
+  std::vector<Noticeable> out(all.begin(), all.end());
+  std::erase_if(out, [](const Noticeable& one) {
+    return one.type != ToleranceClass::seeds || one.part_of_limit().value_or(0) <= 1;
+  });
+  return out;
+}
+
+std::optional<int> seeds_that_would_do(std::span<const Noticeable> coarse, int seeds, int trainings,
+                                       int most) {
+  double beyond = 1;
+  for (const Noticeable& one : coarse) beyond = std::max(beyond, one.part_of_limit().value_or(0));
+  const double wanted = seeds_interval(seeds, trainings) / beyond;
+  for (int n = seeds; n <= most; ++n) {
+    if (seeds_interval(n, trainings) <= wanted) return n;
+  }
+  return std::nullopt;
+}
+
+std::string text_of(const Noticeable& one) {
+  const std::optional<double> share = one.share();
+  return with_digits(one.amount, 2) + (share ? with_percent(*share) : "");
+}
+
+std::string weakest_text(std::span<const Noticeable> all) {
+  const auto weakest = std::ranges::max_element(
+      all, {}, [](const Noticeable& one) { return one.part_of_limit().value_or(-1); });
+  if (weakest == all.end() || !weakest->part_of_limit()) return "";
+  return "weakest: " + weakest->row + " " + name_of(weakest->metric) + ", noticed from " +
+         text_of(*weakest);
+}
 
 const char* name_of(Verdict verdict) {
   constexpr const char* names[] = {"ok",     "better",  "slower (warning)",
@@ -267,49 +301,6 @@ bool has_regression(std::span<const CheckLine> lines) {
   return std::ranges::any_of(lines, is_regression, &CheckLine::verdict);
 }
 
-namespace {
-
-std::vector<Column> columns() {
-  return {{"row", Align::left},    {"quantity", Align::left}, "old", "new", "notices",
-          {"verdict", Align::left}};
-}
-
-std::vector<Cell> cells_of(const CheckLine& line) {
-  return {line.row, line.quantity, line.before, line.now, line.notices, name_of(line.verdict)};
-}
-
-/// The lines of one row, which stand together.
-std::vector<std::span<const CheckLine>> by_row(std::span<const CheckLine> lines) {
-  std::vector<std::span<const CheckLine>> out;
-  while (!lines.empty()) {
-    const auto same = [&](const CheckLine& line) { return line.row == lines.front().row; };
-    const auto end = std::ranges::find_if_not(lines, same);
-    const auto count = static_cast<std::size_t>(end - lines.begin());
-    out.push_back(lines.first(count));
-    lines = lines.subspan(count);
-  }
-  return out;
-}
-
-Verdict worst(std::span<const CheckLine> lines) {
-  return std::ranges::max(lines, {}, &CheckLine::verdict).verdict;
-}
-
-std::vector<Cell> summary_of(std::span<const CheckLine> row) {
-  const auto ok = std::ranges::count(row, Verdict::ok, &CheckLine::verdict);
-  const std::string all = std::to_string(row.size());
-  const std::string quantities = row.size() == 1 ? " quantity" : " quantities";
-  const bool every = static_cast<std::size_t>(ok) == row.size();
-  return {row.front().row,
-          (every ? all : std::to_string(ok) + " of " + all) + quantities,
-          "",
-          "",
-          "",
-          name_of(worst(row))};
-}
-
-}  // namespace
-
 Table check_table(std::span<const CheckLine> lines, bool all) {
   Table table;
   TableSection& section = table.sections.emplace_back();
@@ -346,7 +337,7 @@ Table noticeable_table(std::span<const Noticeable> all) {
       section.rows.emplace_back(section.columns.size(), Cell("-")).front() = row;
       before = row;
     }
-    const auto place = std::find(metrics.begin(), metrics.end(), one.metric) - metrics.begin();
+    const auto place = std::ranges::find(metrics, one.metric) - metrics.begin();
     section.rows.back()[static_cast<std::size_t>(place) + 1] = text_of(one);
   }
   return table;

@@ -9,7 +9,6 @@
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
 #include "bench/features/features.h"
-#include "bench/run/runner.h"
 #include "core/files.h"
 #include "core/hdf5_file.h"
 #include "core/json.h"
@@ -20,6 +19,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 constexpr double time_limit_s = 120;
 
@@ -76,21 +76,51 @@ void add_missing_images(const std::string& prefix, const std::vector<std::string
   }
 }
 
-const std::string stored = "stored ";    ///< prefix of the rows of stored solvers
-const std::string trained = "trained ";  ///< and of those trained for a few steps
+const std::string stored = "stored ";           ///< prefix of the rows of stored solvers
+const std::string trained_prefix = "trained ";  ///< and of those trained for a few steps
 
 std::vector<fs::path> specifications(const fs::path& folder, const std::set<std::string>& types) {
   std::vector<fs::path> out;
   std::error_code absent;
   for (const auto& entry : fs::directory_iterator(folder, absent)) {
     if (entry.path().extension() != ".json") continue;
-    const nlohmann::json spec = read_json_file(entry.path());
+    const json spec = read_json_file(entry.path());
     if (types.count(JsonObject(spec, entry.path().string(), "").text("type"))) {
       out.push_back(entry.path());
     }
   }
-  std::sort(out.begin(), out.end());
+  std::ranges::sort(out);
   return out;
+}
+
+/// The entry with at least `count` seeds: its own, then the smallest other numbers.
+json with_seeds(json entry, int count) {
+  json seeds = entry.contains("seeds") ? entry.at("seeds") : json::array();
+  if (entry.contains("seed")) seeds.push_back(entry.at("seed"));
+  for (int seed = 1; seeds.size() < static_cast<std::size_t>(count); ++seed) {
+    if (std::find(seeds.begin(), seeds.end(), seed) == seeds.end()) seeds.push_back(seed);
+  }
+  entry.erase("seed");
+  entry["seeds"] = std::move(seeds);
+  return entry;
+}
+
+/// True if the entry, which may be a sweep, makes a row of one of the labels.
+bool makes_row(const Experiment& experiment, std::size_t entry,
+               const std::set<std::string>& labels) {
+  const std::string path = "/solvers/" + std::to_string(entry);
+  return std::ranges::any_of(experiment.solvers, [&](const SolverEntry& one) {
+    return one.path == path && labels.count(one.label) > 0;
+  });
+}
+
+/// Replaces all but the times, which stay those of the experiment's own run.
+void take_over_seeds(const ResultRow& trained, ResultRow& row) {
+  row.metrics = trained.metrics;
+  row.seeds = trained.seeds;
+  if (trained.ok()) return;
+  row.status = trained.status;
+  row.message = trained.message;
 }
 
 }  // namespace
@@ -138,10 +168,11 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
     if (types.count(entry.type) == 0) continue;
     options.only.push_back(entry.label);
     const fs::path spec = out / (entry.label + ".json");
-    trainings.push_back({trained + entry.label, spec, cache.dataset(experiment.tests.front()),
+    trainings.push_back({trained_prefix + entry.label, spec,
+                         cache.dataset(experiment.tests.front()),
                          folder / (entry.label + ".images.h5"), out / (entry.label + ".images.h5"),
                          out / (entry.label + ".log"), short_training_tolerance});
-    const nlohmann::json solver = {
+    const json solver = {
         {"type", entry.type},
         {"checkpoint", fs::absolute(cache.fitted_solver(fit_recipe(experiment, entry))).string()}};
     fs::create_directories(out);
@@ -149,7 +180,7 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
   }
   if (trainings.empty()) return {};
   run_experiment(experiment, cache, options);
-  std::for_each(trainings.begin(), trainings.end(), make_images);
+  std::ranges::for_each(trainings, make_images);
   return trainings;
 }
 
@@ -157,61 +188,25 @@ std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& traini
                                          const std::vector<std::string>& expected) {
   std::vector<CheckLine> lines;
   std::transform(trainings.begin(), trainings.end(), std::back_inserter(lines), compare_images);
-  add_missing_images(trained, expected, lines);
+  add_missing_images(trained_prefix, expected, lines);
   return lines;
 }
 
 std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings) {
   std::vector<std::string> labels;
-  for (const StoredImages& one : trainings) labels.push_back(one.row.substr(trained.size()));
+  for (const StoredImages& one : trainings) labels.push_back(one.row.substr(trained_prefix.size()));
   return labels;
 }
 
 bool store_trainings(const std::vector<StoredImages>& trainings) {
-  const bool all = std::all_of(trainings.begin(), trainings.end(),
-                               [](const StoredImages& one) { return fs::exists(one.now); });
+  const bool all =
+      std::ranges::all_of(trainings, [](const StoredImages& one) { return fs::exists(one.now); });
   if (!all) return false;
   for (const StoredImages& one : trainings) {
     replace_file(one.before, [&](const fs::path& aside) { fs::copy_file(one.now, aside); });
   }
   return true;
 }
-
-namespace {
-
-using nlohmann::json;
-
-/// The entry with at least `count` seeds: its own, then the smallest other numbers.
-json with_seeds(json entry, int count) {
-  json seeds = entry.contains("seeds") ? entry.at("seeds") : json::array();
-  if (entry.contains("seed")) seeds.push_back(entry.at("seed"));
-  for (int seed = 1; seeds.size() < static_cast<std::size_t>(count); ++seed) {
-    if (std::find(seeds.begin(), seeds.end(), seed) == seeds.end()) seeds.push_back(seed);
-  }
-  entry.erase("seed");
-  entry["seeds"] = std::move(seeds);
-  return entry;
-}
-
-/// True if the entry, which may be a sweep, makes a row of one of the labels.
-bool makes_row(const Experiment& experiment, std::size_t entry,
-               const std::set<std::string>& labels) {
-  const std::string path = "/solvers/" + std::to_string(entry);
-  return std::any_of(
-      experiment.solvers.begin(), experiment.solvers.end(),
-      [&](const SolverEntry& one) { return one.path == path && labels.count(one.label) > 0; });
-}
-
-/// Replaces all but the times, which stay those of the experiment's own run.
-void take_over_seeds(const ResultRow& trained, ResultRow& row) {
-  row.metrics = trained.metrics;
-  row.seeds = trained.seeds;
-  if (trained.ok()) return;
-  row.status = trained.status;
-  row.message = trained.message;
-}
-
-}  // namespace
 
 std::vector<std::string> overrides_for_seeds(const Experiment& experiment,
                                              const std::set<std::string>& labels, int count) {

@@ -98,15 +98,12 @@ ToleranceClass tolerance_class_from_name(const std::string& name) {
 
 Tolerance tolerance_of(const ResultRow& row, std::optional<ImageComparison> images) {
   if (!images) return {ToleranceClass::exact, rounding};
-  switch (*images) {
-    case ImageComparison::seeds:
-      return {ToleranceClass::seeds, stored_image_tolerance};
-    case ImageComparison::duality_gap:
-      return {ToleranceClass::interior_point, of_duality_gap(row)};
-    default:
-      return {ToleranceClass::linear,
-              row.parameters->contains("checkpoint") ? stored_image_tolerance : linear_images};
+  if (*images == ImageComparison::seeds) return {ToleranceClass::seeds, stored_image_tolerance};
+  if (*images == ImageComparison::duality_gap) {
+    return {ToleranceClass::interior_point, of_duality_gap(row)};
   }
+  return {ToleranceClass::linear,
+          row.parameters->contains("checkpoint") ? stored_image_tolerance : linear_images};
 }
 
 double centre_of(std::span<const double> values) { return mean(values); }

@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -153,8 +152,7 @@ void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
   spdlog::warn(
       "{}: {} are trained in bfloat16, for which this processor has no instructions (AVX512-BF16): "
       "that may take many times as long as float32. `ertbench run --precision float32` trains them "
-      "in "
-      "float32, and so gives other networks than those of the published results",
+      "in float32, and so gives other networks than those of the published results",
       experiment.file.string(), joined(labels));
 }
 

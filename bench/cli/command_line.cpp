@@ -168,8 +168,7 @@ ExitCode parse_and_run(int argc, char** argv) {
 
 constexpr const char* no_memory =
     "ertbench: not enough memory; end other programs, or choose a smaller \"count\" or \"batch\" "
-    "and "
-    "fewer --jobs\n";
+    "and fewer --jobs\n";
 
 /// Lack of memory may also show where no exception can leave: values of JSON need some to be
 /// destroyed.

@@ -52,38 +52,6 @@ ExitCode calibrate(const CalibrateArguments& arguments) {
   return done;
 }
 
-}  // namespace
-
-Action add_calibrate(CLI::App& command) {
-  const auto arguments = std::make_shared<CalibrateArguments>();
-  command.description("Noise, drift, electrodes and background, from frames without contact");
-  command
-      .add_option(
-          "FRAMES", arguments->frames.input,
-          "Frames without contact, ten or more: HDF5, MATLAB, tables of\ntext, .dat, .get or .eit")
-      ->required();
-  command
-      .add_option("--out", arguments->output,
-                  "JSON, for `reconstruct --calibration` and for \"calibration\" of an experiment")
-      ->required();
-  add_frame_options(command, arguments->frames);
-  command.add_option("--rows", arguments->frames.background,
-                     "Only these rows, FIRST-LAST, counted from 0");
-  command.add_flag("--fix", arguments->fix,
-                   "Where the voltages are not what the sensor's model expects, read them as\n"
-                   "would mend it");
-  command.add_flag("--force", arguments->force,
-                   "Calibrate whatever the check says, without frames that are unlike the others");
-  command.footer(
-      "Example:\n  ertbench calibrate empty.h5 --sensor sensor.json --out calibration.json\n"
-      "  ertbench calibrate recording.csv --rows 0-19 --unit mV --out calibration.json\n"
-      "See docs/own_frames.md.");
-  refuse_empty_values(command);
-  return [arguments] { return calibrate(*arguments); };
-}
-
-namespace {
-
 struct ReconstructArguments {
   ReconstructOptions options;
   std::string csv;
@@ -146,7 +114,90 @@ ExitCode reconstruct(const ReconstructArguments& arguments) {
   return done;
 }
 
+struct ScoreArguments {
+  ScoreOptions options;
+  std::string json;
+};
+
+bool holds_scores(const std::filesystem::path& file) {
+  try {
+    const nlohmann::json content = read_json_file(file);
+    return content.is_object() && content.contains("metrics") && content.contains("schema");
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+Table table_of(const ImageScores& scores) {
+  TableSection section;
+  section.columns = {Column("metric", Align::left),
+                     Column("mean"),
+                     Column("95 %"),
+                     Column("median"),
+                     Column("frames"),
+                     Column("undefined")};
+  for (const Metric metric : kMetrics) {
+    const MetricSummary& summary = scores.metrics[metric];
+    const int decimals = decimals_of(metric);
+    const std::string interval = summary.ci95 ? interval_text(fixed(summary.ci95->low, decimals),
+                                                              fixed(summary.ci95->high, decimals))
+                                              : "—";
+    section.rows.push_back({Cell(axis_title(metric)), number_cell(summary.mean, decimals),
+                            Cell(interval), number_cell(summary.median, decimals),
+                            Cell(std::to_string(summary.count)),
+                            Cell(std::to_string(summary.undefined))});
+  }
+  section.notes.push_back(std::to_string(scores.frames) + " frames, " +
+                          std::to_string(scores.undefined_frames) + " without a usable image, " +
+                          std::to_string(scores.flagged_frames) +
+                          " flagged (they count); true contacts: " + scores.contacts +
+                          ". `ertbench list` says what the metrics are.");
+  for (const std::string& note : scores.notes) section.notes.push_back("warning: " + note);
+  return {"", "", {section}, {}, ""};
+}
+
+ExitCode score(const ScoreArguments& arguments) {
+  if (!arguments.json.empty()) {
+    require_output(arguments.json, {arguments.options.images, arguments.options.truth},
+                   {"scores", holds_scores});
+  }
+  const ImageScores scores = score_images(arguments.options);
+  if (!arguments.json.empty()) {
+    write_file_atomically(arguments.json, json_text(to_json(scores), 1) + "\n");
+  }
+  std::printf("%s", terminal_of(table_of(scores)).c_str());
+  return done;
+}
+
 }  // namespace
+
+Action add_calibrate(CLI::App& command) {
+  const auto arguments = std::make_shared<CalibrateArguments>();
+  command.description("Noise, drift, electrodes and background, from frames without contact");
+  command
+      .add_option(
+          "FRAMES", arguments->frames.input,
+          "Frames without contact, ten or more: HDF5, MATLAB, tables of\ntext, .dat, .get or .eit")
+      ->required();
+  command
+      .add_option("--out", arguments->output,
+                  "JSON, for `reconstruct --calibration` and for \"calibration\" of an experiment")
+      ->required();
+  add_frame_options(command, arguments->frames);
+  command.add_option("--rows", arguments->frames.background,
+                     "Only these rows, FIRST-LAST, counted from 0");
+  command.add_flag("--fix", arguments->fix,
+                   "Where the voltages are not what the sensor's model expects, read them as\n"
+                   "would mend it");
+  command.add_flag("--force", arguments->force,
+                   "Calibrate whatever the check says, without frames that are unlike the others");
+  command.footer(
+      "Example:\n  ertbench calibrate empty.h5 --sensor sensor.json --out calibration.json\n"
+      "  ertbench calibrate recording.csv --rows 0-19 --unit mV --out calibration.json\n"
+      "See docs/own_frames.md.");
+  refuse_empty_values(command);
+  return [arguments] { return calibrate(*arguments); };
+}
 
 Action add_reconstruct(CLI::App& command) {
   const auto arguments = std::make_shared<ReconstructArguments>();
@@ -204,67 +255,6 @@ Action add_reconstruct(CLI::App& command) {
   refuse_empty_values(command);
   return [arguments] { return reconstruct(*arguments); };
 }
-
-namespace {
-
-struct ScoreArguments {
-  ScoreOptions options;
-  std::string json;
-};
-
-bool holds_scores(const std::filesystem::path& file) {
-  try {
-    const nlohmann::json content = read_json_file(file);
-    return content.is_object() && content.contains("metrics") && content.contains("schema");
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-Table table_of(const ImageScores& scores) {
-  TableSection section;
-  section.columns = {Column("metric", Align::left),
-                     Column("mean"),
-                     Column("95 %"),
-                     Column("median"),
-                     Column("frames"),
-                     Column("undefined")};
-  for (const Metric metric : kMetrics) {
-    const MetricSummary& summary = scores.metrics[metric];
-    const int decimals = decimals_of(metric);
-    const std::string interval = summary.ci95 ? interval_text(fixed(summary.ci95->low, decimals),
-                                                              fixed(summary.ci95->high, decimals))
-                                              : "—";
-    section.rows.push_back({Cell(axis_title(metric)), number_cell(summary.mean, decimals),
-                            Cell(interval), number_cell(summary.median, decimals),
-                            Cell(std::to_string(summary.count)),
-                            Cell(std::to_string(summary.undefined))});
-  }
-  section.notes.push_back(std::to_string(scores.frames) + " frames, " +
-                          std::to_string(scores.undefined_frames) + " without a usable image, " +
-                          std::to_string(scores.flagged_frames) +
-                          " flagged (they count); true contacts: " + scores.contacts +
-                          ". `ertbench list` says what the metrics are.");
-  for (const std::string& note : scores.notes) section.notes.push_back("warning: " + note);
-  Table table;
-  table.sections.push_back(std::move(section));
-  return table;
-}
-
-ExitCode score(const ScoreArguments& arguments) {
-  if (!arguments.json.empty()) {
-    require_output(arguments.json, {arguments.options.images, arguments.options.truth},
-                   {"scores", holds_scores});
-  }
-  const ImageScores scores = score_images(arguments.options);
-  if (!arguments.json.empty()) {
-    write_file_atomically(arguments.json, json_text(to_json(scores), 1) + "\n");
-  }
-  std::printf("%s", terminal_of(table_of(scores)).c_str());
-  return done;
-}
-
-}  // namespace
 
 Action add_score(CLI::App& command) {
   const auto arguments = std::make_shared<ScoreArguments>();

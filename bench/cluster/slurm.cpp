@@ -21,6 +21,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 /// The standard output of a Slurm command. Throws InputError if it fails.
 std::string output_of(const std::vector<std::string>& command) {
@@ -74,6 +75,174 @@ std::vector<int> elements_from(std::string text, const std::string& line) {
     if (!range.empty()) add_range(range, line, elements);
   }
   return elements;
+}
+
+bool is_wanted(const SolverEntry& entry, const std::vector<std::string>& only) {
+  return only.empty() || std::ranges::any_of(only, [&](const std::string& label) {
+           return label == entry.label || label == entry.family;
+         });
+}
+
+/// Groups units into elements so that there are not too many elements.
+std::vector<Units> elements_of(const Units& units, std::size_t most) {
+  const std::size_t each = std::max<std::size_t>(1, (units.size() + most - 1) / most);
+  std::vector<Units> elements;
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    if (i % each == 0) elements.emplace_back();
+    elements.back().push_back(units[i]);
+  }
+  return elements;
+}
+
+class Planner {
+ public:
+  Planner(const Experiment& experiment, const Cache& cache, const LiveUnits& live,
+          const SlurmPlanSettings& settings)
+      : experiment_(experiment), cache_(cache), live_(live), settings_(settings) {}
+
+  std::vector<SlurmPart> plan() {
+    std::vector<SlurmPart> parts;
+    for (const auto& stage : stages_of_run(experiment_, Machines::any)) {
+      const Units units = missing_units(*stage);
+      if (units.empty()) continue;
+      const bool alone = stage->wants_machine_alone();
+      parts.push_back({stage->name(),
+                       alone
+                           ? elements_of_labels(*stage, units)
+                           : elements_of(units, static_cast<std::size_t>(settings_.most_elements)),
+                       alone});
+    }
+    if (!parts.empty()) {
+      // One element each, since the training set may take a thousand times as long as the others.
+      // Elements also check existing datasets.
+      SlurmPart datasets{"datasets", {}, false};
+      for (const DatasetSpec* spec : experiment_.datasets()) {
+        if (!live_.has("datasets", spec->name)) datasets.elements.push_back({spec->name});
+      }
+      if (!datasets.elements.empty()) parts.insert(parts.begin(), std::move(datasets));
+    }
+    parts.push_back({"report", {{}}, false});
+    return parts;
+  }
+
+ private:
+  bool has_records(const JobRecords& records, const std::vector<Job>& jobs) const {
+    return std::ranges::all_of(
+        jobs, [&](const Job& job) { return static_cast<bool>(records.find(job).record); });
+  }
+
+  /// Units of a stage: entries for accuracy; for other stages, which use the first scored entry of
+  /// a label, the labels for which no entry has all records.
+  Units missing_units(const Stage& stage) const {
+    if (stage.name() == "timing" && !experiment_.timing.enabled) return {};
+    if (stage.name() == "ladders" && !experiment_.ladders) return {};
+    const bool by_entry = stage.name() == "accuracy";
+    const JobRecords records(stage, experiment_, settings_.out, cache_.reuse());
+    std::vector<std::pair<const SolverEntry*, std::vector<Job>>> jobs;
+    for (const Job& job : stage.jobs(experiment_)) {
+      if (!job.entry || !is_wanted(*job.entry, settings_.only)) continue;
+      const auto found =
+          std::ranges::find_if(jobs, [&](const auto& one) { return one.first == job.entry; });
+      (found == jobs.end() ? jobs.emplace_back(job.entry, std::vector<Job>()) : *found)
+          .second.push_back(job);
+    }
+    Units units;
+    std::set<std::string> complete;
+    for (const auto& [entry, of_entry] : jobs) {
+      const std::string unit = by_entry ? entry->stem() : entry->label;
+      if (has_records(records, of_entry)) complete.insert(unit);
+    }
+    for (const auto& [entry, of_entry] : jobs) {
+      const std::string unit = by_entry ? entry->stem() : entry->label;
+      if (complete.count(unit) > 0 || live_.has(stage.name(), unit)) continue;
+      if (units.empty() || units.back() != unit) units.push_back(unit);
+    }
+    return units;
+  }
+
+  /// Blocks of labels timed together, if one of them lacks a record.
+  std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
+    Units labels;
+    for (const auto& row : experiment_.rows()) {
+      if (is_wanted(row.front(), settings_.only) && !live_.has(stage.name(), row.front().label)) {
+        labels.push_back(row.front().label);
+      }
+    }
+    const std::size_t most = static_cast<std::size_t>(settings_.most_elements);
+    const std::size_t blocks =
+        std::min(most, (labels.size() + most_timed_together - 1) / most_timed_together);
+    std::vector<Units> elements = elements_of(labels, std::max<std::size_t>(1, blocks));
+    std::erase_if(elements, [&](const Units& block) {
+      return std::ranges::none_of(
+          block, [&](const std::string& label) { return contains(missing, label); });
+    });
+    return elements;
+  }
+
+  const Experiment& experiment_;
+  const Cache& cache_;
+  const LiveUnits& live_;
+  const SlurmPlanSettings& settings_;
+};
+
+/// Ending of the file in which an element notes a failure.
+constexpr const char* failed_ending = ".failed.json";
+
+void note_failures(const JobRecords& records, const std::vector<Job>& jobs) {
+  for (const Job& job : jobs) {
+    const fs::path note = records.file(job, failed_ending);
+    const Failure* failure = records.failure(job);
+    if (!failure) {
+      fs::remove(note);
+      continue;
+    }
+    write_file_atomically(note, json_text(json{{"status", failure->status},
+                                               {"message", failure->message},
+                                               {"node", host_name()},
+                                               {"date", utc_now()}},
+                                          2));
+  }
+}
+
+/// The failure that the job's element noted, or that it noted none.
+Failure why_missing(const fs::path& note) {
+  if (!fs::exists(note)) {
+    return {"lost", "its element of the array ended without a record; give the same command again"};
+  }
+  try {
+    const json content = read_json_file(note);
+    return {content.at("status").get<std::string>(),
+            content.at("message").get<std::string>() + " (on " +
+                content.at("node").get<std::string>() + ")"};
+  } catch (const std::exception& error) {
+    return {"failed", error.what()};
+  }
+}
+
+int make_datasets(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {
+  fs::create_directories(cache.folder() / "datasets");
+  for (const std::string& name : options.units) {
+    const DatasetSpec* spec = experiment.find_dataset(name);
+    if (!spec) throw InputError("the experiment has no dataset \"" + printable(name) + "\"");
+    ensure_dataset(*spec, cache, options.threads);
+  }
+  return 0;
+}
+
+int make_report(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {
+  RunOptions run;
+  run.out = options.out;
+  run.only = options.only;
+  run.command = options.command;
+  const Stages stages = stages_of_run(experiment, Machines::any);
+  const ExperimentResults results =
+      collect_stages(stages, experiment, cache, run, [&](const Job& job) -> std::optional<Failure> {
+        return why_missing(record_file(options.out, job.name, failed_ending));
+      });
+  const std::size_t undrawn = report_experiment(experiment, cache, results, options.out);
+  write_file_atomically(options.out / "slurm" / "outcome.json",
+                        json_text(json{{"failures", results.failures}, {"undrawn", undrawn}}));
+  return results.failures + static_cast<int>(undrawn);
 }
 
 }  // namespace
@@ -140,118 +309,6 @@ int most_elements() {
   return default_most_elements;
 }
 
-namespace {
-
-bool is_wanted(const SolverEntry& entry, const std::vector<std::string>& only) {
-  return only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& label) {
-           return label == entry.label || label == entry.family;
-         });
-}
-
-/// Groups units into elements so that there are not too many elements.
-std::vector<Units> elements_of(const Units& units, std::size_t most) {
-  const std::size_t each = std::max<std::size_t>(1, (units.size() + most - 1) / most);
-  std::vector<Units> elements;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    if (i % each == 0) elements.emplace_back();
-    elements.back().push_back(units[i]);
-  }
-  return elements;
-}
-
-class Planner {
- public:
-  Planner(const Experiment& experiment, const Cache& cache, const LiveUnits& live,
-          const SlurmPlanSettings& settings)
-      : experiment_(experiment), cache_(cache), live_(live), settings_(settings) {}
-
-  std::vector<SlurmPart> plan() {
-    std::vector<SlurmPart> parts;
-    for (const auto& stage : stages_of_run(experiment_, Machines::any)) {
-      const Units units = missing_units(*stage);
-      if (units.empty()) continue;
-      const bool alone = stage->wants_machine_alone();
-      parts.push_back({stage->name(),
-                       alone
-                           ? elements_of_labels(*stage, units)
-                           : elements_of(units, static_cast<std::size_t>(settings_.most_elements)),
-                       alone});
-    }
-    if (!parts.empty()) {
-      // One element each, since the training set may take a thousand times as long as the others.
-      // Elements also check existing datasets.
-      SlurmPart datasets{"datasets", {}, false};
-      for (const DatasetSpec* spec : experiment_.datasets()) {
-        if (!live_.has("datasets", spec->name)) datasets.elements.push_back({spec->name});
-      }
-      if (!datasets.elements.empty()) parts.insert(parts.begin(), std::move(datasets));
-    }
-    parts.push_back({"report", {{}}, false});
-    return parts;
-  }
-
- private:
-  bool has_records(const JobRecords& records, const std::vector<Job>& jobs) const {
-    return std::all_of(jobs.begin(), jobs.end(),
-                       [&](const Job& job) { return static_cast<bool>(records.find(job).record); });
-  }
-
-  /// Units of a stage: entries for accuracy; for other stages, which use the first scored entry of
-  /// a label, the labels for which no entry has all records.
-  Units missing_units(const Stage& stage) const {
-    if (stage.name() == "timing" && !experiment_.timing.enabled) return {};
-    if (stage.name() == "ladders" && !experiment_.ladders) return {};
-    const bool by_entry = stage.name() == "accuracy";
-    const JobRecords records(stage, experiment_, settings_.out, cache_.reuse());
-    std::vector<std::pair<const SolverEntry*, std::vector<Job>>> jobs;
-    for (const Job& job : stage.jobs(experiment_)) {
-      if (!job.entry || !is_wanted(*job.entry, settings_.only)) continue;
-      const auto found = std::find_if(jobs.begin(), jobs.end(),
-                                      [&](const auto& one) { return one.first == job.entry; });
-      (found == jobs.end() ? jobs.emplace_back(job.entry, std::vector<Job>()) : *found)
-          .second.push_back(job);
-    }
-    Units units;
-    std::set<std::string> complete;
-    for (const auto& [entry, of_entry] : jobs) {
-      const std::string unit = by_entry ? entry->stem() : entry->label;
-      if (has_records(records, of_entry)) complete.insert(unit);
-    }
-    for (const auto& [entry, of_entry] : jobs) {
-      const std::string unit = by_entry ? entry->stem() : entry->label;
-      if (complete.count(unit) > 0 || live_.has(stage.name(), unit)) continue;
-      if (units.empty() || units.back() != unit) units.push_back(unit);
-    }
-    return units;
-  }
-
-  /// Blocks of labels timed together, if one of them lacks a record.
-  std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
-    Units labels;
-    for (const auto& row : experiment_.rows()) {
-      if (is_wanted(row.front(), settings_.only) && !live_.has(stage.name(), row.front().label)) {
-        labels.push_back(row.front().label);
-      }
-    }
-    const std::size_t most = static_cast<std::size_t>(settings_.most_elements);
-    const std::size_t blocks =
-        std::min(most, (labels.size() + most_timed_together - 1) / most_timed_together);
-    std::vector<Units> elements = elements_of(labels, std::max<std::size_t>(1, blocks));
-    std::erase_if(elements, [&](const Units& block) {
-      return std::ranges::none_of(
-          block, [&](const std::string& label) { return contains(missing, label); });
-    });
-    return elements;
-  }
-
-  const Experiment& experiment_;
-  const Cache& cache_;
-  const LiveUnits& live_;
-  const SlurmPlanSettings& settings_;
-};
-
-}  // namespace
-
 std::vector<SlurmPart> slurm_plan(const Experiment& experiment, const Cache& cache,
                                   const LiveUnits& live, const SlurmPlanSettings& settings) {
   return Planner(experiment, cache, live, settings).plan();
@@ -265,72 +322,6 @@ Experiment restricted_to(const Experiment& experiment, const Units& units) {
   });
   return out;
 }
-
-namespace {
-
-using nlohmann::json;
-
-/// Ending of the file in which an element notes a failure.
-constexpr const char* failed_ending = ".failed.json";
-
-void note_failures(const JobRecords& records, const std::vector<Job>& jobs) {
-  for (const Job& job : jobs) {
-    const fs::path note = records.file(job, failed_ending);
-    const Failure* failure = records.failure(job);
-    if (!failure) {
-      fs::remove(note);
-      continue;
-    }
-    write_file_atomically(note, json_text(json{{"status", failure->status},
-                                               {"message", failure->message},
-                                               {"node", host_name()},
-                                               {"date", utc_now()}},
-                                          2));
-  }
-}
-
-/// The failure that the job's element noted, or that it noted none.
-Failure why_missing(const fs::path& note) {
-  if (!fs::exists(note)) {
-    return {"lost", "its element of the array ended without a record; give the same command again"};
-  }
-  try {
-    const json content = read_json_file(note);
-    return {content.at("status").get<std::string>(),
-            content.at("message").get<std::string>() + " (on " +
-                content.at("node").get<std::string>() + ")"};
-  } catch (const std::exception& error) {
-    return {"failed", error.what()};
-  }
-}
-
-int make_datasets(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {
-  fs::create_directories(cache.folder() / "datasets");
-  for (const std::string& name : options.units) {
-    const DatasetSpec* spec = experiment.find_dataset(name);
-    if (!spec) throw InputError("the experiment has no dataset \"" + printable(name) + "\"");
-    ensure_dataset(*spec, cache, options.threads);
-  }
-  return 0;
-}
-
-int make_report(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {
-  RunOptions run;
-  run.out = options.out;
-  run.only = options.only;
-  run.command = options.command;
-  const Stages stages = stages_of_run(experiment, Machines::any);
-  const ExperimentResults results =
-      collect_stages(stages, experiment, cache, run, [&](const Job& job) -> std::optional<Failure> {
-        return why_missing(record_file(options.out, job.name, failed_ending));
-      });
-  const std::size_t undrawn = report_experiment(experiment, cache, results, options.out);
-  write_file_atomically(options.out / "slurm" / "outcome.json",
-                        json_text(json{{"failures", results.failures}, {"undrawn", undrawn}}));
-  return results.failures + static_cast<int>(undrawn);
-}
-
-}  // namespace
 
 int run_element(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {
   fs::create_directories(options.out / "records");

@@ -300,8 +300,7 @@ void draw_curve(const PressResults& results, const std::string& heading,
       const double at = shift * static_cast<double>(level.presses);
       const double mean = std::max(0.01, level.all.mean->value);
       means.emplace_back(at, mean);
-      const auto [low, high] =
-          std::minmax_element(level.fold_means.begin(), level.fold_means.end());
+      const auto [low, high] = std::ranges::minmax_element(level.fold_means);
       bands.push_back({at, std::max(0.01, *low), std::max(0.01, *high)});
       axes.tooltip(at, mean,
                    solvers[s].label + "\n" + std::to_string(level.presses) + " presses\nmean " +
@@ -426,7 +425,7 @@ Study presses_study(const Folds& folds, const std::vector<FoldsOutcome>& outcome
   const auto wider = [](const DatasetSpec& a, const DatasetSpec& b) {
     return division_of(a).radius_mm < division_of(b).radius_mm;
   };
-  const DatasetSpec& widest = *std::max_element(folds.skins.begin(), folds.skins.end(), wider);
+  const DatasetSpec& widest = *std::ranges::max_element(folds.skins, wider);
   study.numbers =
       add(widest, 0, folds.total(),
           several ? std::to_string(folds.skins.size()) + " skins" : widest.measured()->name);

@@ -87,8 +87,7 @@ Table table_of(const KtcResults& results) {
   table.sections.push_back(calibration_of(results));
   table.legend = {
       "A level's score is three times the mean over its targets; 3 is the most. Segmentation is "
-      "the "
-      "method's own, or by Otsu's two thresholds where it has none or the row says so.",
+      "the method's own, or by Otsu's two thresholds where it has none or the row says so.",
       "Unexplained: norm of the residual over that of the reference's voltages, both per mA. The "
       "last two columns compare repeated drives without any model.",
       "Times are medians, one thread of " + cpu_name() + ", calibration not included."};
@@ -236,8 +235,8 @@ class TargetsFigure {
 std::size_t report_ktc(const KtcResults& results, const fs::path& folder) {
   fs::create_directories(folder);
   const Table table = table_of(results);
-  const KtcRow& best = *std::max_element(
-      results.rows.begin(), results.rows.end(),
+  const KtcRow& best = *std::ranges::max_element(
+      results.rows,
       [](const KtcRow& a, const KtcRow& b) { return a.mean_score() < b.mean_score(); });
   write_file_atomically(folder / "table.md",
                         markdown_of(table) + "\n![All targets](targets.png)\n\nAll targets by " +

@@ -56,7 +56,7 @@ SimulatedCylinders::SimulatedCylinders(RandomStream& random, std::size_t count, 
   for (int tries = 1; sections_.size() < count; ++tries) {
     if (tries % patience == 0) sections_.clear();  // they leave no room
     const Section next = random_section(random, largest);
-    const bool free = std::all_of(sections_.begin(), sections_.end(), [&](const Section& other) {
+    const bool free = std::ranges::all_of(sections_, [&](const Section& other) {
       return (other.centre - next.centre).norm() > other.radius + next.radius + gap;
     });
     if (free) sections_.push_back(next);

@@ -24,54 +24,6 @@ std::string cell_text(const Breakdown& found) {
   return found.state == BreakState::never ? "ok " + level : level;
 }
 
-}  // namespace
-
-std::optional<HeatMap> ladder_map_of(const std::string& title,
-                                     const std::vector<AxisBreakdown>& breakdowns) {
-  std::vector<AxisBreakdown> ordered = breakdowns;
-  std::erase_if(ordered, [](const AxisBreakdown& line) {
-    return line.axis->categories || line.axis->of_parameter();
-  });
-  const auto solvers = distinct(ordered, &AxisBreakdown::solver);
-  auto axes = distinct(ordered, &AxisBreakdown::axis);
-  if (axes.empty()) return std::nullopt;
-  std::reverse(axes.begin(), axes.end());  // the first on top
-  HeatMap map;
-  map.title = title;
-  map.x_values = solvers;
-  for (const LadderAxis* axis : axes) {
-    map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
-  }
-  HeatMapPanel panel;
-  panel.title = "level beyond which it fails";
-  panel.quantity = panel.title;
-  map.published_note =
-      "colour: 0 fails at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
-  panel.decimals = 2;
-  panel.range = {0, 1};
-  const std::size_t cells = solvers.size() * axes.size();
-  panel.values.resize(cells);
-  panel.colours.resize(cells);
-  panel.texts.resize(cells);
-  map.statuses.resize(cells);
-  for (const AxisBreakdown& line : ordered) {
-    const auto y = std::find(axes.begin(), axes.end(), line.axis) - axes.begin();
-    const auto x = std::find(solvers.begin(), solvers.end(), line.solver) - solvers.begin();
-    const auto cell = static_cast<std::size_t>(y * std::ssize(solvers) + x);
-    if (!line.breakdown) {
-      map.statuses[cell] = line.state.substr(0, line.state.find(':'));
-      continue;
-    }
-    panel.values[cell] = line.breakdown->level;
-    panel.colours[cell] = line.breakdown->place;
-    panel.texts[cell] = cell_text(*line.breakdown);
-  }
-  map.panels = {panel};
-  return map;
-}
-
-namespace {
-
 TableSection breakdown_section(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;
   section.caption = "Where each solver fails";
@@ -120,6 +72,50 @@ std::vector<std::string> notes_of(const Ladders& ladders) {
 }
 
 }  // namespace
+
+std::optional<HeatMap> ladder_map_of(const std::string& title,
+                                     const std::vector<AxisBreakdown>& breakdowns) {
+  std::vector<AxisBreakdown> ordered = breakdowns;
+  std::erase_if(ordered, [](const AxisBreakdown& line) {
+    return line.axis->categories || line.axis->of_parameter();
+  });
+  const auto solvers = distinct(ordered, &AxisBreakdown::solver);
+  auto axes = distinct(ordered, &AxisBreakdown::axis);
+  if (axes.empty()) return std::nullopt;
+  std::ranges::reverse(axes);  // the first on top
+  HeatMap map;
+  map.title = title;
+  map.x_values = solvers;
+  for (const LadderAxis* axis : axes) {
+    map.y_values.push_back(axis->title + (axis->unit.empty() ? "" : " (" + axis->unit + ")"));
+  }
+  HeatMapPanel panel;
+  panel.title = "level beyond which it fails";
+  panel.quantity = panel.title;
+  map.published_note =
+      "colour: 0 fails at its mildest level (\"at\") … 1 holds to its severest (\"ok\")";
+  panel.decimals = 2;
+  panel.range = {0, 1};
+  const std::size_t cells = solvers.size() * axes.size();
+  panel.values.resize(cells);
+  panel.colours.resize(cells);
+  panel.texts.resize(cells);
+  map.statuses.resize(cells);
+  for (const AxisBreakdown& line : ordered) {
+    const auto y = std::ranges::find(axes, line.axis) - axes.begin();
+    const auto x = std::ranges::find(solvers, line.solver) - solvers.begin();
+    const auto cell = static_cast<std::size_t>(y * std::ssize(solvers) + x);
+    if (!line.breakdown) {
+      map.statuses[cell] = line.state.substr(0, line.state.find(':'));
+      continue;
+    }
+    panel.values[cell] = line.breakdown->level;
+    panel.colours[cell] = line.breakdown->place;
+    panel.texts[cell] = cell_text(*line.breakdown);
+  }
+  map.panels = {panel};
+  return map;
+}
 
 TableSection breakdown_data(const std::vector<AxisBreakdown>& breakdowns) {
   TableSection section;

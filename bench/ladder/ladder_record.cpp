@@ -15,6 +15,8 @@
 namespace ertbench {
 namespace {
 
+using nlohmann::json;
+
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The share of failing frames at each level, a frame counting `weights` times.
@@ -75,71 +77,6 @@ void check(std::span<const LadderStep> ladder, Between between) {
   }
 }
 
-}  // namespace
-
-double LadderStep::share() const {
-  return std::accumulate(failed.begin(), failed.end(), 0.0) / static_cast<double>(failed.size());
-}
-
-Breakdown break_down(std::span<const LadderStep> ladder, double share, Between between,
-                     std::string_view name) {
-  check(ladder, between);
-  const std::size_t frames = ladder.front().failed.size();
-  std::vector<int> weights(frames, 1);
-  const double place = crossing(shares(ladder, weights), share, between);
-  Breakdown out;
-  out.state = std::isinf(place) ? (place < 0 ? BreakState::at_mildest : BreakState::never)
-                                : BreakState::breaks;
-  out.level = level_at(ladder, place, between);
-  const auto scaled = [&](double level) {
-    return between == Between::logarithmic ? std::log(level) : level;
-  };
-  const double first = scaled(ladder.front().level);
-  out.place = (scaled(out.level) - first) / (scaled(ladder.back().level) - first);
-
-  std::vector<double> places;
-  for (std::uint64_t resample = 0; resample < kBreakdownResamples; ++resample) {
-    RandomStream random(0, key_of(name), resample, Purpose::scene);
-    std::fill(weights.begin(), weights.end(), 0);
-    for (std::size_t f = 0; f < frames; ++f) {
-      ++weights[static_cast<std::size_t>(random.uniform() * static_cast<double>(frames))];
-    }
-    places.push_back(crossing(shares(ladder, weights), share, between));
-  }
-  std::sort(places.begin(), places.end());
-  constexpr std::size_t tail = kBreakdownResamples / 40;  // 2.5 %
-  out.mild = if_within(ladder, places[tail], between);
-  out.severe = if_within(ladder, places[places.size() - 1 - tail], between);
-  return out;
-}
-
-WorkingRange working_range(std::span<const LadderStep> ladder, double share, Between between,
-                           std::string_view name) {
-  check(ladder, between);
-  double least = infinity;
-  for (const LadderStep& step : ladder) least = std::min(least, step.share());
-  std::vector<std::size_t> best;
-  for (std::size_t i = 0; i < ladder.size(); ++i) {
-    if (ladder[i].share() == least) best.push_back(i);
-  }
-  WorkingRange out;
-  out.best = best[best.size() / 2];
-  if (out.best > 0) {
-    std::vector<LadderStep> down(ladder.begin(),
-                                 ladder.begin() + static_cast<std::ptrdiff_t>(out.best) + 1);
-    std::reverse(down.begin(), down.end());
-    out.to_first = break_down(down, share, between, name);
-  }
-  if (out.best + 1 < ladder.size()) {
-    out.to_last = break_down(ladder.subspan(out.best), share, between, name);
-  }
-  return out;
-}
-
-namespace {
-
-using nlohmann::json;
-
 /// Raised whenever frames are judged or reported differently, or the layout changes.
 constexpr int ladder_schema = 2;
 
@@ -148,10 +85,6 @@ json number_json(const std::optional<double>& value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.5g", *value);
   return std::strtod(text, nullptr);
-}
-
-std::optional<double> number_from(const json& value) {
-  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
 }
 
 constexpr std::pair<const char*, std::optional<double> JudgedFrame::*> frame_numbers[] = {
@@ -180,7 +113,8 @@ LadderLevel level_from(const json& object) {
   for (std::size_t i = 0; i < object.at("failed").size(); ++i) {
     JudgedFrame frame;
     for (const auto& [key, member] : frame_numbers) {
-      frame.*member = number_from(object.at(key).at(i));
+      const json& value = object.at(key).at(i);
+      if (!value.is_null()) frame.*member = value.get<double>();
     }
     frame.status = static_cast<FrameStatus>(object.at("status").at(i).get<int>());
     frame.failed = object.at("failed").at(i).get<int>();
@@ -191,16 +125,75 @@ LadderLevel level_from(const json& object) {
 
 }  // namespace
 
+double LadderStep::share() const {
+  return std::accumulate(failed.begin(), failed.end(), 0.0) / static_cast<double>(failed.size());
+}
+
+Breakdown break_down(std::span<const LadderStep> ladder, double share, Between between,
+                     std::string_view name) {
+  check(ladder, between);
+  const std::size_t frames = ladder.front().failed.size();
+  std::vector<int> weights(frames, 1);
+  const double place = crossing(shares(ladder, weights), share, between);
+  Breakdown out;
+  out.state = std::isinf(place) ? (place < 0 ? BreakState::at_mildest : BreakState::never)
+                                : BreakState::breaks;
+  out.level = level_at(ladder, place, between);
+  const auto scaled = [&](double level) {
+    return between == Between::logarithmic ? std::log(level) : level;
+  };
+  const double first = scaled(ladder.front().level);
+  out.place = (scaled(out.level) - first) / (scaled(ladder.back().level) - first);
+
+  std::vector<double> places;
+  for (std::uint64_t resample = 0; resample < kBreakdownResamples; ++resample) {
+    RandomStream random(0, key_of(name), resample, Purpose::scene);
+    std::ranges::fill(weights, 0);
+    for (std::size_t f = 0; f < frames; ++f) {
+      ++weights[static_cast<std::size_t>(random.uniform() * static_cast<double>(frames))];
+    }
+    places.push_back(crossing(shares(ladder, weights), share, between));
+  }
+  std::ranges::sort(places);
+  constexpr std::size_t tail = kBreakdownResamples / 40;  // 2.5 %
+  out.mild = if_within(ladder, places[tail], between);
+  out.severe = if_within(ladder, places[places.size() - 1 - tail], between);
+  return out;
+}
+
+WorkingRange working_range(std::span<const LadderStep> ladder, double share, Between between,
+                           std::string_view name) {
+  check(ladder, between);
+  double least = infinity;
+  for (const LadderStep& step : ladder) least = std::min(least, step.share());
+  std::vector<std::size_t> best;
+  for (std::size_t i = 0; i < ladder.size(); ++i) {
+    if (ladder[i].share() == least) best.push_back(i);
+  }
+  WorkingRange out;
+  out.best = best[best.size() / 2];
+  if (out.best > 0) {
+    std::vector<LadderStep> down(ladder.begin(),
+                                 ladder.begin() + static_cast<std::ptrdiff_t>(out.best) + 1);
+    std::ranges::reverse(down);
+    out.to_first = break_down(down, share, between, name);
+  }
+  if (out.best + 1 < ladder.size()) {
+    out.to_last = break_down(ladder.subspan(out.best), share, between, name);
+  }
+  return out;
+}
+
 double LadderLevel::share() const {
   if (frames.empty()) return 1;
-  const auto failed = std::count_if(frames.begin(), frames.end(),
-                                    [](const JudgedFrame& frame) { return frame.failed != 0; });
+  const auto failed =
+      std::ranges::count_if(frames, [](const JudgedFrame& frame) { return frame.failed != 0; });
   return static_cast<double>(failed) / static_cast<double>(frames.size());
 }
 
 int LadderLevel::count(FailureKind kind) const {
-  return static_cast<int>(std::count_if(frames.begin(), frames.end(),
-                                        [&](const JudgedFrame& frame) { return frame.has(kind); }));
+  return static_cast<int>(
+      std::ranges::count_if(frames, [&](const JudgedFrame& frame) { return frame.has(kind); }));
 }
 
 LadderStep LadderLevel::step(std::size_t count) const {
@@ -212,8 +205,7 @@ LadderStep LadderLevel::step(std::size_t count) const {
 }
 
 const LadderClimb* LadderRecord::find(const std::string& axis) const {
-  const auto found = std::find_if(axes.begin(), axes.end(),
-                                  [&](const LadderClimb& climb) { return climb.axis == axis; });
+  const auto found = std::ranges::find(axes, axis, &LadderClimb::axis);
   return found == axes.end() ? nullptr : &*found;
 }
 

@@ -91,7 +91,7 @@ class LevelAxis {
 
   /// True if the experiment names the level; the others are steps of the bisection.
   bool named(const LadderLevel& level) const {
-    return std::find(axis_.levels.begin(), axis_.levels.end(), level.level) != axis_.levels.end();
+    return std::ranges::find(axis_.levels, level.level) != axis_.levels.end();
   }
 
  private:
@@ -134,9 +134,9 @@ class LadderDrawing {
         series_(series_of(axis, outcomes)),
         columns_(columns()),
         canvas_(columns_.back().right + right_edge, legend_top + legend_height()) {
-    const bool any = std::any_of(series_.begin(), series_.end(), [](const Series& series) {
+    const bool any = std::ranges::any_of(series_, [](const Series& series) {
       const auto& levels = series.climb->levels;
-      return std::any_of(levels.begin(), levels.end(), [](const LadderLevel& level) {
+      return std::ranges::any_of(levels, [](const LadderLevel& level) {
         return quantiles(level, &JudgedFrame::error).has_value();
       });
     });
@@ -321,10 +321,7 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   if (!builds.empty()) breakdown.legend.push_back(text_of(builds));
   write_file_atomically(folder / "breakdown.csv", csv_of(breakdown_data(breakdowns)));
   write_file_atomically(folder / "breakdown.md", markdown_of(breakdown));
-  Table printed;
-  printed.title = "Where it breaks:";
-  printed.sections = breakdown.sections;
-  std::printf("%s\n", terminal_of(printed).c_str());
+  std::printf("%s\n", terminal_of({"Where it breaks:", "", breakdown.sections, {}, ""}).c_str());
   write_file_atomically(folder / "levels.csv", csv_of(levels_data(outcomes)));
   const std::vector<AxisDetection> detections = detections_of(outcomes);
   const Table detected =
@@ -358,7 +355,7 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   ReportSection charts;
   charts.title = "Failures and errors over the level";
   for (const LadderAxis& axis : ladders.axes) {
-    const bool climbed = std::any_of(outcomes.begin(), outcomes.end(), [&](const auto& outcome) {
+    const bool climbed = std::ranges::any_of(outcomes, [&](const auto& outcome) {
       return outcome.record && outcome.record->find(axis.name);
     });
     if (!climbed) continue;

@@ -65,6 +65,106 @@ std::string breakdown_interval(const Breakdown& breakdown, const std::string& si
   return side == "below" ? " (" + severe + " … " + mild + ")" : " (" + mild + " … " + severe + ")";
 }
 
+std::optional<double> rate(int count, int total) {
+  if (total == 0) return std::nullopt;
+  return count / static_cast<double>(total);
+}
+
+std::vector<Cell> cells_of(const std::string& solver, const std::string& axis,
+                           const std::string& name, const LadderLevel& level) {
+  std::vector<Cell> cells = {solver, axis, name, std::to_string(level.frames.size()),
+                             number_text(level.share())};
+  for (const FailureKind kind : kFailureKinds) {
+    cells.emplace_back(csv_number(rate(level.count(kind), static_cast<int>(level.frames.size()))));
+  }
+  const DetectionCounts counts = detection_at(level);
+  for (const auto& share :
+       {counts.suspect_rate(), counts.detection_rate(), counts.false_alarm_rate()}) {
+    cells.emplace_back(csv_number(share));
+  }
+  const auto errors = quantiles(level, &JudgedFrame::error);
+  for (const double FrameQuantiles::*part :
+       {&FrameQuantiles::low, &FrameQuantiles::median, &FrameQuantiles::high}) {
+    cells.emplace_back(errors ? number_text((*errors).*part) : "");
+  }
+  cells.emplace_back(level.message);
+  return cells;
+}
+
+/// The axis that stands for the test set itself.
+const char* const test_set = "default";
+
+/// Appends total, count, rate and the ends of its interval.
+void add_rate(int count, int total, std::vector<Cell>& cells) {
+  cells.emplace_back(std::to_string(total));
+  cells.emplace_back(std::to_string(count));
+  cells.emplace_back(csv_number(rate(count, total)));
+  std::optional<Interval> interval;
+  if (total > 0) interval = wilson_interval(count, total);
+  cells.emplace_back(csv_number(interval ? std::optional(interval->low) : std::nullopt));
+  cells.emplace_back(csv_number(interval ? std::optional(interval->high) : std::nullopt));
+}
+
+/// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash if `total` is 0.
+Cell rate_cell(int count, int total) {
+  if (total == 0) return "—";
+  Cell cell = number_cell(100.0 * count / total, 1);
+  const Interval interval = wilson_interval(count, total);
+  cell.interval = interval_text(fixed(100 * interval.low, 1), fixed(100 * interval.high, 1));
+  cell.lines = {std::to_string(count) + " of " + std::to_string(total)};
+  return cell;
+}
+
+/// The section of one rate, `count` of `total`.
+TableSection detection_section(const std::string& caption, const Ladders& ladders,
+                               const std::vector<AxisDetection>& detections,
+                               int DetectionCounts::*count, int DetectionCounts::*total) {
+  TableSection section;
+  section.caption = caption;
+  section.columns = {{"axis", Align::left}};
+  std::vector<std::pair<std::string, std::string>> axes = {{test_set, "The test set itself"}};
+  for (const LadderAxis& axis : ladders.axes) axes.emplace_back(axis.name, axis.title);
+  for (const AxisDetection& one : detections) {
+    if (one.axis == test_set) section.columns.emplace_back(one.solver);
+  }
+  for (const auto& [name, title] : axes) {
+    std::vector<Cell> row(section.columns.size());
+    row[0] = title;
+    bool climbed = false;
+    for (const AxisDetection& one : detections) {
+      if (one.axis != name) continue;
+      const auto column =
+          std::find_if(section.columns.begin() + 1, section.columns.end(),
+                       [&](const Column& candidate) { return candidate.title == one.solver; });
+      row[static_cast<std::size_t>(column - section.columns.begin())] =
+          rate_cell(one.counts.*count, one.counts.*total);
+      climbed = true;
+    }
+    if (climbed) section.rows.push_back(std::move(row));
+  }
+  return section;
+}
+
+std::vector<std::string> notes() {
+  return {
+      "A solver doubts a frame if it flags it (suspect), does not converge or has no image. All "
+      "levels of an axis are counted together, including those of the bisection; levels.csv lists "
+      "each. Brackets hold Wilson's 95 % interval, which takes frames as independent. The same "
+      "scenes recur at every level, so the true interval of an axis is wider.",
+      "The check knows the voltages and not the truth. It misses failures on frames that are like "
+      "those of the training (the validation set): the voltages are in order, but the contact is "
+      "small, weak or near another, or the method or its parameter is at fault. The image of a "
+      "frame that is not doubted may still be wrong.",
+      "The check looks for frames unlike those that the solver was fitted for, not for images that "
+      "fail. Doubt begins a little beyond the training's noise or with the first fault, long "
+      "before most solvers fail, so there are many false alarms on axes of noise and faults. The "
+      "rate on ordinary frames is that of the test set itself.",
+      "On the axes of a parameter all frames are those of the test set; most detections there are "
+      "iterations that did not converge or undefined images.",
+      "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged without "
+      "them and not doubted for them, so a failure of that image is missed."};
+}
+
 }  // namespace
 
 std::string level_digits(double level) {
@@ -137,36 +237,6 @@ std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
                         interpolated_quantile(sorted, 0.95)};
 }
 
-namespace {
-
-std::optional<double> rate(int count, int total) {
-  if (total == 0) return std::nullopt;
-  return count / static_cast<double>(total);
-}
-
-std::vector<Cell> cells_of(const std::string& solver, const std::string& axis,
-                           const std::string& name, const LadderLevel& level) {
-  std::vector<Cell> cells = {solver, axis, name, std::to_string(level.frames.size()),
-                             number_text(level.share())};
-  for (const FailureKind kind : kFailureKinds) {
-    cells.emplace_back(csv_number(rate(level.count(kind), static_cast<int>(level.frames.size()))));
-  }
-  const DetectionCounts counts = detection_at(level);
-  for (const auto& share :
-       {counts.suspect_rate(), counts.detection_rate(), counts.false_alarm_rate()}) {
-    cells.emplace_back(csv_number(share));
-  }
-  const auto errors = quantiles(level, &JudgedFrame::error);
-  for (const double FrameQuantiles::*part :
-       {&FrameQuantiles::low, &FrameQuantiles::median, &FrameQuantiles::high}) {
-    cells.emplace_back(errors ? number_text((*errors).*part) : "");
-  }
-  cells.emplace_back(level.message);
-  return cells;
-}
-
-}  // namespace
-
 TableSection levels_data(const std::vector<LadderOutcome>& outcomes) {
   TableSection section;
   section.columns = columns_named(
@@ -186,64 +256,6 @@ TableSection levels_data(const std::vector<LadderOutcome>& outcomes) {
   }
   return section;
 }
-
-namespace {
-
-/// The axis that stands for the test set itself.
-const char* const test_set = "default";
-
-/// Appends total, count, rate and the ends of its interval.
-void add_rate(int count, int total, std::vector<Cell>& cells) {
-  cells.emplace_back(std::to_string(total));
-  cells.emplace_back(std::to_string(count));
-  cells.emplace_back(csv_number(rate(count, total)));
-  std::optional<Interval> interval;
-  if (total > 0) interval = wilson_interval(count, total);
-  cells.emplace_back(csv_number(interval ? std::optional(interval->low) : std::nullopt));
-  cells.emplace_back(csv_number(interval ? std::optional(interval->high) : std::nullopt));
-}
-
-/// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash if `total` is 0.
-Cell rate_cell(int count, int total) {
-  if (total == 0) return "—";
-  Cell cell = number_cell(100.0 * count / total, 1);
-  const Interval interval = wilson_interval(count, total);
-  cell.interval = interval_text(fixed(100 * interval.low, 1), fixed(100 * interval.high, 1));
-  cell.lines = {std::to_string(count) + " of " + std::to_string(total)};
-  return cell;
-}
-
-/// The section of one rate, `count` of `total`.
-TableSection detection_section(const std::string& caption, const Ladders& ladders,
-                               const std::vector<AxisDetection>& detections,
-                               int DetectionCounts::*count, int DetectionCounts::*total) {
-  TableSection section;
-  section.caption = caption;
-  section.columns = {{"axis", Align::left}};
-  std::vector<std::pair<std::string, std::string>> axes = {{test_set, "The test set itself"}};
-  for (const LadderAxis& axis : ladders.axes) axes.emplace_back(axis.name, axis.title);
-  for (const AxisDetection& one : detections) {
-    if (one.axis == test_set) section.columns.emplace_back(one.solver);
-  }
-  for (const auto& [name, title] : axes) {
-    std::vector<Cell> row(section.columns.size());
-    row[0] = title;
-    bool climbed = false;
-    for (const AxisDetection& one : detections) {
-      if (one.axis != name) continue;
-      const auto column =
-          std::find_if(section.columns.begin() + 1, section.columns.end(),
-                       [&](const Column& candidate) { return candidate.title == one.solver; });
-      row[static_cast<std::size_t>(column - section.columns.begin())] =
-          rate_cell(one.counts.*count, one.counts.*total);
-      climbed = true;
-    }
-    if (climbed) section.rows.push_back(std::move(row));
-  }
-  return section;
-}
-
-}  // namespace
 
 DetectionCounts& DetectionCounts::operator+=(const DetectionCounts& other) {
   failing += other.failing;
@@ -299,31 +311,6 @@ TableSection detection_data(const std::vector<AxisDetection>& detections) {
   }
   return section;
 }
-
-namespace {
-
-std::vector<std::string> notes() {
-  return {
-      "A solver doubts a frame if it flags it (suspect), does not converge or has no image. All "
-      "levels of an axis are counted together, including those of the bisection; levels.csv lists "
-      "each. Brackets hold Wilson's 95 % interval, which takes frames as independent. The same "
-      "scenes recur at every level, so the true interval of an axis is wider.",
-      "The check knows the voltages and not the truth. It misses failures on frames that are like "
-      "those of the training (the validation set): the voltages are in order, but the contact is "
-      "small, weak or near another, or the method or its parameter is at fault. The image of a "
-      "frame that is not doubted may still be wrong.",
-      "The check looks for frames unlike those that the solver was fitted for, not for images that "
-      "fail. Doubt begins a little beyond the training's noise or with the first fault, long "
-      "before "
-      "most solvers fail, so there are many false alarms on axes of noise and faults. The rate on "
-      "ordinary frames is that of the test set itself.",
-      "On the axes of a parameter all frames are those of the test set; most detections there are "
-      "iterations that did not converge or undefined images.",
-      "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged without "
-      "them and not doubted for them, so a failure of that image is missed."};
-}
-
-}  // namespace
 
 Table detection_table(const std::string& title, const Ladders& ladders,
                       const std::vector<AxisDetection>& detections) {

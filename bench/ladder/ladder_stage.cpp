@@ -149,34 +149,6 @@ class Climber {
   std::uint64_t total_ = 0;
 };
 
-}  // namespace
-
-std::vector<LadderLevel> climb_ladder(
-    const LadderAxis& axis, double limit,
-    const std::function<LadderLevel(const Level& level)>& evaluate) {
-  std::vector<LadderLevel> levels;
-  for (const Level& level : axis.levels) levels.push_back(evaluate(level));
-  if (axis.categories || axis.of_parameter()) return levels;
-  const auto exceeds = [&](const LadderLevel& level) { return level.share() > limit; };
-  auto severe = std::find_if(levels.begin(), levels.end(), exceeds);
-  if (severe == levels.begin() || severe == levels.end()) return levels;
-  for (int i = 0; axis.integer || i < halvings; ++i) {
-    const double a = std::prev(severe)->level.number();
-    const double b = severe->level.number();
-    if (axis.integer && std::abs(b - a) <= 1) break;
-    const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
-    // On a logarithmic axis the rounded middle may equal an end.
-    const long whole = std::clamp(std::lround(std::floor(middle)), std::lround(std::min(a, b)) + 1,
-                                  std::lround(std::max(a, b)) - 1);
-    const Level value = axis.integer ? Level(nlohmann::json(whole)) : Level(middle);
-    severe = levels.insert(severe, evaluate(value));
-    if (!exceeds(*severe)) ++severe;
-  }
-  return levels;
-}
-
-namespace {
-
 /// Finds where every solver fails on the experiment's ladders, one job per label.
 class LadderStage final : public Stage {
  public:
@@ -231,6 +203,31 @@ class LadderStage final : public Stage {
 };
 
 }  // namespace
+
+std::vector<LadderLevel> climb_ladder(
+    const LadderAxis& axis, double limit,
+    const std::function<LadderLevel(const Level& level)>& evaluate) {
+  std::vector<LadderLevel> levels;
+  for (const Level& level : axis.levels) levels.push_back(evaluate(level));
+  if (axis.categories || axis.of_parameter()) return levels;
+  const auto exceeds = [&](const LadderLevel& level) { return level.share() > limit; };
+  auto severe = std::ranges::find_if(levels, exceeds);
+  if (severe == levels.begin() || severe == levels.end()) return levels;
+  for (int i = 0; axis.integer || i < halvings; ++i) {
+    const double a = std::prev(severe)->level.number();
+    const double b = severe->level.number();
+    if (axis.integer && std::abs(b - a) <= 1) break;
+    const double middle = axis.logarithmic ? std::sqrt(a * b) : (a + b) / 2;
+    // On a logarithmic axis the rounded middle may equal an end.
+    const long whole = std::clamp(std::lround(std::floor(middle)), std::lround(std::min(a, b)) + 1,
+                                  std::lround(std::max(a, b)) - 1);
+    const Level value = axis.integer ? Level(nlohmann::json(whole)) : Level(middle);
+    severe = levels.insert(severe, evaluate(value));
+    if (!exceeds(*severe)) ++severe;
+  }
+  return levels;
+}
+
 }  // namespace ertbench
 
 extern "C" void ertbench_part_ladders(ertbench::Part& part) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "bench/pages/page_expression.h"
 #include "core/errors.h"
@@ -203,7 +202,7 @@ std::vector<fs::path> page_templates(const fs::path& project) {
       if (entry.path().string().ends_with(".md.in")) out.push_back(entry.path());
     }
   }
-  std::sort(out.begin(), out.end());
+  std::ranges::sort(out);
   return out;
 }
 

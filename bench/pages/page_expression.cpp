@@ -1,7 +1,6 @@
 #include "bench/pages/page_expression.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,6 +15,7 @@
 namespace ertbench {
 namespace {
 
+using nlohmann::json;
 using Numbers = std::vector<std::pair<std::string, double>>;
 using Arguments = std::vector<PageValue>;
 using Operation = std::function<PageValue(const Arguments&)>;
@@ -30,17 +30,16 @@ Numbers sorted(const Arguments& arguments) {
     out.insert(out.end(), argument.numbers.begin(), argument.numbers.end());
   }
   if (out.empty()) throw InputError("there is no number to take");
-  std::stable_sort(out.begin(), out.end(),
-                   [](const auto& a, const auto& b) { return a.second < b.second; });
+  std::ranges::stable_sort(out, [](const auto& a, const auto& b) { return a.second < b.second; });
   return out;
 }
 
 bool every_pair(const PageValue& a, const PageValue& b,
                 const std::function<bool(double, double)>& compare) {
   if (a.numbers.empty() || b.numbers.empty()) throw InputError("there is nothing to compare");
-  return std::all_of(a.numbers.begin(), a.numbers.end(), [&](const auto& x) {
-    return std::all_of(b.numbers.begin(), b.numbers.end(),
-                       [&](const auto& y) { return compare(x.second, y.second); });
+  return std::ranges::all_of(a.numbers, [&](const auto& x) {
+    return std::ranges::all_of(b.numbers,
+                               [&](const auto& y) { return compare(x.second, y.second); });
   });
 }
 
@@ -80,7 +79,7 @@ const std::map<std::string, Operation>& operations() {
       {"worst",
        [](const Arguments& a) {
          const Numbers all = sorted(a);  // of equal ones the first
-         return of_text(std::find_if(all.begin(), all.end(), [&](const auto& one) {
+         return of_text(std::ranges::find_if(all, [&](const auto& one) {
                           return one.second == all.back().second;
                         })->first);
        }},
@@ -121,11 +120,11 @@ const std::map<std::string, Operation>& operations() {
        }},
       {"and",
        [](const Arguments& a) {
-         return of(std::all_of(a.begin(), a.end(), [](const auto& x) { return x.number() != 0; }));
+         return of(std::ranges::all_of(a, [](const auto& x) { return x.number() != 0; }));
        }},
       {"or",
        [](const Arguments& a) {
-         return of(std::any_of(a.begin(), a.end(), [](const auto& x) { return x.number() != 0; }));
+         return of(std::ranges::any_of(a, [](const auto& x) { return x.number() != 0; }));
        }},
       {"not", [](const Arguments& a) { return of(a.at(0).number() == 0); }},
       {"is", [](const Arguments& a) { return of(a.at(0).text == a.at(1).text); }},

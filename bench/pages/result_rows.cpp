@@ -1,9 +1,6 @@
 #include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "bench/pages/page_expression.h"
@@ -71,8 +68,8 @@ bool matches(std::string_view text, std::string_view pattern) {
 }
 
 bool matches_any(const std::string& text, const std::vector<std::string>& patterns) {
-  return std::any_of(patterns.begin(), patterns.end(),
-                     [&](const std::string& pattern) { return matches(text, pattern); });
+  return std::ranges::any_of(patterns,
+                             [&](const std::string& pattern) { return matches(text, pattern); });
 }
 
 std::string text_in(const json& value) {
@@ -142,17 +139,16 @@ std::vector<const json*> ResultRows::select(const std::string& file, const std::
     const auto holds_or_limits = [&](const Condition& one) {
       return one.relation == '<' || one.relation == '>' || one.holds(row);
     };
-    if (std::all_of(conditions.begin(), conditions.end(), holds)) out.push_back(&row);
-    if (!std::all_of(conditions.begin(), conditions.end(), holds_or_limits)) continue;
+    if (std::ranges::all_of(conditions, holds)) out.push_back(&row);
+    if (!std::ranges::all_of(conditions, holds_or_limits)) continue;
     if (column.empty() || !value_in(row, column).is_null()) named.push_back(&row);
   }
   for (const Condition& condition : conditions) {
     if (condition.relation != '=') continue;
     for (const std::string& name : condition.alternatives) {
       if (name.find('*') != std::string::npos) continue;
-      const bool there = std::any_of(named.begin(), named.end(), [&](const json* row) {
-        return matches(condition.text_of(*row), name);
-      });
+      const bool there = std::ranges::any_of(
+          named, [&](const json* row) { return matches(condition.text_of(*row), name); });
       if (there) continue;
       throw InputError("no " + (column.empty() ? "row" : column) + " of \"" + name +
                        "\" in the rows \"" + selection + "\" of " + file);
