@@ -15,11 +15,14 @@
 #include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
+#include "forward/data/sheet_model.h"
 #include "frames/frame_bounds.h"
 #include "frames/reference_check.h"
 
 namespace ertbench {
 namespace {
+
+using nlohmann::json;
 
 constexpr Eigen::Index least_frames = 10;
 constexpr double far_from_others = 5;  ///< relative to the middle frame's distance
@@ -61,6 +64,58 @@ double reciprocity_error_of(const Sensor& sensor, const Eigen::VectorXd& referen
   return means > 0 ? std::sqrt(differences / means) : 0;
 }
 
+/// Frames that are flagged or far from the median, and a sentence about them.
+QuietCheck frames_unlike(const Sensor& sensor, const Frames& frames, std::uint64_t from) {
+  QuietCheck out;
+  const Eigen::RowVectorXd usual = median_of_rows(frames);
+  const FrameBounds bounds(sensor);
+  std::vector<double> far;
+  for (const auto& frame : frames.rowwise()) far.push_back((frame - usual).norm());
+  const double limit = std::max(far_from_others * median(far), rounding * usual.norm());
+  std::string list;
+  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+    const FrameVerdict verdict = bounds.judge(frames.row(f) - usual, usual);
+    const bool fault = verdict.faults != 0 && !verdict.even;  // a drift is another matter
+    if (!fault && far[static_cast<std::size_t>(f)] <= limit) continue;
+    out.unlike.push_back(f);
+    if (out.unlike.size() > most_listed) continue;
+    list += (list.empty() ? "" : ", ") + std::to_string(from + static_cast<std::uint64_t>(f)) +
+            (verdict.faults != 0 ? " (" + verdict.text() + ")" : "");
+  }
+  if (out.unlike.empty()) {
+    // Where half of them are touched or more, the median is of no frame.
+    Frames spread = frames.rowwise() - usual;
+    spread -= Frames(spread * usual.transpose() * usual / usual.squaredNorm());  // a drift's level
+    const Eigen::VectorXd sizes = spread.rowwise().norm() / usual.norm();
+    const double size = median(std::vector<double>(sizes.begin(), sizes.end()));
+    if (size > touched_spread && ContactSpan(sensor).share(spread) > touched_share) {
+      out.refused = "frames differ from each other by " + fixed(100 * size, 1) +
+                    " % as contacts make them differ: they are touched";
+    }
+    return out;
+  }
+  out.refused = "frames are unlike the others, touched or of another unit: " + list +
+                (out.unlike.size() > most_listed ? ", ..." : "") + " of " +
+                std::to_string(frames.rows()) + ", counted from 0 in what is read";
+  return out;
+}
+
+std::vector<double> list_of(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
+
+Eigen::VectorXd vector_of(JsonObject& object, const char* key, std::size_t size, Range range) {
+  const std::vector<double> values = object.numbers(key, size, range);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(size));
+}
+
+/// Above what any instrument reaches and below what any number can be.
+constexpr double most_volts = 1e9;
+constexpr double most_decibels = 1000;
+
+constexpr std::uint64_t scenes = 400;
+constexpr const char* set_name = "calibrated";
+
 }  // namespace
 
 Calibration calibrate(const Sensor& sensor, const Frames& frames) {
@@ -101,51 +156,11 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
   const std::vector<int> floating = electrodes_with_bad_channels(
       sensor, [&](Eigen::Index c) { return out.noise[c] > floating_noise * usual && usual > 0; });
   zero.insert(zero.end(), floating.begin(), floating.end());
-  std::sort(zero.begin(), zero.end());
+  std::ranges::sort(zero);
   zero.erase(std::unique(zero.begin(), zero.end()), zero.end());
   out.dead_electrodes = std::move(zero);
   return out;
 }
-
-namespace {
-
-/// Frames that are flagged or far from the median, and a sentence about them.
-QuietCheck frames_unlike(const Sensor& sensor, const Frames& frames, std::uint64_t from) {
-  QuietCheck out;
-  const Eigen::RowVectorXd usual = median_of_rows(frames);
-  const FrameBounds bounds(sensor);
-  std::vector<double> far;
-  for (const auto& frame : frames.rowwise()) far.push_back((frame - usual).norm());
-  const double limit = std::max(far_from_others * median(far), rounding * usual.norm());
-  std::string list;
-  for (Eigen::Index f = 0; f < frames.rows(); ++f) {
-    const FrameVerdict verdict = bounds.judge(frames.row(f) - usual, usual);
-    const bool fault = verdict.faults != 0 && !verdict.even;  // a drift is another matter
-    if (!fault && far[static_cast<std::size_t>(f)] <= limit) continue;
-    out.unlike.push_back(f);
-    if (out.unlike.size() > most_listed) continue;
-    list += (list.empty() ? "" : ", ") + std::to_string(from + static_cast<std::uint64_t>(f)) +
-            (verdict.faults != 0 ? " (" + verdict.text() + ")" : "");
-  }
-  if (out.unlike.empty()) {
-    // Where half of them are touched or more, the median is of no frame.
-    Frames spread = frames.rowwise() - usual;
-    spread -= Frames(spread * usual.transpose() * usual / usual.squaredNorm());  // a drift's level
-    const Eigen::VectorXd sizes = spread.rowwise().norm() / usual.norm();
-    const double size = median(std::vector<double>(sizes.begin(), sizes.end()));
-    if (size > touched_spread && ContactSpan(sensor).share(spread) > touched_share) {
-      out.refused = "frames differ from each other by " + fixed(100 * size, 1) +
-                    " % as contacts make them differ: they are touched";
-    }
-    return out;
-  }
-  out.refused = "frames are unlike the others, touched or of another unit: " + list +
-                (out.unlike.size() > most_listed ? ", ..." : "") + " of " +
-                std::to_string(frames.rows()) + ", counted from 0 in what is read";
-  return out;
-}
-
-}  // namespace
 
 QuietCheck check_quiet(const Sensor& sensor, const Frames& frames) {
   Eigen::Index repeated = 0;
@@ -184,25 +199,6 @@ std::vector<std::string> warnings_of(const Calibration& calibration) {
   }
   return out;
 }
-
-namespace {
-
-using nlohmann::json;
-
-std::vector<double> list_of(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
-Eigen::VectorXd vector_of(JsonObject& object, const char* key, std::size_t size, Range range) {
-  const std::vector<double> values = object.numbers(key, size, range);
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(size));
-}
-
-/// Above what any instrument reaches and below what any number can be.
-constexpr double most_volts = 1e9;
-constexpr double most_decibels = 1000;
-
-}  // namespace
 
 json to_json(const Calibration& c) {
   return {{"schema", Calibration::schema},
@@ -299,13 +295,6 @@ Calibration on_channels_of(const Calibration& calibration, const Sensor& sensor,
   return out;
 }
 
-namespace {
-
-constexpr std::uint64_t scenes = 400;
-constexpr const char* set_name = "calibrated";
-
-}  // namespace
-
 DatasetSpec calibrated_spec(const Calibration& calibration, const Sensor& sensor,
                             const std::string& name) {
   const nlohmann::json json = {{"count", scenes},         {"seed", 1},
@@ -331,6 +320,25 @@ void write_calibrated_set(const Calibration& calibration, const Sensor& sensor,
   out.write_rows(dataset_layout::voltages, 0, voltages);
   out.write_checksum();
   out.close();
+}
+
+void complete_contacts(nlohmann::json& entry, const Sensor& sensor,
+                       const Eigen::VectorXd& reference, double relative_noise) {
+  const auto is_open = [&](const char* key) {
+    return entry.value(key, nlohmann::json("auto")) == "auto";
+  };
+  if (entry.value("type", "") != "contacts") return;
+  if (is_open("prior_weight")) entry["prior_weight"] = 1;
+  if (!is_open("noise") || !(relative_noise > 0)) return;
+  const Eigen::VectorXd model = uniform_reference(sensor);
+  entry["noise"] = relative_noise * model.norm() / std::sqrt(static_cast<double>(model.size()));
+  const Eigen::VectorXd at_level = reference.dot(model) / model.squaredNorm() * model;
+  const double misfit = (reference - at_level).norm() / reference.norm();
+  if (!(misfit > 0.01)) return;  // a model made it
+  if (!entry.contains("model_error")) entry["model_error"] = std::clamp(misfit, 0.02, 0.1);
+  if (!entry.contains("nuisances")) {
+    entry["nuisances"] = {{"level", 0.1}, {"gradient", 0.05}, {"electrodes", 0.01}};
+  }
 }
 
 }  // namespace ertbench

@@ -84,4 +84,11 @@ DatasetSpec calibrated_spec(const Calibration& calibration, const Sensor& sensor
 void write_calibrated_set(const Calibration& calibration, const Sensor& sensor,
                           const std::filesystem::path& file, int threads);
 
+/// Gives an entry of `contacts` what it would take from a validation set: the noise of the frames
+/// without contact, over the root mean square of their mean, at the model's level, and the prior as
+/// it is. A measured reference [channels] V lies away from the model's: this is the model error,
+/// and level, gradient and electrodes are unknowns, too. Other entries stay as they are.
+void complete_contacts(nlohmann::json& entry, const Sensor& sensor,
+                       const Eigen::VectorXd& reference, double relative_noise);
+
 }  // namespace ertbench

@@ -1,4 +1,3 @@
-#include "frames/column_titles.h"
 
 #include <algorithm>
 #include <cctype>
@@ -6,7 +5,6 @@
 #include <map>
 
 #include "core/errors.h"
-#include "core/text.h"
 #include "frames/text_lines.h"
 
 namespace ertbench {
@@ -31,8 +29,7 @@ std::vector<std::string> words_of(std::string_view text) {
 
 std::optional<Kind> kind_of(const std::string& word) {
   const auto begins = [&](std::initializer_list<const char*> list) {
-    return std::any_of(list.begin(), list.end(),
-                       [&](const char* start) { return word.starts_with(start); });
+    return std::ranges::any_of(list, [&](const char* start) { return word.starts_with(start); });
   };
   if (begins({"mag", "abs", "amp", "mod", "|z", "|v"})) return Kind::magnitude;
   if (begins({"pha", "arg", "ang", "theta"})) return Kind::phase;
@@ -95,8 +92,8 @@ ColumnTitle column_title(std::string_view text) {
   ColumnTitle title;
   const std::vector<std::string> words = words_of(text);
   const std::vector<int> numbers = numbers_in(text);
-  if (numbers.size() == 4 && std::all_of(numbers.begin(), numbers.end(),
-                                         [](int e) { return e >= 0 && e <= most_electrodes; })) {
+  if (numbers.size() == 4 &&
+      std::ranges::all_of(numbers, [](int e) { return e >= 0 && e <= most_electrodes; })) {
     title.electrodes = {numbers[0], numbers[1], numbers[2], numbers[3]};
   }
   for (const std::string& word : words) {
@@ -119,8 +116,8 @@ TitledColumns titled_columns(const std::vector<std::string_view>& titles,
   TitledColumns out;
   std::vector<ColumnTitle> read;
   for (const std::string_view text : titles) read.push_back(column_title(text));
-  const bool has_channels = std::any_of(read.begin(), read.end(),
-                                        [](const ColumnTitle& title) { return title.electrodes; });
+  const bool has_channels = std::ranges::any_of(
+      read, [](const ColumnTitle& title) { return title.electrodes.has_value(); });
   std::map<std::array<int, 4>, std::size_t> places;
   for (std::size_t c = 0; c < read.size(); ++c) {
     const ColumnTitle& title = read[c];
@@ -156,10 +153,9 @@ TitledColumns titled_columns(const std::vector<std::string_view>& titles,
     take_unit(read[c].unit, out.phase_unit, source);
   }
   // Electrodes are counted from 1 unless one is called 0.
-  const bool from_0 =
-      std::any_of(out.channels.begin(), out.channels.end(), [](const std::array<int, 4>& channel) {
-        return std::find(channel.begin(), channel.end(), 0) != channel.end();
-      });
+  const bool from_0 = std::ranges::any_of(out.channels, [](const std::array<int, 4>& channel) {
+    return std::ranges::find(channel, 0) != channel.end();
+  });
   for (std::array<int, 4>& channel : out.channels) {
     for (int& electrode : channel) electrode -= from_0 ? 0 : 1;
   }

@@ -67,10 +67,6 @@ class FrameBounds {
   /// that are twice as large must be explained by contacts.
   void set_noise(double noise) { noise_ = noise; }
 
-  double least_level() const { return least_level_; }
-  double most_level() const { return most_level_; }
-  double most_change() const { return most_change_; }
-
  private:
   /// Sets the levels and the change to those of the discs.
   void find_extremes(const Sensor& sensor);

@@ -175,4 +175,8 @@ EitFile parse_eit(std::string_view text, const std::string& source);
 std::unique_ptr<FrameSource> open_eit_frames(const std::filesystem::path& input,
                                              const FrameFileOptions& options);
 
+/// The numbers of a variable of a MATLAB file (versions 5 to 7), which may be NaN. Throws
+/// InputError naming file and variable.
+RowMajorMatrix read_matlab_matrix(const std::filesystem::path& file, const std::string& name);
+
 }  // namespace ertbench

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <fstream>
 
@@ -12,7 +11,6 @@
 #include "core/lists.h"
 #include "core/text.h"
 #include "frames/frame_source.h"
-#include "frames/matlab_matrix.h"
 
 namespace ertbench {
 namespace {

@@ -16,8 +16,7 @@
 #include "core/process.h"
 #include "forward/data/dataset_file.h"
 #include "frames/calibration.h"
-#include "frames/contacts_entry.h"
-#include "frames/twin_places.h"
+#include "frames/reference_check.h"
 #include "solvers/check/checked_solver.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/registry/named_solver.h"
@@ -27,6 +26,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 bool holds_images(const fs::path& file) {
   try {
@@ -35,26 +35,6 @@ bool holds_images(const fs::path& file) {
     return false;
   }
 }
-
-}  // namespace
-
-void require_image_output(const fs::path& output, const std::vector<fs::path>& inputs) {
-  require_output(output, inputs, {"file of images (/conductivity_change)", holds_images});
-}
-
-std::vector<fs::path> reconstruction_inputs(const std::string& solver, const fs::path& frames) {
-  const NamedSolver named = read_named_solver(solver);
-  std::vector<fs::path> inputs = {named.source, frames};
-  if (named.entry->is_object() && named.entry->contains("checkpoint")) {
-    JsonObject object(*named.entry, named.source, "");
-    inputs.push_back(fitted_file(object.text("checkpoint"), object.folder()));
-  }
-  return inputs;
-}
-
-namespace {
-
-using nlohmann::json;
 
 constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
@@ -159,34 +139,6 @@ void describe(Hdf5File& out, const OwnFrames& frames, const Solver& solver) {
                  "from it or -1, factor to V");
 }
 
-}  // namespace
-
-RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
-                           const std::vector<Eigen::Matrix2d>& twins, const Frames& changes) {
-  std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
-  finder.find_contacts(changes, found);
-  for (std::vector<FoundContact>& contacts : found) add_twins(sensor, twins, contacts);
-  const double unit_mm = sensor.sheet->unit_mm();
-  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
-  RowMajorMatrix out =
-      RowMajorMatrix::Constant(changes.rows(), most_written * contact_columns, std::nan(""));
-  for (Eigen::Index f = 0; f < out.rows(); ++f) {
-    const std::vector<FoundContact>& contacts = found[static_cast<std::size_t>(f)];
-    const auto count = std::min(static_cast<Eigen::Index>(contacts.size()), most_written);
-    for (Eigen::Index c = 0; c < count; ++c) {
-      const FoundContact& contact = contacts[static_cast<std::size_t>(c)];
-      const Eigen::Vector2d place = unit_mm * (contact.place - middle);
-      const Eigen::Vector2d deviation = unit_mm * contact.place_deviation;
-      out.row(f).segment<contact_columns>(c * contact_columns) << place.x(), place.y(),
-          unit_mm * std::sqrt(contact.area / std::numbers::pi), contact.peak, deviation.x(),
-          deviation.y();
-    }
-  }
-  return out;
-}
-
-namespace {
-
 /// Writes /level if the solver estimates it: the change of the whole sheet beside the image's.
 void write_level(Hdf5File& out, const RowMajorMatrix& level) {
   if ((level.array() == 0).all()) return;
@@ -211,8 +163,7 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
   summary.reference = check_frames(options, frames);
   if (completes) {
     summary.reference +=
-        "\n  note: the solver has all channels; those left out were estimated "
-        "from the others";
+        "\n  note: the solver has all channels; those left out were estimated from the others";
   }
   summary.frames = frames.frames();
   summary.checked = solver->fit_report().frame_check.empty();
@@ -267,7 +218,57 @@ ReconstructSummary summary_from_json(const json& value) {
           value.at(4), value.at(5), value.at(6), value.at(7)};
 }
 
+constexpr std::uint64_t least_recorded = 10;
+constexpr std::uint64_t most_frames = 1000000;
+
+bool is_calibration(const fs::path& file) {
+  try {
+    read_calibration(file);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 }  // namespace
+
+void require_image_output(const fs::path& output, const std::vector<fs::path>& inputs) {
+  require_output(output, inputs, {"file of images (/conductivity_change)", holds_images});
+}
+
+std::vector<fs::path> reconstruction_inputs(const std::string& solver, const fs::path& frames) {
+  const NamedSolver named = read_named_solver(solver);
+  std::vector<fs::path> inputs = {named.source, frames};
+  if (named.entry->is_object() && named.entry->contains("checkpoint")) {
+    JsonObject object(*named.entry, named.source, "");
+    inputs.push_back(fitted_file(object.text("checkpoint"), object.folder()));
+  }
+  return inputs;
+}
+
+RowMajorMatrix contacts_of(const ContactFinder& finder, const Sensor& sensor,
+                           const std::vector<Eigen::Matrix2d>& twins, const Frames& changes) {
+  std::vector<std::vector<FoundContact>> found(static_cast<std::size_t>(changes.rows()));
+  finder.find_contacts(changes, found);
+  for (std::vector<FoundContact>& contacts : found) add_twins(sensor, twins, contacts);
+  const double unit_mm = sensor.sheet->unit_mm();
+  const Eigen::Vector2d middle = sensor.sheet->bounds().center();
+  RowMajorMatrix out =
+      RowMajorMatrix::Constant(changes.rows(), most_written * contact_columns, std::nan(""));
+  for (Eigen::Index f = 0; f < out.rows(); ++f) {
+    const std::vector<FoundContact>& contacts = found[static_cast<std::size_t>(f)];
+    const auto count = std::min(static_cast<Eigen::Index>(contacts.size()), most_written);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const FoundContact& contact = contacts[static_cast<std::size_t>(c)];
+      const Eigen::Vector2d place = unit_mm * (contact.place - middle);
+      const Eigen::Vector2d deviation = unit_mm * contact.place_deviation;
+      out.row(f).segment<contact_columns>(c * contact_columns) << place.x(), place.y(),
+          unit_mm * std::sqrt(contact.area / std::numbers::pi), contact.peak, deviation.x(),
+          deviation.y();
+    }
+  }
+  return out;
+}
 
 void survive_reading(const fs::path& path, const std::function<void()>& read) {
   constexpr double time_limit_s = 600;  // for a library that never comes back
@@ -336,22 +337,6 @@ ReconstructSummary reconstruct_file(const ReconstructOptions& options, SolverReg
   }
   return summary_from_json(said.at("summary"));
 }
-
-namespace {
-
-constexpr std::uint64_t least_recorded = 10;
-constexpr std::uint64_t most_frames = 1000000;
-
-bool is_calibration(const fs::path& file) {
-  try {
-    read_calibration(file);
-    return true;
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-}  // namespace
 
 CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path& output, bool fix,
                                   bool force) {

@@ -7,6 +7,7 @@
 
 #include "core/arrays.h"
 #include "forward/sheet/sensor.h"
+#include "solvers/solver.h"
 
 namespace ertbench {
 
@@ -96,5 +97,17 @@ ReferenceVerdict check_reference(const Sensor& sensor, const Eigen::VectorXd& re
 /// Whether to mend the frames: they are mendable and `fix` is asked for. Throws InputError, which
 /// begins with `source`, if they are neither sound nor mended nor imaged all the same by `force`.
 bool settle(const ReferenceVerdict& verdict, const std::string& source, bool fix, bool force);
+
+/// Symmetries of the sheet, about its centre and without the identity, that no voltages show: a
+/// contact and its image give the same voltages, as with opposite drive and opposite measurement.
+/// Compares the sensitivity of the channels at places and at their images.
+std::vector<Eigen::Matrix2d> twin_symmetries(const Sensor& sensor);
+
+/// Puts behind each contact its images at which it would give the same voltages.
+void add_twins(const Sensor& sensor, const std::vector<Eigen::Matrix2d>& twins,
+               std::vector<FoundContact>& contacts);
+
+/// "(x, y) and (-x, -y) give the same voltages ..."; empty without a symmetry.
+std::string text_of_twins(const std::vector<Eigen::Matrix2d>& symmetries);
 
 }  // namespace ertbench

@@ -58,9 +58,8 @@ struct ImageScores {
 ImageScores score_images(const ScoreOptions& options);
 
 /// `{"schema", "frames", "undefined_frames", "flagged_frames", "contacts", "notes", "metrics":
-/// {NAME:
-/// {"title" with the unit, "mean", "ci95", "median", "count", "undefined"}}}`; null where there is
-/// no value.
+/// {NAME: {"title" with the unit, "mean", "ci95", "median", "count", "undefined"}}}`; null where
+/// there is no value.
 nlohmann::json to_json(const ImageScores& scores);
 
 }  // namespace ertbench

@@ -6,7 +6,6 @@
 
 #include "core/errors.h"
 #include "core/text.h"
-#include "frames/column_titles.h"
 #include "frames/frame_source.h"
 #include "frames/text_lines.h"
 
@@ -113,8 +112,8 @@ class TextReader {
     const auto has_zeros = [](std::string_view field) {
       return field.size() > 1 && field.front() == '0';
     };
-    if (cells_.format.separator == ',' && std::all_of(fields.begin(), fields.end(), is_whole) &&
-        std::any_of(fields.begin(), fields.end(), has_zeros)) {
+    if (cells_.format.separator == ',' && std::ranges::all_of(fields, is_whole) &&
+        std::ranges::any_of(fields, has_zeros)) {
       fail(
           "has commas in its numbers and between them, which cannot be told apart; save the table "
           "with semicolons or tabs between the numbers, or with decimal points");
@@ -236,7 +235,7 @@ TitledColumns columns_of(const Cells& cells, const std::string& source,
     const auto uses = [&](const TitledColumns::Column& used) {
       return used.value == c || used.phase == c;
     };
-    if (std::none_of(columns.columns.begin(), columns.columns.end(), uses)) left.push_back(c);
+    if (std::ranges::none_of(columns.columns, uses)) left.push_back(c);
   }
   if (left.size() == count) {
     throw InputError(source + ": holds no voltages: all of its " + std::to_string(count) +

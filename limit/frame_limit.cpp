@@ -2,115 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "bench/score/image_contacts.h"
 #include "bench/score/metric_formulas.h"
-#include "core/json.h"
+#include "core/fields.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
+
+using Eigen::RowVectorXd;
+using Eigen::VectorXd;
 
 constexpr int most_weiszfeld_steps = 100;
 
 Eigen::VectorXd distances(const WeightedSamples& samples, const Eigen::RowVectorXd& from) {
   return (samples.values.rowwise() - from).rowwise().norm();
 }
-
-}  // namespace
-
-Eigen::RowVectorXd posterior_mean(const WeightedSamples& samples) {
-  return samples.weights.transpose() * samples.values / samples.weights.sum();
-}
-
-double expected_distance(const WeightedSamples& samples, const Eigen::VectorXd& scales,
-                         const Eigen::RowVectorXd& estimate) {
-  const Eigen::VectorXd apart = distances(samples, estimate);
-  return (samples.weights.array() * scales.array() * apart.array()).sum() / samples.weights.sum();
-}
-
-Eigen::RowVectorXd weighted_median_point(const WeightedSamples& samples,
-                                         const Eigen::VectorXd& scales) {
-  Eigen::RowVectorXd estimate = posterior_mean(samples);
-  double before = expected_distance(samples, scales, estimate);
-  for (int step = 0; step < most_weiszfeld_steps; ++step) {
-    const Eigen::VectorXd apart = distances(samples, estimate);
-    // A sample at the estimate itself would otherwise get all the weight.
-    const double least = 1e-6 * apart.maxCoeff() + 1e-300;
-    const Eigen::VectorXd pull =
-        samples.weights.array() * scales.array() / apart.array().max(least);
-    const double sum = pull.sum();
-    if (!(sum > 0) || !std::isfinite(sum)) return estimate;
-    const Eigen::RowVectorXd next = pull.transpose() * samples.values / sum;
-    const double after = expected_distance(samples, scales, next);
-    if (!(after < before)) return estimate;
-    estimate = next;
-    if (before - after < 1e-7 * before) return estimate;
-    before = after;
-  }
-  return estimate;
-}
-
-double total_variance(const WeightedSamples& samples) {
-  const Eigen::VectorXd apart = distances(samples, posterior_mean(samples));
-  return samples.weights.dot(apart.cwiseAbs2()) / samples.weights.sum();
-}
-
-double variance_between_last(const WeightedSamples& samples) {
-  const auto islands = static_cast<Eigen::Index>(
-      *std::max_element(samples.islands.begin(), samples.islands.end()) + 1);
-  RowMajorMatrix last(islands, samples.values.cols());
-  for (Eigen::Index i = 0; i < samples.values.rows(); ++i) {
-    last.row(samples.islands[static_cast<std::size_t>(i)]) = samples.values.row(i);
-  }
-  return (last.rowwise() - last.colwise().mean()).squaredNorm() / static_cast<double>(islands - 1);
-}
-
-double effective_samples(const WeightedSamples& samples) {
-  const auto& weights = samples.weights;
-  const double kish = weights.sum() * weights.sum() / weights.squaredNorm();
-  const int islands = samples.islands.empty()
-                          ? 1
-                          : *std::max_element(samples.islands.begin(), samples.islands.end()) + 1;
-  if (islands < 2) return kish;
-  RowMajorMatrix means = RowMajorMatrix::Zero(islands, samples.values.cols());
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(islands);
-  for (Eigen::Index i = 0; i < weights.size(); ++i) {
-    const int island = samples.islands[static_cast<std::size_t>(i)];
-    means.row(island) += weights[i] * samples.values.row(i);
-    sums[island] += weights[i];
-  }
-  if (sums.minCoeff() <= 0) return 1;
-  means.array().colwise() /= sums.array();
-  const Eigen::VectorXd shares = sums / sums.sum();
-  const Eigen::RowVectorXd middle = shares.transpose() * means;
-  const double of_mean =
-      shares.cwiseAbs2().dot((means.rowwise() - middle).rowwise().squaredNorm()) * islands /
-      (islands - 1.0);
-  const double variance = total_variance(samples);
-  return of_mean * kish > variance ? variance / of_mean : kish;
-}
-
-double weighted_rank(const Eigen::Ref<const Eigen::VectorXd>& values,
-                     const Eigen::VectorXd& weights, double truth, double uniform) {
-  const double tie = 1e-9 * (1 + std::abs(truth));
-  double below = 0;
-  double equal = 0;
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    if (std::abs(values[i] - truth) <= tie) {
-      equal += weights[i];
-    } else if (values[i] < truth) {
-      below += weights[i];
-    }
-  }
-  return (below + uniform * equal) / weights.sum();
-}
-
-namespace {
-
-using Eigen::RowVectorXd;
-using Eigen::VectorXd;
 
 /// Sum, centroid, norm and number of contacts, in the order of limit_ranks.
 std::array<double, limit_ranks.size()> features(const Sensor& sensor, const RowVectorXd& change,
@@ -189,7 +99,164 @@ double mean_quantities(const PosteriorSamples& posterior) {
   return weights > 0 ? sum / weights : 0;
 }
 
+constexpr std::pair<const char*, double FrameLimit::*> limit_numbers[] = {
+    {"effective", &FrameLimit::effective},
+    {"quantities", &FrameLimit::quantities},
+    {"pareto_k", &FrameLimit::pareto_k},
+    {"seconds", &FrameLimit::seconds},
+    {"relative_error_of_mean", &FrameLimit::relative_error_of_mean},
+    {"squared_error", &FrameLimit::squared_error},
+    {"energy", &FrameLimit::energy},
+    {"variance", &FrameLimit::variance},
+    {"chi_square", &FrameLimit::chi_square},
+    {"sphere_effective", &FrameLimit::sphere_effective}};
+
+void visit(Fields& fields, FrameLimit::Value& value) {
+  fields.required().nullable().number("error", value.error, {});
+  fields.required().nullable().number("expected", value.expected, {});
+}
+
+void visit(Fields& fields, FrameLimit& limit) {
+  constexpr int most = std::numeric_limits<int>::max();
+  fields.required().integer("frame", limit.frame, 0, most);
+  fields.required().words("sampler", limit.sampler);
+  fields.required().integer("samples", limit.samples, 0, most);
+  fields.boolean("resolved", limit.resolved);
+  fields.words("remark", limit.remark);
+  fields.boolean("alone", limit.alone);
+  fields.boolean("one_origin", limit.one_origin);
+  fields.required().integer("solves", limit.solves, 0, most);
+  fields.required().object("metrics", [&](Fields& metrics) {
+    for (const char* name : limit_metrics) {
+      if (metrics.reading() ? !metrics.has(name) : !limit.metrics.contains(name)) continue;
+      metrics.object(name, [&](Fields& both) { visit(both, limit.metrics[name]); });
+    }
+  });
+  fields.required().object("ranks", [&](Fields& ranks) {
+    for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
+      ranks.required().number(limit_ranks[r], limit.ranks[r], {});
+    }
+  });
+  fields.required().nullable().number("sphere_relative_error", limit.sphere_relative_error, {});
+  for (const auto& [key, member] : limit_numbers) {
+    fields.required().number(key, limit.*member, {});
+  }
+}
+
+/// Why a frame's posterior cannot be trusted, whatever the number of its samples; empty if it can.
+std::string doubt(int channels, const FrameLimit& limit) {
+  constexpr double most_deviations = 3;
+  constexpr double most_pareto_k = 0.7;
+  // The truth's chi square equals the number of channels, since the norm of the noise is fixed; the
+  // posterior's chi square spreads around it with the number of free quantities.
+  const double most_chi_square =
+      channels + most_deviations * std::sqrt(2 * std::max(1.0, limit.quantities));
+  if (limit.chi_square > most_chi_square) {
+    return "the scenes that were found do not explain the frame: chi square " +
+           fixed(limit.chi_square, 0) + " for " + std::to_string(channels) + " channels";
+  }
+  if (limit.alone) return "only one of its samplers found the scenes that explain it best";
+  if (limit.pareto_k > most_pareto_k) {
+    return "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
+  }
+  return "";
+}
+
+/// A frame with fewer effective samples is listed as unresolved.
+constexpr double least_effective = 100;
+/// Effective samples from which on more work is not worth it: the squared error of a mean of k
+/// samples is 1/k above the minimum.
+constexpr double enough_effective = 20;
+
+bool has_fewer(const FrameLimit& limit, double samples) {
+  return limit.sampler != "enumeration" && limit.effective < samples;
+}
+
 }  // namespace
+
+Eigen::RowVectorXd posterior_mean(const WeightedSamples& samples) {
+  return samples.weights.transpose() * samples.values / samples.weights.sum();
+}
+
+double expected_distance(const WeightedSamples& samples, const Eigen::VectorXd& scales,
+                         const Eigen::RowVectorXd& estimate) {
+  const Eigen::VectorXd apart = distances(samples, estimate);
+  return (samples.weights.array() * scales.array() * apart.array()).sum() / samples.weights.sum();
+}
+
+Eigen::RowVectorXd weighted_median_point(const WeightedSamples& samples,
+                                         const Eigen::VectorXd& scales) {
+  Eigen::RowVectorXd estimate = posterior_mean(samples);
+  double before = expected_distance(samples, scales, estimate);
+  for (int step = 0; step < most_weiszfeld_steps; ++step) {
+    const Eigen::VectorXd apart = distances(samples, estimate);
+    // A sample at the estimate itself would otherwise get all the weight.
+    const double least = 1e-6 * apart.maxCoeff() + 1e-300;
+    const Eigen::VectorXd pull =
+        samples.weights.array() * scales.array() / apart.array().max(least);
+    const double sum = pull.sum();
+    if (!(sum > 0) || !std::isfinite(sum)) return estimate;
+    const Eigen::RowVectorXd next = pull.transpose() * samples.values / sum;
+    const double after = expected_distance(samples, scales, next);
+    if (!(after < before)) return estimate;
+    estimate = next;
+    if (before - after < 1e-7 * before) return estimate;
+    before = after;
+  }
+  return estimate;
+}
+
+double total_variance(const WeightedSamples& samples) {
+  const Eigen::VectorXd apart = distances(samples, posterior_mean(samples));
+  return samples.weights.dot(apart.cwiseAbs2()) / samples.weights.sum();
+}
+
+double variance_between_last(const WeightedSamples& samples) {
+  const auto islands = static_cast<Eigen::Index>(*std::ranges::max_element(samples.islands) + 1);
+  RowMajorMatrix last(islands, samples.values.cols());
+  for (Eigen::Index i = 0; i < samples.values.rows(); ++i) {
+    last.row(samples.islands[static_cast<std::size_t>(i)]) = samples.values.row(i);
+  }
+  return (last.rowwise() - last.colwise().mean()).squaredNorm() / static_cast<double>(islands - 1);
+}
+
+double effective_samples(const WeightedSamples& samples) {
+  const auto& weights = samples.weights;
+  const double kish = weights.sum() * weights.sum() / weights.squaredNorm();
+  const int islands = samples.islands.empty() ? 1 : *std::ranges::max_element(samples.islands) + 1;
+  if (islands < 2) return kish;
+  RowMajorMatrix means = RowMajorMatrix::Zero(islands, samples.values.cols());
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(islands);
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    const int island = samples.islands[static_cast<std::size_t>(i)];
+    means.row(island) += weights[i] * samples.values.row(i);
+    sums[island] += weights[i];
+  }
+  if (sums.minCoeff() <= 0) return 1;
+  means.array().colwise() /= sums.array();
+  const Eigen::VectorXd shares = sums / sums.sum();
+  const Eigen::RowVectorXd middle = shares.transpose() * means;
+  const double of_mean =
+      shares.cwiseAbs2().dot((means.rowwise() - middle).rowwise().squaredNorm()) * islands /
+      (islands - 1.0);
+  const double variance = total_variance(samples);
+  return of_mean * kish > variance ? variance / of_mean : kish;
+}
+
+double weighted_rank(const Eigen::Ref<const Eigen::VectorXd>& values,
+                     const Eigen::VectorXd& weights, double truth, double uniform) {
+  const double tie = 1e-9 * (1 + std::abs(truth));
+  double below = 0;
+  double equal = 0;
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (std::abs(values[i] - truth) <= tie) {
+      equal += weights[i];
+    } else if (values[i] < truth) {
+      below += weights[i];
+    }
+  }
+  return (below + uniform * equal) / weights.sum();
+}
 
 FrameLimit limit_of_frame(const Sensor& sensor, Rasterisation rule, const FrameTruth& truth,
                           const PosteriorSamples& posterior, double uniform) {
@@ -261,51 +328,6 @@ FrameLimit lower_bound_of_frame(const Sensor& sensor, Rasterisation rule, const 
   return limit;
 }
 
-namespace {
-
-constexpr std::pair<const char*, double FrameLimit::*> limit_numbers[] = {
-    {"effective", &FrameLimit::effective},
-    {"quantities", &FrameLimit::quantities},
-    {"pareto_k", &FrameLimit::pareto_k},
-    {"seconds", &FrameLimit::seconds},
-    {"relative_error_of_mean", &FrameLimit::relative_error_of_mean},
-    {"squared_error", &FrameLimit::squared_error},
-    {"energy", &FrameLimit::energy},
-    {"variance", &FrameLimit::variance},
-    {"chi_square", &FrameLimit::chi_square},
-    {"sphere_effective", &FrameLimit::sphere_effective}};
-
-/// Why a frame's posterior cannot be trusted, whatever the number of its samples; empty if it can.
-std::string doubt(int channels, const FrameLimit& limit) {
-  constexpr double most_deviations = 3;
-  constexpr double most_pareto_k = 0.7;
-  // The truth's chi square equals the number of channels, since the norm of the noise is fixed; the
-  // posterior's chi square spreads around it with the number of free quantities.
-  const double most_chi_square =
-      channels + most_deviations * std::sqrt(2 * std::max(1.0, limit.quantities));
-  if (limit.chi_square > most_chi_square) {
-    return "the scenes that were found do not explain the frame: chi square " +
-           fixed(limit.chi_square, 0) + " for " + std::to_string(channels) + " channels";
-  }
-  if (limit.alone) return "only one of its samplers found the scenes that explain it best";
-  if (limit.pareto_k > most_pareto_k) {
-    return "Pareto k " + fixed(limit.pareto_k, 2) + " > " + fixed(most_pareto_k, 1);
-  }
-  return "";
-}
-
-/// A frame with fewer effective samples is listed as unresolved.
-constexpr double least_effective = 100;
-/// Effective samples from which on more work is not worth it: the squared error of a mean of k
-/// samples is 1/k above the minimum.
-constexpr double enough_effective = 20;
-
-bool has_fewer(const FrameLimit& limit, double samples) {
-  return limit.sampler != "enumeration" && limit.effective < samples;
-}
-
-}  // namespace
-
 void judge(int channels, FrameLimit& limit) {
   limit.remark = doubt(channels, limit);
   if (limit.remark.empty() && has_fewer(limit, least_effective)) {
@@ -323,59 +345,13 @@ bool deserves_more(int channels, const FrameLimit& limit) {
 }
 
 nlohmann::json to_json(const FrameLimit& limit) {
-  const auto value = [](const std::optional<double>& number) {
-    return number && std::isfinite(*number) ? nlohmann::json(*number) : nlohmann::json(nullptr);
-  };
-  nlohmann::json metrics = nlohmann::json::object();
-  for (const auto& [name, both] : limit.metrics) {
-    metrics[name] = {{"error", value(both.error)}, {"expected", value(both.expected)}};
-  }
-  nlohmann::json ranks = nlohmann::json::object();
-  for (std::size_t r = 0; r < limit_ranks.size(); ++r) ranks[limit_ranks[r]] = limit.ranks[r];
-  nlohmann::json out = {{"frame", limit.frame},
-                        {"sampler", limit.sampler},
-                        {"samples", limit.samples},
-                        {"resolved", limit.resolved},
-                        {"remark", limit.remark},
-                        {"alone", limit.alone},
-                        {"one_origin", limit.one_origin},
-                        {"solves", limit.solves},
-                        {"metrics", metrics},
-                        {"ranks", ranks},
-                        {"sphere_relative_error", value(limit.sphere_relative_error)}};
-  for (const auto& [key, member] : limit_numbers) out[key] = limit.*member;
-  return out;
+  FrameLimit copy = limit;
+  return Fields::written([&](Fields& fields) { visit(fields, copy); });
 }
 
 FrameLimit frame_limit_from_json(JsonObject object) {
-  const auto optional = [](JsonObject& from, const char* key) {
-    return from.raw(key).is_null() ? std::nullopt : std::optional(from.number(key));
-  };
   FrameLimit limit;
-  limit.frame = static_cast<std::uint64_t>(object.number("frame", {0, 1e15}));
-  limit.sampler = object.text("sampler");
-  limit.samples = object.integer("samples", 0, 1 << 30);
-  limit.resolved = object.boolean_or("resolved", false);
-  if (object.has("remark")) limit.remark = object.raw("remark").get<std::string>();
-  limit.alone = object.boolean_or("alone", false);
-  limit.one_origin = object.boolean_or("one_origin", false);
-  limit.solves = static_cast<std::uint64_t>(object.number("solves", {0, 1e18}));
-  JsonObject metrics = object.object("metrics");
-  for (const char* name : limit_metrics) {
-    if (!metrics.has(name)) continue;
-    JsonObject both = metrics.object(name);
-    limit.metrics[name] = {optional(both, "error"), optional(both, "expected")};
-    both.finish();
-  }
-  metrics.finish();
-  JsonObject ranks = object.object("ranks");
-  for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
-    limit.ranks[r] = ranks.number(limit_ranks[r]);
-  }
-  ranks.finish();
-  limit.sphere_relative_error = optional(object, "sphere_relative_error");
-  for (const auto& [key, member] : limit_numbers) limit.*member = object.number(key);
-  object.finish();
+  Fields::read(std::move(object), [&](Fields& fields) { visit(fields, limit); });
   return limit;
 }
 

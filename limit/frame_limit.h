@@ -6,7 +6,6 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -51,8 +50,6 @@ double effective_samples(const WeightedSamples& samples);
 /// from the prior the rank is uniform if the posterior is right (Talts et al. 2018).
 double weighted_rank(const Eigen::Ref<const Eigen::VectorXd>& values,
                      const Eigen::VectorXd& weights, double truth, double uniform);
-
-class JsonObject;
 
 /// The metrics that have a limit. Each has its own best estimate, which minimises its mean.
 inline constexpr std::array<const char*, 3> limit_metrics = {"relative_error", "RIE", "PE"};

@@ -11,7 +11,6 @@
 
 #include "bench/record/limit_file.h"
 #include "bench/record/record_file.h"
-#include "bench/record/stamps.h"
 #include "core/errors.h"
 #include "core/json.h"
 #include "core/lists.h"
@@ -20,12 +19,12 @@
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
-#include "limit/frame_limit.h"
 
 namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 constexpr int limit_version = 7;        ///< version of the records' content
 constexpr std::array efforts = {1, 2};  ///< the second is tried if the first was not enough
@@ -38,14 +37,14 @@ constexpr const char* lower = "lower";
 /// reweighted if possible, or null.
 std::string key_of_record(const DatasetSpec& spec, const ScenePrior& prior, const ScenePrior* broad,
                           const std::string& model, const std::string& sampler) {
-  nlohmann::json set = to_json(spec);
+  json set = to_json(spec);
   set.erase("count");
-  const nlohmann::json key = {{"version", limit_version},
-                              {"set", set},
-                              {"prior", to_json(prior.distribution())},
-                              {"broad", broad ? to_json(broad->distribution()) : nullptr},
-                              {"model", model},
-                              {"sampler", sampler}};
+  const json key = {{"version", limit_version},
+                    {"set", set},
+                    {"prior", to_json(prior.distribution())},
+                    {"broad", broad ? to_json(broad->distribution()) : nullptr},
+                    {"model", model},
+                    {"sampler", sampler}};
   return key.dump();
 }
 
@@ -146,8 +145,8 @@ class SetRun {
   std::vector<SetLimit> run() {
     prepare();
     const std::size_t count = tasks_.front().frames.size();
-    const auto missing = static_cast<std::uint64_t>(
-        std::count_if(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; }));
+    const auto missing =
+        static_cast<std::uint64_t>(std::ranges::count_if(unfinished_, [](bool b) { return b; }));
     if (missing > 0) {
       Progress progress("limit of \"" + spec_.name + "\" (" + model_name(spec_, *voltages_) + ")");
       std::uint64_t done = 0;
@@ -184,7 +183,7 @@ class SetRun {
     for (const Task& task : tasks_) {
       for (std::size_t i = 0; i < count; ++i) unfinished_[i] = unfinished_[i] || task.wants(i);
     }
-    if (std::none_of(unfinished_.begin(), unfinished_.end(), [](bool b) { return b; })) return;
+    if (std::ranges::none_of(unfinished_, [](bool b) { return b; })) return;
     const SceneModel model(spec_.sensor, spec_.model);
     block_ = generate_block(spec_, model, 0, count, options_.threads);
     if (options_.lower) {
@@ -200,7 +199,7 @@ class SetRun {
       samplers_.push_back(std::make_unique<PosteriorSampler>(spec_, task->prior, *voltages_,
                                                              options_.sampler, options_.threads));
     }
-    std::reverse(samplers_.begin(), samplers_.end());
+    std::ranges::reverse(samplers_);
   }
 
   /// A frame's records do not depend on which of them exist already: if the oracle reweights the
@@ -305,8 +304,6 @@ class SetRun {
   std::unique_ptr<PlaceMetric> metric_;     ///< of the chains of a lower bound, as the next
   std::unique_ptr<EllipseModel> ellipses_;  ///< null where voltages are not smooth
 };
-
-using nlohmann::json;
 
 /// Limits of the first frames of a set under its own prior.
 void add_limits(const json& set, SamplerKind kind, Probe& probe) {

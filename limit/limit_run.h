@@ -75,10 +75,9 @@ bool is_ranked(std::span<const FrameLimit> frames, std::size_t rank);
 
 /// `{"schema": 1, "experiment", "build", "rows": [rows of results], "sets": [{"dataset", "prior",
 /// "model", "sampler", "frames", "unresolved": [numbers], "resolved": {metric: summary of the
-/// resolved frames}, "expected": {metric: the posterior's own mean error},
-/// "all_frames": {metric: summary}, "relative_error_of_mean", "sphere": {"width", "relative_error",
-/// "without": the relative error of the same frames off the sphere}, "calibration",
-/// "per_frame": [...]}]}`
+/// resolved frames}, "expected": {metric: the posterior's own mean error}, "all_frames": {metric:
+/// summary}, "relative_error_of_mean", "sphere": {"width", "relative_error", "without": the
+/// relative error of the same frames off the sphere}, "calibration", "per_frame": [...]}]}`
 nlohmann::json limit_json(const std::string& experiment, std::span<const SetLimit> limits);
 
 /// Reads the rows that `options` ask for from a folder of results. Returns none unless the file has

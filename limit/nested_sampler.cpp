@@ -1,7 +1,6 @@
 #include "limit/nested_sampler.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <mutex>
 
@@ -151,8 +150,7 @@ Evidence nested_evidence(const ScenePrior& prior, const SceneLikelihood& likelih
 
 double EvidenceCheck::deviation() const { return std::hypot(annealed.deviation, nested.deviation); }
 
-std::vector<EvidenceCheck> check_evidences(const DatasetSpec& spec, int frames, int threads,
-                                           const NestedOptions& options) {
+std::vector<EvidenceCheck> check_evidences(const DatasetSpec& spec, int frames, int threads) {
   const ScenePrior prior(std::get<SceneDistribution>(spec.scenes), spec.sensor.sheet);
   const auto voltages = voltages_for(spec);
   const PosteriorSampler annealing(spec, prior, *voltages, SamplerKind::annealing, threads);
@@ -177,8 +175,8 @@ std::vector<EvidenceCheck> check_evidences(const DatasetSpec& spec, int frames, 
     for (std::size_t n = 0; n < numbers; ++n) {
       const double log_count = prior.log_count(n);
       if (!std::isfinite(log_count)) continue;
-      parts[n] = nested_evidence(prior.with_contacts(n), likelihood, annealing.metric(), options,
-                                 random, check.solves);
+      parts[n] = nested_evidence(prior.with_contacts(n), likelihood, annealing.metric(), {}, random,
+                                 check.solves);
       parts[n].log += log_count;
       check.nested.log = log_sum({check.nested.log, parts[n].log});
     }

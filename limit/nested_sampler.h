@@ -49,7 +49,6 @@ struct EvidenceCheck {
 
 /// The first frames of a set under the prior of its own scenes. They are taken as they are, without
 /// the correction by the set's own model.
-std::vector<EvidenceCheck> check_evidences(const DatasetSpec& spec, int frames, int threads,
-                                           const NestedOptions& options = {});
+std::vector<EvidenceCheck> check_evidences(const DatasetSpec& spec, int frames, int threads);
 
 }  // namespace ertbench

@@ -3,8 +3,6 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -65,8 +63,6 @@ class EnumeratedDiscs {
   /// lattice of `lattice` points per pixel in x and in y.
   EnumeratedDiscs(const ScenePrior& prior, const Sensor& sensor, const SceneVoltages& voltages,
                   int side, int lattice, int threads);
-
-  std::size_t images() const { return places_.size(); }
 
   /// Positions of all images with a noticeable weight; those of one image divide its weight.
   PosteriorSamples posterior(const FrameLikelihood& likelihood) const;

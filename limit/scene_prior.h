@@ -90,9 +90,8 @@ class PlaceMetric {
 };
 
 /// Metropolis-Hastings moves, all but `number` and `split` between scenes with the same number of
-/// contacts.
-/// Changes of a contact's form keep the centre and area of its nearest ellipse, which voltages
-/// determine best.
+/// contacts. Changes of a contact's form keep the centre and area of its nearest ellipse, which
+/// voltages determine best.
 enum class Move {
   walk,      ///< position and size of a contact change, by PlaceMetric
   exchange,  ///< size is traded for conductivity at constant strength

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -13,11 +12,8 @@
 #include "core/json.h"
 #include "frames/calibration.h"
 #include "frames/own_frames.h"
-#include "live/datagrams.h"
-#include "live/line_output.h"
 #include "live/live_record.h"
 #include "live/live_server.h"
-#include "live/live_state.h"
 #include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
 
@@ -294,10 +290,6 @@ std::optional<LiveServerOptions> server_options(const LiveOptions& options) {
   }
   return LiveServerOptions{host, port, options.http_clients};
 }
-
-}  // namespace
-
-namespace {
 
 LiveSummary run_stream(const LiveOptions& options, SolverRegistry& registry) {
   const std::optional<LiveServerOptions> http = server_options(options);

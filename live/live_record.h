@@ -23,8 +23,6 @@
 
 namespace ertbench {
 
-class FrameSource;
-
 /// Records frames and answers. While the stream runs, rows are appended to raw files beside the
 /// record; `finish` turns them into the HDF5 file, by atomic rename:
 ///

@@ -1,5 +1,3 @@
-#include "live/live_setup.h"
-
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -10,7 +8,7 @@
 #include "bench/experiment/experiment_solvers.h"
 #include "bench/record/cache.h"
 #include "bench/run/datasets.h"
-#include "bench/score/contact_rule_choice.h"
+#include "bench/score/image_contacts.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
@@ -19,8 +17,9 @@
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
 #include "forward/data/sheet_model.h"
-#include "frames/contacts_entry.h"
+#include "frames/calibration.h"
 #include "frames/reference_check.h"
+#include "live/live.h"
 #include "live/live_record.h"
 #include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
@@ -167,16 +166,10 @@ std::optional<Eigen::RowVectorXd> reference_for(const LiveOptions& options,
 
 std::unique_ptr<LiveSource> source_for(const LiveOptions& options, const InputPlace& place,
                                        FrameColumns channels, std::optional<FramesOfFile>& replay) {
-  switch (place.kind) {
-    case InputPlace::Kind::standard_input:
-      return open_standard_input(channels, options.format);
-    case InputPlace::Kind::serial:
-      return open_serial(place, channels, options.format);
-    case InputPlace::Kind::udp:
-      return open_udp(place, channels, options.format);
-    case InputPlace::Kind::replay:
-      break;
-  }
+  using Kind = InputPlace::Kind;
+  if (place.kind == Kind::standard_input) return open_standard_input(channels, options.format);
+  if (place.kind == Kind::serial) return open_serial(place, channels, options.format);
+  if (place.kind == Kind::udp) return open_udp(place, channels, options.format);
   return replay_of(std::move(replay->voltages), channels, options.repeat, place.rate);
 }
 
@@ -188,6 +181,14 @@ std::vector<fs::path> files_of(const LiveOptions& options, const InputPlace& pla
   out.emplace_back(options.forces);
   std::erase_if(out, [](const fs::path& file) { return file.empty(); });
   return out;
+}
+
+/// Refuses files of other voltages than the model's, which would teach wrong thresholds and forces.
+void require_reference(const Sensor& sensor, const Eigen::RowVectorXd& reference,
+                       const std::string& option, const LiveOptions& options) {
+  if (options.fix) return;  // they are mended with the frames
+  settle(check_reference(sensor, reference.transpose(), Frames(0, reference.size())), option, false,
+         options.force);
 }
 
 }  // namespace
@@ -210,18 +211,6 @@ void take_reference(LiveSolver& solver, const Eigen::RowVectorXd& reference,
   if (sound && verdict.notes.empty()) return;
   spdlog::warn("{}{}", verdict.text(), mends ? "\n  the frames are read so (--fix)" : "");
 }
-
-namespace {
-
-/// Refuses files of other voltages than the model's, which would teach wrong thresholds and forces.
-void require_reference(const Sensor& sensor, const Eigen::RowVectorXd& reference,
-                       const std::string& option, const LiveOptions& options) {
-  if (options.fix) return;  // they are mended with the frames
-  settle(check_reference(sensor, reference.transpose(), Frames(0, reference.size())), option, false,
-         options.force);
-}
-
-}  // namespace
 
 LiveSetup live_setup(const LiveOptions& options, SolverRegistry& registry) {
   const InputPlace place = input_place(options.input);

@@ -12,7 +12,6 @@
 #include "forward/sheet/sensor.h"
 #include "frames/frame_bounds.h"
 #include "frames/reference_check.h"
-#include "frames/twin_places.h"
 #include "solvers/front/quiet_reference.h"
 #include "solvers/solver.h"
 
@@ -61,7 +60,6 @@ class CollisionSignal {
   CollisionSignal(const TouchRegions& regions, const std::vector<FrameReading>& quiet,
                   const FrameRuns& runs, double false_alarms_per_hour);
   bool alarm(const FrameReading& reading) const;
-  const std::vector<double>& thresholds() const { return thresholds_; }  ///< [regions] S/m
 
  private:
   const TouchRegions& regions_;
@@ -109,7 +107,6 @@ class LiveSolver {
   const LiveAnswer& answer(const Eigen::Ref<const Eigen::RowVectorXd>& voltages, double time_s);
 
   const Sensor& sensor() const { return sensor_; }
-  const CollisionSignal* collision() const { return collision_.get(); }
 
  private:
   Frames mended(FramesView changes) const;

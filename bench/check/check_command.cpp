@@ -1,9 +1,7 @@
-#include "bench/check/check_command.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 
 #include "bench/check/baseline.h"

@@ -1,8 +1,7 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 
 #include "bench/check/baseline.h"
-#include "bench/check/check_command.h"
+#include "bench/check/check.h"
 #include "bench/cli/command.h"
 #include "bench/experiment/experiment.h"
 #include "bench/features/features.h"
@@ -11,7 +10,6 @@
 #include "bench/run/timing_stage.h"
 #include "bench/speed/timing.h"
 #include "bench/table/table.h"
-#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -26,6 +24,29 @@ ExitCode check(const CheckArguments& arguments) {
   SolverRegistry registry;
   const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
   return check_experiment(experiment, registry, arguments.options) ? done : regression;
+}
+
+struct FidelityArguments {
+  std::string experiment;
+  std::string out;
+  int scenes = fidelity_usual_scenes;
+  bool fresh = false;
+  bool rebuild_stale = false;
+};
+
+ExitCode fidelity(const FidelityArguments& arguments) {
+  SolverRegistry registry;
+  const Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
+  RunOptions options;
+  options.out = result_folder(arguments.out, experiment.name);
+  options.fresh = arguments.fresh;
+  const Stages stages = stages_of_fidelity(arguments.scenes);
+  const Cache cache =
+      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
+  const ExperimentResults results = run_stages(stages, experiment, cache, options);
+  report_stages(stages, experiment, results, options.out);
+  return results.failures > 0 ? trial_failed : done;
 }
 
 }  // namespace
@@ -83,33 +104,6 @@ Action add_timing(CLI::App& command) {
       "machine allows, here for reading the matrices once, is 0.80 of what was measured.");
   return [options] { return run_timing(*options) > 0 ? trial_failed : done; };
 }
-
-namespace {
-
-struct FidelityArguments {
-  std::string experiment;
-  std::string out;
-  int scenes = fidelity_usual_scenes;
-  bool fresh = false;
-  bool rebuild_stale = false;
-};
-
-ExitCode fidelity(const FidelityArguments& arguments) {
-  SolverRegistry registry;
-  const Experiment experiment =
-      read_experiment(arguments.experiment, registry, {}, SolverCheck::none);
-  RunOptions options;
-  options.out = result_folder(arguments.out, experiment.name);
-  options.fresh = arguments.fresh;
-  const Stages stages = stages_of_fidelity(arguments.scenes);
-  const Cache cache =
-      Cache::standard().with(arguments.rebuild_stale ? Reuse::same_program : Reuse::same_code);
-  const ExperimentResults results = run_stages(stages, experiment, cache, options);
-  report_stages(stages, experiment, results, options.out);
-  return results.failures > 0 ? trial_failed : done;
-}
-
-}  // namespace
 
 Action add_fidelity(CLI::App& command) {
   const auto arguments = std::make_shared<FidelityArguments>();

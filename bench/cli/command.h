@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,8 +12,6 @@
 #include "frames/own_frames.h"
 
 namespace ertbench {
-
-struct SolverEntry;
 
 /// All commands, in the order of the help.
 std::span<const Command> commands();

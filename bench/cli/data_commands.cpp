@@ -9,7 +9,6 @@
 #include "bench/experiment/experiment_json.h"
 #include "bench/features/features.h"
 #include "bench/record/cache.h"
-#include "bench/report/row_remarks.h"
 #include "bench/run/datasets.h"
 #include "bench/run/timing_stage.h"
 #include "bench/score/metrics.h"
@@ -28,6 +27,9 @@
 
 namespace ertbench {
 namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
 
 struct GenerateArguments {
   std::string experiment;
@@ -75,25 +77,6 @@ ExitCode generate(const GenerateArguments& arguments) {
   return done;
 }
 
-}  // namespace
-
-Action add_generate(CLI::App& command) {
-  const auto arguments = std::make_shared<GenerateArguments>();
-  command.description("Write the datasets of an experiment");
-  add_experiment(command, arguments->experiment);
-  command.add_option("--dataset", arguments->dataset,
-                     "Only this one (default: all, into the cache)");
-  command.add_option("--out", arguments->out,
-                     "HDF5 file to write (default: in the cache); of what is there,\n"
-                     "only a dataset is written over");
-  command.footer(
-      "Example:\n  ertbench generate experiments/table_c1.json --dataset test --out test.h5\n"
-      "A run that was cut off goes on where it stopped when the same command is given again.");
-  return [arguments] { return generate(*arguments); };
-}
-
-namespace {
-
 struct CacheArguments {
   bool prune = false;
   bool all = false;
@@ -140,33 +123,6 @@ ExitCode cache(const CacheArguments& arguments) {
   return done;
 }
 
-}  // namespace
-
-Action add_cache(CLI::App& command) {
-  const auto arguments = std::make_shared<CacheArguments>();
-  command.description("List the datasets and fitted solvers that are kept, or remove some");
-  CLI::Option* prune = command.add_flag("--prune", arguments->prune,
-                                        "Remove what the other options choose, but for what is\n"
-                                        "in use; the next run makes again what it needs");
-  command.add_flag("--stale", arguments->stale, "Those whose probes are no longer this program's")
-      ->needs(prune);
-  command.add_option("--older-than", arguments->older_than, "Written so many days ago")
-      ->check(CLI::Range(0.0, 1e6))
-      ->needs(prune);
-  command.add_flag("--all", arguments->all, "All of it")->needs(prune);
-  command.add_flag("--dry-run", arguments->dry_run, "Only say what would be removed")->needs(prune);
-  command.footer(
-      "Example:\n  ertbench cache --prune --stale --older-than 30\n"
-      "The cache is the folder cache/ of the project, or $ERTBENCH_CACHE. Whatever is in it can\n"
-      "be made again; a training may take hours.");
-  return [arguments] { return cache(*arguments); };
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-using nlohmann::json;
-
 constexpr std::size_t most_described = 1000;  ///< characters of a plugin's own words
 
 struct ListArguments {
@@ -203,12 +159,9 @@ void print_fitted() {
   for (const std::string& name : stored_solver_names()) add_card(name, section);
   section.notes.emplace_back(
       "For the default sensor, by name: `--solver NAME`, in an experiment \"checkpoint\": "
-      "\"NAME\". "
-      "Fails: on more than 5 % of single discs. *: timed while other processes kept the machine "
-      "busy, which lengthens p99 above all.");
-  Table table;
-  table.sections.push_back(std::move(section));
-  std::printf("%s", terminal_of(table).c_str());
+      "\"NAME\". Fails: on more than 5 % of single discs. *: timed while other processes kept the "
+      "machine busy, which lengthens p99 above all.");
+  std::printf("%s", terminal_of({"", "", {section}, {}, ""}).c_str());
 }
 
 void print_solver(SolverRegistry& registry, const std::string& type) {
@@ -335,6 +288,41 @@ ExitCode list(const ListArguments& arguments) {
 }
 
 }  // namespace
+
+Action add_generate(CLI::App& command) {
+  const auto arguments = std::make_shared<GenerateArguments>();
+  command.description("Write the datasets of an experiment");
+  add_experiment(command, arguments->experiment);
+  command.add_option("--dataset", arguments->dataset,
+                     "Only this one (default: all, into the cache)");
+  command.add_option("--out", arguments->out,
+                     "HDF5 file to write (default: in the cache); of what is there,\n"
+                     "only a dataset is written over");
+  command.footer(
+      "Example:\n  ertbench generate experiments/table_c1.json --dataset test --out test.h5\n"
+      "A run that was cut off goes on where it stopped when the same command is given again.");
+  return [arguments] { return generate(*arguments); };
+}
+
+Action add_cache(CLI::App& command) {
+  const auto arguments = std::make_shared<CacheArguments>();
+  command.description("List the datasets and fitted solvers that are kept, or remove some");
+  CLI::Option* prune = command.add_flag("--prune", arguments->prune,
+                                        "Remove what the other options choose, but for what is\n"
+                                        "in use; the next run makes again what it needs");
+  command.add_flag("--stale", arguments->stale, "Those whose probes are no longer this program's")
+      ->needs(prune);
+  command.add_option("--older-than", arguments->older_than, "Written so many days ago")
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs(prune);
+  command.add_flag("--all", arguments->all, "All of it")->needs(prune);
+  command.add_flag("--dry-run", arguments->dry_run, "Only say what would be removed")->needs(prune);
+  command.footer(
+      "Example:\n  ertbench cache --prune --stale --older-than 30\n"
+      "The cache is the folder cache/ of the project, or $ERTBENCH_CACHE. Whatever is in it can\n"
+      "be made again; a training may take hours.");
+  return [arguments] { return cache(*arguments); };
+}
 
 Action add_list(CLI::App& command) {
   const auto arguments = std::make_shared<ListArguments>();

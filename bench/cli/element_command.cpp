@@ -3,7 +3,6 @@
 
 #include "bench/cli/command.h"
 #include "bench/cluster/slurm.h"
-#include "bench/cluster/slurm_engine.h"
 #include "bench/experiment/experiment.h"
 #include "bench/features/features.h"
 #include "bench/fidelity/fidelity.h"

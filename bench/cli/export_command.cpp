@@ -4,7 +4,7 @@
 #include <map>
 
 #include "bench/cli/command.h"
-#include "bench/score/contact_rule_choice.h"
+#include "bench/score/image_contacts.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"

@@ -11,7 +11,7 @@
 #include "bench/experiment/experiment.h"
 #include "bench/plot/canvas.h"
 #include "bench/record/limit_file.h"
-#include "bench/record/stamps.h"
+#include "bench/record/record_file.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
@@ -169,8 +169,8 @@ ExitCode limit(const LimitArguments& arguments) {
   const std::filesystem::path folder = result_folder(arguments.out, experiment.name);
   LimitOptions options = arguments.options;
   const std::vector<std::string>& samplers = names_of_samplers();
-  options.sampler = static_cast<SamplerKind>(
-      std::find(samplers.begin(), samplers.end(), arguments.sampler) - samplers.begin());
+  options.sampler =
+      static_cast<SamplerKind>(std::ranges::find(samplers, arguments.sampler) - samplers.begin());
   options.fair = arguments.prior == "both";
   options.records = folder / "limit";
   if (arguments.map) require_map(experiment);

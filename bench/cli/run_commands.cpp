@@ -4,14 +4,14 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cli/command.h"
-#include "bench/cluster/slurm_engine.h"
+#include "bench/cluster/slurm.h"
 #include "bench/experiment/experiment.h"
 #include "bench/features/features.h"
 #include "bench/record/cache.h"
+#include "bench/run/job_runner.h"
+#include "bench/run/results.h"
 #include "bench/run/runner.h"
-#include "bench/run/summary_report.h"
 #include "bench/run/timing_stage.h"
-#include "bench/run/trial.h"
 #include "core/errors.h"
 #include "core/json.h"
 #include "core/lists.h"
@@ -157,6 +157,30 @@ void add_slurm_options(CLI::App& command, RunArguments& arguments) {
       ->needs(engine);
 }
 
+struct TrialArguments {
+  std::string experiment;
+  std::vector<std::string> set;
+  std::string stage;
+  std::string job;
+  int scenes = fidelity_usual_scenes;
+  std::string out;
+  int threads = 1;
+  std::string cache;
+  std::string reuse = name_of(Reuse::same_code);
+};
+
+ExitCode trial(const TrialArguments& arguments) {
+  SolverRegistry registry;
+  // The run has checked all solvers; here the plugins of the others would be in the way.
+  Experiment experiment =
+      read_experiment(arguments.experiment, registry, {}, SolverCheck::none, arguments.set);
+  const Cache cache = (arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache))
+                          .with(reuse_from_name(arguments.reuse));
+  run_trial(*stage_named(arguments.stage, arguments.scenes), arguments.job, experiment, cache,
+            registry, arguments.threads, arguments.out);
+  return done;
+}
+
 }  // namespace
 
 Action add_run(CLI::App& command) {
@@ -228,34 +252,6 @@ Action add_report(CLI::App& command) {
     return report.undrawn > 0 ? trial_failed : done;
   };
 }
-
-namespace {
-
-struct TrialArguments {
-  std::string experiment;
-  std::vector<std::string> set;
-  std::string stage;
-  std::string job;
-  int scenes = fidelity_usual_scenes;
-  std::string out;
-  int threads = 1;
-  std::string cache;
-  std::string reuse = name_of(Reuse::same_code);
-};
-
-ExitCode trial(const TrialArguments& arguments) {
-  SolverRegistry registry;
-  // The run has checked all solvers; here the plugins of the others would be in the way.
-  Experiment experiment =
-      read_experiment(arguments.experiment, registry, {}, SolverCheck::none, arguments.set);
-  const Cache cache = (arguments.cache.empty() ? Cache::standard() : Cache(arguments.cache))
-                          .with(reuse_from_name(arguments.reuse));
-  run_trial(*stage_named(arguments.stage, arguments.scenes), arguments.job, experiment, cache,
-            registry, arguments.threads, arguments.out);
-  return done;
-}
-
-}  // namespace
 
 Action add_trial(CLI::App& command) {
   const auto arguments = std::make_shared<TrialArguments>();

@@ -1,11 +1,8 @@
-#include "bench/cluster/slurm_engine.h"
-
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -49,11 +46,7 @@ void Submissions::write() const {
   write_file_atomically(file_, json_text(json{{"schema", 1}, {"submissions", list}}));
 }
 
-std::vector<long> Submissions::jobs() const {
-  std::vector<long> out;
-  for (const Submission& one : all_) out.push_back(one.job);
-  return out;
-}
+std::vector<long> Submissions::jobs() const { return distinct(all_, &Submission::job); }
 
 std::vector<long> Submissions::jobs_of(const std::vector<std::string>& parts) const {
   std::vector<long> out;
@@ -298,15 +291,6 @@ class Engine {
   fs::path report_log_;
 };
 
-}  // namespace
-
-SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
-                          const SlurmOptions& options) {
-  return Engine(experiment, cache, options).run();
-}
-
-namespace {
-
 /// Quotes a text as one word of a shell.
 std::string quoted(const std::string& text) {
   std::string out = "'";
@@ -322,6 +306,11 @@ std::string without_patterns(const std::string& path) {
 }
 
 }  // namespace
+
+SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
+                          const SlurmOptions& options) {
+  return Engine(experiment, cache, options).run();
+}
 
 std::string slurm_script(const Experiment& experiment, const Cache& cache,
                          const SlurmOptions& options, const std::string& part, std::size_t elements,

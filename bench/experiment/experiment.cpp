@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bench/experiment/experiment_charts.h"
 #include "bench/experiment/experiment_json.h"
 #include "bench/experiment/experiment_solvers.h"
 #include "core/errors.h"
 #include "core/fields.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
-#include "frames/calibration.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -72,9 +71,7 @@ void visit(Fields& fields, TimingSettings& timing) {
 void visit(Fields& fields, ContactSettings& contacts, const std::vector<DatasetSpec>& tests) {
   fields.number_or_auto("threshold", contacts.threshold, {0, 1});
   fields.number_or_auto("floor", contacts.floor, {0, 1e6});
-  std::vector<std::string> names;
-  for (const DatasetSpec& test : tests) names.push_back(test.name);
-  fields.name("chosen_on", contacts.chosen_on, names);
+  fields.name("chosen_on", contacts.chosen_on, distinct(tests, &DatasetSpec::name));
   fields.number("saddle", contacts.saddle, {0, 1});
   fields.number_or_auto("match_mm", contacts.match_mm, {0, 1e6, true, "mm"});
   fields.number_or_auto("ospa_mm", contacts.ospa_mm, {0, 1e6, true, "mm"});
@@ -151,9 +148,9 @@ void read_published(JsonObject& root, Experiment& experiment) {
     const nlohmann::json& names = object.raw("datasets");
     if (!names.is_array()) object.fail("datasets", "must be a list of test sets");
     for (const auto& name : names) {
-      const bool test =
-          name.is_string() && std::any_of(experiment.tests.begin(), experiment.tests.end(),
-                                          [&](const DatasetSpec& d) { return d.name == name; });
+      const bool test = name.is_string() &&
+                        std::ranges::any_of(experiment.tests,
+                                            [&](const DatasetSpec& d) { return d.name == name; });
       if (!test)
         object.fail("datasets", "must name test sets of this experiment, got " + json_shown(name));
       experiment.published.datasets.push_back(name);
@@ -232,9 +229,8 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   experiment.folds = read_folds(root, experiment);
   experiment.studies = read_studies(root, experiment);
   experiment.keep_contacts = !experiment.studies.empty();
-  experiment.keep_explained =
-      std::any_of(experiment.studies.begin(), experiment.studies.end(),
-                  [](const StudySpec& study) { return study.type == "consistency"; });
+  experiment.keep_explained = std::ranges::any_of(
+      experiment.studies, [](const StudySpec& study) { return study.type == "consistency"; });
   read_figure(root, experiment);
   read_presentation(root, experiment, charts, registry);
   experiment.ladders = read_ladders(root, experiment, registry, check);

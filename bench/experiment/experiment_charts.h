@@ -10,7 +10,6 @@
 namespace ertbench {
 
 class Chart;  // drawn by bench/report; an experiment only keeps its charts
-class JsonObject;
 class SolverRegistry;
 struct Experiment;
 

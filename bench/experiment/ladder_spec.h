@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -34,7 +33,6 @@ class Level {
   JsonValue value_;
 };
 
-class JsonObject;
 struct Experiment;
 class SolverRegistry;
 enum class SolverCheck;

@@ -11,7 +11,6 @@
 
 namespace ertbench {
 
-class JsonObject;
 struct Experiment;
 
 /// A study of touches beyond the scores of single images, one of the questions of the paper's

@@ -1,23 +1,68 @@
 #include "bench/features/features.h"
 
+#include <dlfcn.h>
+
+#include <map>
 #include <utility>
 
 #include "bench/report/bar_chart.h"
-#include "bench/report/heat_map_chart.h"
+#include "bench/report/heat_map.h"
 #include "bench/run/accuracy_stage.h"
 #include "bench/run/results.h"
-#include "bench/run/timing_stage.h"
 #include "bench/speed/speed_chart.h"
 #include "bench/training/training_budget.h"
 #include "core/errors.h"
 #include "core/text.h"
 
 namespace ertbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The folder of the library that this function is in.
+fs::path own_folder() {
+  Dl_info info;
+  if (!dladdr(reinterpret_cast<const void*>(&part_named), &info)) return {};
+  return fs::absolute(info.dli_fname).parent_path();
+}
+
+Part loaded(const std::string& name) {
+  const std::string library = "libertbench_" + name + ".so";
+  fs::path file = own_folder() / library;
+  if (!fs::exists(file)) file = own_folder() / "ertbench" / library;
+  if (!fs::exists(file)) throw PartMissing(name);
+  void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!handle) throw std::runtime_error(file.string() + ": cannot be loaded: " + dlerror());
+  const auto fill =
+      reinterpret_cast<void (*)(Part&)>(dlsym(handle, ("ertbench_part_" + name).c_str()));
+  if (!fill) throw std::runtime_error(file.string() + ": is no part of this program");
+  Part part;
+  fill(part);
+  return part;
+}
+
+template <typename T>
+ChartType chart() {
+  return {T::type, [](const ChartRequest& request) { return std::make_shared<const T>(request); }};
+}
+
+}  // namespace
+
+PartMissing::PartMissing(const std::string& part)
+    : std::runtime_error("the part \"" + part +
+                         "\" of the program is not built; build the target ertbench_" + part),
+      part_(part) {}
+
+const Part& part_named(const std::string& name) {
+  static std::map<std::string, Part> parts;
+  const auto found = parts.find(name);
+  return found != parts.end() ? found->second : parts.emplace(name, loaded(name)).first->second;
+}
 
 Stages stages_of_run(const Experiment& experiment, Machines machines) {
   Stages stages;
-  stages.push_back(std::make_unique<AccuracyStage>());
-  stages.push_back(std::make_unique<TimingStage>(machines));
+  stages.push_back(accuracy_stage());
+  stages.push_back(timing_stage(machines));
   const auto add_from = [&](const char* part) {
     for (auto& stage : part_named(part).stages(0)) stages.push_back(std::move(stage));
   };
@@ -58,15 +103,6 @@ std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
   const auto sections = report_stages(stages_of_run(experiment), experiment, results, folder);
   return report_results(experiment, cache, results, sections, folder);
 }
-
-namespace {
-
-template <typename T>
-ChartType chart() {
-  return {T::type, [](const ChartRequest& request) { return std::make_shared<const T>(request); }};
-}
-
-}  // namespace
 
 ChartTypes chart_types() {
   return {chart<BarChart>(), chart<HeatMapChart>(), chart<SpeedChart>(),

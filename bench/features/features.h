@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "bench/experiment/experiment_charts.h"
 #include "bench/features/parts.h"

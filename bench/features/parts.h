@@ -49,7 +49,7 @@ struct Part {
   std::span<const Command> commands;
   /// Its stages; `scenes`: of each dataset, for fidelity. Null where it has none.
   Stages (*stages)(int scenes) = nullptr;
-  /// See bench/cluster/slurm_engine.h; null in parts without it.
+  /// See bench/cluster/slurm.h; null in parts without it.
   SlurmOutcome (*run_on_slurm)(const Experiment& experiment, const Cache& cache,
                                const SlurmOptions& options) = nullptr;
   /// Runs an experiment on KTC2023's files and returns how many figures could not be drawn.

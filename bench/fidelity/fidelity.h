@@ -58,8 +58,7 @@ struct ModelledScene {
 };
 
 /// Measurements on the scenes of one dataset: `{"schema", "key", "models": {"auto" or a grid's
-/// side:
-/// {"smooth", "time_us", "error", "estimate", "points": [scenes]}}}`.
+/// side: {"smooth", "time_us", "error", "estimate", "points": [scenes]}}}`.
 struct FidelityRecord {
   std::map<std::string, std::vector<ModelledScene>> models;
 };

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -24,7 +23,7 @@ using nlohmann::json;
 /// Raised whenever scenes are measured differently, or the layout changes.
 constexpr int fidelity_schema = 1;
 
-const char* const models[] = {"auto", "24", "48", "96", "192"};  ///< in the order of the table
+const char* const model_names[] = {"auto", "24", "48", "96", "192"};  ///< in the order of the table
 
 /// Visits the numbers that are kept of each scene.
 template <typename Visit>
@@ -109,66 +108,9 @@ std::vector<ModelledScene> of_kind(const std::vector<ModelledScene>& scenes, boo
   return out;
 }
 
-}  // namespace
-
-int fidelity_scenes(const DatasetSpec& dataset, int scenes) {
-  return static_cast<int>(
-      std::min<std::uint64_t>(dataset.count, static_cast<std::uint64_t>(scenes)));
-}
-
-std::string fidelity_key(const DatasetSpec& dataset, int scenes) {
-  const json key = {{"schema", fidelity_schema},
-                    {"dataset", to_json(dataset)},
-                    {"scenes", fidelity_scenes(dataset, scenes)},
-                    {"block", fidelity_block},
-                    {"cpu", cpu_name()}};
-  return hash_of(key.dump());
-}
-
-json to_json(const FidelityRecord& record) {
-  json out = {{"schema", fidelity_schema}, {"models", json::object()}};
-  for (const auto& [model, scenes] : record.models) out["models"][model] = scenes_json(scenes);
-  return out;
-}
-
-FidelityRecord fidelity_record_from_json(const json& record) {
-  FidelityRecord out;
-  for (const auto& [model, scenes] : record.at("models").items()) {
-    out.models[model] = scenes_from(scenes);
-  }
-  return out;
-}
-
-std::vector<FidelityRow> fidelity_rows(const DatasetSpec& dataset, const FidelityRecord& record) {
-  std::vector<FidelityRow> parts;
-  std::vector<FidelityRow> all;
-  bool mixed = true;
-  for (const bool smooth : {true, false}) {
-    for (const char* model : models) {
-      const auto found = record.models.find(model);
-      if (found == record.models.end()) continue;
-      const std::vector<ModelledScene> some = of_kind(found->second, smooth);
-      mixed = mixed && !some.empty();
-      if (!some.empty()) {
-        parts.push_back(row_of(dataset, smooth ? "smooth" : "other", model, some));
-      }
-      if (smooth) all.push_back(row_of(dataset, "all", model, found->second));
-    }
-  }
-  if (!mixed) return all;
-  parts.insert(parts.end(), all.begin(), all.end());
-  return parts;
-}
-
-namespace {
-
 constexpr int grids[] = {24, 48, 96, 192};
 constexpr double reference_share = 1e-3;  ///< of the bound, for the converged solution
 constexpr int reference_points = 2500;
-
-bool is_smooth(const std::vector<ContactArc>& arcs) {
-  return std::all_of(arcs.begin(), arcs.end(), [](const ContactArc& arc) { return arc.closed; });
-}
 
 /// Voltage changes of a block of scenes by one model, [scenes, channels] V.
 struct ModelledBlock {
@@ -259,36 +201,6 @@ void measure_block(const Models& models, const DatasetSpec& spec, const std::vec
   }
 }
 
-}  // namespace
-
-FidelityRecord measure_fidelity(
-    const DatasetSpec& dataset, int scenes,
-    const std::function<void(std::uint64_t done, std::uint64_t total)>& progress) {
-  const Models models(dataset.sensor);
-  FidelityRecord record;
-  std::map<bool, std::vector<Scene>> waiting;  // by smoothness, for a block of their own kind
-  const auto measure = [&](bool smooth) {
-    measure_block(models, dataset, waiting[smooth], smooth, record);
-    waiting[smooth].clear();
-  };
-  const auto count = static_cast<std::uint64_t>(fidelity_scenes(dataset, scenes));
-  for (std::uint64_t i = 0; i < count; ++i) {
-    Scene scene = dataset.scene(i);
-    const std::vector<ContactArc> arcs = contact_arcs(scene, *dataset.sensor.sheet);
-    if (arcs.empty()) continue;
-    const bool smooth = is_smooth(arcs);
-    waiting[smooth].push_back(std::move(scene));
-    if (waiting[smooth].size() == fidelity_block) measure(smooth);
-    progress(i + 1, count);
-  }
-  for (const bool smooth : {true, false}) {
-    if (!waiting[smooth].empty()) measure(smooth);
-  }
-  return record;
-}
-
-namespace {
-
 class FidelityStage final : public Stage {
  public:
   explicit FidelityStage(int scenes) : scenes_(scenes) {}
@@ -311,9 +223,6 @@ class FidelityStage final : public Stage {
       if (!dataset->measured()) jobs.push_back(job_of(*this, *dataset));
     }
     return jobs;
-  }
-  std::vector<Job> due(const Experiment& experiment, const ExperimentResults&) const override {
-    return jobs(experiment);
   }
   std::string key(const Experiment& experiment, const Job& job) const override {
     return fidelity_key(*experiment.find_dataset(job.subject), scenes_);
@@ -351,6 +260,81 @@ class FidelityStage final : public Stage {
 };
 
 }  // namespace
+
+int fidelity_scenes(const DatasetSpec& dataset, int scenes) {
+  return static_cast<int>(
+      std::min<std::uint64_t>(dataset.count, static_cast<std::uint64_t>(scenes)));
+}
+
+std::string fidelity_key(const DatasetSpec& dataset, int scenes) {
+  const json key = {{"schema", fidelity_schema},
+                    {"dataset", to_json(dataset)},
+                    {"scenes", fidelity_scenes(dataset, scenes)},
+                    {"block", fidelity_block},
+                    {"cpu", cpu_name()}};
+  return hash_of(key.dump());
+}
+
+json to_json(const FidelityRecord& record) {
+  json out = {{"schema", fidelity_schema}, {"models", json::object()}};
+  for (const auto& [model, scenes] : record.models) out["models"][model] = scenes_json(scenes);
+  return out;
+}
+
+FidelityRecord fidelity_record_from_json(const json& record) {
+  FidelityRecord out;
+  for (const auto& [model, scenes] : record.at("models").items()) {
+    out.models[model] = scenes_from(scenes);
+  }
+  return out;
+}
+
+std::vector<FidelityRow> fidelity_rows(const DatasetSpec& dataset, const FidelityRecord& record) {
+  std::vector<FidelityRow> parts;
+  std::vector<FidelityRow> all;
+  bool mixed = true;
+  for (const bool smooth : {true, false}) {
+    for (const char* model : model_names) {
+      const auto found = record.models.find(model);
+      if (found == record.models.end()) continue;
+      const std::vector<ModelledScene> some = of_kind(found->second, smooth);
+      mixed = mixed && !some.empty();
+      if (!some.empty()) {
+        parts.push_back(row_of(dataset, smooth ? "smooth" : "other", model, some));
+      }
+      if (smooth) all.push_back(row_of(dataset, "all", model, found->second));
+    }
+  }
+  if (!mixed) return all;
+  parts.insert(parts.end(), all.begin(), all.end());
+  return parts;
+}
+
+FidelityRecord measure_fidelity(
+    const DatasetSpec& dataset, int scenes,
+    const std::function<void(std::uint64_t done, std::uint64_t total)>& progress) {
+  const Models models(dataset.sensor);
+  FidelityRecord record;
+  std::map<bool, std::vector<Scene>> waiting;  // by smoothness, for a block of their own kind
+  const auto measure = [&](bool smooth) {
+    measure_block(models, dataset, waiting[smooth], smooth, record);
+    waiting[smooth].clear();
+  };
+  const auto count = static_cast<std::uint64_t>(fidelity_scenes(dataset, scenes));
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Scene scene = dataset.scene(i);
+    const std::vector<ContactArc> arcs = contact_arcs(scene, *dataset.sensor.sheet);
+    if (arcs.empty()) continue;
+    const bool smooth = std::ranges::all_of(arcs, &ContactArc::closed);
+    waiting[smooth].push_back(std::move(scene));
+    if (waiting[smooth].size() == fidelity_block) measure(smooth);
+    progress(i + 1, count);
+  }
+  for (const bool smooth : {true, false}) {
+    if (!waiting[smooth].empty()) measure(smooth);
+  }
+  return record;
+}
 
 std::unique_ptr<Stage> fidelity_stage(int scenes) {
   return std::make_unique<FidelityStage>(scenes);

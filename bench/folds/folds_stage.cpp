@@ -8,7 +8,6 @@
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
 #include "bench/run/stage.h"
-#include "bench/score/contact_rule_choice.h"
 #include "bench/score/image_contacts.h"
 #include "bench/studies/arm_hour.h"
 #include "bench/studies/study.h"
@@ -44,62 +43,14 @@ HeldOutPress press_from(const json& values) {
   return out;
 }
 
-}  // namespace
-
-json to_json(const FoldRecord& record) {
-  json out = {{"schema", folds_schema}, {"runs", json::array()}};
-  for (const FoldRun& run : record) {
-    json one = {{"presses", run.presses},
-                {"message", run.message},
-                {"fit_s", run.fit_s},
-                {"held_out", json::array()}};
-    for (const HeldOutPress& press : run.held_out) one["held_out"].push_back(press_json(press));
-    out["runs"].push_back(std::move(one));
-  }
-  return out;
-}
-
-FoldRecord fold_record_from_json(const json& object) {
-  FoldRecord record;
-  for (const json& one : object.at("runs")) {
-    FoldRun& run = record.emplace_back();
-    run.presses = one.at("presses").get<std::uint64_t>();
-    run.message = one.at("message").get<std::string>();
-    run.fit_s = one.at("fit_s").get<double>();
-    for (const json& press : one.at("held_out")) run.held_out.push_back(press_from(press));
-  }
-  return record;
-}
-
-namespace {
-
-/// The contacts that a solver finds in all frames of a set, the strongest first.
-std::vector<std::vector<FoundContact>> contacts_in(const Solver& solver, const DatasetFile& set,
-                                                   const ContactRule& rule) {
-  const Frames changes =
-      set.voltages(0, set.size()).rowwise() - set.reference_voltages().transpose();
-  std::vector<std::vector<FoundContact>> found(set.size());
-  if (const ContactFinder* finder = solver.contact_finder()) {
-    finder->find_contacts(changes, found);
-    return found;
-  }
-  Images images(changes.rows(), set.sensor().pixels());
-  std::vector<FrameReport> reports(set.size());
-  solver.reconstruct(changes, images, reports);
-  ContactReader reader(set.sensor());
-  for (std::size_t f = 0; f < found.size(); ++f) {
-    const auto image = images.row(static_cast<Eigen::Index>(f));
-    if (reports[f].status == FrameStatus::undefined || !image.allFinite()) continue;
-    reader.read(rule, image, found[f]);
-  }
-  return found;
-}
-
 std::vector<HeldOutPress> held_out_presses(const Solver& solver, const DatasetFile& set,
                                            const ContactRule& rule) {
   const double mm = set.sensor().sheet->unit_mm();
   const std::vector<Scene> scenes = set.scenes(0, set.size());
-  const std::vector<std::vector<FoundContact>> found = contacts_in(solver, set, rule);
+  const Frames changes =
+      set.voltages(0, set.size()).rowwise() - set.reference_voltages().transpose();
+  std::vector<std::vector<FoundContact>> found(set.size());
+  ContactReader(set.sensor()).find(solver, rule, changes, found);
   std::vector<HeldOutPress> out;
   for (std::size_t f = 0; f < scenes.size(); ++f) {
     if (scenes[f].contacts.size() != 1) continue;  // a study of single presses
@@ -162,9 +113,6 @@ class FoldsStage final : public Stage {
     }
     return jobs;
   }
-  std::vector<Job> due(const Experiment& experiment, const ExperimentResults&) const override {
-    return jobs(experiment);
-  }
   std::string key(const Experiment& experiment, const Job& job) const override {
     FitRecipe own = fit_recipe(experiment, *job.entry);
     own.training.reset();
@@ -211,6 +159,32 @@ class FoldsStage final : public Stage {
 };
 
 }  // namespace
+
+json to_json(const FoldRecord& record) {
+  json out = {{"schema", folds_schema}, {"runs", json::array()}};
+  for (const FoldRun& run : record) {
+    json one = {{"presses", run.presses},
+                {"message", run.message},
+                {"fit_s", run.fit_s},
+                {"held_out", json::array()}};
+    for (const HeldOutPress& press : run.held_out) one["held_out"].push_back(press_json(press));
+    out["runs"].push_back(std::move(one));
+  }
+  return out;
+}
+
+FoldRecord fold_record_from_json(const json& object) {
+  FoldRecord record;
+  for (const json& one : object.at("runs")) {
+    FoldRun& run = record.emplace_back();
+    run.presses = one.at("presses").get<std::uint64_t>();
+    run.message = one.at("message").get<std::string>();
+    run.fit_s = one.at("fit_s").get<double>();
+    for (const json& press : one.at("held_out")) run.held_out.push_back(press_from(press));
+  }
+  return record;
+}
+
 }  // namespace ertbench
 
 extern "C" void ertbench_part_studies(ertbench::Part& part) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/ktc2023/instrument.h"
-#include "bench/ktc2023/ktc_score.h"
+#include "bench/ktc2023/ktc_files.h"
 #include "core/json.h"
 
 namespace ertbench {

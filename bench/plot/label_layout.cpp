@@ -1,10 +1,8 @@
-#include "bench/plot/label_layout.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "bench/plot/palette.h"
+#include "bench/plot/panel.h"
 #include "core/random.h"
 
 namespace ertbench {
@@ -97,8 +95,8 @@ std::vector<Candidate> candidates_of(const PointLabel& label, int font_size, con
     const double distance = nearest + i * step;
     for (const int direction : order) {
       const Box box = box_at(label, width, height, distance, direction);
-      const bool free = std::none_of(taken.begin(), taken.end(),
-                                     [&](const Box& other) { return box.overlaps(other); });
+      const bool free =
+          std::ranges::none_of(taken, [&](const Box& other) { return box.overlaps(other); });
       if (!free || !inside(box, area)) continue;
       Candidate found{{box, distance > nearest + step}, leader_of(label, box), distance};
       if (found.label.leader) {
@@ -108,8 +106,7 @@ std::vector<Candidate> candidates_of(const PointLabel& label, int font_size, con
         }
       }
       const auto strikes = [&](const Segment& line) { return line.crosses(box); };
-      found.cost +=
-          striking * static_cast<double>(std::count_if(lines.begin(), lines.end(), strikes));
+      found.cost += striking * static_cast<double>(std::ranges::count_if(lines, strikes));
       out.push_back(found);
     }
   }

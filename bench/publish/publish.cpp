@@ -13,8 +13,8 @@
 #include "bench/features/features.h"
 #include "bench/pages/page.h"
 #include "bench/record/limit_file.h"
+#include "bench/run/results.h"
 #include "bench/run/runner.h"
-#include "bench/run/summary_report.h"
 #include "core/build.h"
 #include "core/errors.h"
 #include "core/files.h"
@@ -81,7 +81,7 @@ void require_drawn(const fs::path& made, const fs::path& published) {
 void require_limits(const ExperimentResults& results, const Experiment& experiment,
                     const fs::path& published) {
   if (!fs::exists(published / "summary.json")) return;
-  if (std::any_of(results.rows.begin(), results.rows.end(), is_limit)) return;
+  if (std::ranges::any_of(results.rows, is_limit)) return;
   const json before = read_json_file(published / "summary.json");
   for (const json& row : before.value("rows", json::array())) {
     const std::string type = row.value("type", "");

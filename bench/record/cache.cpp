@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bench/record/stamps.h"
 #include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
@@ -21,6 +20,8 @@
 
 namespace ertbench {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// The files among the words of a value, a string or a list of strings, in the order of the words.
 /// Instead of a file a word may name a stored solver.
@@ -37,61 +38,6 @@ std::vector<std::filesystem::path> files_named(const nlohmann::json& value,
   }
   return files;
 }
-
-}  // namespace
-
-Cache Cache::standard() { return Cache(cache_folder()); }
-
-Cache::Cache(std::filesystem::path folder, Reuse reuse)
-    : folder_(std::move(folder)), reuse_(reuse) {}
-
-std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
-  return folder_ / "datasets" / (spec.name + "-" + hash_of(to_json(spec).dump()) + ".h5");
-}
-
-DatasetFile Cache::open_dataset(const DatasetSpec& spec) const {
-  DatasetFile set(dataset(spec));
-  if (set.recipe() != to_json(spec).dump()) {
-    throw InputError(set.path().string() +
-                     ": holds another dataset than its name says; remove it and run again");
-  }
-  return set;
-}
-
-nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
-  nlohmann::json solver = *recipe.entry.spec;
-  solver.erase("label");
-  solver.erase("device");  // it changes a network by rounding alone, as the number of threads
-  for (const std::string& name : recipe.entry.inference_parameters) solver.erase(name);
-  nlohmann::json key = {{"format_version", solver_file_version},
-                        {"solver", solver},
-                        {"sensor", to_json(recipe.sensor)}};
-  for (const std::filesystem::path& plugin : recipe.plugins) {
-    key["plugins"].push_back(hash_of_file(plugin));
-  }
-  for (const std::string& name : recipe.entry.file_parameters) {
-    for (const std::filesystem::path& file :
-         files_named(solver.value(name, nlohmann::json()), folder_of_source(recipe.source))) {
-      key["files"].push_back(hash_of_file(file));
-    }
-  }
-  if (recipe.training) key["training"] = to_json(*recipe.training);
-  if (recipe.validation) key["validation"] = to_json(*recipe.validation);
-  return key;
-}
-
-std::filesystem::path Cache::fitted_solver(const FitRecipe& recipe) const {
-  const std::string hash = hash_of(fitted_solver_key(recipe).dump());
-  return folder_ / "solvers" / (recipe.entry.type + "-" + hash + ".fitted");
-}
-
-std::filesystem::path Cache::work_folder(const FitRecipe& recipe) const {
-  return fitted_solver(recipe).replace_extension(".work");
-}
-
-namespace {
-
-namespace fs = std::filesystem;
 
 std::uint64_t bytes_of(const fs::path& file) {
   std::error_code gone;
@@ -161,6 +107,55 @@ CachedThing cached_solver(const fs::path& file) {
 
 }  // namespace
 
+Cache Cache::standard() { return Cache(cache_folder()); }
+
+Cache::Cache(std::filesystem::path folder, Reuse reuse)
+    : folder_(std::move(folder)), reuse_(reuse) {}
+
+std::filesystem::path Cache::dataset(const DatasetSpec& spec) const {
+  return folder_ / "datasets" / (spec.name + "-" + hash_of(to_json(spec).dump()) + ".h5");
+}
+
+DatasetFile Cache::open_dataset(const DatasetSpec& spec) const {
+  DatasetFile set(dataset(spec));
+  if (set.recipe() != to_json(spec).dump()) {
+    throw InputError(set.path().string() +
+                     ": holds another dataset than its name says; remove it and run again");
+  }
+  return set;
+}
+
+nlohmann::json Cache::fitted_solver_key(const FitRecipe& recipe) {
+  nlohmann::json solver = *recipe.entry.spec;
+  solver.erase("label");
+  solver.erase("device");  // it changes a network by rounding alone, as the number of threads
+  for (const std::string& name : recipe.entry.inference_parameters) solver.erase(name);
+  nlohmann::json key = {{"format_version", solver_file_version},
+                        {"solver", solver},
+                        {"sensor", to_json(recipe.sensor)}};
+  for (const std::filesystem::path& plugin : recipe.plugins) {
+    key["plugins"].push_back(hash_of_file(plugin));
+  }
+  for (const std::string& name : recipe.entry.file_parameters) {
+    for (const std::filesystem::path& file :
+         files_named(solver.value(name, nlohmann::json()), folder_of_source(recipe.source))) {
+      key["files"].push_back(hash_of_file(file));
+    }
+  }
+  if (recipe.training) key["training"] = to_json(*recipe.training);
+  if (recipe.validation) key["validation"] = to_json(*recipe.validation);
+  return key;
+}
+
+std::filesystem::path Cache::fitted_solver(const FitRecipe& recipe) const {
+  const std::string hash = hash_of(fitted_solver_key(recipe).dump());
+  return folder_ / "solvers" / (recipe.entry.type + "-" + hash + ".fitted");
+}
+
+std::filesystem::path Cache::work_folder(const FitRecipe& recipe) const {
+  return fitted_solver(recipe).replace_extension(".work");
+}
+
 std::vector<CachedThing> cache_contents(const Cache& cache) {
   std::vector<CachedThing> things;
   const auto add = [&](const char* folder, const char* ending, auto thing_at) {
@@ -180,7 +175,7 @@ std::vector<CachedThing> cache_contents(const Cache& cache) {
     thing.age_days = age_days(thing.file);
     for (const fs::path& file : thing.files) thing.bytes += bytes_of(file);
   }
-  std::sort(things.begin(), things.end(), [](const CachedThing& a, const CachedThing& b) {
+  std::ranges::sort(things, [](const CachedThing& a, const CachedThing& b) {
     return std::pair(a.kind, a.file) < std::pair(b.kind, b.file);
   });
   return things;

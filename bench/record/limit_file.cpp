@@ -6,7 +6,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "bench/record/stamps.h"
 #include "core/build_stamp.h"
 #include "core/json.h"
 #include "core/statistics.h"
@@ -42,9 +41,7 @@ namespace {
 
 /// Why a row of limits is not to be shown; empty where it is.
 std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) {
-  const auto test =
-      std::find_if(sets.tests.begin(), sets.tests.end(),
-                   [&](const DatasetSpec& spec) { return spec.name == limit.dataset; });
+  const auto test = std::ranges::find(sets.tests, limit.dataset, &DatasetSpec::name);
   if (test == sets.tests.end()) return "it is of another set";
   const DatasetSpec* scenes = limit.type == limit_fair ? sets.training : &*test;
   if (!scenes || limit.parameters->value("set", "") != limit_key(*test, *scenes)) {
@@ -59,29 +56,6 @@ std::string why_not(const ResultRow& limit, const LimitSets& sets, Reuse reuse) 
   }
   return "";
 }
-
-}  // namespace
-
-void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, Reuse reuse,
-                    std::vector<ResultRow>& rows) {
-  for (const ResultRow& limit : read_limit_rows(folder)) {
-    const std::string why = why_not(limit, sets, reuse);
-    if (!why.empty()) {
-      spdlog::warn("{}: {} of \"{}\" is left out: {}; run `ertbench limit` again",
-                   (folder / limit_file).string(), limit.label, printable(limit.dataset), why);
-      continue;
-    }
-    const auto last = std::find_if(rows.rbegin(), rows.rend(), [&](const ResultRow& row) {
-      return row.dataset == limit.dataset &&
-             (row.type == "truth" || row.type == "no-contact" || is_limit(row));
-    });
-    ResultRow& row = *rows.insert(last.base(), limit);
-    for (BuildStamp& stamp : row.build.scored)
-      stamp.probes.clear();  // compared, and of no more use
-  }
-}
-
-namespace {
 
 /// The relative errors of the oracle's estimates by the numbers of their frames.
 std::map<std::size_t, double> errors_of_limit(const std::filesystem::path& folder,
@@ -131,6 +105,25 @@ std::optional<OverLimit> over_limit(const FramesOfSeeds& trials,
 }
 
 }  // namespace
+
+void add_limit_rows(const std::filesystem::path& folder, const LimitSets& sets, Reuse reuse,
+                    std::vector<ResultRow>& rows) {
+  for (const ResultRow& limit : read_limit_rows(folder)) {
+    const std::string why = why_not(limit, sets, reuse);
+    if (!why.empty()) {
+      spdlog::warn("{}: {} of \"{}\" is left out: {}; run `ertbench limit` again",
+                   (folder / limit_file).string(), limit.label, printable(limit.dataset), why);
+      continue;
+    }
+    const auto last = std::find_if(rows.rbegin(), rows.rend(), [&](const ResultRow& row) {
+      return row.dataset == limit.dataset &&
+             (row.type == "truth" || row.type == "no-contact" || is_limit(row));
+    });
+    ResultRow& row = *rows.insert(last.base(), limit);
+    for (BuildStamp& stamp : row.build.scored)
+      stamp.probes.clear();  // compared, and of no more use
+  }
+}
 
 void compare_with_limits(const std::filesystem::path& folder, std::span<const ScoredLabels> sets,
                          std::vector<ResultRow>& rows) {

@@ -8,31 +8,24 @@
 #include <algorithm>
 #include <ctime>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <thread>
 
 #include "bench/record/cache.h"
-#include "core/build_stamp.h"
+#include "bench/score/metrics.h"
 #include "core/checksum.h"
 #include "core/errors.h"
 #include "core/files.h"
-#include "core/json.h"
 #include "core/text.h"
+#include "forward/data/data_probes.h"
+#include "solvers/registry/solver_probe.h"
 
 namespace ertbench {
 
 const char* name_of(Reuse reuse) {
-  switch (reuse) {
-    case Reuse::same_code:
-      return "same-code";
-    case Reuse::same_program:
-      return "same-program";
-    case Reuse::clean:
-      return "clean";
-  }
-  return "";
+  constexpr const char* names[] = {"same-code", "same-program", "clean"};
+  return names[static_cast<std::size_t>(reuse)];
 }
 
 Reuse reuse_from_name(const std::string& name) {
@@ -62,8 +55,29 @@ std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& n
 
 namespace {
 
+namespace fs = std::filesystem;
+using nlohmann::json;
+
 std::string joined(int a, int b, int c) {
   return std::to_string(a) + "." + std::to_string(b) + "." + std::to_string(c);
+}
+
+constexpr double pause_s = 0.5;
+constexpr double longest_s = 1e9;  ///< more is no time that anybody would wait for
+
+fs::path progress_aside(const fs::path& file) {
+  fs::path aside = file;
+  return aside += ".tmp";
+}
+
+/// True if frames are worsened, whose faults the front then sees.
+bool has_faults(const Experiment& experiment) {
+  const auto sets = experiment.datasets();
+  const auto& studies = experiment.studies;
+  return experiment.ladders ||
+         std::ranges::any_of(sets, [](const auto* set) { return set->faults.any(); }) ||
+         std::ranges::any_of(studies,
+                             [](const StudySpec& study) { return study.type == "arm_hour"; });
 }
 
 }  // namespace
@@ -93,7 +107,7 @@ std::string cpu_name() {
   return "unknown";
 }
 
-nlohmann::json machine_provenance() {
+json machine_provenance() {
   utsname system{};
   ::uname(&system);
   const BuildStamp build = stamp_of_this_build();
@@ -113,14 +127,14 @@ nlohmann::json machine_provenance() {
           {"date", utc_now()}};
 }
 
-nlohmann::json provenance(const Experiment& experiment, int jobs, const DateRange& measured) {
-  nlohmann::json seeds = nlohmann::json::object();
-  nlohmann::json datasets = nlohmann::json::object();
+json provenance(const Experiment& experiment, int jobs, const DateRange& measured) {
+  json seeds = json::object();
+  json datasets = json::object();
   for (const DatasetSpec* spec : experiment.datasets()) {
     seeds[spec->name] = spec->seed;
     datasets[spec->name] = to_json(*spec);
   }
-  nlohmann::json out = machine_provenance();
+  json out = machine_provenance();
   out["rendered"] = out.at("date");
   if (!measured.last.empty()) {
     out["date"] = measured.last;
@@ -133,21 +147,6 @@ nlohmann::json provenance(const Experiment& experiment, int jobs, const DateRang
   out["datasets"] = datasets;
   return out;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-using nlohmann::json;
-
-constexpr double pause_s = 0.5;
-constexpr double longest_s = 1e9;  ///< more is no time that anybody would wait for
-
-fs::path progress_aside(const fs::path& file) {
-  fs::path aside = file;
-  return aside += ".tmp";
-}
-
-}  // namespace
 
 ProgressFile::ProgressFile(fs::path file) : file_(std::move(file)) {}
 
@@ -239,6 +238,53 @@ FoundRecord find_record(const fs::path& file, const std::string& key, const Buil
   } catch (const std::exception& error) {
     return {JsonValue(), std::string("it cannot be read: ") + error.what()};
   }
+}
+
+BuildStamp stamp_of_dataset(const DatasetSpec& spec) {
+  return stamp_of_this_build(data_probes(spec));
+}
+
+BuildStamp stamp_of_fit(const FitRecipe& recipe) {
+  Probes probes = solver_probes(recipe.entry.type);
+  for (const auto* set : {&recipe.training, &recipe.validation}) {
+    if (*set) probes.merge(data_probes(**set));
+  }
+  return stamp_of_this_build(std::move(probes), recipe.plugins);
+}
+
+BuildStamp stamp_of_record(const Experiment& experiment, const SolverEntry* entry) {
+  Probes probes = {{"scores", score_probe()}};
+  for (const DatasetSpec* spec : experiment.datasets()) probes.merge(data_probes(*spec));
+  if (entry) probes.merge(solver_probes(entry->type));
+  if (entry && has_faults(experiment)) probes["front"] = front_probe();
+  return stamp_of_this_build(std::move(probes), experiment.plugins);
+}
+
+BuildStamp stamp_of_limit(const DatasetSpec& set, const DatasetSpec& scenes) {
+  Probes probes = data_probes(set);
+  probes.merge(data_probes(scenes));
+  if (has_cached_probe("limit")) probes["limit"] = cached_probe("limit", {});
+  return stamp_of_this_build(std::move(probes));
+}
+
+Probes all_probes() {
+  Probes out = all_data_probes();
+  out.merge(all_solver_probes());
+  out["scores"] = score_probe();
+  out["front"] = front_probe();
+  return out;
+}
+
+Probes current_probes(const BuildStamp& made) {
+  Probes out;
+  const Probes data = all_data_probes();
+  for (const auto& [name, probe] : made.probes) {
+    const auto found = data.find(name);
+    if (found != data.end()) out.insert(*found);
+    if (name == "front") out[name] = front_probe();
+    if (name.starts_with("solver/")) out.merge(solver_probes(name.substr(7)));
+  }
+  return out;
 }
 
 }  // namespace ertbench

@@ -50,8 +50,6 @@ nlohmann::json to_json(const Builds& builds);
 /// The inverse. What is no stamp is left out.
 Builds builds_from_json(const nlohmann::json& builds);
 
-class JsonObject;
-
 /// Time from raw voltages to the finished image of one frame, batch 1, one thread; µs.
 struct LatencySummary {
   double p50 = 0;

@@ -9,14 +9,6 @@
 
 namespace ertbench {
 
-Table Chart::table(std::span<const ResultRow> /*rows*/) const { return {}; }
-
-void Chart::summarise(std::span<const ResultRow> /*rows*/, nlohmann::json& /*summary*/) const {}
-
-const ResultRow* Chart::find_row(std::span<const ResultRow> rows, const std::string& label) const {
-  return ertbench::find_row(rows, label, dataset());
-}
-
 std::string chart_status(const ResultRow* row) {
   if (!row) return "not run";
   return row->ok() ? "" : row->status;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
@@ -50,15 +49,17 @@ class Chart {
   /// then it has neither notes nor tables.
   virtual std::string section() const { return ""; }
   /// The tables of that section, with a text on how to read them.
-  virtual Table table(std::span<const ResultRow> rows) const;
+  virtual Table table(std::span<const ResultRow> /*rows*/) const { return {}; }
 
   /// Puts what other programs may want to read into summary.json, under a key of its type's and its
   /// name.
-  virtual void summarise(std::span<const ResultRow> rows, nlohmann::json& summary) const;
+  virtual void summarise(std::span<const ResultRow> /*rows*/, nlohmann::json& /*summary*/) const {}
 
  protected:
   /// The row of that label and of the chart's dataset; null where there is none.
-  const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& label) const;
+  const ResultRow* find_row(std::span<const ResultRow> rows, const std::string& label) const {
+    return ertbench::find_row(rows, label, dataset());
+  }
 
  private:
   ChartPlace place_;

@@ -1,38 +1,15 @@
-#include "bench/report/heat_map_chart.h"
-
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_charts.h"
-#include "core/json.h"
+#include "bench/report/heat_map.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
-
-/// The values of a sweep's two parameters, in the order of the numbers or as the file has them.
-struct Axis {
-  std::string name;
-  std::vector<json> values;
-
-  void add(const json& value) {
-    if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
-  }
-  void sort() {
-    const bool numbers = std::all_of(values.begin(), values.end(),
-                                     [](const json& value) { return value.is_number(); });
-    if (numbers) std::sort(values.begin(), values.end());
-  }
-  std::optional<int> find(const json& value) const {
-    const auto found = std::find(values.begin(), values.end(), value);
-    if (found == values.end()) return std::nullopt;
-    return static_cast<int>(found - values.begin());
-  }
-  std::vector<std::string> texts() const;
-};
 
 std::string text_of(const json& value) {
   if (value.is_string()) return value.get<std::string>();
@@ -42,11 +19,30 @@ std::string text_of(const json& value) {
   return text;
 }
 
-std::vector<std::string> Axis::texts() const {
-  std::vector<std::string> out;
-  for (const json& value : values) out.push_back(text_of(value));
-  return out;
-}
+/// The values of a sweep's two parameters, in the order of the numbers or as the file has them.
+struct Axis {
+  std::string name;
+  std::vector<json> values;
+
+  void add(const json& value) {
+    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
+  }
+  void sort() {
+    const bool numbers =
+        std::ranges::all_of(values, [](const json& value) { return value.is_number(); });
+    if (numbers) std::ranges::sort(values);
+  }
+  std::optional<int> find(const json& value) const {
+    const auto found = std::ranges::find(values, value);
+    if (found == values.end()) return std::nullopt;
+    return static_cast<int>(found - values.begin());
+  }
+  std::vector<std::string> texts() const {
+    std::vector<std::string> out;
+    for (const json& value : values) out.push_back(text_of(value));
+    return out;
+  }
+};
 
 /// What the colours of a metric stand for: the smaller, the better.
 std::optional<double> colour_value(const ResultRow& row, Metric metric) {

@@ -28,13 +28,12 @@ struct ReconstructionFigure {
 };
 
 /// Draws `stem`.svg and `stem`.png: a row for each scene, in the columns the truth and each solver;
-/// of more than nine solvers in bands below each other, each with the truth.
-/// Colour is the change of the conductivity over the background, one scale for all images; where
-/// solvers overshoot the truth by more than half its range, the scale ends there and its outermost
-/// colours stand for all beyond (marked at the colour bar). Dots are electrodes; the image's row 0
-/// is at the bottom. Pixels that are not finite stay grey.
-/// Throws InputError where gnuplot is missing or a file cannot be written, std::invalid_argument
-/// where sizes do not fit together.
+/// of more than nine solvers in bands below each other, each with the truth. Colour is the change
+/// of the conductivity over the background, one scale for all images; where solvers overshoot the
+/// truth by more than half its range, the scale ends there and its outermost colours stand for all
+/// beyond (marked at the colour bar). Dots are electrodes; the image's row 0 is at the bottom.
+/// Pixels that are not finite stay grey. Throws InputError where gnuplot is missing or a file
+/// cannot be written, std::invalid_argument where sizes do not fit together.
 void draw_reconstruction_figure(const ReconstructionFigure& figure,
                                 const std::filesystem::path& stem);
 

@@ -5,8 +5,6 @@
 #include <set>
 
 #include "bench/record/limit_file.h"
-#include "bench/record/result_row.h"
-#include "bench/report/row_remarks.h"
 #include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
@@ -255,8 +253,7 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
       "p50, p99: time from the raw voltages to the image of one frame, one thread" +
       (usual.empty() ? "" : " of " + printable(usual)) +
       ". frames/s: throughput with a batch. fit: preparation before the first frame, once (stored: "
-      "loaded already fitted). "
-      "memory: the most that the process of the solver held.");
+      "loaded already fitted). memory: the most that the process of the solver held.");
   if (any_has(rows, &LatencySummary::contacts_p50)) {
     out.emplace_back(
         "to contacts: p50 from the raw voltages to the contacts, which the solver finds itself or "
@@ -265,25 +262,22 @@ std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableT
   if (any_has(rows, &LatencySummary::pipe)) {
     out.emplace_back(
         "pipe: of a solver that is a program of its own, the part of p50 that the way there and "
-        "back "
-        "takes: the median of the same bytes through a program that only answers.");
+        "back takes: the median of the same bytes through a program that only answers.");
   }
   out.emplace_back(
       "undef. / not conv. / suspect: frames without a usable image / frames whose iteration did "
       "not converge / frames with an image that the solver itself would not trust (a dead "
       "electrode, noise, voltages out of the range of its validation frames), which are in all "
-      "means. "
-      "A metric that is undefined for a frame (an empty image has no centroid) is counted and left "
-      "out of the mean; — is a value that does not exist.");
+      "means. A metric that is undefined for a frame (an empty image has no centroid) is counted "
+      "and left out of the mean; — is a value that does not exist.");
   out.push_back("Mean [95 % interval]: percentile bootstrap of the mean over the frames, " +
                 std::to_string(kBootstrapResamples) + " resamples.");
   if (std::ranges::any_of(rows, [](const ResultRow& r) { return r.seeds.has_value(); })) {
     out.push_back(
         "± over seeds: sample standard deviation of the means of the training runs, which differ "
         "by their seed alone. The mean is the mean of theirs; the interval is that over the "
-        "frames, "
-        "each frame's value being its mean over the seeds. fit is the seeds' mean; p50, p99 and "
-        "frames/s are the first seed's: all have the same architecture.");
+        "frames, each frame's value being its mean over the seeds. fit is the seeds' mean; p50, "
+        "p99 and frames/s are the first seed's: all have the same architecture.");
   }
   if (const std::string labels = labels_not_converged(rows); !labels.empty()) {
     out.push_back(

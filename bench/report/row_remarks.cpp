@@ -1,9 +1,8 @@
-#include "bench/report/row_remarks.h"
-
 #include <algorithm>
 #include <map>
 #include <set>
 
+#include "bench/report/result_table.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -11,7 +10,7 @@ namespace ertbench {
 std::optional<double> published_value(const PublishedTable& published, const ResultRow& row,
                                       Metric metric) {
   const auto& sets = published.datasets;
-  if (!sets.empty() && std::find(sets.begin(), sets.end(), row.dataset) == sets.end()) {
+  if (!sets.empty() && std::ranges::find(sets, row.dataset) == sets.end()) {
     return std::nullopt;
   }
   for (const PublishedRow& candidate : published.rows) {
@@ -49,7 +48,7 @@ bool worse_than_no_contact(const ResultRow& row, std::span<const ResultRow> rows
   constexpr double rounding = 1e-9;
   const auto& error = row.metrics[Metric::relative_error].mean;
   if (!error || row.type == "no-contact" || row.type == "truth") return false;
-  const auto other = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& one) {
+  const auto other = std::ranges::find_if(rows, [&](const ResultRow& one) {
     return one.type == "no-contact" && one.dataset == row.dataset;
   });
   if (other == rows.end()) return false;

@@ -13,8 +13,6 @@
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
 #include "bench/run/rows.h"
-#include "bench/score/contact_rule_choice.h"
-#include "bench/score/image_contacts.h"
 #include "bench/score/metric_formulas.h"
 #include "bench/score/metrics.h"
 #include "forward/data/dataset_file.h"
@@ -138,7 +136,7 @@ class Scoring {
     iterations_.push_back(report.iterations);
     gaps_.push_back(report.gap);
     const std::vector<int>& scenes = request_.figure_scenes;
-    if (std::find(scenes.begin(), scenes.end(), index) != scenes.end()) {
+    if (std::ranges::find(scenes, index) != scenes.end()) {
       kept_[index] = std::vector<double>(image.begin(), image.end());
     }
   }
@@ -173,39 +171,6 @@ class Scoring {
   std::map<int, json> kept_;
 };
 
-}  // namespace
-
-ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
-                       const ScoreRequest& request) {
-  Scoring scoring(sensor, request, set.truth());
-  std::optional<FrameBounds> bounds;
-  if (request.judge_frames) bounds.emplace(sensor);
-  const Eigen::RowVectorXd reference = set.reference_voltages().transpose();
-  std::optional<ExplainedChange> explained;
-  if (request.keep_explained) explained.emplace(sensor, set.reference_voltages());
-  Reconstruction reconstruction(sensor, solver, request.rule);
-  for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
-    const std::uint64_t count = std::min(scored_frames, set.size() - first);
-    const Frames changes = set.voltages(first, count).rowwise() - reference;
-    const Images truths = set.conductivity(first, count);
-    const std::vector<Scene> scenes = set.scenes(first, count);
-    Answers answers(count, sensor.pixels());
-    reconstruction.ask(changes, set.sequences(first, count), answers);
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const auto image = answers.images.row(row);
-      FrameReport& said = answers.reports[i];
-      if (bounds) report(bounds->judge(changes.row(row), reference, said), said);
-      const bool explains = explained && is_usable(said, image);
-      scoring.add(truths.row(row), image, scenes[i], said, answers.contacts[i],
-                  explains ? explained->of(changes.row(row), image) : std::nullopt);
-    }
-  }
-  return scoring.result();
-}
-
-namespace {
-
 /// The test sets, and the validation set behind them where sizes are chosen on it.
 std::vector<const DatasetSpec*> scored_sets(const Experiment& experiment) {
   std::vector<const DatasetSpec*> sets;
@@ -223,8 +188,8 @@ AccuracyRecord record_from(const Experiment& experiment, const json& record,
 /// Test set by test set, each beginning with its truth.
 void sort_by_dataset(const Experiment& experiment, std::vector<ResultRow>& rows) {
   const auto place = [&](const ResultRow& row) { return experiment.find_dataset(row.dataset); };
-  std::stable_sort(rows.begin(), rows.end(),
-                   [&](const ResultRow& a, const ResultRow& b) { return place(a) < place(b); });
+  std::ranges::stable_sort(
+      rows, [&](const ResultRow& a, const ResultRow& b) { return place(a) < place(b); });
 }
 
 TrainingSource training_source(const Experiment& experiment, const Cache& cache,
@@ -270,104 +235,127 @@ void add_frames(const Experiment& experiment, const std::vector<ScoredTrial>& tr
   }
 }
 
+class AccuracyStage final : public Stage {
+ public:
+  std::string name() const override { return "accuracy"; }
+  std::string noun() const override { return "trial"; }
+  std::vector<Job> jobs(const Experiment& experiment) const override {
+    std::vector<Job> jobs;
+    for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
+    return jobs;
+  }
+  std::string key(const Experiment& experiment, const Job& job) const override {
+    return accuracy_key(fit_recipe(experiment, *job.entry), experiment.tests,
+                        {experiment.right_sizing.has_value(), experiment.figure_scenes,
+                         experiment.contacts, experiment.keep_contacts, experiment.keep_explained});
+  }
+  json run(const Job& job, const JobContext& context) const override {
+    const Experiment& experiment = context.experiment;
+    const FittedSolver fitted =
+        fitted_solver(fit_recipe(experiment, *job.entry), context.cache, context.registry,
+                      context.threads, context.progress_file);
+    const FitReport report = fitted.solver->fit_report();
+    json record = {{"schema", record_schema},
+                   {"fit_s", fitted.fit_s ? json(*fitted.fit_s) : json()},
+                   {"fit_build", to_json(*fitted.build)},
+                   {"fit_report", {{"status", report.status}, {"message", report.message}}}};
+    json parameters = fitted.solver->parameters();
+    if (!report.frame_check.empty()) parameters["frame_check"] = report.frame_check;
+    ScoreRequest request{experiment.figure_scenes, experiment.contacts.rule(),
+                         experiment.contacts.distances(experiment.sensor), experiment.keep_contacts,
+                         experiment.keep_explained};
+    if (!fitted.solver->contact_finder()) {
+      const ContactRuleChoice choice = chosen_rule(experiment, context.cache, *fitted.solver);
+      request.rule = choice.rule;
+      parameters["contacts"] = to_json(choice);
+    }
+    const std::vector<const DatasetSpec*> sets = scored_sets(experiment);
+    for (const DatasetSpec* spec : sets) {
+      const bool first = spec == sets.front();
+      if (!first) request.figure_scenes.clear();
+      request.judge_frames = spec->measured() != nullptr;
+      ScoredFrames scored =
+          score_set(*fitted.solver, context.cache.open_dataset(*spec), experiment.sensor, request);
+      ResultRow& row = scored.row;
+      row.label = job.entry->label;
+      row.type = job.entry->type;
+      row.dataset = spec->name;
+      row.status = report.status;
+      row.message = report.message;
+      row.parameters = parameters;
+      row.fit_s = fitted.fit_s;
+      record["rows"].push_back(to_json(row));
+      record["frames"][spec->name] = *scored.frames;
+      if (first) record["figure_images"] = *scored.figure_images;
+    }
+    return record;
+  }
+  void check(const Experiment& experiment, const json& record) const override {
+    record_from(experiment, record, "");
+  }
+  void collect(const Experiment& experiment, const Cache& cache, const JobRecords& records,
+               ExperimentResults& results) const override {
+    results.rows = reference_rows(experiment.sensor, experiment.tests, experiment.contacts, cache);
+    for (const std::span<const SolverEntry> entries : experiment.rows()) {
+      std::vector<ScoredTrial> trials;
+      LabelOutcome& label = results.labels[entries.front().label];
+      for (const SolverEntry& entry : entries) {
+        const Job job = job_of(*this, entry);
+        ScoredTrial& trial = trials.emplace_back();
+        trial.entry = &entry;
+        trial.failure = records.why_missing(job);
+        const std::optional<json> record = records.read(job);
+        if (!record) continue;
+        trial.accuracy = record_from(experiment, *record, records.file(job).string());
+        if (!label.scored) label.scored = &entry;
+        results.images.emplace(entry.label, trial.accuracy->figure_images);  // the first seed's
+        if (experiment.keep_contacts) add_readings(experiment, trial, results);
+        results.training[entry.label].push_back(
+            training_source(experiment, cache, entry, *trial.accuracy));
+      }
+      if (!label.scored) label.failure = trials.front().failure.text();
+      add_frames(experiment, trials, results);
+      const std::vector<ResultRow> rows = rows_of(experiment.tests, trials);
+      results.rows.insert(results.rows.end(), rows.begin(), rows.end());
+    }
+    sort_by_dataset(experiment, results.rows);
+  }
+  void forget(const Experiment& experiment, const Cache& cache, const Job& job) const override {
+    forget_fitted_solver(fit_recipe(experiment, *job.entry), cache);
+  }
+};
+
 }  // namespace
 
-std::string AccuracyStage::name() const { return "accuracy"; }
-
-std::string AccuracyStage::noun() const { return "trial"; }
-
-std::vector<Job> AccuracyStage::jobs(const Experiment& experiment) const {
-  std::vector<Job> jobs;
-  for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
-  return jobs;
-}
-
-std::vector<Job> AccuracyStage::due(const Experiment& experiment, const ExperimentResults&) const {
-  return jobs(experiment);
-}
-
-std::string AccuracyStage::key(const Experiment& experiment, const Job& job) const {
-  return accuracy_key(fit_recipe(experiment, *job.entry), experiment.tests,
-                      {experiment.right_sizing.has_value(), experiment.figure_scenes,
-                       experiment.contacts, experiment.keep_contacts, experiment.keep_explained});
-}
-
-json AccuracyStage::run(const Job& job, const JobContext& context) const {
-  const Experiment& experiment = context.experiment;
-  const FittedSolver fitted =
-      fitted_solver(fit_recipe(experiment, *job.entry), context.cache, context.registry,
-                    context.threads, context.progress_file);
-  const FitReport report = fitted.solver->fit_report();
-  json record = {{"schema", record_schema},
-                 {"fit_s", fitted.fit_s ? json(*fitted.fit_s) : json()},
-                 {"fit_build", to_json(*fitted.build)},
-                 {"fit_report", {{"status", report.status}, {"message", report.message}}}};
-  json parameters = fitted.solver->parameters();
-  if (!report.frame_check.empty()) parameters["frame_check"] = report.frame_check;
-  ScoreRequest request{experiment.figure_scenes, experiment.contacts.rule(),
-                       experiment.contacts.distances(experiment.sensor), experiment.keep_contacts,
-                       experiment.keep_explained};
-  if (!fitted.solver->contact_finder()) {
-    const ContactRuleChoice choice = chosen_rule(experiment, context.cache, *fitted.solver);
-    request.rule = choice.rule;
-    parameters["contacts"] = to_json(choice);
-  }
-  const std::vector<const DatasetSpec*> sets = scored_sets(experiment);
-  for (const DatasetSpec* spec : sets) {
-    const bool first = spec == sets.front();
-    if (!first) request.figure_scenes.clear();
-    request.judge_frames = spec->measured() != nullptr;
-    ScoredFrames scored =
-        score_set(*fitted.solver, context.cache.open_dataset(*spec), experiment.sensor, request);
-    ResultRow& row = scored.row;
-    row.label = job.entry->label;
-    row.type = job.entry->type;
-    row.dataset = spec->name;
-    row.status = report.status;
-    row.message = report.message;
-    row.parameters = parameters;
-    row.fit_s = fitted.fit_s;
-    record["rows"].push_back(to_json(row));
-    record["frames"][spec->name] = *scored.frames;
-    if (first) record["figure_images"] = *scored.figure_images;
-  }
-  return record;
-}
-
-void AccuracyStage::check(const Experiment& experiment, const json& record) const {
-  record_from(experiment, record, "");
-}
-
-void AccuracyStage::collect(const Experiment& experiment, const Cache& cache,
-                            const JobRecords& records, ExperimentResults& results) const {
-  results.rows = reference_rows(experiment.sensor, experiment.tests, experiment.contacts, cache);
-  for (const std::span<const SolverEntry> entries : experiment.rows()) {
-    std::vector<ScoredTrial> trials;
-    LabelOutcome& label = results.labels[entries.front().label];
-    for (const SolverEntry& entry : entries) {
-      const Job job = job_of(*this, entry);
-      ScoredTrial& trial = trials.emplace_back();
-      trial.entry = &entry;
-      trial.failure = records.why_missing(job);
-      const std::optional<json> record = records.read(job);
-      if (!record) continue;
-      trial.accuracy = record_from(experiment, *record, records.file(job).string());
-      if (!label.scored) label.scored = &entry;
-      results.images.emplace(entry.label, trial.accuracy->figure_images);  // the first seed's
-      if (experiment.keep_contacts) add_readings(experiment, trial, results);
-      results.training[entry.label].push_back(
-          training_source(experiment, cache, entry, *trial.accuracy));
+ScoredFrames score_set(const Solver& solver, const DatasetFile& set, const Sensor& sensor,
+                       const ScoreRequest& request) {
+  Scoring scoring(sensor, request, set.truth());
+  std::optional<FrameBounds> bounds;
+  if (request.judge_frames) bounds.emplace(sensor);
+  const Eigen::RowVectorXd reference = set.reference_voltages().transpose();
+  std::optional<ExplainedChange> explained;
+  if (request.keep_explained) explained.emplace(sensor, set.reference_voltages());
+  Reconstruction reconstruction(sensor, solver, request.rule);
+  for (std::uint64_t first = 0; first < set.size(); first += scored_frames) {
+    const std::uint64_t count = std::min(scored_frames, set.size() - first);
+    const Frames changes = set.voltages(first, count).rowwise() - reference;
+    const Images truths = set.conductivity(first, count);
+    const std::vector<Scene> scenes = set.scenes(first, count);
+    Answers answers(count, sensor.pixels());
+    reconstruction.ask(changes, set.sequences(first, count), answers);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const auto image = answers.images.row(row);
+      FrameReport& said = answers.reports[i];
+      if (bounds) report(bounds->judge(changes.row(row), reference, said), said);
+      const bool explains = explained && is_usable(said, image);
+      scoring.add(truths.row(row), image, scenes[i], said, answers.contacts[i],
+                  explains ? explained->of(changes.row(row), image) : std::nullopt);
     }
-    if (!label.scored) label.failure = trials.front().failure.text();
-    add_frames(experiment, trials, results);
-    const std::vector<ResultRow> rows = rows_of(experiment.tests, trials);
-    results.rows.insert(results.rows.end(), rows.begin(), rows.end());
   }
-  sort_by_dataset(experiment, results.rows);
+  return scoring.result();
 }
 
-void AccuracyStage::forget(const Experiment& experiment, const Cache& cache, const Job& job) const {
-  forget_fitted_solver(fit_recipe(experiment, *job.entry), cache);
-}
+std::unique_ptr<Stage> accuracy_stage() { return std::make_unique<AccuracyStage>(); }
 
 }  // namespace ertbench

@@ -3,12 +3,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "bench/record/record_file.h"
-#include "bench/record/stamps.h"
 #include "bench/run/timing_stage.h"
 #include "core/checksum.h"
 #include "core/errors.h"
@@ -24,6 +21,7 @@ namespace ertbench {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 /// Why the file of a dataset is not to be taken as it is; empty where it may be. Reads all of it.
 std::string why_not(const DatasetSpec& spec, const fs::path& file, Reuse reuse) {
@@ -57,38 +55,7 @@ bool is_there(const DatasetSpec& spec, const Cache& cache) {
   return false;
 }
 
-}  // namespace
-
-void ensure_datasets(const Experiment& experiment, const Cache& cache) {
-  const int cores = usable_cores();
-  fs::create_directories(cache.folder() / "datasets");
-  for (const DatasetSpec* spec : experiment.datasets()) {
-    if (is_there(*spec, cache)) {
-      warn_of_missed_promise(*spec, cache.dataset(*spec));
-      continue;
-    }
-    Progress progress("generating \"" + spec->name + "\" (" + std::to_string(spec->count) +
-                      " scenes, grid " + text_of(spec->model) + ")");
-    generate_dataset(
-        *spec, cache.dataset(*spec),
-        {cores, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); }});
-    warn_of_missed_promise(*spec, cache.dataset(*spec));
-  }
-}
-
-void warn_of_missed_promise(const DatasetSpec& spec, const fs::path& file) {
-  const std::string missed = missed_promise(spec, DatasetFile(file)).sentence();
-  if (!missed.empty()) spdlog::warn("{}: {}", spec.name, missed);
-}
-
-void ensure_dataset(const DatasetSpec& spec, const Cache& cache, int threads) {
-  if (!is_there(spec, cache)) generate_dataset(spec, cache.dataset(spec), {threads, {}});
-}
-
-namespace {
-
 using Clock = SteadyClock;
-using nlohmann::json;
 
 /// The work folder of a fit, for one process at a time: another that fits the same solver is waited
 /// for. Goes with the lock unless the solver left something in it.
@@ -184,6 +151,32 @@ void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fit
 }
 
 }  // namespace
+
+void ensure_datasets(const Experiment& experiment, const Cache& cache) {
+  const int cores = usable_cores();
+  fs::create_directories(cache.folder() / "datasets");
+  for (const DatasetSpec* spec : experiment.datasets()) {
+    if (is_there(*spec, cache)) {
+      warn_of_missed_promise(*spec, cache.dataset(*spec));
+      continue;
+    }
+    Progress progress("generating \"" + spec->name + "\" (" + std::to_string(spec->count) +
+                      " scenes, grid " + text_of(spec->model) + ")");
+    generate_dataset(
+        *spec, cache.dataset(*spec),
+        {cores, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); }});
+    warn_of_missed_promise(*spec, cache.dataset(*spec));
+  }
+}
+
+void warn_of_missed_promise(const DatasetSpec& spec, const fs::path& file) {
+  const std::string missed = missed_promise(spec, DatasetFile(file)).sentence();
+  if (!missed.empty()) spdlog::warn("{}: {}", spec.name, missed);
+}
+
+void ensure_dataset(const DatasetSpec& spec, const Cache& cache, int threads) {
+  if (!is_there(spec, cache)) generate_dataset(spec, cache.dataset(spec), {threads, {}});
+}
 
 FittedSolver fitted_solver(const FitRecipe& recipe, const Cache& cache, SolverRegistry& registry,
                            int threads, const fs::path& progress_file) {

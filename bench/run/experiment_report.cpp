@@ -1,30 +1,29 @@
-#include "bench/run/experiment_report.h"
-
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/report/chart.h"
-#include "bench/report/result_table.h"
+#include "bench/run/results.h"
 #include "core/json.h"
 #include "core/lists.h"
 
 namespace ertbench {
 namespace {
 
-std::string range_text(const std::pair<double, double>& interval) {
-  char text[64];
-  if (interval.first == interval.second) {
-    std::snprintf(text, sizeof text, "%g", interval.first);
-  } else {
-    std::snprintf(text, sizeof text, "%g to %g", interval.first, interval.second);
-  }
+using nlohmann::json;
+
+std::string short_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
   return text;
 }
 
+std::string range_text(const std::pair<double, double>& interval) {
+  const std::string low = short_text(interval.first);
+  return interval.first == interval.second ? low : low + " to " + short_text(interval.second);
+}
+
 std::string added_noise_text(const Noise& noise) {
-  char snr[64];
-  std::snprintf(snr, sizeof snr, "%g dB SNR (%s basis)", *noise.snr_db, name_of(noise.basis));
-  return snr;
+  return short_text(*noise.snr_db) + " dB SNR (" + name_of(noise.basis) + " basis)";
 }
 
 std::string measured_description(const DatasetSpec& spec) {
@@ -41,43 +40,6 @@ std::string measured_description(const DatasetSpec& spec) {
   if (spec.noise.snr_db) text += "; noise that trainings add, " + added_noise_text(spec.noise);
   return text;
 }
-
-}  // namespace
-
-std::string description(const DatasetSpec& spec) {
-  if (spec.measured()) return measured_description(spec);
-  std::string text = std::to_string(spec.count) + " scenes, ";
-  if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
-    const std::string shapes =
-        joined(d->shapes, ", ", [](DrawnShape shape) { return name_of(shape); });
-    text += range_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
-            range_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() + "), conductivity " +
-            range_text(d->conductivity_ratio) + " of the background, placed " +
-            (d->inside ? "inside the sheet" : "with their centres inside the sheet");
-  } else {
-    text += "listed in the experiment";
-  }
-  if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
-    text += "; voltages from a " + std::to_string(grid->side) + " x " + std::to_string(grid->side) +
-            " grid" + (grid->side == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
-  } else {
-    char fraction[64];
-    std::snprintf(fraction, sizeof fraction, "%g",
-                  std::get<ContinuousSheet>(spec.model).model_error);
-    text += std::string("; voltages of the continuous sheet to ") + fraction + " of the noise; ";
-  }
-  if (spec.noise.snr_db) {
-    text += added_noise_text(spec.noise);
-  } else {
-    text += "no noise";
-  }
-  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
-  return text + "; seed " + std::to_string(spec.seed);
-}
-
-namespace {
-
-using nlohmann::json;
 
 ReportSection results_section(TableSection table) {
   ReportSection section;
@@ -201,6 +163,35 @@ std::vector<ReportSection> provenance_sections(const Experiment& experiment,
 }
 
 }  // namespace
+
+std::string description(const DatasetSpec& spec) {
+  if (spec.measured()) return measured_description(spec);
+  std::string text = std::to_string(spec.count) + " scenes, ";
+  if (const auto* d = std::get_if<SceneDistribution>(&spec.scenes)) {
+    const std::string shapes =
+        joined(d->shapes, ", ", [](DrawnShape shape) { return name_of(shape); });
+    text += range_text(d->contacts) + " contact(s) each (" + shapes + "), radius " +
+            range_text(d->radius) + " (sheet " + spec.sensor.sheet->extent() + "), conductivity " +
+            range_text(d->conductivity_ratio) + " of the background, placed " +
+            (d->inside ? "inside the sheet" : "with their centres inside the sheet");
+  } else {
+    text += "listed in the experiment";
+  }
+  if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
+    text += "; voltages from a " + std::to_string(grid->side) + " x " + std::to_string(grid->side) +
+            " grid" + (grid->side == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
+  } else {
+    text += "; voltages of the continuous sheet to " +
+            short_text(std::get<ContinuousSheet>(spec.model).model_error) + " of the noise; ";
+  }
+  if (spec.noise.snr_db) {
+    text += added_noise_text(spec.noise);
+  } else {
+    text += "no noise";
+  }
+  if (spec.faults.any()) text += "; faults " + json_text(to_json(spec.faults));
+  return text + "; seed " + std::to_string(spec.seed);
+}
 
 Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
                  const TableText& text, const std::vector<ReportFigure>& training_curves,

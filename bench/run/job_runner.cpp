@@ -5,19 +5,17 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bench/record/record_file.h"
-#include "bench/record/stamps.h"
-#include "bench/run/stage.h"
+#include "bench/experiment/experiment_solvers.h"
 #include "bench/run/timing_stage.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
-#include "core/process.h"
 #include "core/text.h"
+#include "solvers/external/program.h"
+#include "solvers/registry/registry.h"
 
 namespace ertbench {
 
@@ -43,8 +41,6 @@ FoundRecord JobRecords::find(const Job& job) const {
   }
   return found;
 }
-
-void JobRecords::expect(const Job& job) { expected_.insert(job.name); }
 
 bool JobRecords::accept(const Job& job) {
   const std::filesystem::path written = file(job, written_ending);
@@ -100,13 +96,11 @@ std::string last_line(const fs::path& log) {
   return last;
 }
 
-std::string megabytes(std::uint64_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
-
 Failure failure_of(const ProcessEnd& end, const fs::path& log, const ProcessLimits& limits) {
   if (end.timed_out) return {"timed out", "after " + duration_text(limits.time_s)};
   if (end.out_of_memory) {
-    return {"out of memory",
-            "needed more than " + megabytes(limits.memory_bytes) + " (\"memory_limit_mb\")"};
+    return {"out of memory", "needed more than " + std::to_string(limits.memory_bytes >> 20) +
+                                 " MB (\"memory_limit_mb\")"};
   }
   if (end.signal != 0) return {"crashed", end.text() + "; see " + log.string()};
   if (end.ok()) return {"failed", "ended its process before it had a result"};
@@ -130,7 +124,31 @@ std::optional<Failure> take_failure(const fs::path& file) {
   return failure;
 }
 
+/// Fills in what the registration of the entry's type says, whose plugin this loads. What is wrong
+/// with that the stage says, with the place in the file.
+void describe_loaded(SolverEntry& entry, SolverRegistry& registry) {
+  try {
+    describe(entry, registry.load(entry.type));
+  } catch (const InputError&) {
+  }
+}
+
 }  // namespace
+
+Job job_of(const Stage& stage, const SolverEntry& entry) {
+  return {entry.stem() + "." + stage.name(), entry.stem(), entry.title(), &entry, 0};
+}
+
+Job job_of(const Stage& stage, const SolverEntry& entry, int round) {
+  Job job = job_of(stage, entry);
+  job.name += "." + std::to_string(round);
+  job.round = round;
+  return job;
+}
+
+Job job_of(const Stage& stage, const DatasetSpec& dataset) {
+  return {dataset.name + "." + stage.name(), dataset.name, "\"" + dataset.name + "\"", nullptr, 0};
+}
 
 JobRunner::JobRunner(const Stage& stage, const Experiment& experiment, const Cache& cache,
                      fs::path folder, JobRecords& records)
@@ -286,6 +304,34 @@ void JobRunner::show(Progress& progress, std::size_t total) const {
   }
   progress.update(static_cast<std::uint64_t>(parts * sum),
                   static_cast<std::uint64_t>(parts) * total, text);
+}
+
+void run_trial(const Stage& stage, const std::string& name, Experiment& experiment,
+               const Cache& cache, SolverRegistry& registry, int threads,
+               const std::filesystem::path& folder) {
+  const std::vector<Job> jobs = stage.jobs(experiment);
+  const auto job = std::ranges::find(jobs, name, &Job::name);
+  if (job == jobs.end()) {
+    throw InputError("--job: the stage " + stage.name() + " has no job \"" + printable(name) +
+                     "\"");
+  }
+  registry.allow_plugins();  // this process is there for nothing else
+  for (SolverEntry& entry : experiment.solvers) {
+    if (&entry == job->entry) describe_loaded(entry, registry);
+  }
+  const JobContext context{experiment, cache, registry, threads,
+                           record_file(folder, name, ".progress")};
+  try {
+    const nlohmann::json result = stage.run(*job, context);
+    require_programs_ended_well();
+    write_record(record_file(folder, name, written_ending), result, stage.key(experiment, *job),
+                 stamp_of_record(experiment, job->entry));
+  } catch (const FailedTrial& failed) {
+    write_file_atomically(
+        record_file(folder, name, failure_ending),
+        json_text({{"status", failed.status()}, {"message", std::string(failed.what())}}));
+    throw;
+  }
 }
 
 }  // namespace ertbench

@@ -18,9 +18,6 @@
 
 namespace ertbench {
 
-class Stage;
-struct Experiment;
-
 /// The records that the jobs of one stage left in a result folder, now or earlier, and what failed
 /// just now.
 class JobRecords {
@@ -37,7 +34,7 @@ class JobRecords {
   bool accept(const Job& job);
   /// The job has a record. Where that cannot be read later on, its row must not pass for one that
   /// nobody asked for.
-  void expect(const Job& job);
+  void expect(const Job& job) { expected_.insert(job.name); }
   /// Removes what a process wrote that did not.
   void discard(const Job& job) const;
   /// Nothing where it has none. Throws InputError where one is expected.
@@ -58,8 +55,6 @@ class JobRecords {
   std::map<std::string, Failure> failures_;  ///< by subject
   std::set<std::string> expected_;           ///< names of jobs that have a record
 };
-
-class Progress;
 
 /// Runs the jobs of one stage in processes of their own, some at a time, and notes what failed.
 class JobRunner {
@@ -100,5 +95,13 @@ class JobRunner {
   std::size_t done_ = 0;
   std::optional<int> threads_;
 };
+
+/// Does the work of `ertbench trial` in a process of its own: runs the stage's job of this name and
+/// writes its record into the result folder; meanwhile its progress stands beside it. Throws
+/// InputError where the stage has no such job. The entry of the job's solver is described
+/// (experiment_solvers.h); those of the others need not be, and their plugins are not loaded.
+void run_trial(const Stage& stage, const std::string& job, Experiment& experiment,
+               const Cache& cache, SolverRegistry& registry, int threads,
+               const std::filesystem::path& folder);
 
 }  // namespace ertbench

@@ -9,9 +9,6 @@
 #include "bench/report/chart.h"
 #include "bench/report/differences.h"
 #include "bench/report/reconstruction_figure.h"
-#include "bench/report/result_table.h"
-#include "bench/report/row_remarks.h"
-#include "bench/run/experiment_report.h"
 #include "bench/score/metrics.h"
 #include "bench/table/table.h"
 #include "bench/training/training_chart.h"
@@ -65,8 +62,7 @@ bool draw_figure(const Experiment& experiment, const Cache& cache, const Experim
                                              scenes[static_cast<std::size_t>(i)]));
       }
     } else {
-      const auto row = std::ranges::find_if(
-          results.rows, [&](const ResultRow& r) { return r.label == column.label; });
+      const auto row = std::ranges::find(results.rows, column.label, &ResultRow::label);
       column.failure = row == results.rows.end() ? "not run" : row->status;
     }
     figure.columns.push_back(std::move(column));
@@ -124,7 +120,7 @@ json presentation(const Experiment& experiment, const ExperimentResults& results
 }
 
 /// What stands around the tables of a result, but for the builds.
-TableText table_text(const Experiment& experiment, const nlohmann::json& summary) {
+TableText table_text(const Experiment& experiment, const json& summary) {
   TableText text;
   text.title = experiment.title;
   text.published = experiment.published;
@@ -138,87 +134,6 @@ TableText table_text(const Experiment& experiment, const nlohmann::json& summary
   }
   return text;
 }
-
-}  // namespace
-
-std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow>& rows,
-                       const TableText& text, BesideRows beside, nlohmann::json summary,
-                       const fs::path& folder) {
-  summary["rows"] = nlohmann::json::array();
-  for (const ResultRow& row : rows) summary["rows"].push_back(to_json(row));
-  const Table table = result_table(rows, text);
-  write_file_atomically(folder / "table.md", markdown_of(table));
-  write_file_atomically(folder / "table.csv", csv_of(result_data(rows, experiment.published)));
-  write_file_atomically(folder / "table.tex", latex_of(table));
-  for (const auto& chart : experiment.charts) {
-    const bool drawn =
-        draw_or_say(folder / chart->name(), [&] { chart->draw(rows, experiment.title, folder); });
-    if (!drawn) beside.undrawn.push_back(chart->name());
-    chart->summarise(rows, summary);
-  }
-  summary.erase("undrawn");
-  if (!beside.undrawn.empty()) summary["undrawn"] = beside.undrawn;
-  const Report report = report_of(experiment, rows, text, beside.training_curves, beside.sections,
-                                  summary.at("provenance"), folder);
-  write_file_atomically(folder / "report.html", report_html(report));
-  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
-  return beside.undrawn.size();
-}
-
-std::size_t write_results(const Experiment& experiment, const Cache& cache,
-                          const ExperimentResults& results,
-                          const std::vector<ReportSection>& sections, const fs::path& folder) {
-  nlohmann::json summary = {
-      {"schema", 1},
-      {"experiment", experiment.name},
-      {"title", experiment.title},
-      {"question", experiment.question},
-      {"command", results.command.empty()
-                      ? "./ertbench run " + printable_path(experiment.file.string())
-                      : results.command},
-      {"provenance", provenance(experiment, results.jobs, results.measured)},
-      {"builds", to_json(results.builds)}};
-  if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
-  for (const DatasetSpec& test : experiment.tests) {
-    const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
-    if (missed.scenes == 0) continue;
-    summary["missed_promises"][test.name] = {{"scenes", missed.scenes},
-                                             {"of", missed.of},
-                                             {"model_error", missed.model_error},
-                                             {"largest_error", missed.largest_error},
-                                             {"sentence", missed.sentence()}};
-  }
-  TableText text = table_text(experiment, summary);
-  text.builds = results.builds;
-  std::vector<std::string> undrawn = undrawn_of(sections);
-  if (!draw_figure(experiment, cache, results, folder)) undrawn.emplace_back("reconstructions");
-  write_differences(results, folder);
-  std::vector<ReportFigure> training_curves;
-  for (const auto& [label, sources] : results.training) {
-    const auto figure = write_training_results(label, sources, folder / "training");
-    if (!figure) continue;
-    if (!figure->drawn) undrawn.push_back("training/" + label);
-    training_curves.push_back(*figure);
-  }
-  summary["presentation"] = presentation(experiment, results, text, !training_curves.empty());
-  for (const StudyOutcome& study : results.studies) {
-    summary["studies"][study.name] = study.result->summary();
-    summary["studies"][study.name]["type"] = study.type;
-  }
-  return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,
-                    folder);
-}
-
-std::size_t report_results(const Experiment& experiment, const Cache& cache,
-                           const ExperimentResults& results,
-                           const std::vector<ReportSection>& sections, const fs::path& folder) {
-  const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
-  std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
-              printable_path(folder.string()).c_str());
-  return undrawn;
-}
-
-namespace {
 
 std::vector<Column> data_columns() {
   std::vector<Column> out = {"dataset",
@@ -273,6 +188,82 @@ void add_metric(const ResultRow& row, Metric metric, const PublishedTable& publi
 }
 
 }  // namespace
+
+std::size_t write_rows(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                       const TableText& text, BesideRows beside, json summary,
+                       const fs::path& folder) {
+  summary["rows"] = json::array();
+  for (const ResultRow& row : rows) summary["rows"].push_back(to_json(row));
+  const Table table = result_table(rows, text);
+  write_file_atomically(folder / "table.md", markdown_of(table));
+  write_file_atomically(folder / "table.csv", csv_of(result_data(rows, experiment.published)));
+  write_file_atomically(folder / "table.tex", latex_of(table));
+  for (const auto& chart : experiment.charts) {
+    const bool drawn =
+        draw_or_say(folder / chart->name(), [&] { chart->draw(rows, experiment.title, folder); });
+    if (!drawn) beside.undrawn.push_back(chart->name());
+    chart->summarise(rows, summary);
+  }
+  summary.erase("undrawn");
+  if (!beside.undrawn.empty()) summary["undrawn"] = beside.undrawn;
+  const Report report = report_of(experiment, rows, text, beside.training_curves, beside.sections,
+                                  summary.at("provenance"), folder);
+  write_file_atomically(folder / "report.html", report_html(report));
+  write_file_atomically(folder / "summary.json", json_text(summary, 2) + "\n");
+  return beside.undrawn.size();
+}
+
+std::size_t write_results(const Experiment& experiment, const Cache& cache,
+                          const ExperimentResults& results,
+                          const std::vector<ReportSection>& sections, const fs::path& folder) {
+  json summary = {{"schema", 1},
+                  {"experiment", experiment.name},
+                  {"title", experiment.title},
+                  {"question", experiment.question},
+                  {"command", results.command.empty()
+                                  ? "./ertbench run " + printable_path(experiment.file.string())
+                                  : results.command},
+                  {"provenance", provenance(experiment, results.jobs, results.measured)},
+                  {"builds", to_json(results.builds)}};
+  if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
+  for (const DatasetSpec& test : experiment.tests) {
+    const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
+    if (missed.scenes == 0) continue;
+    summary["missed_promises"][test.name] = {{"scenes", missed.scenes},
+                                             {"of", missed.of},
+                                             {"model_error", missed.model_error},
+                                             {"largest_error", missed.largest_error},
+                                             {"sentence", missed.sentence()}};
+  }
+  TableText text = table_text(experiment, summary);
+  text.builds = results.builds;
+  std::vector<std::string> undrawn = undrawn_of(sections);
+  if (!draw_figure(experiment, cache, results, folder)) undrawn.emplace_back("reconstructions");
+  write_differences(results, folder);
+  std::vector<ReportFigure> training_curves;
+  for (const auto& [label, sources] : results.training) {
+    const auto figure = write_training_results(label, sources, folder / "training");
+    if (!figure) continue;
+    if (!figure->drawn) undrawn.push_back("training/" + label);
+    training_curves.push_back(*figure);
+  }
+  summary["presentation"] = presentation(experiment, results, text, !training_curves.empty());
+  for (const StudyOutcome& study : results.studies) {
+    summary["studies"][study.name] = study.result->summary();
+    summary["studies"][study.name]["type"] = study.type;
+  }
+  return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,
+                    folder);
+}
+
+std::size_t report_results(const Experiment& experiment, const Cache& cache,
+                           const ExperimentResults& results,
+                           const std::vector<ReportSection>& sections, const fs::path& folder) {
+  const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
+  std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
+              printable_path(folder.string()).c_str());
+  return undrawn;
+}
 
 TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& published) {
   TableSection section;

@@ -45,4 +45,28 @@ std::size_t report_results(const Experiment& experiment, const Cache& cache,
                            const std::vector<ReportSection>& sections,
                            const std::filesystem::path& folder);
 
+/// A dataset in a sentence, for the tables' legends.
+std::string description(const DatasetSpec& spec);
+
+/// The page of an experiment whose charts have been drawn into `folder`: a table for each test set
+/// and how to read it, the sections of the ladders, the charts, the reconstructions where there are
+/// any, the training curves and where the numbers come from.
+Report report_of(const Experiment& experiment, const std::vector<ResultRow>& rows,
+                 const TableText& text, const std::vector<ReportFigure>& training_curves,
+                 const std::vector<ReportSection>& ladders, const nlohmann::json& provenance,
+                 const std::filesystem::path& folder);
+
+/// What became of a report.
+struct SummaryReport {
+  std::size_t undrawn = 0;             ///< figures that could not be drawn
+  std::vector<std::string> elsewhere;  ///< parts of the run's report that a summary does not hold
+  std::string command;                 ///< makes all of it
+};
+
+/// Writes what write_results writes, as far as it is made of the summary.json in `results`: the
+/// tables, the charts, report.html and summary.json, into the new or empty folder `out`. Throws
+/// InputError for a summary that is missing or damaged, and for another `out`.
+SummaryReport report_summary(const std::filesystem::path& results, const std::filesystem::path& out,
+                             const ChartTypes& charts);
+
 }  // namespace ertbench

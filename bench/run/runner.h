@@ -14,10 +14,6 @@
 
 namespace ertbench {
 
-class JobRecords;
-class Stage;
-struct Experiment;
-
 /// The jobs of a stage whose records are worth comparing only where they were measured in one
 /// session (Stage::in_one_session): a clock that was read on another day, beside other programs, is
 /// another clock. Where a wanted job has no record, those of all others that have one are made

@@ -65,7 +65,9 @@ class Stage {
   /// Those that are wanted now, in the order in which they are to be run. `results`: what the
   /// stages before it found.
   virtual std::vector<Job> due(const Experiment& experiment,
-                               const ExperimentResults& results) const = 0;
+                               const ExperimentResults& /*results*/) const {
+    return jobs(experiment);
+  }
   /// A hash of all that determines the job's record. Two builds of the program give the same.
   virtual std::string key(const Experiment& experiment, const Job& job) const = 0;
   /// Does the job, in its own process, and returns the record, to which the key is added.
@@ -74,7 +76,7 @@ class Stage {
   virtual void check(const Experiment& experiment, const nlohmann::json& record) const = 0;
 
   /// Why a record that `check` takes is not to be reused on this machine; empty where it is.
-  virtual std::string why_not_here(const nlohmann::json& record) const;
+  virtual std::string why_not_here(const nlohmann::json& /*record*/) const { return ""; }
   /// Whether the records of all its jobs are to be made in one go: where one is missing, all are
   /// made again, unless they were begun in the same go (Session).
   virtual bool in_one_session() const { return false; }
@@ -84,11 +86,12 @@ class Stage {
                        ExperimentResults& results) const = 0;
   /// Writes the files that are this stage's own into the result folder, and returns its sections of
   /// the experiment's page.
-  virtual std::vector<ReportSection> report(const Experiment& experiment,
-                                            const ExperimentResults& results,
-                                            const std::filesystem::path& folder) const;
+  virtual std::vector<ReportSection> report(const Experiment&, const ExperimentResults&,
+                                            const std::filesystem::path& /*folder*/) const {
+    return {};
+  }
   /// Removes what the job left in the cache, so that it is made anew.
-  virtual void forget(const Experiment& experiment, const Cache& cache, const Job& job) const;
+  virtual void forget(const Experiment&, const Cache&, const Job&) const {}
 };
 
 using Stages = std::vector<std::unique_ptr<Stage>>;

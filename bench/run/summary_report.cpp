@@ -1,5 +1,3 @@
-#include "bench/run/summary_report.h"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -23,7 +21,7 @@ json presentation_in(JsonObject& summary) {
   for (JsonObject& row : summary.objects("rows")) {
     const json set = {{"name", row.text("dataset")}, {"description", "test set"}};
     json& sets = out["test_sets"];
-    if (std::find(sets.begin(), sets.end(), set) == sets.end()) sets.push_back(set);
+    if (std::ranges::find(sets, set) == sets.end()) sets.push_back(set);
   }
   return out;
 }

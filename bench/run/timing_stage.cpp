@@ -29,6 +29,8 @@
 namespace ertbench {
 namespace {
 
+using nlohmann::json;
+
 double steady_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -58,47 +60,7 @@ double process_s() {
   return seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
 }
 
-}  // namespace
-
-int usable_cores() {
-  cpu_set_t set;
-  // Fails where the machine has more processors than a set of this size.
-  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-MachineLoad::MachineLoad() : busy_s_(machine_busy_s()), own_s_(process_s()), start_s_(steady_s()) {}
-
-double MachineLoad::others_cores() const {
-  constexpr double least_s = 0.1;  // ten ticks: less time does not resolve a tenth of a core
-  const double elapsed = steady_s() - start_s_;
-  if (elapsed < least_s) return 0;
-  const double others = machine_busy_s() - busy_s_ - (process_s() - own_s_);
-  return std::max(0.0, others / elapsed);
-}
-
-double calibration_us() {
-  using Clock = std::chrono::steady_clock;
-  constexpr int warm_up = 200;
-  constexpr int measured = 1001;
-  const Eigen::MatrixXd matrix = Eigen::MatrixXd::Constant(576, 104, 1.0 / 104);
-  Eigen::VectorXd in = Eigen::VectorXd::Ones(104);
-  Eigen::VectorXd out(576);
-  std::vector<double> microseconds;
-  for (int i = 0; i < warm_up + measured; ++i) {
-    const Clock::time_point start = Clock::now();
-    out.noalias() = matrix * in;
-    in[i % 104] = out[i % 576];  // the next product waits for this one
-    const std::chrono::duration<double, std::micro> time = Clock::now() - start;
-    if (i >= warm_up) microseconds.push_back(time.count());
-  }
-  return median(microseconds);
-}
-
-namespace {
-
 using Clock = SteadyClock;
-using nlohmann::json;
 
 /// The frames of one test set, in memory, and a solver to be timed on them.
 class TimedSet {
@@ -177,7 +139,7 @@ class TimedSet {
     const auto one_batch = [&] {
       const Clock::time_point start = Clock::now();
       changes = batch.rowwise() - reference_;
-      std::fill(reports.begin(), reports.end(), FrameReport{});
+      std::ranges::fill(reports, FrameReport{});
       solver_.reconstruct(changes, images, reports);
       return seconds_since(start);
     };
@@ -221,98 +183,139 @@ double programs_rss_mb() {
   return bytes / (1 << 20);
 }
 
+class TimingStage final : public Stage {
+ public:
+  explicit TimingStage(Machines machines) : machines_(machines) {}
+  bool wants_machine_alone() const override { return true; }
+  bool in_one_session() const override { return true; }
+  std::string name() const override { return "timing"; }
+  std::string noun() const override { return "round"; }
+  std::vector<Job> jobs(const Experiment& experiment) const override {
+    std::vector<Job> jobs;
+    for (int round = 0; round < experiment.timing.rounds; ++round) {
+      for (const SolverEntry& entry : experiment.solvers) {
+        jobs.push_back(job_of(*this, entry, round));
+      }
+    }
+    return jobs;
+  }
+  std::vector<Job> due(const Experiment& experiment,
+                       const ExperimentResults& results) const override {
+    if (!experiment.timing.enabled) return {};
+    std::vector<Job> due = jobs(experiment);
+    std::erase_if(due, [&](const Job& job) {
+      return results.labels.at(job.entry->label).scored != job.entry;
+    });
+    return due;
+  }
+  std::string key(const Experiment& experiment, const Job& job) const override {
+    return timing_key(fit_recipe(experiment, *job.entry), experiment.tests, experiment.timing);
+  }
+  json run(const Job& job, const JobContext& context) const override {
+    const Experiment& experiment = context.experiment;
+    const TimingSettings& timing = experiment.timing;
+    const FittedSolver fitted = fitted_solver(fit_recipe(experiment, *job.entry), context.cache,
+                                              context.registry, 1, context.progress_file);
+    const int first = job.round * timing.frames / timing.rounds;
+    const int last = (job.round + 1) * timing.frames / timing.rounds;
+    // What the validation set would choose takes about as long as the defaults.
+    const ContactRule rule = experiment.contacts.rule();
+    const MachineLoad load;
+    json record = {{"schema", record_schema}, {"calibration_us", calibration_us()}};
+    for (const DatasetSpec& test : experiment.tests) {
+      const DatasetFile file = context.cache.open_dataset(test);
+      const TimedSet set(*fitted.solver, file, experiment.sensor, timing);
+      const std::vector<double> latencies = set.latencies(first, last);
+      json& times = record["timing"][test.name];
+      times = {
+          {"latency_us", latencies}, {"frames_per_s", set.frames_per_s()}, {"batch", timing.batch}};
+      times["contacts_us"] = set.latencies(first, last, &rule);
+      if (const std::unique_ptr<Solver> transport = fitted.solver->transport()) {
+        const TimedSet alone(*transport, file, experiment.sensor, timing);
+        times["pipe_us"] = alone.latencies(first, last);
+      }
+    }
+    record["place"] = to_json(TimingPlace{cpu_name(), host_name(), load.others_cores()});
+    record["peak_rss_mb"] = peak_rss_mb() + programs_rss_mb();
+    return record;
+  }
+  void check(const Experiment&, const json& record) const override {
+    timing_record_from_json({record});
+  }
+  std::string why_not_here(const json& record) const override {
+    const std::string cpu = timing_place_of(record).cpu;
+    if (machines_ == Machines::any || cpu == cpu_name()) return "";
+    return "it was timed on another processor (" + printable(cpu) + ")";
+  }
+  void collect(const Experiment& experiment, const Cache&, const JobRecords& records,
+               ExperimentResults& results) const override {
+    if (!experiment.timing.enabled) return;
+    for (const std::span<const SolverEntry> entries : experiment.rows()) {
+      std::vector<TimedTrial> trials;
+      for (const SolverEntry& entry : entries) {
+        TimedTrial& trial = trials.emplace_back();
+        trial.entry = &entry;
+        std::vector<json> rounds;
+        for (int round = 0; round < experiment.timing.rounds; ++round) {
+          const Job job = job_of(*this, entry, round);
+          if (const Failure* failure = records.failure(job)) trial.failure = *failure;
+          std::optional<json> record = records.read(job);
+          if (!record) break;
+          rounds.push_back(std::move(*record));
+        }
+        if (std::ssize(rounds) == experiment.timing.rounds) {
+          trial.timing = timing_record_from_json(rounds);
+        }
+      }
+      for (ResultRow& row : results.rows) {
+        if (row.label == entries.front().label) add_times(trials, row);
+      }
+    }
+  }
+
+ private:
+  Machines machines_;
+};
+
 }  // namespace
 
-std::string TimingStage::name() const { return "timing"; }
+int usable_cores() {
+  cpu_set_t set;
+  // Fails where the machine has more processors than a set of this size.
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
-std::string TimingStage::noun() const { return "round"; }
+MachineLoad::MachineLoad() : busy_s_(machine_busy_s()), own_s_(process_s()), start_s_(steady_s()) {}
 
-std::vector<Job> TimingStage::jobs(const Experiment& experiment) const {
-  std::vector<Job> jobs;
-  for (int round = 0; round < experiment.timing.rounds; ++round) {
-    for (const SolverEntry& entry : experiment.solvers) {
-      jobs.push_back(job_of(*this, entry, round));
-    }
+double MachineLoad::others_cores() const {
+  constexpr double least_s = 0.1;  // ten ticks: less time does not resolve a tenth of a core
+  const double elapsed = steady_s() - start_s_;
+  if (elapsed < least_s) return 0;
+  const double others = machine_busy_s() - busy_s_ - (process_s() - own_s_);
+  return std::max(0.0, others / elapsed);
+}
+
+double calibration_us() {
+  using Clock = std::chrono::steady_clock;
+  constexpr int warm_up = 200;
+  constexpr int measured = 1001;
+  const Eigen::MatrixXd matrix = Eigen::MatrixXd::Constant(576, 104, 1.0 / 104);
+  Eigen::VectorXd in = Eigen::VectorXd::Ones(104);
+  Eigen::VectorXd out(576);
+  std::vector<double> microseconds;
+  for (int i = 0; i < warm_up + measured; ++i) {
+    const Clock::time_point start = Clock::now();
+    out.noalias() = matrix * in;
+    in[i % 104] = out[i % 576];  // the next product waits for this one
+    const std::chrono::duration<double, std::micro> time = Clock::now() - start;
+    if (i >= warm_up) microseconds.push_back(time.count());
   }
-  return jobs;
+  return median(microseconds);
 }
 
-std::vector<Job> TimingStage::due(const Experiment& experiment,
-                                  const ExperimentResults& results) const {
-  if (!experiment.timing.enabled) return {};
-  std::vector<Job> due = jobs(experiment);
-  std::erase_if(
-      due, [&](const Job& job) { return results.labels.at(job.entry->label).scored != job.entry; });
-  return due;
-}
-
-std::string TimingStage::key(const Experiment& experiment, const Job& job) const {
-  return timing_key(fit_recipe(experiment, *job.entry), experiment.tests, experiment.timing);
-}
-
-json TimingStage::run(const Job& job, const JobContext& context) const {
-  const Experiment& experiment = context.experiment;
-  const TimingSettings& timing = experiment.timing;
-  const FittedSolver fitted = fitted_solver(fit_recipe(experiment, *job.entry), context.cache,
-                                            context.registry, 1, context.progress_file);
-  const int first = job.round * timing.frames / timing.rounds;
-  const int last = (job.round + 1) * timing.frames / timing.rounds;
-  // What the validation set would choose takes about as long as the defaults.
-  const ContactRule rule = experiment.contacts.rule();
-  const MachineLoad load;
-  json record = {{"schema", record_schema}, {"calibration_us", calibration_us()}};
-  for (const DatasetSpec& test : experiment.tests) {
-    const DatasetFile file = context.cache.open_dataset(test);
-    const TimedSet set(*fitted.solver, file, experiment.sensor, timing);
-    const std::vector<double> latencies = set.latencies(first, last);
-    json& times = record["timing"][test.name];
-    times = {
-        {"latency_us", latencies}, {"frames_per_s", set.frames_per_s()}, {"batch", timing.batch}};
-    times["contacts_us"] = set.latencies(first, last, &rule);
-    if (const std::unique_ptr<Solver> transport = fitted.solver->transport()) {
-      const TimedSet alone(*transport, file, experiment.sensor, timing);
-      times["pipe_us"] = alone.latencies(first, last);
-    }
-  }
-  record["place"] = to_json(TimingPlace{cpu_name(), host_name(), load.others_cores()});
-  record["peak_rss_mb"] = peak_rss_mb() + programs_rss_mb();
-  return record;
-}
-
-void TimingStage::check(const Experiment&, const json& record) const {
-  timing_record_from_json({record});
-}
-
-std::string TimingStage::why_not_here(const json& record) const {
-  const std::string cpu = timing_place_of(record).cpu;
-  if (machines_ == Machines::any || cpu == cpu_name()) return "";
-  return "it was timed on another processor (" + printable(cpu) + ")";
-}
-
-void TimingStage::collect(const Experiment& experiment, const Cache&, const JobRecords& records,
-                          ExperimentResults& results) const {
-  if (!experiment.timing.enabled) return;
-  for (const std::span<const SolverEntry> entries : experiment.rows()) {
-    std::vector<TimedTrial> trials;
-    for (const SolverEntry& entry : entries) {
-      TimedTrial& trial = trials.emplace_back();
-      trial.entry = &entry;
-      std::vector<json> rounds;
-      for (int round = 0; round < experiment.timing.rounds; ++round) {
-        const Job job = job_of(*this, entry, round);
-        if (const Failure* failure = records.failure(job)) trial.failure = *failure;
-        std::optional<json> record = records.read(job);
-        if (!record) break;
-        rounds.push_back(std::move(*record));
-      }
-      if (std::ssize(rounds) == experiment.timing.rounds) {
-        trial.timing = timing_record_from_json(rounds);
-      }
-    }
-    for (ResultRow& row : results.rows) {
-      if (row.label == entries.front().label) add_times(trials, row);
-    }
-  }
+std::unique_ptr<Stage> timing_stage(Machines machines) {
+  return std::make_unique<TimingStage>(machines);
 }
 
 }  // namespace ertbench

@@ -1,17 +1,89 @@
 #include "bench/score/image_contacts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/score/assignment.h"
 #include "core/arrays.h"
+#include "core/statistics.h"
+#include "forward/data/dataset_file.h"
 
 namespace ertbench {
 namespace {
 
+using Eigen::RowVectorXd;
+
 nlohmann::json or_auto(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json("auto");
+}
+
+using ImageRow = Eigen::Ref<const RowVectorXd>;
+
+/// Weights whose sum is below this share of the sum of absolute weights have no centroid.
+constexpr double kCancelled = 1e-3;
+
+constexpr int no_hill = -1;
+
+std::optional<Eigen::Vector2d> centroid_mm(const Sensor& sensor,
+                                           const Eigen::Ref<const Eigen::RowVectorXd>& change) {
+  if (is_empty(sensor, change)) return std::nullopt;
+  std::optional<Eigen::Vector2d> place = centroid(sensor, change);
+  if (place) *place *= sensor.sheet->unit_mm();
+  return place;
+}
+
+/// Least relative improvement of the mean, so that rounding does not decide.
+constexpr double kBetter = 1e-9;
+
+/// Images of validation frames, with the true contact positions.
+struct ImagesWithTruth {
+  Images images;  ///< [frames, pixels] S/m
+  std::vector<Eigen::Index> usable;
+  std::vector<std::vector<Eigen::Vector2d>> places_mm;  ///< [frames]
+};
+
+ImagesWithTruth images_of(const Sensor& sensor, const Solver& solver,
+                          const DatasetFile& validation) {
+  const auto count = std::min<std::uint64_t>(frames_of_choice, validation.size());
+  const Frames changes =
+      validation.voltages(0, count).rowwise() - validation.reference_voltages().transpose();
+  ImagesWithTruth out;
+  out.images.resize(changes.rows(), sensor.pixels());
+  std::vector<FrameReport> reports(count);
+  solver.reconstruct(changes, out.images, reports);
+  for (std::size_t f = 0; f < count; ++f) {
+    const auto row = static_cast<Eigen::Index>(f);
+    if (reports[f].status == FrameStatus::undefined || !out.images.row(row).allFinite()) continue;
+    out.usable.push_back(row);
+  }
+  for (const Scene& scene : validation.scenes(0, count)) {
+    out.places_mm.push_back(true_places_mm(sensor, scene));
+  }
+  return out;
+}
+
+double mean_ospa(const Sensor& sensor, const ContactRule& rule, double cutoff_mm,
+                 const ImagesWithTruth& frames, ContactReader& reader) {
+  double sum = 0;
+  std::vector<FoundContact> found;
+  for (const Eigen::Index f : frames.usable) {
+    reader.read(rule, frames.images.row(f), found);
+    sum += ospa(places_mm(sensor, found), frames.places_mm[static_cast<std::size_t>(f)], cutoff_mm);
+  }
+  return sum / static_cast<double>(frames.usable.size());
+}
+
+/// Floors to try, over the background.
+std::vector<double> floors_for(const Sensor& sensor, const ImagesWithTruth& frames) {
+  std::vector<double> peaks;
+  for (const Eigen::Index f : frames.usable) {
+    peaks.push_back(frames.images.row(f).cwiseAbs().maxCoeff() / sensor.background);
+  }
+  const double high = nearest_rank_quantile(SortedValues(std::move(peaks)), 0.9);
+  std::vector<double> floors;
+  for (const double part : floors_to_try) floors.push_back(part * high);
+  return floors;
 }
 
 }  // namespace
@@ -39,16 +111,6 @@ nlohmann::json to_json(const ContactSettings& settings) {
   return json;
 }
 
-namespace {
-
-using Eigen::RowVectorXd;
-using ImageRow = Eigen::Ref<const RowVectorXd>;
-
-/// Weights whose sum is below this share of the sum of absolute weights have no centroid.
-constexpr double kCancelled = 1e-3;
-
-}  // namespace
-
 bool is_empty(const Sensor& sensor, const ImageRow& change) {
   return change.cwiseAbs().maxCoeff() <= kEmptyImage * sensor.background;
 }
@@ -70,12 +132,6 @@ std::optional<Eigen::Vector2d> centroid(const Sensor& sensor, const ImageRow& ch
   const double y = image.rowwise().sum().dot(pixels.centres_y());
   return Eigen::Vector2d(x, y) / change.sum();
 }
-
-namespace {
-
-constexpr int no_hill = -1;
-
-}  // namespace
 
 ContactReader::ContactReader(const Sensor& sensor)
     : background_(sensor.background),
@@ -145,6 +201,21 @@ int ContactReader::climb(const Pixel& at, const double* change, double saddle) {
   return home;
 }
 
+void ContactReader::find(const Solver& solver, const ContactRule& rule, FramesView changes,
+                         std::span<std::vector<FoundContact>> contacts) {
+  if (const ContactFinder* finder = solver.contact_finder()) {
+    return finder->find_contacts(changes, contacts);
+  }
+  Images images(changes.rows(), pixels_.count());
+  std::vector<FrameReport> reports(contacts.size());
+  solver.reconstruct(changes, images, reports);
+  for (std::size_t f = 0; f < contacts.size(); ++f) {
+    const auto image = images.row(static_cast<Eigen::Index>(f));
+    if (reports[f].status == FrameStatus::undefined || !image.allFinite()) continue;
+    read(rule, image, contacts[f]);
+  }
+}
+
 void ContactReader::read(const ContactRule& rule,
                          const Eigen::Ref<const Eigen::RowVectorXd>& change,
                          std::vector<FoundContact>& contacts) {
@@ -180,9 +251,9 @@ void ContactReader::read(const ContactRule& rule,
     contacts.push_back(
         {hill.moment / hill.weight, hill.weight * area, hill.peak, hill.pixels * area});
   }
-  std::stable_sort(
-      contacts.begin(), contacts.end(),
-      [](const FoundContact& a, const FoundContact& b) { return a.strength > b.strength; });
+  std::ranges::stable_sort(contacts, [](const FoundContact& a, const FoundContact& b) {
+    return a.strength > b.strength;
+  });
 }
 
 std::vector<FoundContact> contacts_of_image(const Sensor& sensor, const ContactRule& rule,
@@ -191,18 +262,6 @@ std::vector<FoundContact> contacts_of_image(const Sensor& sensor, const ContactR
   ContactReader(sensor).read(rule, change, contacts);
   return contacts;
 }
-
-namespace {
-
-std::optional<Eigen::Vector2d> centroid_mm(const Sensor& sensor,
-                                           const Eigen::Ref<const Eigen::RowVectorXd>& change) {
-  if (is_empty(sensor, change)) return std::nullopt;
-  std::optional<Eigen::Vector2d> place = centroid(sensor, change);
-  if (place) *place *= sensor.sheet->unit_mm();
-  return place;
-}
-
-}  // namespace
 
 FrameReading frame_reading(const Sensor& sensor, const Eigen::Ref<const Eigen::RowVectorXd>& change,
                            std::span<const FoundContact> contacts) {
@@ -236,6 +295,41 @@ std::vector<Eigen::Vector2d> places_mm(const Sensor& sensor, std::span<const Fou
     places.emplace_back(contact.place * sensor.sheet->unit_mm());
   }
   return places;
+}
+
+ContactRuleChoice choose_contact_rule(const ContactSettings& settings, const Sensor& sensor,
+                                      const Solver& solver, const DatasetFile* validation) {
+  ContactRuleChoice out{settings.rule(), 0};
+  if (!validation || (settings.threshold && settings.floor)) return out;
+  const ImagesWithTruth frames = images_of(sensor, solver, *validation);
+  if (frames.usable.empty()) return out;
+  out.frames = static_cast<int>(frames.usable.size());
+  std::vector<double> thresholds(thresholds_to_try.begin(), thresholds_to_try.end());
+  if (settings.threshold) thresholds = {*settings.threshold};
+  const std::vector<double> floors =
+      settings.floor ? std::vector{*settings.floor} : floors_for(sensor, frames);
+  const double cutoff = settings.distances(sensor).ospa;
+  ContactReader reader(sensor);
+  double least = mean_ospa(sensor, out.rule, cutoff, frames, reader);
+  ContactRule rule = out.rule;
+  for (const double threshold : thresholds) {
+    for (const double floor : floors) {
+      rule.threshold = threshold;
+      rule.floor = floor;
+      const double mean = mean_ospa(sensor, rule, cutoff, frames, reader);
+      if (mean >= (1 - kBetter) * least) continue;
+      least = mean;
+      out.rule = rule;
+    }
+  }
+  return out;
+}
+
+nlohmann::json to_json(const ContactRuleChoice& choice) {
+  return {{"threshold", choice.rule.threshold},
+          {"floor", choice.rule.floor},
+          {"saddle", choice.rule.saddle},
+          {"chosen_on", choice.frames}};
 }
 
 }  // namespace ertbench

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -12,6 +13,8 @@
 #include "solvers/solver.h"
 
 namespace ertbench {
+
+class DatasetFile;
 
 /// Rule for detecting contacts in an image of changes of the conductivity, δσ.
 struct ContactRule {
@@ -91,6 +94,10 @@ class ContactReader {
   /// `change` [pixels] S/m, all finite. Replaces `contacts` by the detections, the strongest first.
   void read(const ContactRule& rule, const Eigen::Ref<const Eigen::RowVectorXd>& change,
             std::vector<FoundContact>& contacts);
+  /// The contacts in each of `changes` [frames, channels] V: those that the solver finds itself,
+  /// else those that the rule reads in its images; none in a frame without a usable image.
+  void find(const Solver& solver, const ContactRule& rule, FramesView changes,
+            std::span<std::vector<FoundContact>> contacts);
 
  private:
   /// A maximum and the pixels that lead up to it.
@@ -161,5 +168,31 @@ std::vector<Eigen::Vector2d> true_places_mm(const Sensor& sensor, const Scene& s
 
 /// Positions of detected contacts, mm from the origin of the domain units.
 std::vector<Eigen::Vector2d> places_mm(const Sensor& sensor, std::span<const FoundContact> found);
+
+/// Thresholds tried for "auto".
+inline constexpr std::array thresholds_to_try = {0.15, 0.2,  0.25, 0.3, 0.35,
+                                                 0.4,  0.45, 0.5,  0.6, 0.7};
+/// Floors tried for "auto", as shares of the 90 % quantile of the largest |δσ| of the validation
+/// images, so that the scale of images does not matter.
+inline constexpr std::array floors_to_try = {0.0,  0.01, 0.02, 0.04, 0.07, 0.1,
+                                             0.15, 0.2,  0.3,  0.4,  0.5};
+/// Number of frames used, from the first of the set (validation or ContactSettings::chosen_on) on.
+inline constexpr int frames_of_choice = 500;
+
+/// The rule that detects contacts in a solver's images.
+struct ContactRuleChoice {
+  ContactRule rule;
+  int frames = 0;  ///< frames it was chosen on; 0 if nothing was chosen
+};
+
+/// Chooses threshold and floor, unless the settings give them, by the same procedure for every
+/// solver: the pair with the least mean OSPA distance over the validation frames that have an
+/// image. Among equals the default of ContactRule wins, then the first. Without a validation set
+/// (`validation` is null) or an image the defaults are used.
+ContactRuleChoice choose_contact_rule(const ContactSettings& settings, const Sensor& sensor,
+                                      const Solver& solver, const DatasetFile* validation);
+
+/// `{"threshold", "floor", "saddle", "chosen_on": frames}`, for the parameters of a row.
+nlohmann::json to_json(const ContactRuleChoice& choice);
 
 }  // namespace ertbench

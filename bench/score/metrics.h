@@ -12,6 +12,7 @@
 
 #include "bench/score/image_contacts.h"
 #include "bench/score/metric_entries.h"
+#include "core/probe.h"
 #include "core/statistics.h"
 #include "forward/data/measured_frames.h"
 #include "forward/sheet/scene.h"
@@ -195,5 +196,9 @@ MetricSummary summarise(std::span<const std::optional<double>> values, std::stri
 /// Summaries of all metrics. Those for which the known truth does not suffice stay empty: both
 /// counts are 0.
 PerMetric<MetricSummary> summarise(std::span<const FrameMetrics> frames, const Truth& truth = {});
+
+/// The probe "scores": metrics of fixed images, their summaries, and the contacts that are read out
+/// of the images.
+Probe score_probe();
 
 }  // namespace ertbench

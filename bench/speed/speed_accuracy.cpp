@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/record/limit_file.h"
-#include "bench/report/row_remarks.h"
+#include "bench/report/result_table.h"
 #include "core/lists.h"
 #include "core/text.h"
 
@@ -166,8 +166,7 @@ void choose_sizes(SpeedAccuracy& chart) {
 
 void add_break_even(SpeedAccuracy& chart, const std::string& reference) {
   BreakEven out{reference, {}};
-  const auto base =
-      std::ranges::find_if(chart.points, [&](const SpeedPoint& p) { return p.label == reference; });
+  const auto base = std::ranges::find(chart.points, reference, &SpeedPoint::label);
   for (const SpeedPoint& point : chart.points) {
     std::optional<double>& frames = out.frames.emplace_back();
     if (base == chart.points.end() || !base->latency || !base->fit_s) continue;

@@ -1,14 +1,11 @@
 #include "bench/speed/speed_chart.h"
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_charts.h"
-#include "bench/speed/speed_accuracy.h"
-#include "bench/table/table.h"
 #include "core/files.h"
 #include "core/json.h"
 #include "core/lists.h"
@@ -17,6 +14,8 @@
 
 namespace ertbench {
 namespace {
+
+using nlohmann::json;
 
 const std::string dash = "—";
 
@@ -43,7 +42,7 @@ std::string p99_text(const SpeedPoint& point) {
 std::string rounds_text(const SpeedPoint& point) {
   if (!point.latency || point.latency->p50_of_rounds.empty()) return dash;
   const auto& rounds = point.latency->p50_of_rounds;
-  const auto [least, most] = std::minmax_element(rounds.begin(), rounds.end());
+  const auto [least, most] = std::ranges::minmax_element(rounds);
   return time_text(*least) + " to " + time_text(*most);
 }
 
@@ -218,6 +217,46 @@ std::string notes_on(const SpeedAccuracy& chart) {
   return text;
 }
 
+std::vector<double> read_budgets(JsonObject& object) {
+  if (!object.has("budgets_us")) return {100, 1000, 10000};
+  const json& values = object.raw("budgets_us");
+  const bool positive = values.is_array() && std::ranges::all_of(values, [](const json& value) {
+                          return value.is_number() && value > 0;
+                        });
+  if (!positive) object.fail("budgets_us", "must be a list of times in microseconds, all > 0");
+  return values.get<std::vector<double>>();
+}
+
+/// The labels of "break_even_against"; by default the first row whose type is registered as a
+/// reference for the break-even.
+std::vector<std::string> read_references(const ChartRequest& request,
+                                         const std::vector<std::string>& labels) {
+  if (request.object.has("break_even_against")) {
+    return request.object.choices("break_even_against", labels);
+  }
+  for (const auto& trials : request.experiment.rows()) {
+    const SolverEntry& entry = trials.front();
+    if (entry.break_even_reference && contains(labels, entry.label)) return {entry.label};
+  }
+  return {};
+}
+
+SpeedQuestion read_question(const ChartRequest& request) {
+  JsonObject& object = request.object;
+  if (!request.experiment.timing.enabled) {
+    object.fail("type", "needs latencies; remove \"enabled\": false from /timing");
+  }
+  SpeedQuestion question;
+  question.dataset = request.place.dataset;
+  question.labels = read_row_labels(object, request.experiment);
+  question.metric = metric_from_name(
+      object.choice_or("metric", name_of(question.metric), accepted_names(kErrorMetrics)));
+  question.budgets_us = read_budgets(object);
+  question.right_sizing = request.experiment.right_sizing;
+  question.break_even_against = read_references(request, question.labels);
+  return question;
+}
+
 }  // namespace
 
 Table speed_table(const SpeedAccuracy& chart, const std::string& title) {
@@ -284,53 +323,6 @@ TableSection speed_choices(const SpeedAccuracy& chart) {
   return section;
 }
 
-namespace {
-
-using nlohmann::json;
-
-std::vector<double> read_budgets(JsonObject& object) {
-  if (!object.has("budgets_us")) return {100, 1000, 10000};
-  const json& values = object.raw("budgets_us");
-  const bool positive =
-      values.is_array() && std::all_of(values.begin(), values.end(), [](const json& value) {
-        return value.is_number() && value > 0;
-      });
-  if (!positive) object.fail("budgets_us", "must be a list of times in microseconds, all > 0");
-  return values.get<std::vector<double>>();
-}
-
-/// The labels of "break_even_against"; by default the first row whose type is registered as a
-/// reference for the break-even.
-std::vector<std::string> read_references(const ChartRequest& request,
-                                         const std::vector<std::string>& labels) {
-  if (request.object.has("break_even_against")) {
-    return request.object.choices("break_even_against", labels);
-  }
-  for (const auto& trials : request.experiment.rows()) {
-    const SolverEntry& entry = trials.front();
-    if (entry.break_even_reference && contains(labels, entry.label)) return {entry.label};
-  }
-  return {};
-}
-
-SpeedQuestion read_question(const ChartRequest& request) {
-  JsonObject& object = request.object;
-  if (!request.experiment.timing.enabled) {
-    object.fail("type", "needs latencies; remove \"enabled\": false from /timing");
-  }
-  SpeedQuestion question;
-  question.dataset = request.place.dataset;
-  question.labels = read_row_labels(object, request.experiment);
-  question.metric = metric_from_name(
-      object.choice_or("metric", name_of(question.metric), accepted_names(kErrorMetrics)));
-  question.budgets_us = read_budgets(object);
-  question.right_sizing = request.experiment.right_sizing;
-  question.break_even_against = read_references(request, question.labels);
-  return question;
-}
-
-}  // namespace
-
 SpeedChart::SpeedChart(const ChartRequest& request)
     : Chart(request.place), question_(read_question(request)) {}
 
@@ -349,8 +341,6 @@ std::string SpeedChart::caption() const {
   return "means of the " + axis_title(question_.metric) + " over the time of a frame, test set " +
          dataset();
 }
-
-std::string SpeedChart::section() const { return "Speed and accuracy: " + dataset(); }
 
 Table SpeedChart::table(std::span<const ResultRow> rows) const {
   return speed_table(speed_accuracy_of(question_, rows), "");

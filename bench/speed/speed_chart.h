@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "bench/plot/label_layout.h"
 #include "bench/plot/panel.h"
 #include "bench/report/chart.h"
 #include "bench/speed/speed_accuracy.h"
@@ -37,7 +36,7 @@ class SpeedChart : public Chart {
   void draw(std::span<const ResultRow> rows, const std::string& title,
             const std::filesystem::path& folder) const override;
   std::string caption() const override;
-  std::string section() const override;
+  std::string section() const override { return "Speed and accuracy: " + dataset(); }
   Table table(std::span<const ResultRow> rows) const override;
   void summarise(std::span<const ResultRow> rows, nlohmann::json& summary) const override;
 

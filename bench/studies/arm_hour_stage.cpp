@@ -1,11 +1,10 @@
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "bench/record/cache.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
-#include "bench/score/contact_rule_choice.h"
+#include "bench/score/image_contacts.h"
 #include "bench/studies/arm_hour.h"
 #include "bench/studies/columns.h"
 #include "core/text.h"
@@ -136,18 +135,7 @@ class HourWatch {
     const std::size_t count = times_s_.size();
     const auto changes = changes_.topRows(static_cast<Eigen::Index>(count));
     std::vector<std::vector<FoundContact>> found(count);
-    if (const ContactFinder* finder = solver_.contact_finder(); finder && count > 0) {
-      finder->find_contacts(changes, found);
-    } else if (count > 0) {
-      Images images(changes.rows(), sensor_.pixels());
-      std::vector<FrameReport> reports(count);
-      solver_.reconstruct(changes, images, reports);
-      for (std::size_t f = 0; f < count; ++f) {
-        const auto image = images.row(static_cast<Eigen::Index>(f));
-        if (reports[f].status == FrameStatus::undefined || !image.allFinite()) continue;
-        reader_.read(rule_, image, found[f]);
-      }
-    }
+    if (count > 0) reader_.find(solver_, rule_, changes, found);
     for (std::size_t f = 0; f < count; ++f) {
       judge_.see(times_s_[f], timed_contacts(found[f], *sensor_.sheet));
     }
@@ -208,9 +196,6 @@ class ArmHourStage final : public Stage {
       }
     }
     return jobs;
-  }
-  std::vector<Job> due(const Experiment& experiment, const ExperimentResults&) const override {
-    return jobs(experiment);
   }
   std::string key(const Experiment& experiment, const Job& job) const override {
     const DatasetSpec* chosen = set_chosen_on(experiment);
@@ -292,7 +277,10 @@ Study arm_hour_study(const StudyInput& input) {
     const auto found = outcomes.find({input.spec.name, label});
     const HourOutcome outcome = found == outcomes.end() ? HourOutcome{} : found->second;
     json& numbers = study.numbers["solvers"][label] = json::array();
-    if (outcome.scores.empty()) add_failed(label, outcome.failure, table);
+    if (outcome.scores.empty()) {
+      table.rows.push_back({label, outcome.failure});
+      table.rows.back().resize(table.columns.size());
+    }
     for (const HourScores& one : outcome.scores) {
       table.rows.push_back(columns.cells({one.follows ? "" : label}, one));
       rows.rows.push_back(columns.data({label}, one));

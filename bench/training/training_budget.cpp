@@ -7,10 +7,9 @@
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_charts.h"
 #include "bench/plot/panel.h"
-#include "bench/record/result_row.h"
-#include "bench/report/chart.h"
 #include "bench/score/metrics.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
@@ -50,58 +49,11 @@ std::string reason_of(const ResultRow* row, const std::optional<double>& cost, M
 }
 
 BudgetLine& line_of(std::vector<BudgetLine>& lines, const std::string& family) {
-  const auto found =
-      std::ranges::find_if(lines, [&](const BudgetLine& line) { return line.family == family; });
+  const auto found = std::ranges::find(lines, family, &BudgetLine::family);
   if (found != lines.end()) return *found;
   lines.push_back({family, {}});
   return lines.back();
 }
-
-}  // namespace
-
-std::optional<double> BudgetLine::last_doubling() const {
-  if (points.size() < 2) return std::nullopt;
-  const BudgetPoint& before = points[points.size() - 2];
-  const double doublings = std::log2(points.back().cost / before.cost);
-  if (!(doublings > 0) || before.error <= 0 || points.back().error <= 0) return std::nullopt;
-  return std::pow(points.back().error / before.error, 1 / doublings) - 1;
-}
-
-bool BudgetLine::flat() const {
-  const std::optional<double> change = last_doubling();
-  return change && std::abs(*change) < flat_below;
-}
-
-TrainingBudgets training_budgets_of(const BudgetQuestion& question,
-                                    std::span<const ResultRow> rows) {
-  TrainingBudgets out;
-  out.metric = question.metric;
-  out.cost = question.cost;
-  for (const std::string& label : question.labels) {
-    const ResultRow* row = find_row(rows, label, question.dataset);
-    const bool seconds = question.cost == TrainingCost::seconds;
-    const std::optional<double> cost = !row      ? std::nullopt
-                                       : seconds ? row->fit_s
-                                                 : mean_scenes_seen(*row);
-    if (const std::string reason = reason_of(row, cost, question.metric); !reason.empty()) {
-      out.without.emplace_back(label, reason);
-      continue;
-    }
-    const MetricSummary& summary = row->metrics[question.metric];
-    line_of(out.lines, row->family.empty() ? label : row->family)
-        .points.push_back({label, *cost, *summary.mean, summary.ci95, convergence_of(*row).all()});
-  }
-  for (BudgetLine& line : out.lines) {
-    std::ranges::stable_sort(
-        line.points, [](const BudgetPoint& a, const BudgetPoint& b) { return a.cost < b.cost; });
-  }
-  if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {
-    out.nothing = nothing->metrics[question.metric].mean;
-  }
-  return out;
-}
-
-namespace {
 
 // Places and sizes in px.
 constexpr int width = 860;
@@ -130,9 +82,7 @@ std::string short_number(double value) {
 }
 
 MethodStyles styles_of(const TrainingBudgets& budgets) {
-  std::vector<std::string> families;
-  for (const BudgetLine& line : budgets.lines) families.push_back(line.family);
-  return MethodStyles(families);
+  return MethodStyles(distinct(budgets.lines, &BudgetLine::family));
 }
 
 class BudgetDrawing {
@@ -302,15 +252,6 @@ class BudgetDrawing {
   Panel panel_;
 };
 
-}  // namespace
-
-void draw_training_budgets(const TrainingBudgets& budgets, const std::string& title,
-                           const std::filesystem::path& stem) {
-  BudgetDrawing(budgets, title).draw(stem);
-}
-
-namespace {
-
 BudgetQuestion read_question(const ChartRequest& request) {
   JsonObject& object = request.object;
   BudgetQuestion question;
@@ -325,6 +266,53 @@ BudgetQuestion read_question(const ChartRequest& request) {
 }
 
 }  // namespace
+
+std::optional<double> BudgetLine::last_doubling() const {
+  if (points.size() < 2) return std::nullopt;
+  const BudgetPoint& before = points[points.size() - 2];
+  const double doublings = std::log2(points.back().cost / before.cost);
+  if (!(doublings > 0) || before.error <= 0 || points.back().error <= 0) return std::nullopt;
+  return std::pow(points.back().error / before.error, 1 / doublings) - 1;
+}
+
+bool BudgetLine::flat() const {
+  const std::optional<double> change = last_doubling();
+  return change && std::abs(*change) < flat_below;
+}
+
+TrainingBudgets training_budgets_of(const BudgetQuestion& question,
+                                    std::span<const ResultRow> rows) {
+  TrainingBudgets out;
+  out.metric = question.metric;
+  out.cost = question.cost;
+  for (const std::string& label : question.labels) {
+    const ResultRow* row = find_row(rows, label, question.dataset);
+    const bool seconds = question.cost == TrainingCost::seconds;
+    const std::optional<double> cost = !row      ? std::nullopt
+                                       : seconds ? row->fit_s
+                                                 : mean_scenes_seen(*row);
+    if (const std::string reason = reason_of(row, cost, question.metric); !reason.empty()) {
+      out.without.emplace_back(label, reason);
+      continue;
+    }
+    const MetricSummary& summary = row->metrics[question.metric];
+    line_of(out.lines, row->family.empty() ? label : row->family)
+        .points.push_back({label, *cost, *summary.mean, summary.ci95, convergence_of(*row).all()});
+  }
+  for (BudgetLine& line : out.lines) {
+    std::ranges::stable_sort(
+        line.points, [](const BudgetPoint& a, const BudgetPoint& b) { return a.cost < b.cost; });
+  }
+  if (const ResultRow* nothing = find_row(rows, "no-contact", question.dataset)) {
+    out.nothing = nothing->metrics[question.metric].mean;
+  }
+  return out;
+}
+
+void draw_training_budgets(const TrainingBudgets& budgets, const std::string& title,
+                           const std::filesystem::path& stem) {
+  BudgetDrawing(budgets, title).draw(stem);
+}
 
 TrainingBudgetChart::TrainingBudgetChart(const ChartRequest& request)
     : Chart(request.place), question_(read_question(request)) {}

@@ -14,7 +14,7 @@
 #include "forward/data/dataset_file.h"
 #include "forward/data/sheet_model.h"
 #include "frames/reconstruct.h"
-#include "frames/twin_places.h"
+#include "frames/reference_check.h"
 #include "python/module/arrays.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/registry/registry.h"

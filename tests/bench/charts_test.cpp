@@ -10,7 +10,7 @@
 #include "bench/plot/palette.h"
 #include "bench/report/bar_chart.h"
 #include "bench/report/chart.h"
-#include "bench/report/heat_map_chart.h"
+#include "bench/report/heat_map.h"
 #include "bench/training/training_chart.h"
 #include "core/errors.h"
 #include "tests/bench/figure_testing.h"

@@ -7,7 +7,7 @@
 
 #include "bench/record/measurement_records.h"
 #include "bench/run/accuracy_stage.h"
-#include "bench/score/contact_rule_choice.h"
+#include "bench/score/image_contacts.h"
 #include "bench/score/metric_formulas.h"
 #include "bench/score/metrics.h"
 #include "core/files.h"

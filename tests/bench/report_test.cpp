@@ -9,7 +9,7 @@
 
 #include "bench/plot/canvas.h"
 #include "bench/report/heat_map.h"
-#include "bench/run/experiment_report.h"
+#include "bench/run/results.h"
 #include "core/errors.h"
 #include "core/text.h"
 #include "tests/bench/figure_testing.h"

@@ -1,4 +1,3 @@
-#include "bench/report/row_remarks.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench/cluster/slurm_engine.h"
 #include "bench/features/features.h"
 #include "core/errors.h"
 #include "tests/bench/experiment_testing.h"

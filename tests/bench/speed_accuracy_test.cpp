@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bench/plot/label_layout.h"
 #include "bench/plot/palette.h"
+#include "bench/plot/panel.h"
 #include "bench/speed/speed_chart.h"
 #include "bench/table/table.h"
 #include "tests/bench/figure_testing.h"

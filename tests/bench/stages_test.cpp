@@ -5,10 +5,8 @@
 
 #include "bench/features/features.h"
 #include "bench/record/record_file.h"
-#include "bench/record/stamps.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
-#include "bench/run/trial.h"
 #include "core/errors.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/small_experiment.h"

@@ -7,7 +7,6 @@
 #include <functional>
 
 #include "core/errors.h"
-#include "frames/column_titles.h"
 #include "frames/own_frames.h"
 #include "frames/text_lines.h"
 #include "tests/bench/program.h"

@@ -9,7 +9,6 @@
 
 #include "core/json.h"
 #include "frames/channels.h"
-#include "frames/twin_places.h"
 #include "tests/forward/disc_sheet.h"
 #include "tests/frames/frames_testing.h"
 

@@ -8,7 +8,6 @@
 #include "bench/features/features.h"
 #include "bench/ladder/ladder_results.h"
 #include "bench/record/record_file.h"
-#include "bench/record/stamps.h"
 #include "bench/report/differences.h"
 #include "bench/report/result_table.h"
 #include "bench/run/datasets.h"
