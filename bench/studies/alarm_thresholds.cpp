@@ -5,8 +5,6 @@
 #include <functional>
 #include <stdexcept>
 
-#include "core/statistics.h"
-
 namespace ertbench {
 namespace {
 
@@ -72,9 +70,7 @@ struct FrameBlocks {
     }
   }
   std::size_t block_of(std::size_t frame) const {
-    return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), frame) -
-                                    first.begin()) -
-           1;
+    return static_cast<std::size_t>(std::ranges::upper_bound(first, frame) - first.begin()) - 1;
   }
 };
 

@@ -54,7 +54,7 @@ std::vector<ArmTruth> arm_truths(const DatasetSpec& spec, double stiffness_N_mm)
     const std::vector<PathMoment>& points = sequence.paths.front().points;
     const double rate_N_s =
         (points[1].force_N - points[0].force_N) / (points[1].time_s - points[0].time_s);
-    out.push_back({points[0].time_s, sequence.duration_s, rate_N_s / stiffness_N_mm / 1000});
+    out.push_back({points[0].time_s, rate_N_s / stiffness_N_mm / 1000});
   }
   return out;
 }
@@ -99,7 +99,7 @@ DetectorSignals signals_by_role(const StudySpec& spec,
 DetectorSignals without_regions(DetectorSignals signals) {
   for (AlarmSignal* signal :
        {&signals.calibration, &signals.quiet, &signals.presses, &signals.arm}) {
-    std::fill(signal->region.begin(), signal->region.end(), 0);
+    std::ranges::fill(signal->region, 0);
   }
   return signals;
 }
@@ -223,8 +223,7 @@ CollisionResults collision_results(const StudyInput& input) {
       }
       continue;
     }
-    const auto latency = input.latency(label);
-    const auto latency_s = latency ? std::optional(latency->p50_s) : std::nullopt;
+    const auto latency_s = input.latency_s(label);
     const DetectorSignals seen = signals_by_role(spec, [&](const std::string& set) {
       return image_signal(sheet, orbits, *input.readings(label, set));
     });

@@ -52,7 +52,6 @@ std::optional<RaisedAlarm> first_alarm_time(std::span<const char> alarms, const 
 /// The true course of a sequence.
 struct ArmTruth {
   double onset_s = 0;
-  double duration_s = 0;
   double speed_m_s = 0;
 };
 

@@ -106,47 +106,6 @@ std::optional<Estimate> share_of_latency(const std::vector<ArmRun>& runs, const 
   return Estimate{share(all), bootstrap_interval_of_groups(all.size(), share, name)};
 }
 
-}  // namespace
-
-ArmOutcome arm_outcome(std::vector<ArmRun> runs, const ArmSettings& settings,
-                       const std::string& name) {
-  ArmOutcome out;
-  out.runs = std::move(runs);
-  GroupedErrors delays(out.runs.size());
-  GroupedErrors peaks(out.runs.size());
-  GroupedErrors losses(out.runs.size());
-  std::vector<Trial> slow_enough;  // by slowness, as success grows with it
-  for (std::size_t r = 0; r < out.runs.size(); ++r) {
-    const ArmRun& run = out.runs[r];
-    out.done.add(run.done);
-    out.needless.add(run.needless_stop);
-    if (run.lost_s) losses.add(r, *run.lost_s);
-    if (run.needless_stop) continue;
-    const bool within_aim = run.peak_N && *run.peak_N < settings.aim_N;
-    delays.add(r, run.delay_s.value_or(ArmOutcome::never_s));
-    peaks.add(r, std::min(run.peak_N.value_or(settings.limit_N), settings.limit_N));
-    out.under_aim.add(within_aim);
-    out.under_limit.add(run.peak_N && *run.peak_N < settings.limit_N);
-    slow_enough.push_back({-run.truth.speed_m_s, within_aim, r});
-  }
-  out.median_delay_s = delays.quantile(0.5, name + "median delay");
-  out.p95_delay_s = delays.quantile(0.95, name + "p95 delay");
-  out.median_peak_N = peaks.quantile(0.5, name + "median peak");
-  out.p95_peak_N = peaks.quantile(0.95, name + "p95 peak");
-  out.mean_lost_s = losses.mean(name + "lost");
-  out.latency_share = share_of_latency(out.runs, name + "latency");
-  out.highest_speed_m_s = least_found(slow_enough, 0.95, name + "speed");
-  if (auto& speed = out.highest_speed_m_s) {
-    const auto turned = [](const Interval& slowness) {
-      return Interval{-slowness.high, -slowness.low};
-    };
-    *speed = {-speed->value, turned(speed->ci95), turned(speed->reach)};
-  }
-  return out;
-}
-
-namespace {
-
 constexpr int most_force_bins = 10;
 constexpr double found_share = 0.95;
 
@@ -213,6 +172,43 @@ ArmOutcome assess_arm(const CollisionTruth& truth, const AlarmSignal& signal,
 }
 
 }  // namespace
+
+ArmOutcome arm_outcome(std::vector<ArmRun> runs, const ArmSettings& settings,
+                       const std::string& name) {
+  ArmOutcome out;
+  out.runs = std::move(runs);
+  GroupedErrors delays(out.runs.size());
+  GroupedErrors peaks(out.runs.size());
+  GroupedErrors losses(out.runs.size());
+  std::vector<Trial> slow_enough;  // by slowness, as success grows with it
+  for (std::size_t r = 0; r < out.runs.size(); ++r) {
+    const ArmRun& run = out.runs[r];
+    out.done.add(run.done);
+    out.needless.add(run.needless_stop);
+    if (run.lost_s) losses.add(r, *run.lost_s);
+    if (run.needless_stop) continue;
+    const bool within_aim = run.peak_N && *run.peak_N < settings.aim_N;
+    delays.add(r, run.delay_s.value_or(ArmOutcome::never_s));
+    peaks.add(r, std::min(run.peak_N.value_or(settings.limit_N), settings.limit_N));
+    out.under_aim.add(within_aim);
+    out.under_limit.add(run.peak_N && *run.peak_N < settings.limit_N);
+    slow_enough.push_back({-run.truth.speed_m_s, within_aim, r});
+  }
+  out.median_delay_s = delays.quantile(0.5, name + "median delay");
+  out.p95_delay_s = delays.quantile(0.95, name + "p95 delay");
+  out.median_peak_N = peaks.quantile(0.5, name + "median peak");
+  out.p95_peak_N = peaks.quantile(0.95, name + "p95 peak");
+  out.mean_lost_s = losses.mean(name + "lost");
+  out.latency_share = share_of_latency(out.runs, name + "latency");
+  out.highest_speed_m_s = least_found(slow_enough, 0.95, name + "speed");
+  if (auto& speed = out.highest_speed_m_s) {
+    const auto turned = [](const Interval& slowness) {
+      return Interval{-slowness.high, -slowness.low};
+    };
+    *speed = {-speed->value, turned(speed->ci95), turned(speed->reach)};
+  }
+  return out;
+}
 
 const char* name_of(AlarmRule rule) {
   constexpr const char* names[] = {"by region", "one threshold", "norm of the voltages"};

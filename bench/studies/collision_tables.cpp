@@ -336,7 +336,7 @@ TableSection run_data(const CollisionResults& results) {
 
 }  // namespace
 
-nlohmann::json collision_json(const CollisionResults& results) {
+json collision_json(const CollisionResults& results) {
   json out = {{"condition", results.condition},
               {"false_alarms_asked_per_hour", results.per_hour},
               {"calibration_hours", results.calibration_hours},

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bench/record/experiment_results.h"
@@ -126,10 +125,12 @@ class StudyColumn {
   friend class StudyColumns;
 };
 
-/// The row of a table that says why there is nothing of a solver.
-inline void add_failed(const std::string& label, const std::string& failure, TableSection& table) {
+/// Adds the row that says why there is nothing of a solver; false and nothing without a failure.
+inline bool add_failed(const std::string& label, const std::string& failure, TableSection& table) {
+  if (failure.empty()) return false;
   table.rows.push_back({label, failure});
   table.rows.back().resize(table.columns.size());
+  return true;
 }
 
 /// The columns of a study, in their order.

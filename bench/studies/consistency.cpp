@@ -14,6 +14,7 @@ namespace ertbench {
 namespace {
 
 using Eigen::Vector2d;
+using nlohmann::json;
 
 constexpr std::size_t frames_of_a_block = 10;  ///< neighbours in time are alike
 constexpr std::size_t frames_around = 2;       ///< on each side, that an outlier is told by
@@ -115,69 +116,10 @@ void score_path(const MeasuredPath& path, const ConsistencyInput& input, const s
   scores.apart_mm = apart.median(key + "apart");
 }
 
-}  // namespace
-
-MeasuredPath path_of(std::span<const FrameReading> readings) {
-  MeasuredPath path;
-  for (const FrameReading& reading : readings) {
-    path.push_back(reading.contacts.empty() ? std::nullopt
-                                            : std::optional(reading.contacts.front().place_mm));
-  }
-  return path;
-}
-
-MeasuredPath middle_path(std::span<const MeasuredPath> paths) {
-  MeasuredPath out(paths.empty() ? 0 : paths.front().size());
-  for (std::size_t f = 0; f < out.size(); ++f) {
-    std::vector<Vector2d> places;
-    for (const MeasuredPath& path : paths) {
-      if (path[f]) places.push_back(*path[f]);
-    }
-    if (places.size() >= 2) out[f] = middle_of(places);
-  }
-  return out;
-}
-
-ConsistencyScores consistency_scores(const ConsistencyInput& input, const std::string& key) {
-  ConsistencyScores scores;
-  scores.frames = input.moving.size();
-  FrameValues radii(scores.frames);
-  FrameValues amplitudes(scores.frames);
-  FrameValues peaks(scores.frames);
-  FrameValues more(scores.frames);
-  FrameValues explained(scores.frames);
-  for (std::size_t f = 0; f < scores.frames; ++f) {
-    const FrameReading& reading = input.moving[f];
-    if (reading.sum) amplitudes.add(f, *reading.sum);
-    if (reading.peak) peaks.add(f, *reading.peak);
-    if (reading.explained) explained.add(f, *reading.explained);
-    if (reading.contacts.empty()) continue;
-    ++scores.seen;
-    radii.add(f, std::sqrt(reading.contacts.front().area_mm2 / std::numbers::pi));
-    more.add(f, static_cast<double>(reading.contacts.size() - 1));
-  }
-  scores.radius_mm = radii.median(key + "radius");
-  scores.radius_spread = radii.spread(key + "radius spread");
-  scores.amplitude_spread = amplitudes.spread(key + "amplitude spread");
-  scores.peak_spread = peaks.spread(key + "peak spread");
-  scores.more_contacts = more.mean(key + "more");
-  scores.explained = explained.mean(key + "explained");
-  score_path(path_of(input.moving), input, key, scores);
-  scores.empty_frames = input.empty.size();
-  for (const FrameReading& reading : input.empty) {
-    if (!reading.contacts.empty()) ++scores.false_contacts;
-  }
-  return scores;
-}
-
-namespace {
-
-using nlohmann::json;
-
 struct ConsistencyOfSolver {
   std::string label;
   std::string failure;  ///< why there is nothing; else empty
-  std::optional<StudyInput::Latency> latency;
+  std::optional<double> latency_s;
   MeasuredPath path;
   ConsistencyScores scores;
 };
@@ -197,7 +139,7 @@ ConsistentSet consistent_set(const StudyInput& input, const std::string& name, d
   for (const std::string& label : input.labels()) {
     ConsistencyOfSolver& solver = set.solvers.emplace_back();
     solver.label = label;
-    solver.latency = input.latency(label);
+    solver.latency_s = input.latency_s(label);
     const auto* moving = input.readings(label, name);
     if (!moving || !input.readings(label, set.empty)) {
       solver.failure = input.failure(label);
@@ -270,7 +212,7 @@ StudyColumns<ScoredSolver> score_columns(const std::string& set) {
       ScoreColumn::number(
           "",
           [](const ScoredSolver& s) {
-            return s.latency ? std::optional(s.latency->p50_s * 1e6) : std::nullopt;
+            return s.latency_s ? std::optional(*s.latency_s * 1e6) : std::nullopt;
           },
           1)
           .table("p50, µs", 1)};
@@ -285,8 +227,7 @@ void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
   rows.columns = columns.names({{"set", Align::left}, {"solver", Align::left}});
   json& numbers = study.numbers["sets"][set.name] = {{"empty", set.empty}};
   for (const ScoredSolver& solver : set.solvers) {
-    if (!solver.failure.empty()) {
-      add_failed(solver.label, solver.failure, table);
+    if (add_failed(solver.label, solver.failure, table)) {
       numbers["solvers"][solver.label] = {{"failure", solver.failure}};
       continue;
     }
@@ -361,6 +302,59 @@ StudyFigure path_figure(const std::shared_ptr<const ConsistentSet>& set, const S
 }
 
 }  // namespace
+
+MeasuredPath path_of(std::span<const FrameReading> readings) {
+  MeasuredPath path;
+  for (const FrameReading& reading : readings) {
+    path.push_back(reading.contacts.empty() ? std::nullopt
+                                            : std::optional(reading.contacts.front().place_mm));
+  }
+  return path;
+}
+
+MeasuredPath middle_path(std::span<const MeasuredPath> paths) {
+  MeasuredPath out(paths.empty() ? 0 : paths.front().size());
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    std::vector<Vector2d> places;
+    for (const MeasuredPath& path : paths) {
+      if (path[f]) places.push_back(*path[f]);
+    }
+    if (places.size() >= 2) out[f] = middle_of(places);
+  }
+  return out;
+}
+
+ConsistencyScores consistency_scores(const ConsistencyInput& input, const std::string& key) {
+  ConsistencyScores scores;
+  scores.frames = input.moving.size();
+  FrameValues radii(scores.frames);
+  FrameValues amplitudes(scores.frames);
+  FrameValues peaks(scores.frames);
+  FrameValues more(scores.frames);
+  FrameValues explained(scores.frames);
+  for (std::size_t f = 0; f < scores.frames; ++f) {
+    const FrameReading& reading = input.moving[f];
+    if (reading.sum) amplitudes.add(f, *reading.sum);
+    if (reading.peak) peaks.add(f, *reading.peak);
+    if (reading.explained) explained.add(f, *reading.explained);
+    if (reading.contacts.empty()) continue;
+    ++scores.seen;
+    radii.add(f, std::sqrt(reading.contacts.front().area_mm2 / std::numbers::pi));
+    more.add(f, static_cast<double>(reading.contacts.size() - 1));
+  }
+  scores.radius_mm = radii.median(key + "radius");
+  scores.radius_spread = radii.spread(key + "radius spread");
+  scores.amplitude_spread = amplitudes.spread(key + "amplitude spread");
+  scores.peak_spread = peaks.spread(key + "peak spread");
+  scores.more_contacts = more.mean(key + "more");
+  scores.explained = explained.mean(key + "explained");
+  score_path(path_of(input.moving), input, key, scores);
+  scores.empty_frames = input.empty.size();
+  for (const FrameReading& reading : input.empty) {
+    if (!reading.contacts.empty()) ++scores.false_contacts;
+  }
+  return scores;
+}
 
 Study consistency_study(const StudyInput& input) {
   const Sensor& sensor = input.experiment.sensor;

@@ -33,11 +33,9 @@ void add_footnote(Canvas& canvas, const std::string& text, double left) {
   canvas.text(text, left, canvas.height() - 10, {.size = 9, .align = TextAlign::left});
 }
 
-void add_failure(Canvas& canvas, const Box& box, const std::string& failure,
-                 std::size_t characters) {
+void add_failure(Canvas& canvas, const Box& box, const std::string& failure) {
   if (failure.empty()) return;
-  canvas.text(one_line(failure, characters), box.middle(), box.centre(),
-              {.size = 9, .colour = ink::alarm});
+  canvas.text(one_line(failure, 34), box.middle(), box.centre(), {.size = 9, .colour = ink::alarm});
 }
 
 std::string estimate_text(const Estimate& estimate, int decimals) {

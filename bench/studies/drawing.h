@@ -47,8 +47,7 @@ std::vector<Eigen::Vector2d> electrodes_mm(const Sensor& sensor);
 /// A line of small print at the foot of a figure.
 void add_footnote(Canvas& canvas, const std::string& text, double left);
 /// Says in the middle of a panel why it is empty; nothing where `failure` is empty.
-void add_failure(Canvas& canvas, const Box& box, const std::string& failure,
-                 std::size_t characters = 34);
+void add_failure(Canvas& canvas, const Box& box, const std::string& failure);
 
 /// "0.81 [0.77, 0.85]".
 std::string estimate_text(const Estimate& estimate, int decimals);

@@ -6,12 +6,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "core/lists.h"
-#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -90,7 +88,7 @@ std::optional<Estimate> GroupedErrors::quantile(double share, std::string_view n
   // A group that was drawn several times counts as often; the errors stay sorted.
   std::vector<double> weights(own.groups_);
   const auto quantile_of = [&](std::span<const std::size_t> drawn) {
-    std::fill(weights.begin(), weights.end(), 0);
+    std::ranges::fill(weights, 0);
     double total = 0;
     for (const std::size_t group : drawn) {
       weights[group] += 1;
@@ -162,14 +160,26 @@ double isotonic_crossing(std::span<const Trial> trials, std::span<const double> 
       blocks.pop_back();
     }
   }
-  const auto reached = std::find_if(blocks.begin(), blocks.end(),
-                                    [&](const Block& block) { return block.sum.share() >= share; });
+  const auto reached =
+      std::ranges::find_if(blocks, [&](const Block& block) { return block.sum.share() >= share; });
   if (reached == blocks.end()) return nowhere;
   const double right = bins[reached->first].mean();
   if (reached == blocks.begin()) return right;
   const double below = std::prev(reached)->sum.share();
   const double left = bins[reached->first - 1].mean();
   return left + (right - left) * (share - below) / (reached->sum.share() - below);
+}
+
+/// The column or row of a share of the sheet's width or height.
+int area_slot(double share, int areas) {
+  return static_cast<int>(std::clamp(std::floor(share * areas), 0.0, areas - 1.0));
+}
+
+/// The middle of an area, domain units from the middle of the bounds.
+Eigen::Vector2d middle_of_area(const Sheet& sheet, int area, int areas) {
+  const Eigen::Vector2d share((area % areas + 0.5) / areas - 0.5,
+                              (area / areas + 0.5) / areas - 0.5);
+  return share.cwiseProduct(sheet.bounds().sizes());
 }
 
 }  // namespace
@@ -254,7 +264,7 @@ std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
   std::ranges::sort(groups);
   groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
   for (Trial& trial : trials) {
-    const auto at = std::lower_bound(groups.begin(), groups.end(), trial.group);
+    const auto at = std::ranges::lower_bound(groups, trial.group);
     trial.group = static_cast<std::size_t>(at - groups.begin());
   }
   std::vector<double> weights(groups.size(), 1);
@@ -265,29 +275,13 @@ std::optional<LeastFound> least_found(std::vector<Trial> trials, double share,
   out.ci95 = bootstrap_interval_of_groups(
       groups.size(),
       [&](std::span<const std::size_t> drawn) {
-        std::fill(weights.begin(), weights.end(), 0.0);
+        std::ranges::fill(weights, 0.0);
         for (const std::size_t group : drawn) weights[group] += 1;
         return crossing();
       },
       name);
   return out;
 }
-
-namespace {
-
-/// The column or row of a share of the sheet's width or height.
-int area_slot(double share, int areas) {
-  return static_cast<int>(std::clamp(std::floor(share * areas), 0.0, areas - 1.0));
-}
-
-/// The middle of an area, domain units from the middle of the bounds.
-Eigen::Vector2d middle_of_area(const Sheet& sheet, int area, int areas) {
-  const Eigen::Vector2d share((area % areas + 0.5) / areas - 0.5,
-                              (area / areas + 0.5) / areas - 0.5);
-  return share.cwiseProduct(sheet.bounds().sizes());
-}
-
-}  // namespace
 
 int area_of(const Sheet& sheet, const Eigen::Vector2d& place_mm, int areas) {
   const Eigen::Vector2d from_corner = place_mm / sheet.unit_mm() - sheet.bounds().min();
@@ -322,8 +316,7 @@ std::vector<int> area_orbits(const Sheet& sheet, int areas) {
   std::ranges::stable_sort(firsts, std::greater<>(), outward);
   std::vector<int> orbits;
   for (const int area : least) {
-    orbits.push_back(
-        static_cast<int>(std::find(firsts.begin(), firsts.end(), area) - firsts.begin()));
+    orbits.push_back(static_cast<int>(std::ranges::find(firsts, area) - firsts.begin()));
   }
   return orbits;
 }

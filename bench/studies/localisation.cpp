@@ -96,10 +96,7 @@ TableSection table_of(const LocalisedSet& set, const std::string& law) {
                   " frames; errors in mm";
   table.columns = error_columns.titles({{"solver", Align::left}, {"place by", Align::left}});
   for (const PlaceErrors& solver : set.solvers) {
-    if (!solver.failure.empty()) {
-      add_failed(solver.label, solver.failure, table);
-      continue;
-    }
+    if (add_failed(solver.label, solver.failure, table)) continue;
     for (const PlaceRule rule : kPlaceRules) {
       table.rows.push_back(error_columns.cells(
           {rule == PlaceRule::raw ? solver.label : "", name_of(rule)}, rule_of(solver, rule)));
@@ -188,8 +185,6 @@ const Rule& thresholded(const PlaceErrors& solver) {
   return rule_of(solver, PlaceRule::thresholded);
 }
 
-double median_bound(const LocalisedSet& set) { return median(SortedValues(set.bound_mm)); }
-
 void draw_map(const LocalisedSet& set, double side_mm, const std::string& heading,
               const std::filesystem::path& stem) {
   const MarkStyle target{7, ink::black, 0.35, 1};
@@ -232,7 +227,7 @@ void draw_map(const LocalisedSet& set, double side_mm, const std::string& headin
       {"mean estimated position, a line from its target", LineStyle{found.colour, 1.2}, found});
   legend.add({"rms distance of single frames around it", {}, MarkStyle{6, scatter.colour, 1.2, 1}});
   if (bounded) {
-    Panel axes = panel("Cramér–Rao, median " + fixed(median_bound(set), 1) + " mm");
+    Panel axes = panel("Cramér–Rao, median " + fixed(median(set.bound_mm), 1) + " mm");
     for (std::size_t p = 0; p < set.places.size(); ++p) {
       axes.line(circle_around(set.places[p], std::min(set.bound_mm[p], span.high)), bound);
     }

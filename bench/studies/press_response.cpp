@@ -130,7 +130,7 @@ class RegionSteps {
 
 ForceCalibration::ForceCalibration(const std::vector<PressStep>& steps, Strength strength,
                                    const std::vector<int>& region_of) {
-  const int regions = *std::max_element(region_of.begin(), region_of.end()) + 1;
+  const int regions = *std::ranges::max_element(region_of) + 1;
   regions_.resize(static_cast<std::size_t>(regions));
   for (int region = 0; region < regions; ++region) {
     std::map<double, std::vector<double>> by_force;
@@ -177,7 +177,7 @@ PressResponse press_response(const std::vector<PressStep>& steps,
                              const std::vector<double>& forces_N, const std::vector<int>& region_of,
                              const std::string& key) {
   PressResponse out;
-  const int regions = *std::max_element(region_of.begin(), region_of.end()) + 1;
+  const int regions = *std::ranges::max_element(region_of) + 1;
   std::size_t presses = 0;
   for (const PressStep& step : steps) presses = std::max(presses, step.press + 1);
   for (const Strength strength : kStrengths) {

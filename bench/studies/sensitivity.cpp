@@ -37,7 +37,6 @@ std::vector<PressStep> press_steps(const DatasetSpec& spec,
       PressStep step;
       step.press = press;
       step.area = static_cast<int>(press % areas);
-      step.step = static_cast<int>(s);
       step.force_N = forces[s];
       step.rising = s < plan.forces_N.size();
       if (reading.peak) step.peak = std::abs(*reading.peak);
@@ -143,10 +142,7 @@ TableSection strength_table(const SensitivitySet& set, const std::string& law, d
   table.columns = {{"solver", Align::left}, {"region", Align::left}};
   for (const double force : set.forces_N) table.columns.emplace_back(number_text(force) + " N");
   for (const PressResponse& solver : set.solvers) {
-    if (!solver.failure.empty()) {
-      add_failed(solver.label, solver.failure, table);
-      continue;
-    }
+    if (add_failed(solver.label, solver.failure, table)) continue;
     const auto& regions = reading_of(solver, Strength::peak).regions;
     for (std::size_t r = 0; r < regions.size(); ++r) {
       std::vector<Cell> row = {r == 0 ? solver.label : "", roman(static_cast<int>(r))};
@@ -165,10 +161,7 @@ TableSection force_table(const SensitivitySet& set, const std::string& law) {
                   std::to_string(set.presses) + " presses";
   table.columns = columns.titles({{"solver", Align::left}, {"strength", Align::left}});
   for (const PressResponse& solver : set.solvers) {
-    if (!solver.failure.empty()) {
-      add_failed(solver.label, solver.failure, table);
-      continue;
-    }
+    if (add_failed(solver.label, solver.failure, table)) continue;
     for (const Strength strength : kStrengths) {
       table.rows.push_back(
           columns.cells({strength == Strength::peak ? solver.label : "", name_of(strength)},

@@ -19,7 +19,6 @@ const char* name_of(Strength strength);
 struct PressStep {
   std::size_t press = 0;  ///< the sequence that it belongs to
   int area = 0;
-  int step = 0;
   double force_N = 0;
   bool rising = true;             ///< the force was smaller before
   std::optional<double> peak;     ///< largest |δσ|, S/m

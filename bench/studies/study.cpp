@@ -15,7 +15,6 @@
 #include "bench/studies/sensitivity.h"
 #include "bench/studies/targets.h"
 #include "bench/studies/tracking.h"
-#include "bench/table/table.h"
 #include "core/files.h"
 #include "core/statistics.h"
 #include "core/text.h"
@@ -63,6 +62,8 @@ std::vector<ReportSection> Study::report(const std::string& title,
 
 namespace {
 
+using nlohmann::json;
+
 /// Trainings of a solver that were scored on all sets.
 std::size_t trainings_of(const ExperimentResults& results, const std::string& label) {
   const auto found = results.readings.find(label);
@@ -78,61 +79,6 @@ const std::map<std::string, Study (*)(const StudyInput&)> studies = {
     {"targets", targets_study},           {"tracking", tracking_study},
     {"collision", collision_study},       {"consistency", consistency_study},
     {"arm_hour", arm_hour_study}};
-
-}  // namespace
-
-std::vector<std::string> StudyInput::labels() const {
-  std::vector<std::string> out;
-  for (const auto entries : experiment.rows()) {
-    const std::string& label = entries.front().label;
-    if (training == 0 || trainings_of(results, label) > training) out.push_back(label);
-  }
-  return out;
-}
-
-std::size_t StudyInput::trainings() const {
-  std::size_t most = 1;
-  for (const auto& [label, sets] : results.readings) {
-    most = std::max(most, trainings_of(results, label));
-  }
-  return most;
-}
-
-const DatasetSpec& StudyInput::set_spec(const std::string& set) const {
-  return *experiment.find_dataset(set);
-}
-
-DatasetFile StudyInput::open(const std::string& set) const {
-  return cache.open_dataset(set_spec(set));
-}
-
-const std::vector<FrameReading>* StudyInput::readings(const std::string& label,
-                                                      const std::string& set) const {
-  const auto found = results.readings.find(label);
-  if (found == results.readings.end()) return nullptr;
-  const auto frames = found->second.find(set);
-  if (frames == found->second.end() || frames->second.size() <= training) return nullptr;
-  return &frames->second[training];
-}
-
-std::string StudyInput::failure(const std::string& label) const {
-  const auto found = results.labels.find(label);
-  return found == results.labels.end() ? "not run" : found->second.failure;
-}
-
-std::optional<StudyInput::Latency> StudyInput::latency(const std::string& label) const {
-  for (const ResultRow& row : results.rows) {
-    if (row.label != label || !row.latency_us) continue;
-    return Latency{row.latency_us->p50 * 1e-6, row.latency_us->p99 * 1e-6};
-  }
-  return std::nullopt;
-}
-
-std::string StudyInput::law() const { return name_of(experiment.sensor.skin->law); }
-
-namespace {
-
-using nlohmann::json;
 
 using SpreadColumn = StudyColumn<HeadlineSpread>;
 
@@ -193,58 +139,11 @@ void add_trainings(const std::vector<HeadlineSpread>& spread, Study& study) {
   study.sections.push_back(std::move(section));
 }
 
-}  // namespace
-
-std::optional<double> HeadlineSpread::mean() const { return mean_of(values); }
-
-std::optional<double> HeadlineSpread::deviation() const { return deviation_of(values); }
-
-std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_trainings) {
-  std::vector<HeadlineSpread> out;
-  for (const Headline& first : of_trainings.front()) {
-    HeadlineSpread spread{first.label, first.what, first.decimals, {first.value}};
-    for (const std::vector<Headline>& training : of_trainings.subspan(1)) {
-      const auto found =
-          std::find_if(training.begin(), training.end(), [&](const Headline& headline) {
-            return headline.label == first.label && headline.what == first.what;
-          });
-      if (found != training.end()) spread.values.push_back(found->value);
-    }
-    if (spread.values.size() > 1) out.push_back(std::move(spread));
-  }
-  // Headlines come set by set; here a solver's numbers stand together.
-  const std::vector<HeadlineSpread> by_set = out;
-  const auto place = [&](const HeadlineSpread& one) {
-    return std::find_if(by_set.begin(), by_set.end(),
-                        [&](const HeadlineSpread& other) { return other.label == one.label; });
-  };
-  std::stable_sort(out.begin(), out.end(), [&](const HeadlineSpread& a, const HeadlineSpread& b) {
-    return place(a) < place(b);
-  });
-  return out;
-}
-
-std::shared_ptr<const Study> make_study(const StudyInput& input) {
-  const auto study_of = studies.at(input.spec.type);
-  const auto first = std::make_shared<Study>(study_of(input));
-  std::vector<std::vector<Headline>> of_trainings = {first->best};
-  for (std::size_t training = 1; training < input.trainings(); ++training) {
-    StudyInput again = input;
-    again.training = training;
-    of_trainings.push_back(study_of(again).best);
-  }
-  if (of_trainings.size() > 1) add_trainings(spread_of(of_trainings), *first);
-  return first;
-}
-
-namespace {
-
 class StudyStage final : public Stage {
  public:
   std::string name() const override { return "studies"; }
   std::string noun() const override { return "study"; }
   std::vector<Job> jobs(const Experiment&) const override { return {}; }
-  std::vector<Job> due(const Experiment&, const ExperimentResults&) const override { return {}; }
   std::string key(const Experiment&, const Job&) const override { throw no_jobs(); }
   json run(const Job&, const JobContext&) const override { throw no_jobs(); }
   void check(const Experiment&, const json&) const override { throw no_jobs(); }
@@ -272,6 +171,93 @@ class StudyStage final : public Stage {
 };
 
 }  // namespace
+
+std::vector<std::string> StudyInput::labels() const {
+  std::vector<std::string> out;
+  for (const auto entries : experiment.rows()) {
+    const std::string& label = entries.front().label;
+    if (training == 0 || trainings_of(results, label) > training) out.push_back(label);
+  }
+  return out;
+}
+
+std::size_t StudyInput::trainings() const {
+  std::size_t most = 1;
+  for (const auto& [label, sets] : results.readings) {
+    most = std::max(most, trainings_of(results, label));
+  }
+  return most;
+}
+
+const DatasetSpec& StudyInput::set_spec(const std::string& set) const {
+  return *experiment.find_dataset(set);
+}
+
+DatasetFile StudyInput::open(const std::string& set) const {
+  return cache.open_dataset(set_spec(set));
+}
+
+const std::vector<FrameReading>* StudyInput::readings(const std::string& label,
+                                                      const std::string& set) const {
+  const auto found = results.readings.find(label);
+  if (found == results.readings.end()) return nullptr;
+  const auto frames = found->second.find(set);
+  if (frames == found->second.end() || frames->second.size() <= training) return nullptr;
+  return &frames->second[training];
+}
+
+std::string StudyInput::failure(const std::string& label) const {
+  const auto found = results.labels.find(label);
+  return found == results.labels.end() ? "not run" : found->second.failure;
+}
+
+std::optional<double> StudyInput::latency_s(const std::string& label) const {
+  for (const ResultRow& row : results.rows) {
+    if (row.label == label && row.latency_us) return row.latency_us->p50 * 1e-6;
+  }
+  return std::nullopt;
+}
+
+std::string StudyInput::law() const { return name_of(experiment.sensor.skin->law); }
+
+std::optional<double> HeadlineSpread::mean() const { return mean_of(values); }
+
+std::optional<double> HeadlineSpread::deviation() const { return deviation_of(values); }
+
+std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_trainings) {
+  std::vector<HeadlineSpread> out;
+  for (const Headline& first : of_trainings.front()) {
+    HeadlineSpread spread{first.label, first.what, first.decimals, {first.value}};
+    for (const std::vector<Headline>& training : of_trainings.subspan(1)) {
+      const auto found = std::ranges::find_if(training, [&](const Headline& headline) {
+        return headline.label == first.label && headline.what == first.what;
+      });
+      if (found != training.end()) spread.values.push_back(found->value);
+    }
+    if (spread.values.size() > 1) out.push_back(std::move(spread));
+  }
+  // Headlines come set by set; here a solver's numbers stand together.
+  const std::vector<HeadlineSpread> by_set = out;
+  const auto place = [&](const HeadlineSpread& one) {
+    return std::ranges::find(by_set, one.label, &HeadlineSpread::label);
+  };
+  std::ranges::stable_sort(
+      out, [&](const HeadlineSpread& a, const HeadlineSpread& b) { return place(a) < place(b); });
+  return out;
+}
+
+std::shared_ptr<const Study> make_study(const StudyInput& input) {
+  const auto study_of = studies.at(input.spec.type);
+  const auto first = std::make_shared<Study>(study_of(input));
+  std::vector<std::vector<Headline>> of_trainings = {first->best};
+  for (std::size_t training = 1; training < input.trainings(); ++training) {
+    StudyInput again = input;
+    again.training = training;
+    of_trainings.push_back(study_of(again).best);
+  }
+  if (of_trainings.size() > 1) add_trainings(spread_of(of_trainings), *first);
+  return first;
+}
 
 std::unique_ptr<Stage> study_stage() { return std::make_unique<StudyStage>(); }
 

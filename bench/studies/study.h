@@ -84,12 +84,8 @@ struct StudyInput {
   const std::vector<FrameReading>* readings(const std::string& label, const std::string& set) const;
   /// Why there are none: "crashed: ...".
   std::string failure(const std::string& label) const;
-  /// Median and 99th percentile of the time from voltages to image, s; nothing where not measured.
-  struct Latency {
-    double p50_s;
-    double p99_s;
-  };
-  std::optional<Latency> latency(const std::string& label) const;
+  /// Median time from voltages to image, s; nothing where not measured.
+  std::optional<double> latency_s(const std::string& label) const;
   /// "falling" or "rising": stands in every table.
   std::string law() const;
 };

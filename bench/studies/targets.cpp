@@ -1,7 +1,6 @@
 #include "bench/studies/targets.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
 #include <stdexcept>
 
@@ -96,6 +95,68 @@ TargetReadings target_readings(const StudyInput& input, const std::string& label
   return out;
 }
 
+/// The solver's name, and below it what went wrong.
+Cell solver_cell(const TargetSolver& solver) {
+  Cell cell(solver.label);
+  if (!solver.failure.empty()) cell.lines.push_back(solver.failure);
+  return cell;
+}
+
+/// The intervals of gaps in which any solver has scenes, by their lower end: bins of the same
+/// scenes are the same.
+std::map<double, GapBin> all_gap_bins(const TargetResults& results) {
+  std::map<double, GapBin> bins;
+  for (const TargetSolver& solver : results.solvers) {
+    for (const GapBin& bin : solver.gaps.bins) bins.emplace(bin.low_mm, bin);
+  }
+  return bins;
+}
+
+/// Notes on reading the tables.
+std::vector<std::string> targets_notes(const ContactDistances& distances) {
+  return {
+      "A detected contact belongs to a true one where the optimal assignment puts them together "
+      "within " +
+          number_text(distances.match) +
+          " mm; the others are false positives. Precision is the share of the detected contacts "
+          "that belong to a true one, recall the share of the true ones that were detected, F1 the "
+          "harmonic mean of both: all over the contacts of all frames together. Right number: the "
+          "share of frames with exactly as many contacts detected as there are. Localisation "
+          "error: mean distance of the detected contacts from theirs. OSPA: mean distance of the "
+          "two sets, in which a contact too many or too few is " +
+          number_text(distances.ospa) + " mm away.",
+      "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
+      "stay together; where all scenes give the same number they have no width. Shares of scenes "
+      "or frames that each count once have Wilson's. Where a solver was trained with several "
+      "seeds, these numbers are of the first.",
+      "Gap: distance between the circles around the two footprints. Resolved: each of the two "
+      "contacts was detected, by a contact of its own. The resolvable gap is the least from which "
+      "on " +
+          number_text(100 * kResolvedShare) +
+          " % are resolved: where the isotonic fit (pool adjacent violators) of the share against "
+          "the gap reaches that, by its value and not by a limit of its uncertainty, and at "
+          "least " +
+          std::to_string(kLeastResolvedScenes) +
+          " scenes lie there and above. In its interval \"< set\" is below the least gap there "
+          "was, \"> set\" above the largest; the bootstrap of an isotonic fit is a rough one.",
+      "A set that holds pairs alone, beside another with pairs among its scenes, serves the gaps "
+      "and not the comparison of numbers of contacts."};
+}
+
+void add_headlines(const TargetSolver& solver, std::vector<Headline>& out) {
+  if (!solver.failure.empty()) return;
+  for (const auto& [contacts, count] : solver.counts) {
+    if (contacts == 0) continue;
+    const std::string of =
+        std::to_string(contacts) + (contacts == 1 ? " contact: " : " contacts: ");
+    for (const TargetMetric& metric : target_metrics()) {
+      if (metric.key != "f1" && metric.key != "ospa_mm") continue;
+      out.push_back({solver.label, of + metric.heading, metric.decimals,
+                     value_of(count.metrics.at(metric.key))});
+    }
+  }
+}
+
 }  // namespace
 
 TargetResults target_results(std::span<const TargetFrame> frames,
@@ -125,27 +186,6 @@ TargetResults target_results(std::span<const TargetFrame> frames,
   }
   return out;
 }
-
-namespace {
-
-/// The solver's name, and below it what went wrong.
-Cell solver_cell(const TargetSolver& solver) {
-  Cell cell(solver.label);
-  if (!solver.failure.empty()) cell.lines.push_back(solver.failure);
-  return cell;
-}
-
-/// The intervals of gaps in which any solver has scenes, by their lower end: bins of the same
-/// scenes are the same.
-std::map<double, GapBin> all_gap_bins(const TargetResults& results) {
-  std::map<double, GapBin> bins;
-  for (const TargetSolver& solver : results.solvers) {
-    for (const GapBin& bin : solver.gaps.bins) bins.emplace(bin.low_mm, bin);
-  }
-  return bins;
-}
-
-}  // namespace
 
 TableSection targets_count_table(const TargetCircumstances& circumstances,
                                  const TargetResults& results) {
@@ -244,55 +284,6 @@ TableSection targets_gap_data(const TargetResults& results) {
   }
   return section;
 }
-
-namespace {
-
-/// Notes on reading the tables.
-std::vector<std::string> targets_notes(const ContactDistances& distances) {
-  return {
-      "A detected contact belongs to a true one where the optimal assignment puts them together "
-      "within " +
-          number_text(distances.match) +
-          " mm; the others are false positives. Precision is the share of the detected contacts "
-          "that belong to a true one, recall the share of the true ones that were detected, F1 the "
-          "harmonic mean of both: all over the contacts of all frames together. Right number: the "
-          "share of frames with exactly as many contacts detected as there are. Localisation "
-          "error: mean distance of the detected contacts from theirs. OSPA: mean distance of the "
-          "two sets, in which a contact too many or too few is " +
-          number_text(distances.ospa) + " mm away.",
-      "Brackets: 95 % intervals by the bootstrap over scenes; frames that are draws of one scene "
-      "stay together; where all scenes give the same number they have no width. Shares of scenes "
-      "or frames that each count once have Wilson's. Where a solver was trained with several "
-      "seeds, these numbers are of the first.",
-      "Gap: distance between the circles around the two footprints. Resolved: each of the two "
-      "contacts was detected, by a contact of its own. The resolvable gap is the least from which "
-      "on " +
-          number_text(100 * kResolvedShare) +
-          " % are resolved: where the isotonic fit (pool adjacent violators) of the share against "
-          "the gap reaches that, by its value and not by a limit of its uncertainty, and at "
-          "least " +
-          std::to_string(kLeastResolvedScenes) +
-          " scenes lie there and above. In its interval \"< set\" is below the least gap there "
-          "was, \"> set\" above the largest; the bootstrap of an isotonic fit is a rough one.",
-      "A set that holds pairs alone, beside another with pairs among its scenes, serves the gaps "
-      "and not the comparison of numbers of contacts."};
-}
-
-void add_headlines(const TargetSolver& solver, std::vector<Headline>& out) {
-  if (!solver.failure.empty()) return;
-  for (const auto& [contacts, count] : solver.counts) {
-    if (contacts == 0) continue;
-    const std::string of =
-        std::to_string(contacts) + (contacts == 1 ? " contact: " : " contacts: ");
-    for (const TargetMetric& metric : target_metrics()) {
-      if (metric.key != "f1" && metric.key != "ospa_mm") continue;
-      out.push_back({solver.label, of + metric.heading, metric.decimals,
-                     value_of(count.metrics.at(metric.key))});
-    }
-  }
-}
-
-}  // namespace
 
 Study study_of_targets(const TargetCircumstances& circumstances, const TargetResults& results) {
   const auto shared = std::make_shared<TargetResults>(results);

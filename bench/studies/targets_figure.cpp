@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "bench/studies/drawing.h"
 #include "bench/studies/targets.h"

@@ -37,7 +37,7 @@ TrackingOfSolver tracking_of_solver(const StudyInput& input, const TrackingCondi
   const SequenceSet& set = *spec.sequences();
   TrackingOfSolver out;
   out.label = label;
-  if (const auto latency = input.latency(label)) out.latency_s = latency->p50_s;
+  out.latency_s = input.latency_s(label);
   const std::vector<FrameReading>* readings = input.readings(label, condition.set);
   if (!readings || readings->size() < set.frames()) {
     out.failure = input.failure(label);

@@ -100,6 +100,48 @@ StreamReport report_of_frame(const StreamFrame& frame, Tracker& tracker) {
   return report;
 }
 
+/// One character's terms of the two sums of a ratio.
+struct RatioPart {
+  double of = 0;
+  double in = 0;
+};
+
+/// The sum of all `of` over the sum of all `in`.
+std::optional<Estimate> ratio_over_characters(
+    std::span<const TrackedCharacter> characters,
+    const std::function<RatioPart(const TrackedCharacter&)>& part_of, const std::string& key) {
+  std::map<std::string, RatioPart> by_name;
+  for (const TrackedCharacter& character : characters) {
+    const RatioPart part = part_of(character);
+    if (part.in <= 0) continue;
+    by_name[character.name].of += part.of;
+    by_name[character.name].in += part.in;
+  }
+  if (by_name.empty()) return std::nullopt;
+  std::vector<double> of;
+  std::vector<double> in;
+  for (const auto& [name, part] : by_name) {
+    of.push_back(part.of);
+    in.push_back(part.in);
+  }
+  const auto ratio = ratio_of_sums(of, in, key);
+  return Estimate{ratio->ratio, ratio->ci95};
+}
+
+/// Mean over the characters that have the value, times `factor`; counts them in `count`.
+std::optional<Estimate> mean_over_characters(std::span<const TrackedCharacter> characters,
+                                             std::optional<double> TrackedCharacter::*value,
+                                             double factor, int& count, const std::string& key) {
+  count = static_cast<int>(std::ranges::count_if(
+      characters, [&](const TrackedCharacter& one) { return (one.*value).has_value(); }));
+  return ratio_over_characters(
+      characters,
+      [&](const TrackedCharacter& one) {
+        return one.*value ? RatioPart{factor * *(one.*value), 1} : RatioPart{};
+      },
+      key);
+}
+
 }  // namespace
 
 std::vector<StreamReport> follow_stream(std::span<const StreamFrame> frames, double latency_s) {
@@ -152,9 +194,10 @@ TrackedCharacter track_character(const TouchSequence& truth, std::span<const Str
   out.worked_on = static_cast<int>(reports.size());
   for (const StreamReport& report : reports) {
     const StreamFrame& frame = frames[report.frame];
-    out.ghosts += static_cast<int>(std::count_if(
-        report.seen_mm.begin(), report.seen_mm.end(),
-        [&](const Vector2d& place) { return is_false_positive(truth, frame, place); }));
+    out.ghosts +=
+        static_cast<int>(std::ranges::count_if(report.seen_mm, [&](const Vector2d& place) {
+          return is_false_positive(truth, frame, place);
+        }));
     const auto stroke = stroke_at(truth, frame.middle_s);
     if (!stroke) continue;
     ++out.touched;
@@ -174,53 +217,6 @@ TrackedCharacter track_character(const TouchSequence& truth, std::span<const Str
   out.read_as = reader.read(out.tracked);
   return out;
 }
-
-namespace {
-
-/// One character's terms of the two sums of a ratio.
-struct RatioPart {
-  double of = 0;
-  double in = 0;
-};
-
-/// The sum of all `of` over the sum of all `in`.
-std::optional<Estimate> ratio_over_characters(
-    std::span<const TrackedCharacter> characters,
-    const std::function<RatioPart(const TrackedCharacter&)>& part_of, const std::string& key) {
-  std::map<std::string, RatioPart> by_name;
-  for (const TrackedCharacter& character : characters) {
-    const RatioPart part = part_of(character);
-    if (part.in <= 0) continue;
-    by_name[character.name].of += part.of;
-    by_name[character.name].in += part.in;
-  }
-  if (by_name.empty()) return std::nullopt;
-  std::vector<double> of;
-  std::vector<double> in;
-  for (const auto& [name, part] : by_name) {
-    of.push_back(part.of);
-    in.push_back(part.in);
-  }
-  const auto ratio = ratio_of_sums(of, in, key);
-  return Estimate{ratio->ratio, ratio->ci95};
-}
-
-/// Mean over the characters that have the value, times `factor`; counts them in `count`.
-std::optional<Estimate> mean_over_characters(std::span<const TrackedCharacter> characters,
-                                             std::optional<double> TrackedCharacter::*value,
-                                             double factor, int& count, const std::string& key) {
-  count = static_cast<int>(
-      std::count_if(characters.begin(), characters.end(),
-                    [&](const TrackedCharacter& one) { return (one.*value).has_value(); }));
-  return ratio_over_characters(
-      characters,
-      [&](const TrackedCharacter& one) {
-        return one.*value ? RatioPart{factor * *(one.*value), 1} : RatioPart{};
-      },
-      key);
-}
-
-}  // namespace
 
 TrackingScores tracking_scores(std::span<const TrackedCharacter> characters,
                                const std::string& key) {
@@ -250,8 +246,8 @@ TrackingScores tracking_scores(std::span<const TrackedCharacter> characters,
                                 [](const One& one) { return one.frames; }, "dropped");
   out.ghosts = ratio_of([](const One& one) { return one.ghosts; },
                         [](const One& one) { return one.worked_on; }, "ghosts");
-  const auto read = static_cast<int>(
-      std::count_if(characters.begin(), characters.end(), std::mem_fn(&One::read_back)));
+  const auto read =
+      static_cast<int>(std::ranges::count_if(characters, std::mem_fn(&One::read_back)));
   const auto all = static_cast<int>(characters.size());
   out.read_back = Estimate{static_cast<double>(read) / all, wilson_interval(read, all)};
   return out;

@@ -220,7 +220,7 @@ TEST(Arm, ASlowSolverTakesTheNewestFrameAndDropsTheOthers) {
 TEST(Arm, ARunIsDoneNeedlesslyStoppedOrLost) {
   const FrameTiming timing{100, 0.0005};
   const ArmSettings settings{5, 5, 10, 140};
-  const ArmTruth truth{0.025, 0.06, 0.2};
+  const ArmTruth truth{0.025, 0.2};
   const ArmRun good = arm_run(std::vector<char>{0, 0, 1, 1, 1, 1}, timing, 0.005, truth, settings);
   EXPECT_TRUE(good.done);
   EXPECT_NEAR(*good.delay_s, 0.010, 1e-12);  // the frame that ends at 30 ms, and 5 ms for it
@@ -252,7 +252,7 @@ TEST(Arm, WithoutDelayTheHighestSpeedIsThatOfTheBrakes) {
   const ArmSettings settings{5, 5, 10, 140};
   std::vector<ArmRun> runs;
   for (int r = 0; r < 400; ++r) {
-    runs.push_back(undelayed_run({0.1, 1, 0.1 + 0.001 * r}, settings));
+    runs.push_back(undelayed_run({0.1, 0.1 + 0.001 * r}, settings));
   }
   const auto outcome = arm_outcome(std::move(runs), settings, "test");
   // To the width of a bin of twenty runs.
@@ -278,7 +278,7 @@ TEST(CollisionDetectors, AThresholdForEachRegionFindsWhatOneForAllMisses) {
     signals.presses.region.push_back(0);
   }
   for (std::size_t s = 0; s < 30; ++s) {
-    truth.arm_runs.push_back({0.5, 1, 0.1 + 0.01 * double(s)});
+    truth.arm_runs.push_back({0.5, 0.1 + 0.01 * double(s)});
     for (int f = 0; f < 125; ++f) {
       signals.arm.magnitude.push_back((f + 1) / frame_rate > 0.5 ? 30 : 0.1);
       signals.arm.region.push_back(0);

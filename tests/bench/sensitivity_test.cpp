@@ -21,7 +21,6 @@ std::vector<PressStep> presses(const std::vector<int>& region_of, double loop) {
       PressStep step;
       step.press = area;
       step.area = static_cast<int>(area);
-      step.step = static_cast<int>(s);
       step.force_N = steps[s];
       step.rising = s < 3;
       const double strength = (1 + region_of[area]) * std::sqrt(steps[s]);
