@@ -16,6 +16,8 @@ FrameFront front_numbers(const Sensor& sensor, ElectrodeSet masked, const Eigen:
 /// Bad pairs at which an electrode with this many is dead.
 int least_bad_pairs(std::ptrdiff_t pairs);
 
+inline double square(double x) { return x * x; }
+
 inline constexpr int least_pairs = 12;  ///< that can be asked for their noise, or for other pairs
 
 }  // namespace ertbench
