@@ -262,7 +262,7 @@ class FramesNotToBeTrusted : public SolverContract {
     return taught(spec, validation.input());
   }
   /// Iterations take their time.
-  static std::uint64_t count() { return linear() ? 2000 : 800; }
+  static std::uint64_t count() { return linear() ? 2000 : 400; }
   static bool too_slow() {
 #ifdef __SANITIZE_ADDRESS__
     return !linear();
