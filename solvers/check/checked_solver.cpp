@@ -186,23 +186,26 @@ class CheckedSolver::Stream final : public FrameStream {
 /// holds the dead electrodes.
 class CheckedSolver::MaskingFinder final : public ContactFinder {
  public:
-  MaskingFinder(const Solver& solver, const FrameCheck& check, Eigen::Index pixels)
-      : solver_(solver), check_(check), pixels_(pixels) {}
+  MaskingFinder(const Solver& solver, const FrameCheck& check, bool imputes, Eigen::Index pixels)
+      : solver_(solver), check_(check), imputes_(imputes), pixels_(pixels) {}
 
   void find_contacts(FramesView changes,
                      std::span<std::vector<FoundContact>> contacts) const override {
     Images image(1, pixels_);
     for (Eigen::Index f = 0; f < changes.rows(); ++f) {
       FrameReport report;
-      report.dead = check_.judge(changes.row(f).data()).dead;
+      const FrameCheck::Verdict verdict = check_.judge(changes.row(f).data());
+      report.dead = imputes_ ? verdict.lost() : verdict.dead;
+      Frames change = changes.row(f);
+      if (imputes_ && verdict.torn) check_.impute(change.data(), verdict);
       const std::unique_ptr<FrameStream> alone =
           report.dead != 0 ? solver_.open_stream() : std::unique_ptr<FrameStream>();
       if (!alone || !alone->contacts()) {
-        solver_.contact_finder()->find_contacts(changes.row(f),
+        solver_.contact_finder()->find_contacts(change,
                                                 contacts.subspan(static_cast<std::size_t>(f), 1));
         continue;
       }
-      alone->reconstruct(changes.row(f), image, {&report, 1});
+      alone->reconstruct(change, image, {&report, 1});
       contacts[static_cast<std::size_t>(f)] = *alone->contacts();
     }
   }
@@ -210,6 +213,7 @@ class CheckedSolver::MaskingFinder final : public ContactFinder {
  private:
   const Solver& solver_;
   const FrameCheck& check_;
+  bool imputes_;
   Eigen::Index pixels_;
 };
 
@@ -235,7 +239,7 @@ void CheckedSolver::become_ready(const Sensor& sensor, FrameCheck check) {
   }
   finder_.reset();
   if (masked_.detect && inner_->contact_finder()) {
-    finder_ = std::make_unique<MaskingFinder>(*inner_, check_, sensor.pixels());
+    finder_ = std::make_unique<MaskingFinder>(*inner_, check_, imputes_, sensor.pixels());
   }
   ready_ = true;
 }
@@ -279,7 +283,7 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
     verdicts[f] = check_.judge(changes.row(static_cast<Eigen::Index>(f)).data());
     if (!masked_.detect) continue;
     reports[f].reasons = verdicts[f].reasons;
-    reports[f].dead = told_ ? verdicts[f].lost() : verdicts[f].dead;
+    reports[f].dead = imputes_ ? verdicts[f].lost() : verdicts[f].dead;
   }
   const std::optional<Frames> cleared = without_masked(changes);
   const FramesView whole = cleared ? FramesView(*cleared) : changes;
@@ -302,7 +306,8 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
       report.status = FrameStatus::undefined;
     }
     if (report.status == FrameStatus::undefined || !check_frames_) continue;
-    const bool masked = told_ ? verdicts[f].has_gaps() : verdicts[f].dead != 0;
+    const bool mended = told_ || (imputes_ && verdicts[f].torn);
+    const bool masked = mended ? verdicts[f].has_gaps() : verdicts[f].dead != 0;
     FrameCheck::report(verdicts[f], masked_.detect && masked, report);
   }
   kept = std::move(verdicts);
@@ -312,12 +317,12 @@ std::optional<Frames> CheckedSolver::prepared(
     FramesView changes, const std::vector<FrameCheck::Verdict>& verdicts) const {
   std::optional<Frames> out;
   if (front_) out = changes;
-  const bool imputes = imputes_ && (!masked_.detect || told_);
   for (std::size_t f = 0; f < verdicts.size(); ++f) {
     const auto row = static_cast<Eigen::Index>(f);
     if (front_)
       front_->remove_nuisances(front_->look(changes.row(row).data()), out->row(row).data());
-    if (!verdicts[f].has_gaps() || !imputes) continue;
+    const bool leaves_out = masked_.detect && !told_ && !verdicts[f].torn;
+    if (!imputes_ || !verdicts[f].has_gaps() || leaves_out) continue;
     if (!out) out = changes;
     check_.impute(out->row(row).data(), verdicts[f]);
   }

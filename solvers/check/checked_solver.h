@@ -61,6 +61,7 @@ class CheckedFile {
 /// - Flags frames that should not be trusted by a FrameCheck, which is fitted with the solver and
 ///   kept in its file. A solver that asks for it gets the dead electrodes before it reconstructs;
 ///   any other gets frames whose dead channels are replaced by their mean given the live ones.
+///   Those of a loose contact are replaced for all.
 /// - Refuses files of another type of solver, and files and datasets of another sensor.
 /// - Loads the file that its parameter "checkpoint" names in place of a fit.
 ///

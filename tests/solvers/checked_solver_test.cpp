@@ -11,6 +11,7 @@
 #include "core/hdf5_file.h"
 #include "forward/data/sheet_model.h"
 #include "solvers/channel_mask.h"
+#include "solvers/registry/registry.h"
 #include "tests/solvers/fault_frames.h"
 
 namespace ertbench {
@@ -178,6 +179,33 @@ TEST(CheckedSolver, TellsASolverThatAsksWhichElectrodesAreDead) {
     EXPECT_EQ(out.reports[3].reasons, check ? dead_electrode : 0);
     EXPECT_EQ(out.reports[4].status, check ? FrameStatus::suspect : FrameStatus::ok);
   }
+}
+
+// A solver that leaves out dead electrodes would throw away what a loose one still reads.
+TEST(CheckedSolver, MendsWhatALooseContactLosesForASolverThatMasks) {
+  const ValidationFile validation(400);
+  const nlohmann::json spec = {
+      {"type", "one-step-gn"}, {"prior", "noser"}, {"lambda", 0.1}, {"channel_mask", "detect"}};
+  const auto solver = SolverRegistry().make(JsonObject(spec, "test", ""));
+  solver->fit(validation.input());
+  const Eigen::VectorXd reference = uniform_reference({});
+  const auto electrodes = electrode_sets_of_channels(Sensor{});
+  const Frames sound = fresh_changes(20);
+  Frames torn = sound;
+  Frames dead = sound;
+  RandomStream random(6, 0, 0, Purpose::scene);
+  for (Eigen::Index f = 0; f < torn.rows(); ++f) {
+    for (Eigen::Index c = 0; c < torn.cols(); ++c) {
+      if (!(electrodes[static_cast<std::size_t>(c)] >> (f % 16) & 1)) continue;
+      dead(f, c) = -reference[c];
+      if (random.uniform() < 0.5) torn(f, c) = -reference[c];
+    }
+  }
+  const Images images = reconstruct(*solver, sound).images;
+  const Reconstruction mended = reconstruct(*solver, torn);
+  EXPECT_LT((mended.images - images).norm(),
+            0.6 * (reconstruct(*solver, dead).images - images).norm());
+  for (const FrameReport& report : mended.reports) EXPECT_EQ(report.status, FrameStatus::ok);
 }
 
 TEST(CheckedSolver, TheSolversOwnStatusTakesPrecedence) {
