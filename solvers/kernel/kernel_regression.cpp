@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "solvers/decompositions.h"
 
@@ -82,10 +81,6 @@ ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
   among.weights = {best.scales.norm_weight};
   among.widths = {best.scales.width};
   return search(among, input, changes, targets);
-}
-
-nlohmann::json to_json(const KernelScales& scales) {
-  return {{"width", scales.width}, {"lambda", scales.lambda}, {"norm_weight", scales.norm_weight}};
 }
 
 RowMajorMatrix kernel_features(const Eigen::Ref<const RowMajorMatrix>& changes, KernelInput input,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "core/arrays.h"
@@ -96,7 +95,5 @@ std::vector<Eigen::Index> spread_rows(Eigen::Index rows, Eigen::Index most);
 /// all on at most 400 frames, the ridge then on all frames.
 ChosenScales choose_scales(const KernelScaleChoice& choice, KernelInput input,
                            const RowMajorMatrix& changes, const Eigen::MatrixXd& targets);
-
-nlohmann::json to_json(const KernelScales& scales);
 
 }  // namespace ertbench
