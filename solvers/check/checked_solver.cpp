@@ -139,7 +139,7 @@ void CheckedSolver::fit(const FitInput& input) {
     require_stored_parameters();
     if (!sets_limits_) return;
     if (!input.validation) {
-      throw InputError(type_ + ": \"inference_limits\": needs a validation set; add the dataset");
+      throw InputError(type_ + ": \"inference_limits\": needs the dataset \"validation\"; add it");
     }
     return become_ready(input.sensor, fitted_check(input));
   }
@@ -306,9 +306,8 @@ void CheckedSolver::reconstruct_block(FrameStream* stream, FramesView changes, I
       report.status = FrameStatus::undefined;
     }
     if (report.status == FrameStatus::undefined || !check_frames_) continue;
-    const bool mended = told_ || (imputes_ && verdicts[f].torn);
-    const bool masked = mended ? verdicts[f].has_gaps() : verdicts[f].dead != 0;
-    FrameCheck::report(verdicts[f], masked_.detect && masked, report);
+    const bool copes = verdicts[f].dead != 0 || (imputes_ && verdicts[f].torn);
+    FrameCheck::report(verdicts[f], masked_.detect && copes, report);
   }
   kept = std::move(verdicts);
 }

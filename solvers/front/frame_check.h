@@ -119,8 +119,9 @@ class FrameCheck {
   /// Restores the result of `packed`. Throws std::invalid_argument for anything else.
   FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed);
 
-  /// Flags noise and range by `changes` [frames, channels], V, of a solver that is trained with
-  /// their faults. Dead electrodes are detected and imputed as before. Does nothing without a fit.
+  /// From now on flags noise and range beyond those of `changes` [frames, channels], V, which may
+  /// have faults. Detects and imputes dead electrodes as before. Does nothing without a fit, or
+  /// with fewer than 100 frames.
   void widen(const Frames& changes);
   /// True if noise and range have limits: the check was fitted on enough frames.
   bool has_limits() const { return noise_.limit > 0; }

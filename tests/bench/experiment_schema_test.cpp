@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_json.h"
 #include "core/json.h"
+#include "solvers/check/checked_solver.h"
 #include "tests/bench/experiment_testing.h"
 
 namespace ertbench {
@@ -80,6 +82,25 @@ TEST(Experiment, SchemaKnowsTheSameKeysOfFilesThatExtend) {
   EXPECT_EQ(keys, known);
   EXPECT_NE(schema_complaint(json::parse(R"({"extends": "a.json", "titel": "t"})")), "");
   EXPECT_NE(schema_complaint(json::parse(R"({"extends": 5})")), "");
+}
+
+// Wherever the schema lists what a solver takes, it lists what every solver takes.
+TEST(Experiment, ParametersOfEverySolverAreInTheSchema) {
+  const json schema = read_json_file(experiments / "schema.json");
+  int places = 0;
+  const std::function<void(const json&)> visit = [&](const json& value) {
+    if (value.is_object() && value.contains("checkpoint") && value.contains("type")) {
+      ++places;
+      for (const ParameterInfo& parameter : CheckedSolver::own_parameters()) {
+        EXPECT_TRUE(value.contains(parameter.name)) << parameter.name << " in " << value;
+      }
+    }
+    if (value.is_structured()) {
+      for (const json& part : value) visit(part);
+    }
+  };
+  visit(schema);
+  EXPECT_GE(places, 10);
 }
 
 TEST(Experiment, ParametersOfNetworksAreInTheSchema) {

@@ -17,6 +17,13 @@ using namespace testing;
 
 ElectrodeSet only(int electrode) { return ElectrodeSet{1} << electrode; }
 
+/// `count` electrodes of which no two are neighbours.
+ElectrodeSet electrodes_apart(int count, RandomStream& random) {
+  ElectrodeSet out = random_electrodes(count, random);
+  while (out & (out << 1 | out >> 15)) out = random_electrodes(count, random);
+  return out;
+}
+
 class FrontOfFrames : public ::testing::Test {
  protected:
   static const Front& front() {
@@ -84,8 +91,7 @@ TEST_F(FrontOfFrames, NamesLooseElectrodes) {
     for (int count = 1; count <= 4; ++count) {
       int found = 0;
       for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-        ElectrodeSet bad = random_electrodes(count, random);
-        while (bad & (bad << 1 | bad >> 15)) bad = random_electrodes(count, random);
+        const ElectrodeSet bad = electrodes_apart(count, random);
         Eigen::RowVectorXd frame = changes.row(f);
         for (Eigen::Index c = 0; c < frame.size(); ++c) {
           const bool loose = electrodes[static_cast<std::size_t>(c)] & bad;
@@ -166,8 +172,7 @@ TEST_F(FrontOfFrames, NamesUpToFourHalfDeadElectrodes) {
     for (int count = 1; count <= 4; ++count) {
       int found = 0;
       for (Eigen::Index f = 0; f < changes.rows(); ++f) {
-        ElectrodeSet bad = random_electrodes(count, random);
-        while (bad & (bad << 1 | bad >> 15)) bad = random_electrodes(count, random);
+        const ElectrodeSet bad = electrodes_apart(count, random);
         Eigen::RowVectorXd frame = changes.row(f);
         for_dead_channels(frame, bad, [&](double& change, double reference) {
           change = 0.5 * (change + reference) - reference;
