@@ -7,6 +7,8 @@
 #include <torch/nn/modules/conv.h>
 #include <torch/types.h>
 
+#include <algorithm>
+
 #include "core/errors.h"
 #include "models/networks/plan_layers.h"
 
@@ -25,6 +27,29 @@ torch::Tensor SpatialAttentionImpl::forward(const torch::Tensor& features) {
 int SpatialAttentionImpl::add_to(PlanBuilder& plan, int maps) const {
   const ConvolutionWeights weights = weights_of(*convolution_, nullptr);
   return plan.attention(maps, weights.kernel, weights.weights);
+}
+
+SelfAttentionImpl::SelfAttentionImpl(int channels)
+    : query_(torch::nn::Conv2dOptions(channels, std::max(channels / 8, 1), 1)),
+      key_(torch::nn::Conv2dOptions(channels, std::max(channels / 8, 1), 1)),
+      value_(torch::nn::Conv2dOptions(channels, channels, 1)),
+      gain_(register_parameter("gain", torch::zeros({1}))) {
+  register_module("query", query_);
+  register_module("key", key_);
+  register_module("value", value_);
+}
+
+torch::Tensor SelfAttentionImpl::forward(const torch::Tensor& features) {
+  const torch::Tensor queries = query_->forward(features).flatten(2);
+  const torch::Tensor keys = key_->forward(features).flatten(2);
+  const torch::Tensor shares = queries.transpose(1, 2).matmul(keys).softmax(-1);
+  const torch::Tensor values = value_->forward(features).flatten(2).matmul(shares.transpose(1, 2));
+  return features + gain_ * values.view_as(features);
+}
+
+int SelfAttentionImpl::add_to(PlanBuilder& plan, int maps) const {
+  return plan.self_attention(maps, weights_of(*query_, nullptr), weights_of(*key_, nullptr),
+                             weights_of(*value_, nullptr), gain_.item<float>());
 }
 
 namespace {
@@ -155,23 +180,27 @@ DdErtGenerator::DdErtGenerator(const Sensor& sensor, const GeneratorShape& shape
   register_module("decode_half", decode_half_);
   register_module("decode_full", decode_full_);
   register_module("image", image_);
-  if (shape.attention) {
+  if (shape.attention && shape.self_attention) {
+    self_quarter_ = register_module("self_quarter", SelfAttention(4 * shape.width));
+    self_bottom_ = register_module("self_bottom", SelfAttention(8 * shape.width));
+  } else if (shape.attention) {
     attention_quarter_ = register_module("attention_quarter", SpatialAttention());
     attention_bottom_ = register_module("attention_bottom", SpatialAttention());
   }
   nn::init::constant_(image_->bias, first_logit);
 }
 
-torch::Tensor DdErtGenerator::attend(SpatialAttention& attention, const torch::Tensor& features) {
-  return attention.is_empty() ? features : attention->forward(features);
-}
-
 torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
+  const auto attend = [](SpatialAttention& spatial, SelfAttention& self, const torch::Tensor& x) {
+    if (!self.is_empty()) return self->forward(x);
+    return spatial.is_empty() ? x : spatial->forward(x);
+  };
   const torch::Tensor initial = initial_imaging_->forward(frames).view({-1, 1, rows_, columns_});
   const torch::Tensor full = encode_full_->forward(initial);
   const torch::Tensor half = encode_half_->forward(full);
-  const torch::Tensor quarter = attend(attention_quarter_, encode_quarter_->forward(half));
-  const torch::Tensor bottom = attend(attention_bottom_, bottom_->forward(quarter));
+  const torch::Tensor quarter =
+      attend(attention_quarter_, self_quarter_, encode_quarter_->forward(half));
+  const torch::Tensor bottom = attend(attention_bottom_, self_bottom_, bottom_->forward(quarter));
   const torch::Tensor up_quarter =
       decode_quarter_->forward(torch::cat({rise_quarter_->forward(bottom), quarter}, 1));
   const torch::Tensor up_half =
@@ -182,8 +211,10 @@ torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
 }
 
 std::unique_ptr<InferencePlan> DdErtGenerator::plan(PlanBuilder plan) const {
-  const auto attend = [&](const SpatialAttention& attention, int maps) {
-    return attention.is_empty() ? maps : attention->add_to(plan, maps);
+  if (plan.records() && !self_bottom_.is_empty()) return nullptr;
+  const auto attend = [&](const SpatialAttention& spatial, const SelfAttention& self, int maps) {
+    if (!self.is_empty()) return self->add_to(plan, maps);
+    return spatial.is_empty() ? maps : spatial->add_to(plan, maps);
   };
   const auto rise = [&](const nn::ConvTranspose2d& layer, int maps) {
     return plan.transposed_convolution(maps, weights_of(*layer, nullptr), {});
@@ -193,8 +224,9 @@ std::unique_ptr<InferencePlan> DdErtGenerator::plan(PlanBuilder plan) const {
       plan.maps(plan.dense(frame, weights_of(*initial_imaging_, nullptr), {}), 1, rows_, columns_);
   const int full = add_layers(plan, encode_full_, {initial});
   const int half = add_layers(plan, encode_half_, {full});
-  const int quarter = attend(attention_quarter_, add_layers(plan, encode_quarter_, {half}));
-  const int bottom = attend(attention_bottom_, add_layers(plan, bottom_, {quarter}));
+  const int quarter =
+      attend(attention_quarter_, self_quarter_, add_layers(plan, encode_quarter_, {half}));
+  const int bottom = attend(attention_bottom_, self_bottom_, add_layers(plan, bottom_, {quarter}));
   const int up_quarter = add_layers(plan, decode_quarter_, {rise(rise_quarter_, bottom), quarter});
   const int up_half = add_layers(plan, decode_half_, {rise(rise_half_, up_quarter), half});
   const int up_full = add_layers(plan, decode_full_, {rise(rise_full_, up_half), full});

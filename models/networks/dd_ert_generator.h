@@ -29,6 +29,28 @@ class SpatialAttentionImpl final : public torch::nn::Module {
 };
 TORCH_MODULE(SpatialAttention);
 
+/// Self-attention over the positions of a feature map x [channels, positions] (Zhang et al. 2019),
+/// which B.2.1 names in its text and (B2) does not compute:
+///
+///     x + g V x softmax((Q x)' K x)',
+///
+/// Q, K: 1x1 convolutions to an eighth of the channels, V: to all of them, g: learned, from 0.
+class SelfAttentionImpl final : public torch::nn::Module {
+ public:
+  explicit SelfAttentionImpl(int channels);
+  /// `features` [frames, channels, height, width] -> attended features of the same shape.
+  torch::Tensor forward(const torch::Tensor& features);
+  /// Adds it to a plan: maps -> maps.
+  int add_to(PlanBuilder& plan, int maps) const;
+
+ private:
+  torch::nn::Conv2d query_;
+  torch::nn::Conv2d key_;
+  torch::nn::Conv2d value_;
+  torch::Tensor gain_;
+};
+TORCH_MODULE(SelfAttention);
+
 /// A convolution whose kernel, as a matrix [outputs, inputs * size * size], is divided by its
 /// largest singular value (spectral normalisation, Miyato et al. 2018), which bounds the Lipschitz
 /// constant of the output.
@@ -59,6 +81,7 @@ struct GeneratorShape {
   int width = 24;        ///< feature maps at the full resolution, doubled at each level
   int convolutions = 2;  ///< 3x3 convolutions in a block, each with batch normalisation and ReLU
   bool attention = true;
+  bool self_attention = false;  ///< SelfAttention in place of SpatialAttention
 };
 
 /// DD-ERT's generator (Zheng et al., supplement, Fig. B1): a dense layer from voltages to a first
@@ -92,8 +115,6 @@ class DdErtGenerator final : public Network {
   static void check(const Sensor& sensor);
 
  private:
-  torch::Tensor attend(SpatialAttention& attention, const torch::Tensor& features);
-
   int rows_;
   int columns_;
   torch::nn::Linear initial_imaging_;
@@ -108,8 +129,10 @@ class DdErtGenerator final : public Network {
   torch::nn::Sequential decode_half_;
   torch::nn::Sequential decode_full_;
   torch::nn::Conv2d image_;
-  SpatialAttention attention_quarter_{nullptr};  ///< null without attention
+  SpatialAttention attention_quarter_{nullptr};  ///< null without spatial attention
   SpatialAttention attention_bottom_{nullptr};
+  SelfAttention self_quarter_{nullptr};  ///< null without self-attention
+  SelfAttention self_bottom_{nullptr};
 };
 
 /// PatchGAN discriminator (Isola et al. 2017, as used by DD-ERT) on patches of 16 x 16 pixels,

@@ -44,6 +44,9 @@ std::vector<ParameterInfo> with_training(std::vector<ParameterInfo> own) {
   return own;
 }
 
+const ParameterInfo relative_loss = {
+    "loss", "\"mse\" (the default) or \"relative\" (mean relative error of a frame's change)"};
+
 /// `parameters`: without those of the training. `probe`: settings of a small network of the type.
 template <typename Learned>
 void add(SolverRegistry& registry, std::string summary, std::vector<ParameterInfo> parameters,
@@ -62,23 +65,25 @@ ERTBENCH_SOLVER_PLUGIN
 
 extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
   using namespace ertbench;
-  add<FcnnSolver>(registry, "fully connected network, mean squared error",
+  add<FcnnSolver>(registry, "fully connected network",
                   {{"widths", "of the hidden layers; default [2304, 576, 576]"},
+                   relative_loss,
                    {"inference_precision",
                     "of the frozen network that images frames, \"float32\" (the default) or "
                     "\"bfloat16\": faster in batches",
                     ParameterRole::inference}},
                   R"(, "widths": [32, 32])");
-  add<DcnnSolver>(registry,
-                  "convolutional network on the drive x measurement map, mean squared error",
-                  {{"widths", "channels of the three levels; default [64, 128, 256]"}},
-                  R"(, "widths": [4, 8, 8])");
+  add<DcnnSolver>(
+      registry, "convolutional network on the drive x measurement map",
+      {{"widths", "channels of the three levels; default [64, 128, 256]"}, relative_loss},
+      R"(, "widths": [4, 8, 8])");
   add<EitNnSolver>(
       registry,
       "EIT-NN (Park et al. 2021): dense layers, then convolutions; spatially blurred target",
       {{"dense_widths", "the last is the number of pixels; default [2304, 576, pixels]"},
        {"channels", "of the two convolutions; default [32, 64]"},
-       {"loss", "\"ssa-mse\" (target blurred by the sensitivity; the default) or \"mse\""},
+       {"loss",
+        "\"ssa-mse\" (target blurred by the sensitivity; the default), \"mse\" or \"relative\""},
        {"sensitivity_lambda",
         "regularisation of that blur, > 0 or \"auto\" (the default), V per S/m"}},
       R"(, "dense_widths": [32, 576], "channels": [4, 4])");
@@ -88,10 +93,14 @@ extern "C" void ertbench_register_solvers(ertbench::SolverRegistry& registry) {
       "trained against a PatchGAN discriminator (B1-B7)",
       {{"width", "feature maps of the U-Net at full resolution; default 24"},
        {"convolutions", "in each block; default 2"},
-       {"attention", "on the two coarsest maps (B2); default true"},
-       {"initialisation", "of the dense layer: \"physics\" (the default) or \"random\""},
+       {"attention", "on the two coarsest maps; default true"},
+       {"attention_form",
+        "\"spatial\" (B2; the default) or \"self\" (named in B.2.1's text; Zhang et al. 2019)"},
+       {"initialisation",
+        "of the dense layer: \"physics\" (the default), \"lmmse\", the linear estimate of least "
+        "mean squared error from the training scenes, or \"random\""},
        {"train_dense", "whether that layer is trained; default true"},
-       {"content_loss", "\"l1\" (B3; the default) or \"mse\" (B6)"},
+       {"content_loss", "\"l1\" (B3; the default), \"mse\" (B6) or \"relative\""},
        {"alpha", "weight of the adversarial term, 0: no discriminator; default 0.001"},
        {"beta", "weight of the mask term (B5); default 0.1"},
        {"adversarial_form",

@@ -1,6 +1,7 @@
 #include "models/solvers/solvers.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "core/errors.h"
 #include "forward/data/dataset_file.h"
@@ -12,9 +13,24 @@
 #include "solvers/check/stored_solver.h"
 
 namespace ertbench {
+namespace {
+
+std::unique_ptr<Objective> plain_objective(bool relative) {
+  if (relative) return std::make_unique<RelativeError>();
+  return std::make_unique<SquaredError>();
+}
+
+/// Written where it is not the default: files of older networks have none.
+void visit_relative_loss(Fields& fields, bool& relative) {
+  if (fields.writing() && !relative) return;
+  fields.choice("loss", relative, {{"mse", false}, {"relative", true}});
+}
+
+}  // namespace
 
 void FcnnSolver::visit(Fields& fields) {
   fields.integers("widths", widths_, 1, 16, {1, 65536});
+  visit_relative_loss(fields, relative_loss_);
   visit_front(fields);
 }
 
@@ -23,19 +39,22 @@ std::shared_ptr<Network> FcnnSolver::make_network(const Sensor& sensor) const {
 }
 
 std::unique_ptr<Objective> FcnnSolver::make_objective(const FitInput&) const {
-  return std::make_unique<SquaredError>();
+  return plain_objective(relative_loss_);
 }
 
 void DcnnSolver::check(const Sensor& sensor) const { Dcnn::check(sensor); }
 
-void DcnnSolver::visit(Fields& fields) { fields.integers("widths", widths_, {1, 4096}); }
+void DcnnSolver::visit(Fields& fields) {
+  fields.integers("widths", widths_, {1, 4096});
+  visit_relative_loss(fields, relative_loss_);
+}
 
 std::shared_ptr<Network> DcnnSolver::make_network(const Sensor& sensor) const {
   return std::make_shared<Dcnn>(sensor, widths_);
 }
 
 std::unique_ptr<Objective> DcnnSolver::make_objective(const FitInput&) const {
-  return std::make_unique<SquaredError>();
+  return plain_objective(relative_loss_);
 }
 
 std::vector<int> EitNnSolver::dense_widths(const Sensor& sensor) const {
@@ -56,7 +75,8 @@ void EitNnSolver::visit(Fields& fields) {
   fields.integers("dense_widths", widths, 1, 16, {1, 65536});
   if (fields.has("dense_widths")) dense_widths_ = std::move(widths);
   fields.integers("channels", channels_, {1, 4096});
-  fields.choice("loss", blurred_target_, {{"ssa-mse", true}, {"mse", false}});
+  fields.choice("loss", loss_,
+                {{"ssa-mse", Loss::blurred}, {"mse", Loss::mse}, {"relative", Loss::relative}});
   fields.number_or_auto("sensitivity_lambda", lambda_.value, Range::positive());
   if (fields.reading()) lambda_.place = fields.place("sensitivity_lambda");
 }
@@ -66,7 +86,7 @@ std::shared_ptr<Network> EitNnSolver::make_network(const Sensor& sensor) const {
 }
 
 std::unique_ptr<Objective> EitNnSolver::make_objective(const FitInput& input) const {
-  if (!blurred_target_) return std::make_unique<SquaredError>();
+  if (loss_ != Loss::blurred) return plain_objective(loss_ == Loss::relative);
   const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> blur =
       spatial_blur(input, lambda_.value).cast<float>();
   return std::make_unique<SquaredError>(
@@ -79,10 +99,13 @@ void DdErtSolver::visit(Fields& fields) {
   fields.integer("width", shape_.width, 1, 1024);
   fields.integer("convolutions", shape_.convolutions, 1, 16);
   fields.boolean("attention", shape_.attention);
-  fields.choice("initialisation", physics_, {{"physics", true}, {"random", false}});
+  fields.choice("initialisation", start_,
+                {{"physics", Start::physics}, {"lmmse", Start::lmmse}, {"random", Start::random}});
   fields.boolean("train_dense", train_dense_);
   AdversarialSettings& a = adversarial_;
-  fields.choice("content_loss", a.squared_content, {{"l1", false}, {"mse", true}});
+  fields.choice(
+      "content_loss", a.content,
+      {{"l1", ContentLoss::l1}, {"mse", ContentLoss::mse}, {"relative", ContentLoss::relative}});
   fields.number("alpha", a.alpha, {0, 1e6});
   fields.number("beta", a.beta, {0, 1e6});
   fields.choice("adversarial_form", a.form,
@@ -94,32 +117,14 @@ void DdErtSolver::visit(Fields& fields) {
   fields.integers("discriminator_widths", a.discriminator_widths, {1, 4096});
   // Written where they are on: files of older networks have none of them.
   const bool all = !fields.writing();
+  if (all || shape_.self_attention) {
+    fields.choice("attention_form", shape_.self_attention, {{"spatial", false}, {"self", true}});
+  }
   if (all || a.every > 1) fields.integer("adversarial_every", a.every, 1, 1000);
   if (all || a.spectral_norm) fields.boolean("spectral_norm", a.spectral_norm);
   if (all || a.instance_noise > 0) fields.number("instance_noise", a.instance_noise, {0, 10});
   if (all || a.label_smoothing > 0) fields.number("label_smoothing", a.label_smoothing, {0, 0.49});
   visit_front(fields);
-}
-
-std::shared_ptr<Network> DdErtSolver::make_network(const Sensor& sensor) const {
-  return std::make_shared<DdErtGenerator>(sensor, shape_, told(sensor));
-}
-
-void DdErtSolver::initialise(Network& network, const FitInput& input,
-                             Standardisation& standardisation) const {
-  torch::nn::Linear& dense = dynamic_cast<DdErtGenerator&>(network).initial_imaging();
-  if (physics_) set_sensitivity_inverse(dense, input, standardisation);
-  if (!train_dense_) {
-    dense->weight.set_requires_grad(false);
-    dense->bias.set_requires_grad(false);
-  }
-}
-
-std::unique_ptr<Objective> DdErtSolver::make_objective(const FitInput&) const {
-  AdversarialSettings settings = adversarial_;
-  settings.bfloat16 = training_.bfloat16;
-  settings.seed = training_.seed;
-  return std::make_unique<AdversarialObjective>(settings);
 }
 
 namespace {
@@ -137,6 +142,61 @@ torch::Tensor float_tensor(const RowMajorMatrix& matrix) {
                           torch::kFloat64)
       .to(torch::kFloat32, false, true);
 }
+
+/// The linear estimate of y from standardised frames [frames, channels] as `enter` takes them in,
+/// [frames, inputs], with `told` columns of zeros behind the channels.
+LinearEstimate::Affine linear_estimate(
+    const FitInput& input, const Standardisation& standardisation, Eigen::Index inputs, int told,
+    const std::function<torch::Tensor(const torch::Tensor&)>& enter) {
+  const DatasetFile& training = *input.training;
+  const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
+  LinearEstimate estimate(inputs, input.sensor.pixels());
+  const std::uint64_t scenes = std::min(training.size(), most_scenes);
+  for (std::uint64_t first = 0; first < scenes; first += scenes_at_a_time) {
+    const std::uint64_t count = std::min(scenes_at_a_time, scenes - first);
+    const Frames changes = training.voltages(first, count).rowwise() - reference;
+    const Images images =
+        (1 - training.conductivity(first, count).array() / input.sensor.background) /
+        standardisation.image;
+    // The estimate is made before anything is told.
+    const torch::Tensor frames = torch::constant_pad_nd(standardisation.apply(changes), {0, told});
+    estimate.add(double_matrix(enter(frames)), images);
+  }
+  return estimate.solve();
+}
+
+}  // namespace
+
+std::shared_ptr<Network> DdErtSolver::make_network(const Sensor& sensor) const {
+  return std::make_shared<DdErtGenerator>(sensor, shape_, told(sensor));
+}
+
+void DdErtSolver::initialise(Network& network, const FitInput& input,
+                             Standardisation& standardisation) const {
+  torch::nn::Linear& dense = dynamic_cast<DdErtGenerator&>(network).initial_imaging();
+  if (start_ == Start::physics) set_sensitivity_inverse(dense, input, standardisation);
+  if (start_ == Start::lmmse) {
+    const LinearEstimate::Affine affine =
+        linear_estimate(input, standardisation, dense->weight.size(1), told(input.sensor),
+                        [](const torch::Tensor& frames) { return frames; });
+    const torch::NoGradGuard no_gradients;
+    dense->weight.copy_(float_tensor(affine.weights));
+    dense->bias.copy_(float_tensor(affine.offset.transpose()).flatten());
+  }
+  if (!train_dense_) {
+    dense->weight.set_requires_grad(false);
+    dense->bias.set_requires_grad(false);
+  }
+}
+
+std::unique_ptr<Objective> DdErtSolver::make_objective(const FitInput&) const {
+  AdversarialSettings settings = adversarial_;
+  settings.bfloat16 = training_.bfloat16;
+  settings.seed = training_.seed;
+  return std::make_unique<AdversarialObjective>(settings);
+}
+
+namespace {
 
 /// Gives a network the weights of one that is told less; what only the network is told weighs
 /// nothing. Throws InputError for a network of another shape.
@@ -187,29 +247,15 @@ void LeanNetSolver::initialise(Network& network, const FitInput& input,
   }
   if (!lmmse_) return;
   auto& net = dynamic_cast<LeanNet&>(network);
-  const DatasetFile& training = *input.training;
-  const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
-  const int told = this->told(input.sensor);
-  LinearEstimate estimate(Reciprocity(input.sensor).pairs() + told, input.sensor.pixels());
-  const std::uint64_t scenes = std::min(training.size(), most_scenes);
-  for (std::uint64_t first = 0; first < scenes; first += scenes_at_a_time) {
-    const std::uint64_t count = std::min(scenes_at_a_time, scenes - first);
-    const Frames changes = training.voltages(first, count).rowwise() - reference;
-    const Images images =
-        (1 - training.conductivity(first, count).array() / input.sensor.background) /
-        standardisation.image;
-    // The estimate is made before anything is told.
-    const torch::Tensor frames = torch::constant_pad_nd(standardisation.apply(changes), {0, told});
-    estimate.add(double_matrix(net.means_of_pairs(frames)), images);
-  }
-  const LinearEstimate::Affine affine = estimate.solve();
+  const LinearEstimate::Affine affine = linear_estimate(
+      input, standardisation, Reciprocity(input.sensor).pairs() + told(input.sensor),
+      told(input.sensor), [&](const torch::Tensor& frames) { return net.means_of_pairs(frames); });
   net.set_first_image(float_tensor(affine.weights),
                       float_tensor(affine.offset.transpose()).flatten());
 }
 
 std::unique_ptr<Objective> LeanNetSolver::make_objective(const FitInput&) const {
-  if (relative_loss_) return std::make_unique<RelativeError>();
-  return std::make_unique<SquaredError>();
+  return plain_objective(relative_loss_);
 }
 
 }  // namespace ertbench

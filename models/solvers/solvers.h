@@ -34,6 +34,7 @@ class FcnnSolver final : public LearnedSolver {
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
   std::vector<int> widths_{2304, 576, 576};
+  bool relative_loss_ = false;  ///< RelativeError, else SquaredError
 };
 
 class DcnnSolver final : public LearnedSolver {
@@ -48,6 +49,7 @@ class DcnnSolver final : public LearnedSolver {
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
   std::array<int, 3> widths_{64, 128, 256};
+  bool relative_loss_ = false;  ///< RelativeError, else SquaredError
 };
 
 class EitNnSolver final : public LearnedSolver {
@@ -65,8 +67,9 @@ class EitNnSolver final : public LearnedSolver {
 
   std::optional<std::vector<int>> dense_widths_;  ///< default: 2304, 576 and the image's pixels
   std::array<int, 2> channels_{32, 64};
-  bool blurred_target_ = true;  ///< "ssa-mse", else "mse"
-  Tunable lambda_;              ///< regularisation of the blur
+  enum class Loss { blurred, mse, relative };
+  Loss loss_ = Loss::blurred;  ///< squared error of a blurred target, SquaredError, RelativeError
+  Tunable lambda_;             ///< regularisation of the blur
 };
 
 class DdErtSolver final : public LearnedSolver {
@@ -86,7 +89,8 @@ class DdErtSolver final : public LearnedSolver {
   std::unique_ptr<Objective> make_objective(const FitInput& input) const override;
 
   GeneratorShape shape_;
-  bool physics_ = true;  ///< the dense layer begins as the regularised inverse
+  enum class Start { physics, lmmse, random };
+  Start start_ = Start::physics;  ///< of the dense layer: regularised inverse, LinearEstimate
   bool train_dense_ = true;
   AdversarialSettings adversarial_;
 };

@@ -67,6 +67,13 @@ namespace {
 constexpr double error_floor = 0.01;
 constexpr double truth_floor = 0.55;
 
+torch::Tensor relative_error(const torch::Tensor& images, const torch::Tensor& truths) {
+  const auto norm = [](const torch::Tensor& maps, double floor) {
+    return (maps.flatten(1).square().sum(1) + floor * floor).sqrt();
+  };
+  return (norm(images - truths, error_floor) / norm(truths, truth_floor)).mean();
+}
+
 }  // namespace
 
 torch::Tensor SquaredError::loss(const torch::Tensor& images, const torch::Tensor& truths,
@@ -78,10 +85,7 @@ torch::Tensor SquaredError::loss(const torch::Tensor& images, const torch::Tenso
 
 torch::Tensor RelativeError::loss(const torch::Tensor& images, const torch::Tensor& truths,
                                   std::vector<double>&) {
-  const auto norm = [](const torch::Tensor& maps, double floor) {
-    return (maps.flatten(1).square().sum(1) + floor * floor).sqrt();
-  };
-  return (norm(images - truths, error_floor) / norm(truths, truth_floor)).mean();
+  return relative_error(images, truths);
 }
 
 void InstanceNoise::begin_step(std::uint64_t step, std::uint64_t steps) {
@@ -169,8 +173,9 @@ void AdversarialObjective::train_discriminator(const torch::Tensor& images,
 torch::Tensor AdversarialObjective::loss(const torch::Tensor& images, const torch::Tensor& truths,
                                          std::vector<double>& terms) {
   namespace F = torch::nn::functional;
-  torch::Tensor total =
-      settings_.squared_content ? F::mse_loss(images, truths) : F::l1_loss(images, truths);
+  torch::Tensor total = settings_.content == ContentLoss::l1    ? F::l1_loss(images, truths)
+                        : settings_.content == ContentLoss::mse ? F::mse_loss(images, truths)
+                                                                : relative_error(images, truths);
   terms.assign(optimiser_ ? right_images_term + 1 : discriminator_term + 1, 0.0);
   terms[content_term] = total.item<double>();
   if (optimiser_ && plays_) {

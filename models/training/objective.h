@@ -129,10 +129,13 @@ class InstanceNoise {
   torch::Generator generator_;
 };
 
+/// The content loss of DD-ERT: mean absolute error (B3), mean squared error (B6) or RelativeError.
+enum class ContentLoss { l1, mse, relative };
+
 /// The terms of DD-ERT's loss (B7): content + alpha adversarial + beta mask.
 struct AdversarialSettings {
-  bool squared_content = false;  ///< mean squared in place of mean absolute error (B6, B3)
-  double alpha = 1e-3;           ///< 0: no discriminator
+  ContentLoss content = ContentLoss::l1;
+  double alpha = 1e-3;  ///< 0: no discriminator
   double beta = 0.1;
   AdversarialForm form = AdversarialForm::minimax;
   std::array<int, 2> discriminator_widths{64, 128};

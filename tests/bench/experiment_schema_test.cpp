@@ -113,10 +113,12 @@ TEST(Experiment, ParametersOfNetworksAreInTheSchema) {
                        {"seeds", {1, 2}},
                        {"epochs", 20},
                        {"attention", false},
-                       {"initialisation", "random"},
+                       {"initialisation", "lmmse"},
+                       {"attention_form", "self"},
+                       {"content_loss", "relative"},
                        {"sweep", {{"alpha", {0, 1e-3}}, {"beta", {0.1}}}}}),
             "");
-  EXPECT_EQ(complaint({{"type", "fcnn"}, {"seed", 1}, {"widths", {2304, 576}}}), "");
+  EXPECT_EQ(complaint({{"type", "fcnn"}, {"loss", "relative"}, {"widths", {2304, 576}}}), "");
   EXPECT_EQ(complaint({{"type", "eit-nn"}, {"sensitivity_lambda", "auto"}, {"channels", {32, 64}}}),
             "");
   EXPECT_EQ(complaint({{"type", "dcnn"}, {"widths", {64, 128, 256}}, {"schedule", "constant"}}),

@@ -89,6 +89,41 @@ TEST(Networks, DdErtHasTheParametersOfItsFigure) {
   plain.attention = false;
   EXPECT_EQ(parameters_of(DdErtGenerator(Sensor{}, plain)),
             parameters_of(*networks[3].make()) - attention);
+
+  GeneratorShape self;
+  self.self_attention = true;
+  const auto self_attention = [](std::int64_t channels) {
+    return 2 * (channels + 1) * channels / 8 + (channels + 1) * channels + 1;
+  };
+  EXPECT_EQ(parameters_of(DdErtGenerator(Sensor{}, self)), parameters_of(*networks[3].make()) -
+                                                               attention + self_attention(4 * w) +
+                                                               self_attention(8 * w));
+}
+
+TEST(Networks, SelfAttentionBringsEveryPositionTheMostAlikeOne) {
+  torch::manual_seed(3);
+  const torch::NoGradGuard no_gradients;
+  SelfAttention attention(8);
+  const torch::Tensor features = torch::randn({2, 8, 2, 3});
+  EXPECT_TRUE(attention->forward(features).equal(features));  // the gain begins at 0
+  // Large equal queries and keys look for themselves: with values that double, y = 3 x.
+  attention->parameters()[0].fill_(1);  // gain
+  attention->named_parameters()["query.weight"].copy_(torch::zeros({1, 8, 1, 1}));
+  attention->named_parameters()["query.weight"][0][0] = 1e4;
+  attention->named_parameters()["query.bias"].zero_();
+  attention->named_parameters()["key.weight"].copy_(attention->named_parameters()["query.weight"]);
+  attention->named_parameters()["key.bias"].zero_();
+  attention->named_parameters()["value.weight"].copy_(2 * torch::eye(8).view({8, 8, 1, 1}));
+  attention->named_parameters()["value.bias"].zero_();
+  torch::Tensor alike = features.clone();
+  for (const int frame : {0, 1}) {
+    for (int p = 0; p < 6; ++p) {
+      const torch::Tensor first = features[frame][0].flatten();
+      const auto best = (first * first[p]).argmax().item<std::int64_t>();
+      alike[frame].view({8, 6}).select(1, p) += 2 * features[frame].view({8, 6}).select(1, best);
+    }
+  }
+  EXPECT_TRUE(attention->forward(features).allclose(alike, 1e-4, 1e-4));
 }
 
 TEST(Networks, LeanNetHasTheParametersOfItsLayers) {
