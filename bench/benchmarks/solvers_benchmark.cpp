@@ -217,30 +217,6 @@ void newton_solve(benchmark::State& state) {
 }
 BENCHMARK(newton_solve)->Name("newton/solve")->Arg(64)->Arg(112);
 
-void band_factor(benchmark::State& state) {
-  const PixelEdges edges(24);
-  GridLaplacian laplacian(24);
-  const Eigen::VectorXd weights = Eigen::VectorXd::Ones(edges.count());
-  for (auto _ : state) {
-    laplacian.factor(edges, weights);
-    benchmark::ClobberMemory();
-  }
-}
-BENCHMARK(band_factor)->Name("newton/band_factor");
-
-void band_half_solve(benchmark::State& state) {
-  const PixelEdges edges(24);
-  GridLaplacian laplacian(24);
-  laplacian.factor(edges, Eigen::VectorXd::Ones(edges.count()));
-  const RowMajorMatrix right = RowMajorMatrix::Ones(edges.pixels(), state.range(0));
-  RowMajorMatrix out(edges.pixels(), state.range(0));
-  for (auto _ : state) {
-    laplacian.half_solve(right, state.range(0), out);
-    benchmark::ClobberMemory();
-  }
-}
-BENCHMARK(band_half_solve)->Name("newton/band_half_solve")->Arg(64)->Arg(112);
-
 /// Means of reciprocal pairs of a sequence, [frames, pairs] V: a disc moving in a circle, 50 dB.
 const Eigen::MatrixXd& sequence() {
   static const Eigen::MatrixXd means = [] {

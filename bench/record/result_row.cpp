@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/fields.h"
+#include "core/statistics.h"
 
 namespace ertbench {
 
@@ -233,6 +234,19 @@ void count(const json& parameters, Convergence& convergence) {
 
 }  // namespace
 
+std::vector<double> those_there(const std::vector<std::optional<double>>& values) {
+  std::vector<double> there;
+  for (const std::optional<double>& value : values) {
+    if (value) there.push_back(*value);
+  }
+  return there;
+}
+
+std::optional<double> SeedSpread::usual_fit_s() const {
+  const std::vector<double> there = those_there(fit_s);
+  return there.empty() ? std::nullopt : std::optional(median(there));
+}
+
 json to_json(const Builds& builds) {
   json out = json::object();
   for (const auto& [stage, stamps] : builds) out[stage] = to_json(stamps);
@@ -253,6 +267,7 @@ json to_json(const ResultRow& row) {
 ResultRow result_row_from_json(JsonObject object) {
   ResultRow row;
   Fields::read(std::move(object), [&](Fields& fields) { visit(fields, row); });
+  if (row.seeds) row.fit_s = row.seeds->usual_fit_s();  // earlier versions wrote the mean
   return row;
 }
 

@@ -69,6 +69,9 @@ struct LatencySummary {
   bool operator==(const LatencySummary&) const = default;
 };
 
+/// The values that there are.
+std::vector<double> those_there(const std::vector<std::optional<double>>& values);
+
 /// Results of the trainings of one solver, one for each seed.
 struct SeedSpread {
   std::vector<int> values;                              ///< the seeds whose numbers are in the row
@@ -78,6 +81,9 @@ struct SeedSpread {
   std::vector<std::optional<double>> fit_s;  ///< [seeds]
   /// Parameters that differ between seeds: a list with an object for each.
   JsonValue parameters = JsonValue::array();
+
+  /// The median of `fit_s`, which one training on a busy machine does not move; no value without.
+  std::optional<double> usual_fit_s() const;
 };
 
 /// How far a row is from what any method could have: the mean relative error of δσ over that of the
@@ -119,7 +125,7 @@ struct ResultRow {
   std::optional<TimingPlace> timed_on;  ///< none where an earlier version did not say
   std::optional<double> frames_per_s;   ///< throughput, with a batch
   int throughput_batch = 0;             ///< frames in that batch; 0 where it was not measured
-  std::optional<double> fit_s;
+  std::optional<double> fit_s;          ///< of the seeds' the median
   std::optional<double> peak_rss_mb;
   std::optional<SeedSpread> seeds;  ///< where the experiment lists seeds
   RowBuilds build;

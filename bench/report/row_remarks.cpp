@@ -21,6 +21,8 @@ std::optional<double> published_value(const PublishedTable& published, const Res
 
 namespace {
 
+constexpr double most_fit_ratio = 2;  ///< of the fit times of one row's seeds without a remark
+
 /// Of each label its first row that was timed.
 std::vector<const ResultRow*> timed_labels(std::span<const ResultRow> rows) {
   std::vector<const ResultRow*> out;
@@ -93,6 +95,22 @@ std::vector<std::string> timing_remarks(std::span<const ResultRow> rows) {
         "timed while other processes kept cores of the machine busy (so many of them on the "
         "average of the busiest round), which lengthens p99 above all: " +
         busy + ". On an idle machine `--fresh` times them again.");
+  }
+  std::string fits;
+  for (const ResultRow& row : rows) {
+    if (!row.seeds || row.dataset != rows.front().dataset) continue;
+    const std::vector<double> times = those_there(row.seeds->fit_s);
+    if (times.empty()) continue;
+    const auto [least, most] = std::ranges::minmax(times);
+    if (most <= most_fit_ratio * least) continue;
+    append(printable(row.label) + " (" + fixed(least, 0) + " to " + fixed(most, 0) + " s)", fits);
+  }
+  if (!fits.empty()) {
+    out.push_back(
+        "fitted in very different times by seed, on busy cores or from scenes that another "
+        "training "
+        "had left in the cache; the median stands in the table: " +
+        fits + ".");
   }
   return out;
 }

@@ -17,14 +17,6 @@ using nlohmann::json;
 
 using Values = std::vector<std::optional<double>>;
 
-std::vector<double> those_there(const Values& values) {
-  std::vector<double> there;
-  for (const auto& value : values) {
-    if (value) there.push_back(*value);
-  }
-  return there;
-}
-
 /// Each frame's mean over the seeds, undefined where it is so for one of them.
 Values frame_means(std::span<const SeedResult> results, Metric metric) {
   Values values(results.front().set->frames.size());
@@ -223,7 +215,7 @@ ResultRow combine_seeds(std::span<const SeedResult> results) {
     spread.values.push_back(result.seed);
     spread.fit_s.push_back(result.set->row.fit_s);
   }
-  row.fit_s = mean_of(spread.fit_s);
+  row.fit_s = spread.usual_fit_s();
   spread.parameters = different_parameters(results);
   for (const Metric metric : kMetrics) {
     for (const SeedResult& result : results) {

@@ -278,16 +278,6 @@ int PlanBuilder::attention(int from, int kernel, std::vector<float> weights) {
   return out;
 }
 
-int PlanBuilder::self_attention(int from, ConvolutionWeights query, ConvolutionWeights key,
-                                ConvolutionWeights value, float gain) {
-  require(!layout(from).planar && !records(), "self-attention");
-  MapLayout same = layout(from);
-  same.border = 0;
-  const int out = add(same);
-  step<SelfAttentionStep>(from, out, std::move(query), std::move(key), std::move(value), gain);
-  return out;
-}
-
 int PlanBuilder::shuffle(int from, int added) {
   const MapLayout& maps = layout(from);
   require(maps.planar && maps.channels == 4 && (added == none || layout(added).planar),

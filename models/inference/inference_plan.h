@@ -114,8 +114,6 @@ class PlanBuilder {
   explicit PlanBuilder(bool bfloat16 = false, std::vector<Layer>* recorded = nullptr)
       : bfloat16_(bfloat16), recorded_(recorded) {}
 
-  bool records() const { return recorded_ != nullptr; }
-
   int input(int size);
   int dense(int vector, DenseWeights weights, const Activation& activation);
   /// Permutes the numbers of a vector; -1 in `sources` gives 0.
@@ -135,9 +133,6 @@ class PlanBuilder {
   int pool(int maps);
   /// SpatialAttention: `weights` [2][kernel][kernel] of the maps of means and of maxima.
   int attention(int maps, int kernel, std::vector<float> weights);
-  /// SelfAttention; the weights are of convolutions of size 1. Not for a plan that is recorded.
-  int self_attention(int maps, ConvolutionWeights query, ConvolutionWeights key,
-                     ConvolutionWeights value, float gain);
   /// Interleaves 4 planar maps to 1 of twice the side, and adds the same of the first 4 maps of
   /// `added` if that is a value.
   int shuffle(int maps, int added = none);

@@ -354,34 +354,4 @@ void AttentionStep::run(float* workspace) const {
   }
 }
 
-void SelfAttentionStep::prepare(Layouts layouts) {
-  from_ = layouts[static_cast<std::size_t>(input_)];
-  to_ = layouts[static_cast<std::size_t>(output_)];
-}
-
-void SelfAttentionStep::run(float* workspace) const {
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::MatrixXf x(from_.channels, from_.height * from_.width);
-  const auto at = [&](const MapLayout& maps, Eigen::Index channel, Eigen::Index pixel) {
-    const Eigen::Index y = pixel / from_.width;
-    return workspace + maps.channel(static_cast<int>(channel)) + y * maps.row() +
-           (pixel - y * from_.width) * maps.pixel();
-  };
-  for (Eigen::Index p = 0; p < x.cols(); ++p) {
-    for (Eigen::Index c = 0; c < x.rows(); ++c) x(c, p) = *at(from_, c, p);
-  }
-  const auto convolved = [&x](const ConvolutionWeights& w) -> Eigen::MatrixXf {
-    const Eigen::Map<const Rows> weights(w.weights.data(), w.outputs, w.inputs);
-    const Eigen::Map<const Eigen::VectorXf> bias(w.bias.data(), w.outputs);
-    return (weights * x).colwise() + bias;
-  };
-  Eigen::ArrayXXf shares = convolved(key_).transpose() * convolved(query_);  // of keys, by queries
-  shares = (shares.rowwise() - shares.colwise().maxCoeff().eval()).exp();
-  shares.rowwise() /= shares.colwise().sum().eval();
-  const Eigen::MatrixXf y = x + gain_ * (convolved(value_) * shares.matrix());
-  for (Eigen::Index p = 0; p < x.cols(); ++p) {
-    for (Eigen::Index c = 0; c < x.rows(); ++c) *at(to_, c, p) = y(c, p);
-  }
-}
-
 }  // namespace ertbench

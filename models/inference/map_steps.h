@@ -187,29 +187,4 @@ class AttentionStep final : public PlanStep {
   MapLayout to_;
 };
 
-/// Self-attention (SelfAttention of the networks) on blocked maps.
-class SelfAttentionStep final : public PlanStep {
- public:
-  SelfAttentionStep(int input, int output, ConvolutionWeights query, ConvolutionWeights key,
-                    ConvolutionWeights value, float gain)
-      : input_(input),
-        output_(output),
-        query_(std::move(query)),
-        key_(std::move(key)),
-        value_(std::move(value)),
-        gain_(gain) {}
-  void prepare(Layouts layouts) override;
-  void run(float* workspace) const override;
-
- private:
-  int input_;
-  int output_;
-  ConvolutionWeights query_;
-  ConvolutionWeights key_;
-  ConvolutionWeights value_;
-  float gain_;
-  MapLayout from_;
-  MapLayout to_;
-};
-
 }  // namespace ertbench

@@ -47,11 +47,6 @@ torch::Tensor SelfAttentionImpl::forward(const torch::Tensor& features) {
   return features + gain_ * values.view_as(features);
 }
 
-int SelfAttentionImpl::add_to(PlanBuilder& plan, int maps) const {
-  return plan.self_attention(maps, weights_of(*query_, nullptr), weights_of(*key_, nullptr),
-                             weights_of(*value_, nullptr), gain_.item<float>());
-}
-
 namespace {
 
 /// Iterations before the first training step. The singular value converges long before its vector;
@@ -211,10 +206,9 @@ torch::Tensor DdErtGenerator::forward(const torch::Tensor& frames) {
 }
 
 std::unique_ptr<InferencePlan> DdErtGenerator::plan(PlanBuilder plan) const {
-  if (plan.records() && !self_bottom_.is_empty()) return nullptr;
-  const auto attend = [&](const SpatialAttention& spatial, const SelfAttention& self, int maps) {
-    if (!self.is_empty()) return self->add_to(plan, maps);
-    return spatial.is_empty() ? maps : spatial->add_to(plan, maps);
+  if (!self_bottom_.is_empty()) return nullptr;
+  const auto attend = [&](const SpatialAttention& attention, int maps) {
+    return attention.is_empty() ? maps : attention->add_to(plan, maps);
   };
   const auto rise = [&](const nn::ConvTranspose2d& layer, int maps) {
     return plan.transposed_convolution(maps, weights_of(*layer, nullptr), {});

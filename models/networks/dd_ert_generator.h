@@ -40,8 +40,6 @@ class SelfAttentionImpl final : public torch::nn::Module {
   explicit SelfAttentionImpl(int channels);
   /// `features` [frames, channels, height, width] -> attended features of the same shape.
   torch::Tensor forward(const torch::Tensor& features);
-  /// Adds it to a plan: maps -> maps.
-  int add_to(PlanBuilder& plan, int maps) const;
 
  private:
   torch::nn::Conv2d query_;

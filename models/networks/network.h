@@ -21,8 +21,8 @@ class Network : public torch::nn::Module {
   virtual std::vector<torch::Tensor> slow_parameters() const { return {}; }
 
   /// The present network as a plan for the inference of single frames, made by `plan`, equal to
-  /// `forward` in evaluation mode up to rounding. Null if a network has no plan, or none that
-  /// can be recorded; all of ertbench's have a plan.
+  /// `forward` in evaluation mode up to rounding. Null if a network has none: libtorch
+  /// images its frames then.
   virtual std::unique_ptr<InferencePlan> plan(PlanBuilder /*plan*/) const { return nullptr; }
 };
 

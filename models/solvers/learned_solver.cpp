@@ -217,7 +217,7 @@ void LearnedSolver::freeze(const Sensor& sensor, std::shared_ptr<Network> networ
   if (is_told()) front_.emplace(sensor);
   plan_ = network_->plan(PlanBuilder(bfloat16_inference_));
   graph_.reset();
-  if (!batches_share_weights()) return;
+  if (!batches_share_weights() && plan_) return;
   if (bfloat16_inference_) {  // rounds a copy: the network itself is what `save` writes
     const std::shared_ptr<Network> rounded = make_network(sensor);
     copy_values(weights_of(*network_), weights_of(*rounded));
@@ -238,7 +238,7 @@ void LearnedSolver::enter(const FramesView& changes, Eigen::Index frame,
 void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
                                 std::span<FrameReport> reports) const {
   const double unit = -sensor_.background * standardisation_.image;
-  if (graph_ && changes.rows() > 1) {
+  if (graph_ && (changes.rows() > 1 || !plan_)) {
     const OneThread one_thread;
     torch::Tensor frames = torch::empty({changes.rows(), changes.cols() + told(sensor_)});
     for (Eigen::Index f = 0; f < changes.rows(); ++f) {

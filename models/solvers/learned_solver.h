@@ -108,7 +108,7 @@ class LearnedSolver : public Solver, public LayeredSolver, public ToldSolver {
   std::shared_ptr<Network> network_;     ///< null before fit or load
   std::optional<Front> front_;           ///< of a network that is told
   std::unique_ptr<InferencePlan> plan_;  ///< for single frames
-  std::optional<FrozenGraph> graph_;     ///< for batches, if batches_share_weights
+  std::optional<FrozenGraph> graph_;     ///< for batches, if batches_share_weights, or no plan
   nlohmann::json result_;                ///< report of the training, with the hardware it ran on
 };
 

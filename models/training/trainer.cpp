@@ -279,7 +279,6 @@ class Training {
   }
 
   void resume() {
-    forget_older_checkpoint();
     if (!fs::exists(checkpoint_file())) return;
     Checkpoint expected = state();
     expected.best = expected.network;
@@ -297,14 +296,6 @@ class Training {
     best_ = std::move(found.best);
     optimiser_.set_state(found.optimiser);
     objective_.set_state(found.objective);
-  }
-
-  /// Versions up to 0.2 left an archive of libtorch, which runs code when it is read.
-  void forget_older_checkpoint() const {
-    const fs::path file = outlet_.folder / "checkpoint.pt";
-    if (!fs::remove(file)) return;
-    spdlog::warn("{}: is of an older version and not read; the training begins anew",
-                 file.string());
   }
 
   Network& network_;

@@ -65,6 +65,19 @@ TEST(RowRemarks, ClocksOfTwoProcessorsAreNotCompared) {
   EXPECT_TRUE(timing_remarks({rows().data(), 2}).empty());
 }
 
+TEST(RowRemarks, FitTimesOfSeedsThatDifferAreSaid) {
+  std::vector<ResultRow> fitted = {made_row("alike", 0.5, "Xeon", 0),
+                                   made_row("odd", 0.5, "Xeon", 0)};
+  fitted[0].seeds.emplace().fit_s = {329, 330, std::nullopt};
+  fitted[1].seeds.emplace().fit_s = {329, 330, 40};
+  EXPECT_EQ(fitted[1].seeds->usual_fit_s(), 329);
+  EXPECT_FALSE(SeedSpread().usual_fit_s());
+  const std::vector<std::string> remarks = timing_remarks(fitted);
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_NE(remarks[0].find("odd (40 to 330 s)"), std::string::npos) << remarks[0];
+  EXPECT_EQ(remarks[0].find("alike"), std::string::npos) << remarks[0];
+}
+
 TEST(RowRemarks, ASolversOwnProcessDoesNotDisturbIt) {
   std::vector<ResultRow> programs = {made_row("alone", 0.5, "Xeon", 1.0),
                                      made_row("disturbed", 0.5, "Xeon", 1.5)};

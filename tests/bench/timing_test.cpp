@@ -184,12 +184,12 @@ TEST(Timing, WritesOneFileWithProvenanceAndLimits) {
 
 TEST(Timing, AFilterRunsOnlyWhatMatchesAndTheLimitsBesideIt) {
   const FakeBuild build;
-  const Outcome outcome = build.run("'reconstruct/(solvers|metrics)' --out here.json --rounds 1");
+  const Outcome outcome = build.run("'reconstruct/(solvers|inference)' --out here.json --rounds 1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   const json result = build.result("here.json");
   ASSERT_EQ(result.at("benchmarks").size(), 2u);
   EXPECT_EQ(result["benchmarks"][0]["name"], "reconstruct/solvers_benchmark");
-  EXPECT_EQ(result["benchmarks"][1]["name"], "reconstruct/metrics_benchmark");
+  EXPECT_EQ(result["benchmarks"][1]["name"], "reconstruct/inference_benchmark");
   EXPECT_EQ(result.at("limits").size(), 2u);
   EXPECT_EQ(read_text(build / "calls").find("forward"), std::string::npos);
 }

@@ -128,8 +128,6 @@ std::vector<Case> cases() {
       {"dd-ert one convolution", dd_ert({.convolutions = 1})},
       {"dd-ert width 1", dd_ert({.width = 1})},
       {"dd-ert width 5", dd_ert({.width = 5, .attention = false})},
-      {"dd-ert self-attention", dd_ert({.self_attention = true})},
-      {"dd-ert self-attention width 3", dd_ert({.width = 3, .self_attention = true})},
       {"dd-ert grid 20", dd_ert({.width = 12}), sensor_of(16, 20)},
       {"lean-net", lean({})},
       {"lean-net linear", lean({.width = 24, .bounded = false})},

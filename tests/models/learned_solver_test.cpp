@@ -22,6 +22,7 @@ const json specs[] = {
     {{"type", "dcnn"}, {"widths", {8, 8, 16}}},
     {{"type", "eit-nn"}, {"dense_widths", {64, 576}}, {"channels", {4, 4}}},
     {{"type", "dd-ert"}, {"width", 4}, {"convolutions", 1}, {"discriminator_widths", {4, 8}}},
+    {{"type", "dd-ert"}, {"width", 4}, {"attention_form", "self"}, {"alpha", 0}},  // has no plan
     {{"type", "lean-net"}, {"width", 4}, {"bottom_blocks", 1}},
 };
 
@@ -182,6 +183,7 @@ TEST_P(LearnedContract, ImagesEidorsFrames) {
 INSTANTIATE_TEST_SUITE_P(All, LearnedContract, ::testing::ValuesIn(specs), [](const auto& test) {
   std::string name = test.param.at("type");
   name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
+  if (test.param.contains("attention_form")) name += "Self";
   return name;
 });
 

@@ -258,7 +258,6 @@ void expect_begins_anew(const TrainingFiles& files, const TemporaryFolder& folde
   EXPECT_EQ(result.report.earlier_s, 0);
   EXPECT_EQ(training.weights(), weights_after(files, small_settings()));
   EXPECT_FALSE(fs::exists(folder / "checkpoint.h5"));
-  EXPECT_FALSE(fs::exists(folder / "checkpoint.pt"));
 }
 
 TEST(Training, ADamagedCheckpointIsNotUsed) {
@@ -295,11 +294,9 @@ TEST(Training, ACheckpointOfAnotherNetworkIsNotUsed) {
 TEST(Training, ACheckpointIsNotCodeThatRuns) {
   const TrainingFiles files;
   const TemporaryFolder folder;
-  for (const char* name : {"checkpoint.h5", "checkpoint.pt"}) {
-    write_prepared_archive(folder / name, folder / "marker");
-    expect_begins_anew(files, folder);
-    EXPECT_FALSE(fs::exists(folder / "marker"));
-  }
+  write_prepared_archive(folder / "checkpoint.h5", folder / "marker");
+  expect_begins_anew(files, folder);
+  EXPECT_FALSE(fs::exists(folder / "marker"));
 }
 
 TEST(Training, ACheckpointThatFindsNoRoomOnTheDiskIsAnErrorOfTheInput) {
