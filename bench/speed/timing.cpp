@@ -360,9 +360,8 @@ fs::path TimingOptions::benchmark_folder() {
 }
 
 const std::vector<std::string>& benchmark_programs() {
-  static const std::vector<std::string> names = {"forward_benchmark", "dataset_benchmark",
-                                                 "solvers_benchmark", "inference_benchmark",
-                                                 "training_benchmark"};
+  static const std::vector<std::string> names = {"forward_benchmark", "solvers_benchmark",
+                                                 "inference_benchmark", "training_benchmark"};
   return names;
 }
 
