@@ -218,9 +218,8 @@ std::unique_ptr<InferencePlan> DdErtGenerator::plan(PlanBuilder plan) const {
       plan.maps(plan.dense(frame, weights_of(*initial_imaging_, nullptr), {}), 1, rows_, columns_);
   const int full = add_layers(plan, encode_full_, {initial});
   const int half = add_layers(plan, encode_half_, {full});
-  const int quarter =
-      attend(attention_quarter_, self_quarter_, add_layers(plan, encode_quarter_, {half}));
-  const int bottom = attend(attention_bottom_, self_bottom_, add_layers(plan, bottom_, {quarter}));
+  const int quarter = attend(attention_quarter_, add_layers(plan, encode_quarter_, {half}));
+  const int bottom = attend(attention_bottom_, add_layers(plan, bottom_, {quarter}));
   const int up_quarter = add_layers(plan, decode_quarter_, {rise(rise_quarter_, bottom), quarter});
   const int up_half = add_layers(plan, decode_half_, {rise(rise_half_, up_quarter), half});
   const int up_full = add_layers(plan, decode_full_, {rise(rise_full_, up_half), full});
