@@ -155,16 +155,4 @@ void Front::prepare(double* change, float* told) const {
   tell(change, verdict.lost(), told);
 }
 
-ElectrodeSet FramePast::intermittent() const {
-  const std::size_t count = std::min(next_, dead_.size());
-  ElectrodeSet once = 0;
-  ElectrodeSet twice = 0;
-  for (std::size_t i = next_ - count + 1; i < next_; ++i) {
-    const ElectrodeSet turned = dead_[i % dead_.size()] ^ dead_[(i - 1) % dead_.size()];
-    twice |= once & turned;
-    once |= turned;
-  }
-  return twice;
-}
-
 }  // namespace ertbench

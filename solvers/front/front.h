@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 
 #include "forward/sheet/sensor.h"
 #include "solvers/front/frame_check.h"
@@ -94,18 +93,6 @@ class Front {
   RowMajorMatrix rows_;     ///< [eigenvectors and nuisances, pairs]
   Eigen::MatrixXd within_;  ///< [eigenvectors, nuisances]
   Eigen::MatrixXd beside_;  ///< [nuisances, nuisances], products outside of the eigenvectors
-};
-
-/// The states of the last frames.
-class FramePast {
- public:
-  void add(const FrameState& state) { dead_[next_++ % dead_.size()] = state.dead; }
-  /// Electrodes that came and went at least twice within the last 32 frames.
-  ElectrodeSet intermittent() const;
-
- private:
-  std::array<ElectrodeSet, 32> dead_{};
-  std::size_t next_ = 0;
 };
 
 }  // namespace ertbench

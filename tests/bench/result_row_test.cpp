@@ -75,6 +75,7 @@ ResultRow sample_of_seeds() {
   ResultRow row = sample();
   SeedSpread& seeds = row.seeds.emplace();
   seeds.values = {1, 5};
+  row.fit_s = 2.5;
   seeds.fit_s = {2.0, 3.0};
   for (const Metric metric : kMetrics) seeds.means[metric] = {std::nullopt, std::nullopt};
   seeds.means[Metric::AR] = {1.0, 1.2};

@@ -44,7 +44,7 @@ TEST(Seeds, MeanOfMeansAndIntervalOfTheFramesMeans) {
   EXPECT_EQ(row.seeds->means[Metric::AR], (std::vector<std::optional<double>>{3.0, 3.0, 4.0}));
   EXPECT_NEAR(row.seeds->deviation[Metric::AR].value(), std::sqrt(1.0 / 3), 1e-12);  // of 3, 3, 4
   EXPECT_FALSE(row.seeds->deviation[Metric::PE]);
-  EXPECT_DOUBLE_EQ(row.fit_s.value(), 30);
+  EXPECT_DOUBLE_EQ(row.fit_s.value(), 20);  // of 10, 20 and 60
   EXPECT_EQ(row.parameters->at("best"), 3);
   EXPECT_EQ(*row.seeds->parameters,
             nlohmann::json::parse(R"([{"seed":1,"best":3},{"seed":2,"best":5},{"seed":3}])"));

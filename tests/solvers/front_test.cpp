@@ -271,20 +271,6 @@ TEST(FrontWithoutAFit, DetectsWhatReadsZero) {
   EXPECT_EQ(state.amplitudes.size(), 0);
 }
 
-TEST(FramePast, NamesElectrodesThatComeAndGo) {
-  FramePast past;
-  FrameState state;
-  for (int f = 0; f < 100; ++f) {
-    // One is dead for good from frame 50 on, one comes and goes.
-    state.dead = (f > 50 ? only(1) : 0) | (f % 7 == 0 ? only(9) : 0);
-    past.add(state);
-    if (f == 0) {
-      EXPECT_EQ(past.intermittent(), ElectrodeSet{0}) << "it has not gone yet";
-    }
-  }
-  EXPECT_EQ(past.intermittent(), only(9));
-}
-
 TEST(FrontOfATank, RaisesNoAlarmOnMeasuredFrames) {
   const std::filesystem::path project = ERTBENCH_SOURCE_DIR;
   const Sensor tank = read_sensor(project / "sensors/tank.json");
