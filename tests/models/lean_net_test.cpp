@@ -107,40 +107,6 @@ TEST(LeanNetSolver, BeginsBetterThanAnEmptyImage) {
   EXPECT_GT(validation_error("random"), 1);
 }
 
-/// The best affine estimate of its own scenes: no other start has a smaller error in them.
-TEST(DdErtSolver, BeginsAsTheLinearEstimateWhereItIsAskedTo) {
-  const TrainingFiles files(400, 100);
-  const FitInput input = files.input();
-  const auto error_of_first_images = [&](const char* initialisation) {
-    const auto solver = make_learned({{"type", "dd-ert"},
-                                      {"width", 1},
-                                      {"convolutions", 1},
-                                      {"alpha", 0},
-                                      {"train_dense", false},
-                                      {"initialisation", initialisation},
-                                      {"epochs", 1}});
-    solver->fit(input);
-    const TemporaryFolder folder("start");
-    solver->save(folder / "dd-ert.h5");
-    DdErtGenerator network(input.sensor, {.width = 1, .convolutions = 1});
-    const NamedTensors weights = weights_of(network);
-    copy_values(read_tensors(Hdf5File::open(folder / "dd-ert.h5"), "/network", weights), weights);
-    const Standardisation standardisation = Standardisation::of(*input.training);
-    const Frames changes = input.training->voltages(0, 400).rowwise() -
-                           input.training->reference_voltages().transpose();
-    const torch::NoGradGuard no_gradients;
-    const torch::Tensor y = network.initial_imaging()->forward(standardisation.apply(changes));
-    const Images truths =
-        1 - input.training->conductivity(0, 400).array() / input.sensor.background;
-    const Eigen::MatrixXd images =
-        Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-            y.contiguous().data_ptr<float>(), 400, truths.cols())
-            .cast<double>();
-    return (images - truths).norm() / truths.norm();
-  };
-  EXPECT_LT(error_of_first_images("lmmse"), 0.8 * error_of_first_images("physics"));
-}
-
 TEST(RelativeErrorObjective, IsTheRelativeErrorOfTheTables) {
   const torch::Tensor truths = torch::zeros({2, 1, 24, 24});
   truths.slice(2, 3, 9).fill_(0.5);

@@ -187,6 +187,31 @@ INSTANTIATE_TEST_SUITE_P(All, LearnedContract, ::testing::ValuesIn(specs), [](co
   return name;
 });
 
+// At a rate of nothing the loss of the log is that of the first images.
+TEST(LearnedSolver, TrainsOnTheLossThatItIsAskedFor) {
+  const TrainingFiles files(96, 40);
+  const auto first_loss = [&](json spec, const char* key, const char* loss) {
+    spec[key] = loss;
+    spec["learning_rate"] = 1e-12;
+    FitInput input = files.input();
+    const TemporaryFolder folder("loss");
+    input.work_folder = folder / "";
+    make_learned(with_budget(spec))->fit(input);
+    std::ifstream log(folder / "training.csv");
+    std::string line;
+    std::getline(log, line);
+    std::getline(log, line);
+    return std::stod(line.substr(line.find(',') + 1));
+  };
+  for (json spec : specs) {
+    const bool dd_ert = spec["type"] == "dd-ert";
+    if (dd_ert) spec["alpha"] = spec["beta"] = 0;
+    const char* const key = dd_ert ? "content_loss" : "loss";
+    // The images begin at nothing like the truths: their relative error is of the size of one.
+    EXPECT_GT(first_loss(spec, key, "relative"), 2 * first_loss(spec, key, "mse")) << spec;
+  }
+}
+
 TEST(LearnedSolverSettings, AreCheckedWithTheirPlace) {
   const auto said = [](const json& spec) {
     return message_of<InputError>([&] { make_learned(spec)->check(Sensor{}); });

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 #include <torch/torch.h>
 
+#include "core/hdf5_file.h"
 #include "forward/fem/forward_model.h"
+#include "models/networks/dd_ert_generator.h"
+#include "models/networks/tensor_file.h"
 #include "models/solvers/learned_solver.h"
 #include "models/training/standardisation.h"
 #include "tests/models/models_testing.h"
@@ -30,6 +33,40 @@ TEST(Sensitivity, DenseLayerBeginsAsOneStepGaussNewton) {
       Eigen::Map<const Eigen::Matrix<float, 4, 576, Eigen::RowMajor>>(y.data_ptr<float>())
           .cast<double>();
   EXPECT_LT(relative_difference(images, expected), 1e-4);  // float32, sums of 208 large products
+}
+
+// It is the best affine estimate of its own scenes.
+TEST(Sensitivity, TheLinearEstimateIsABetterFirstImageOfItsScenes) {
+  const TrainingFiles files(400, 100);
+  const FitInput input = files.input();
+  const auto error_of_first_images = [&](const char* initialisation) {
+    const auto solver = make_learned({{"type", "dd-ert"},
+                                      {"width", 1},
+                                      {"convolutions", 1},
+                                      {"alpha", 0},
+                                      {"train_dense", false},
+                                      {"initialisation", initialisation},
+                                      {"epochs", 1}});
+    solver->fit(input);
+    const TemporaryFolder folder("start");
+    solver->save(folder / "dd-ert.h5");
+    DdErtGenerator network(input.sensor, {.width = 1, .convolutions = 1});
+    const NamedTensors weights = weights_of(network);
+    copy_values(read_tensors(Hdf5File::open(folder / "dd-ert.h5"), "/network", weights), weights);
+    const Standardisation standardisation = Standardisation::of(*input.training);
+    const Frames changes = input.training->voltages(0, 400).rowwise() -
+                           input.training->reference_voltages().transpose();
+    const torch::NoGradGuard no_gradients;
+    const torch::Tensor y = network.initial_imaging()->forward(standardisation.apply(changes));
+    const Images truths =
+        1 - input.training->conductivity(0, 400).array() / input.sensor.background;
+    const Eigen::MatrixXd images =
+        Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+            y.contiguous().data_ptr<float>(), 400, truths.cols())
+            .cast<double>();
+    return (images - truths).norm() / truths.norm();
+  };
+  EXPECT_LT(error_of_first_images("lmmse"), 0.8 * error_of_first_images("physics"));
 }
 
 TEST(Sensitivity, BlurIsGaussNewtonOfTheJacobianCutAtAQuarter) {
