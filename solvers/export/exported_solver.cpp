@@ -54,7 +54,7 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool
     const std::optional<LayerList> list = layered ? layered->layers() : std::nullopt;
     if (!list) {
       throw InputError(type + " has no layers that could be exported; take a linear method " +
-                       "or a network");
+                       "or a network without self-attention");
     }
     SolverToExport out = {sensor, std::move(solver), *list, ExportProgram(*list), {}, {}};
     const bool is_told = told && told->is_told();
