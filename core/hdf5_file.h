@@ -44,7 +44,7 @@ class Hdf5File {
   double read_number(const std::string& object, const std::string& attribute) const;
 
   enum class Number { real64, uint8, real32, int64 };
-  /// Throws unless the dataset is stored as numbers of this type.
+  /// Throws unless the dataset is stored as numbers of this type; real32 may be real16 there.
   void require_number(const std::string& dataset, Number number) const;
 
   /// Creates a dataset and reserves its storage at once, so that a file cut short later is still

@@ -199,6 +199,7 @@ void require_output_written() {
 ExitCode run_command_line(int argc, char** argv) {
   std::set_terminate(ertbench::terminate);
   const auto say = [](const char* before, const std::string& text, const char* after) {
+    std::fflush(stdout);  // so that in one log of both what was printed before stands before
     std::fprintf(stderr, "%s%s%s\n", before, printable_lines(text, most_said).c_str(), after);
   };
   try {

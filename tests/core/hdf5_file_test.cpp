@@ -62,6 +62,26 @@ TEST(Hdf5File, KeepsNumbersOfAnyTypeInGroups) {
                    "/group/c: is missing"));
 }
 
+TEST(Hdf5File, ReadsSixteenBitsWhereThirtyTwoAreWanted) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "half.h5";
+  const float values[] = {1, -0.333251953125F, 65504};  // exact in 16 bits
+  const hsize_t count = 3;
+  const hid_t half = H5Tcopy(H5T_IEEE_F32LE);
+  H5Tset_fields(half, 15, 10, 5, 0, 10);
+  H5Tset_size(half, 2);
+  H5Tset_ebias(half, 15);
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t space = H5Screate_simple(1, &count, nullptr);
+  const hid_t set = H5Dcreate2(file, "a", half, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  H5Dwrite(set, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+  H5Dclose(set), H5Sclose(space), H5Tclose(half), H5Fclose(file);
+  const Hdf5File read = Hdf5File::open(path);
+  read.require_number("/a", Number::real32);
+  EXPECT_EQ(read.read_vector("/a"), Eigen::Vector3d(values[0], values[1], values[2]));
+  EXPECT_TRUE(says(refusal_of([&] { read.require_number("/a", Number::real64); }), "64-bit real"));
+}
+
 TEST(Hdf5File, EqualContentMakesEqualFiles) {
   const TemporaryFolder folder;
   std::string contents[2];
