@@ -228,7 +228,7 @@ int make_results(const Experiment& experiment, const fs::path& project, const Ca
 }  // namespace
 
 void prune(const fs::path& made, const fs::path& project, const fs::path& published) {
-  constexpr std::string_view always[] = {"summary.json", "table.md", "provenance.json"};
+  constexpr std::string_view always[] = {"summary.json", "provenance.json"};
   const PageTexts texts(project, published);
   const std::vector<fs::directory_entry> entries(fs::recursive_directory_iterator(made), {});
   for (const fs::directory_entry& entry : entries) {

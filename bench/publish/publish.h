@@ -17,8 +17,8 @@ inline constexpr std::uintmax_t most_picture_bytes = 150 * 1000;
 void require_committed(const std::filesystem::path& project);
 
 /// Runs what is missing of the experiment, with `jobs` processes at a time, and puts its results
-/// into results/published/NAME of the project, whole or not at all: summary.json, table.md, and of
-/// the rest what a page of the project links to or takes numbers from; pictures have a palette;
+/// into results/published/NAME of the project, whole or not at all: summary.json, and of the
+/// rest what a page of the project links to or takes numbers from; pictures have a palette;
 /// templates of pages in that folder stay. The experiment's "made_by" says which command's results
 /// these are.
 ///
@@ -35,7 +35,7 @@ int publish_experiment(const Experiment& experiment, const std::filesystem::path
 void redraw_published(const std::string& name, const std::filesystem::path& project);
 
 /// Leaves in the folder `made` what readers of results/published/NAME, the folder `published`,
-/// need: summary.json, table.md, and the files that a page of the project names.
+/// need: summary.json, and the files that a page of the project names.
 void prune(const std::filesystem::path& made, const std::filesystem::path& project,
            const std::filesystem::path& published);
 

@@ -26,7 +26,8 @@ class PublishTest : public ::testing::Test {
     std::filesystem::create_directories(project() / "results/published/e");
     testing::write_text(project() / "core/a.cpp", "int a;\n");
     testing::write_text(project() / "e.json", testing::small_experiment().dump());
-    testing::write_text(project() / "results/published/e/README.md.in", "{{.3f e tsvd RIE}}\n");
+    testing::write_text(project() / "results/published/e/README.md.in",
+                        "[{{.3f e tsvd RIE}}](table.md)\n");
     testing::write_text(project() / ".gitignore", "results/e\ncache\n");
     git("init -q");
     git("add -A");
@@ -111,7 +112,7 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   const double rie =
       testing::row_of(testing::summary_of(published), "tsvd").at("metrics").at("RIE").at("mean");
   char text[32];
-  std::snprintf(text, sizeof text, "%.3f\n", rie);
+  std::snprintf(text, sizeof text, "[%.3f](table.md)\n", rie);
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
 
   // Drawn again of its summary it is what it was, and what no summary holds stays.
