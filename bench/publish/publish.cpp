@@ -28,6 +28,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// The picture that `ertbench limit` draws beside its file.
+constexpr const char* limit_ranks = "limit_ranks.png";
+
 /// What git prints, in the parts between the separators. Throws InputError where it fails.
 std::vector<std::string> git(const fs::path& project, const std::vector<std::string>& arguments,
                              std::string_view separator = "\n") {
@@ -77,19 +80,28 @@ void require_drawn(const fs::path& made, const fs::path& published) {
   }
 }
 
-/// A published limit takes hours to compute: it is not dropped because this machine has none.
-void require_limits(const ExperimentResults& results, const Experiment& experiment,
-                    const fs::path& published) {
-  if (!fs::exists(published / "summary.json")) return;
-  if (std::ranges::any_of(results.rows, is_limit)) return;
+/// Published limits take hours to compute: those that the folder of results lacks are put there,
+/// and the run leaves them out where their sets or their probes are others. Whether there are any.
+bool bring_limits(const fs::path& published, const fs::path& folder) {
+  if (!fs::exists(published / "summary.json")) return false;
+  const std::vector<ResultRow> there = read_limit_rows(folder);
+  json limits = {{"rows", json::array()}, {"sets", json::array()}};
+  if (!there.empty()) limits = read_json_file(folder / limit_file);
+  bool any = false;
   const json before = read_json_file(published / "summary.json");
   for (const json& row : before.value("rows", json::array())) {
-    const std::string type = row.value("type", "");
-    if (!type.starts_with("limit-")) continue;
-    throw InputError(published.string() + ": the row " + type +
-                     " would be lost; compute it first: ertbench limit " +
-                     experiment.file.string());
+    if (!row.value("type", "").starts_with("limit-")) continue;
+    any = true;
+    const bool computed = std::ranges::any_of(there, [&](const ResultRow& one) {
+      return one.type == row.at("type") && one.dataset == row.at("dataset");
+    });
+    if (!computed) limits["rows"].push_back(row);
   }
+  if (any) write_file_atomically(folder / limit_file, limits.dump(1) + "\n");
+  if (any && fs::exists(published / limit_ranks)) {
+    fs::copy_file(published / limit_ranks, folder / limit_ranks, fs::copy_options::skip_existing);
+  }
+  return any;
 }
 
 /// The text of every page and template, in which the published files that readers need are named:
@@ -212,31 +224,33 @@ int make_results(const Experiment& experiment, const fs::path& project, const Ca
   RunOptions run;
   run.out = project / "results" / experiment.name;
   run.jobs = jobs;
+  const bool limits = bring_limits(published, run.out);
   const ExperimentResults results = run_stages(stages, experiment, cache, run);
   if (models) {
     report_stages(stages, experiment, results, made);
     return results.failures;
   }
-  require_limits(results, experiment, published);
-  report_experiment(experiment, cache, results, made);
-  for (const char* name : {"limit_ranks.png", "limit_ranks.svg"}) {
-    if (fs::exists(run.out / name)) fs::copy_file(run.out / name, made / name);
+  if (limits && std::ranges::none_of(results.rows, is_limit)) {
+    throw InputError(published.string() + ": its limits would be lost; compute them first: " +
+                     "ertbench limit " + experiment.file.string());
   }
+  report_experiment(experiment, cache, results, made);
+  if (fs::exists(run.out / limit_ranks)) fs::copy_file(run.out / limit_ranks, made / limit_ranks);
   return results.failures;
 }
 
 }  // namespace
 
 void prune(const fs::path& made, const fs::path& project, const fs::path& published) {
-  constexpr std::string_view always[] = {"summary.json", "provenance.json"};
   const PageTexts texts(project, published);
   const std::vector<fs::directory_entry> entries(fs::recursive_directory_iterator(made), {});
   for (const fs::directory_entry& entry : entries) {
     if (entry.is_directory()) continue;
     const std::string file = fs::relative(entry.path(), made).string();
-    const bool kept = std::find(std::begin(always), std::end(always), file) != std::end(always) ||
-                      texts.name(published.filename().string(), file);
-    if (!kept) fs::remove(entry.path());
+    if (file != "summary.json" && file != "provenance.json" &&
+        !texts.name(published.filename().string(), file)) {
+      fs::remove(entry.path());
+    }
   }
   for (const fs::directory_entry& entry : entries) {
     if (entry.is_directory() && fs::is_empty(entry.path())) fs::remove(entry.path());

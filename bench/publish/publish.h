@@ -24,8 +24,9 @@ void require_committed(const std::filesystem::path& project);
 ///
 /// Which earlier records may be reused is up to the cache (Reuse::clean: none of a build whose
 /// sources were not committed). Returns the number of jobs that failed; they stay in the results
-/// with their reason. Throws InputError where a figure could not be drawn or is too large, or
-/// where published limits (`ertbench limit`) would be lost. What was published before then stays.
+/// with their reason. Published limits (`ertbench limit`) of the same sets and probes stay where
+/// none were computed since. Throws InputError where a figure could not be drawn or is too large,
+/// or where limits would be lost. What was published before then stays.
 int publish_experiment(const Experiment& experiment, const std::filesystem::path& project,
                        const Cache& cache, int jobs);
 

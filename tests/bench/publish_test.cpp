@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "bench/features/features.h"
+#include "bench/record/limit_file.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "solvers/registry/registry.h"
@@ -125,6 +126,46 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
   EXPECT_THROW(redraw_published("another", project()), InputError);
   EXPECT_FALSE(std::filesystem::exists(project() / "results/published/another"));
+}
+
+TEST_F(PublishTest, KeepsLimitsOfTheSameScenesAndRefusesToLoseOthers) {
+  SolverRegistry registry;
+  const Experiment experiment = read_experiment(project() / "e.json", registry, chart_types());
+  const auto run = testing::run_program(project(), "run e.json --out results/e");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const auto published = project() / "results/published/e";
+  const auto publish = [&] {
+    return publish_experiment(experiment, project(), Cache(project() / "cache"), 1);
+  };
+  ASSERT_EQ(publish(), 0);
+  const DatasetSpec& set = experiment.tests.front();
+  nlohmann::json summary = testing::summary_of(published);
+  nlohmann::json limit = testing::row_of(summary, "tsvd");
+  limit["type"] = limit["family"] = limit["label"] = limit_oracle;
+  limit["frames"] = 7;
+  limit["parameters"] = {{"set", limit_key(set, set)}};
+  limit["build"]["scored"] = {{{"commit", "abc"}, {"dirty", false}, {"program", "1"}}};
+  summary["rows"].push_back(limit);
+  testing::write_text(published / "summary.json", summary.dump());
+  ASSERT_EQ(publish(), 0);
+  summary = testing::summary_of(published);
+  EXPECT_EQ(testing::row_of(summary, limit_oracle).at("frames"), 7);
+  // One that was computed since replaces it.
+  nlohmann::json computed =
+      nlohmann::json::parse(testing::read_text(project() / "results/e/limit.json"));
+  computed["rows"][0]["frames"] = 8;
+  testing::write_text(project() / "results/e/limit.json", computed.dump());
+  ASSERT_EQ(publish(), 0);
+  summary = testing::summary_of(published);
+  EXPECT_EQ(testing::row_of(summary, limit_oracle).at("frames"), 8);
+
+  std::filesystem::remove(project() / "results/e/limit.json");
+  for (nlohmann::json& row : summary["rows"]) {
+    if (row.at("type") == limit_oracle) row["parameters"]["set"] = "of other scenes";
+  }
+  testing::write_text(published / "summary.json", summary.dump());
+  EXPECT_THROW(publish(), InputError);
+  EXPECT_EQ(testing::summary_of(published), summary);
 }
 
 TEST_F(PublishTest, KeepsTheNestedFilesThatPagesName) {
