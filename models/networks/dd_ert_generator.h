@@ -42,9 +42,7 @@ class SelfAttentionImpl final : public torch::nn::Module {
   torch::Tensor forward(const torch::Tensor& features);
 
  private:
-  torch::nn::Conv2d query_;
-  torch::nn::Conv2d key_;
-  torch::nn::Conv2d value_;
+  torch::nn::Conv2d query_, key_, value_;
   torch::Tensor gain_;
 };
 TORCH_MODULE(SelfAttention);
@@ -116,21 +114,12 @@ class DdErtGenerator final : public Network {
   int rows_;
   int columns_;
   torch::nn::Linear initial_imaging_;
-  torch::nn::Sequential encode_full_;
-  torch::nn::Sequential encode_half_;
-  torch::nn::Sequential encode_quarter_;
-  torch::nn::Sequential bottom_;
-  torch::nn::ConvTranspose2d rise_quarter_;
-  torch::nn::ConvTranspose2d rise_half_;
-  torch::nn::ConvTranspose2d rise_full_;
-  torch::nn::Sequential decode_quarter_;
-  torch::nn::Sequential decode_half_;
-  torch::nn::Sequential decode_full_;
+  torch::nn::Sequential encode_full_, encode_half_, encode_quarter_, bottom_;
+  torch::nn::ConvTranspose2d rise_quarter_, rise_half_, rise_full_;
+  torch::nn::Sequential decode_quarter_, decode_half_, decode_full_;
   torch::nn::Conv2d image_;
-  SpatialAttention attention_quarter_{nullptr};  ///< null without spatial attention
-  SpatialAttention attention_bottom_{nullptr};
-  SelfAttention self_quarter_{nullptr};  ///< null without self-attention
-  SelfAttention self_bottom_{nullptr};
+  SpatialAttention attention_quarter_{nullptr}, attention_bottom_{nullptr};  ///< null without it
+  SelfAttention self_quarter_{nullptr}, self_bottom_{nullptr};               ///< null without it
 };
 
 /// PatchGAN discriminator (Isola et al. 2017, as used by DD-ERT) on patches of 16 x 16 pixels,

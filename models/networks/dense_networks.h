@@ -89,8 +89,7 @@ class EitNn final : public Network {
   std::unique_ptr<InferencePlan> plan(PlanBuilder plan) const override;
 
  private:
-  torch::nn::Sequential dense_;
-  torch::nn::Sequential convolutions_;
+  torch::nn::Sequential dense_, convolutions_;
   int inputs_;
   int rows_;
   int columns_;

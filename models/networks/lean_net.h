@@ -59,10 +59,7 @@ class LeanNet final : public Network {
   int columns_;
   torch::Tensor pairs_;  ///< [pairs + told, 2] inputs, on the device of the last frames
   torch::nn::Linear start_;
-  torch::nn::Sequential encode_;
-  torch::nn::Sequential encode_blocks_;
-  torch::nn::Sequential fall_;
-  torch::nn::Sequential bottom_blocks_;
+  torch::nn::Sequential encode_, encode_blocks_, fall_, bottom_blocks_;
   torch::nn::ConvTranspose2d rise_;
   torch::nn::Sequential decode_blocks_;
   torch::nn::Conv2d image_;
