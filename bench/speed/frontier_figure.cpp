@@ -60,8 +60,7 @@ void draw_bracket(const SpeedAccuracy& chart, std::span<const ResultRow> rows, P
     text = "least possible error";
   }
   panel.band(band.low, band.high, ink::alarm.towards_white(0.86));
-  canvas.text(text + ", first " + std::to_string(known->frames) + " frames, 95 %", 62,
-              panel.y((band.low + band.high) / 2),
+  canvas.text(text + ", 95 %", 62, panel.y((band.low + band.high) / 2),
               {.align = TextAlign::left, .colour = ink::alarm});
 }
 
