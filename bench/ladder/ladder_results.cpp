@@ -147,22 +147,22 @@ TableSection detection_section(const std::string& caption, const Ladders& ladder
 
 std::vector<std::string> notes() {
   return {
-      "A solver doubts a frame if it flags it (suspect), does not converge or has no image. All "
+      "A solver flags a frame as suspect, by not converging or by having no image. All "
       "levels of an axis are counted together, including those of the bisection; levels.csv lists "
       "each. Brackets hold Wilson's 95 % interval, which takes frames as independent. The same "
       "scenes recur at every level, so the true interval of an axis is wider.",
       "The check knows the voltages and not the truth. It misses failures on frames that are like "
       "those of the training (the validation set): the voltages are in order, but the contact is "
       "small, weak or near another, or the method or its parameter is at fault. The image of a "
-      "frame that is not doubted may still be wrong.",
+      "frame that is not flagged may still be wrong.",
       "The check looks for frames unlike those that the solver was fitted for, not for images that "
-      "fail. Doubt begins a little beyond the training's noise or with the first fault, long "
+      "fail. Flags begin a little beyond the training's noise or with the first fault, long "
       "before most solvers fail, so there are many false alarms on axes of noise and faults. The "
       "rate on ordinary frames is that of the test set itself.",
       "On the axes of a parameter all frames are those of the test set; most detections there are "
       "iterations that did not converge or undefined images.",
       "With the channel mask \"detect\" a frame with up to four dead electrodes is imaged without "
-      "them and not doubted for them, so a failure of that image is missed."};
+      "them and not flagged for them, so a failure of that image is missed."};
 }
 
 }  // namespace
@@ -317,9 +317,9 @@ Table detection_table(const std::string& title, const Ladders& ladders,
   Table table;
   table.title = title;
   table.sections = {
-      detection_section("Detected: failing frames that the solver doubted, %", ladders, detections,
+      detection_section("Detected: failing frames that the solver flagged, %", ladders, detections,
                         &DetectionCounts::detected, &DetectionCounts::failing),
-      detection_section("False alarms: frames that did not fail and were doubted, %", ladders,
+      detection_section("False alarms: frames that did not fail and were flagged, %", ladders,
                         detections, &DetectionCounts::false_alarms, &DetectionCounts::good)};
   table.legend = notes();
   return table;
