@@ -275,9 +275,9 @@ std::optional<double> DetectionCounts::false_alarm_rate() const { return rate(fa
 DetectionCounts detection_at(const LadderLevel& level) {
   DetectionCounts counts;
   for (const JudgedFrame& frame : level.frames) {
-    const bool doubted = frame.status != FrameStatus::ok;
+    const bool flagged = frame.status != FrameStatus::ok;
     ++(frame.failed != 0 ? counts.failing : counts.good);
-    if (doubted) ++(frame.failed != 0 ? counts.detected : counts.false_alarms);
+    if (flagged) ++(frame.failed != 0 ? counts.detected : counts.false_alarms);
     counts.suspect += frame.status == FrameStatus::suspect;
   }
   return counts;

@@ -60,13 +60,13 @@ struct FrameQuantiles {
 std::optional<FrameQuantiles> quantiles(const LadderLevel& level,
                                         std::optional<double> JudgedFrame::*value);
 
-/// Frames of one solver, by whether they failed and whether the solver doubted them: its status was
+/// Frames of one solver, by whether they failed and whether the solver flagged them: its status was
 /// suspect, not converged or undefined.
 struct DetectionCounts {
   int failing = 0;       ///< frames that failed by the rule
-  int detected = 0;      ///< doubted frames among the failing ones
+  int detected = 0;      ///< flagged frames among the failing ones
   int good = 0;          ///< frames that did not fail
-  int false_alarms = 0;  ///< doubted frames among the good ones
+  int false_alarms = 0;  ///< flagged frames among the good ones
   int suspect = 0;       ///< flagged frames (status suspect) among all
 
   DetectionCounts& operator+=(const DetectionCounts& other);

@@ -8,7 +8,7 @@
 namespace ertbench {
 namespace {
 
-/// Frames of a level: as many as named that failed or did not, and were doubted as `status` says or
+/// Frames of a level: as many as named that failed or did not, and were flagged as `status` says or
 /// were not.
 LadderLevel level_of(int detected, int missed, int false_alarms, int passed,
                      FrameStatus status = FrameStatus::suspect) {
