@@ -97,11 +97,13 @@ bool bring_limits(const fs::path& published, const fs::path& folder) {
     });
     if (!computed) limits["rows"].push_back(row);
   }
-  if (any) write_file_atomically(folder / limit_file, limits.dump(1) + "\n");
-  if (any && fs::exists(published / limit_ranks)) {
+  if (!any) return false;
+  fs::create_directories(folder);
+  write_file_atomically(folder / limit_file, limits.dump(1) + "\n");
+  if (fs::exists(published / limit_ranks)) {
     fs::copy_file(published / limit_ranks, folder / limit_ranks, fs::copy_options::skip_existing);
   }
-  return any;
+  return true;
 }
 
 /// The text of every page and template, in which the published files that readers need are named:
