@@ -96,11 +96,11 @@ void draw_frontier_figure(const SpeedAccuracy& chart, std::span<const ResultRow>
     lines.push_back({panel.x(steps[i - 1].first), panel.y(steps[i - 1].second),
                      panel.x(steps[i].first), panel.y(steps[i].second)});
   }
-  canvas.text("frontier: nothing faster has a smaller error", 672, panel.y(0.265),
+  canvas.text("frontier: nothing faster has a smaller error", 672, panel.y(0.125),
               {.align = TextAlign::right});
   const MethodStyles styles(methods);
   std::vector<PointLabel> labels;
-  std::vector<Box> taken = {{56, panel.y(0.28), 676, 380}};
+  std::vector<Box> taken = {{56, panel.y(0.255), 676, 380}};
   for (std::size_t m = 0; m < methods.size(); ++m) {
     std::vector<Setting> own;
     std::ranges::copy_if(settings, std::back_inserter(own),
