@@ -147,7 +147,7 @@ TableSection detection_section(const std::string& caption, const Ladders& ladder
 
 std::vector<std::string> notes() {
   return {
-      "A solver flags a frame as suspect, by not converging or by having no image. All "
+      "A solver flags a frame by the status suspect, not converged or undefined. All "
       "levels of an axis are counted together, including those of the bisection; levels.csv lists "
       "each. Brackets hold Wilson's 95 % interval, which takes frames as independent. The same "
       "scenes recur at every level, so the true interval of an axis is wider.",
