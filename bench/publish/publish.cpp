@@ -59,8 +59,7 @@ bool is_published(const fs::path& project, const fs::path& file) {
 
 /// The folder beside `published` in which it is made; what an interrupted call left there is gone.
 fs::path empty_part_of(const fs::path& published) {
-  fs::path part = published;
-  part += ".part";
+  const fs::path part = published.string() + ".part";
   fs::remove_all(part);
   fs::create_directories(part);
   return part;
@@ -70,10 +69,9 @@ fs::path empty_part_of(const fs::path& published) {
 /// is no .png (draw_or_say).
 void require_drawn(const fs::path& made, const fs::path& published) {
   for (const auto& entry : fs::recursive_directory_iterator(made)) {
-    const fs::path& figure = entry.path();
-    if (figure.extension() != ".svg") continue;
-    if (fs::exists(fs::path(figure).replace_extension(".png"))) continue;
-    const std::string name = fs::relative(figure, made).string();
+    if (entry.path().extension() != ".svg") continue;
+    if (fs::exists(fs::path(entry.path()).replace_extension(".png"))) continue;
+    const std::string name = fs::relative(entry.path(), made).string();
     fs::remove_all(made);
     throw InputError(published.string() + ": " + name +
                      " could not be drawn, as said above; what was published before is as it was");
@@ -293,6 +291,8 @@ int publish_experiment(const Experiment& experiment, const fs::path& project, co
   const int failures = make_results(experiment, project, cache, jobs, published, made);
   finish(made, project, published);
   replace_folder(published, made);
+  // Charts and tables are those of the summary, whose numbers have fewer digits.
+  if (experiment.made_by != "fidelity") redraw_published(experiment.name, project);
   return failures;
 }
 

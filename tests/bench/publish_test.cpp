@@ -28,7 +28,7 @@ class PublishTest : public ::testing::Test {
     testing::write_text(project() / "core/a.cpp", "int a;\n");
     testing::write_text(project() / "e.json", testing::small_experiment().dump());
     testing::write_text(project() / "results/published/e/README.md.in",
-                        "[{{.3f e tsvd RIE}}](table.md)\n");
+                        "[{{.3f e tsvd RIE}}](table.md), table.csv\n");
     testing::write_text(project() / ".gitignore", "results/e\ncache\n");
     git("init -q");
     git("add -A");
@@ -113,15 +113,17 @@ TEST_F(PublishTest, PutsResultsAndPagesIntoTheirPlace) {
   const double rie =
       testing::row_of(testing::summary_of(published), "tsvd").at("metrics").at("RIE").at("mean");
   char text[32];
-  std::snprintf(text, sizeof text, "[%.3f](table.md)\n", rie);
+  std::snprintf(text, sizeof text, "[%.3f](table.md), table.csv\n", rie);
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
 
   // Drawn again of its summary it is what it was, and what no summary holds stays.
   const std::string table = testing::read_text(published / "table.md");
+  const std::string exact = testing::read_text(published / "table.csv");
   testing::write_text(published / "table.md", "from another version\n");
   testing::write_text(published / "levels.csv", "of a ladder\n");
   redraw_published("e", project());
   EXPECT_EQ(testing::read_text(published / "table.md"), table);
+  EXPECT_EQ(testing::read_text(published / "table.csv"), exact);
   EXPECT_EQ(testing::read_text(published / "levels.csv"), "of a ladder\n");
   EXPECT_EQ(testing::read_text(published / "README.md"), text);
   EXPECT_THROW(redraw_published("another", project()), InputError);
