@@ -10,7 +10,7 @@ from typing import Any, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import _core
-from .sensor import Sensor, own
+from .sensor import Sensor, own, plain
 from .shapes import Contact, Disc, Ellipse, Polygon, Rectangle, scenes_text
 
 
@@ -19,7 +19,7 @@ class SceneSet:
     """N scenes with their voltages, as `Scenes.draw` makes them and files hold them.
 
     One of your own: SceneSet(sensor, voltages, images, reference), to train on or to score with; its
-    contacts are not known.
+    contacts are not known. The arrays of a drawn or read set are read-only; copy them to change them.
     """
 
     sensor: Sensor
@@ -31,6 +31,7 @@ class SceneSet:
     _vertices: Optional[np.ndarray] = field(default=None, repr=False)
     _recipe: str = field(default="", repr=False)
     _name: str = field(default="", repr=False)
+    _made: tuple = field(default=(), repr=False)  #: the arrays that the recipe makes
 
     def __len__(self) -> int:
         return len(self.voltages)
@@ -87,16 +88,30 @@ class SceneSet:
 
         Overwrites only a dataset. Raises InputError where arrays do not go together.
         """
-        if not self._recipe:
+        if not self._as_made():
             _core.write_scenes(self.sensor, self.voltages, self.images, self.reference,
                                os.fspath(file))
             return
         _core.generate(self.sensor, self._recipe, self._name, os.fspath(file), threads)
 
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+        for array in self._made:
+            array.flags.writeable = False
+
+    def _as_made(self) -> bool:
+        """Whether the recipe makes these arrays: no other was put in its place, none was changed."""
+        arrays = (self.voltages, self.images, self.reference)
+        return bool(self._recipe) and all(now is made and not now.flags.writeable
+                                          for now, made in zip(arrays, self._made))
+
 
 def _set_of(sensor: Sensor, arrays: dict, recipe: str, name: str) -> SceneSet:
-    return SceneSet(sensor, arrays["voltages"], arrays["images"], arrays["reference"],
-                    arrays["clean_voltages"], arrays["contacts"], arrays["vertices"], recipe, name)
+    made = tuple(arrays[key] for key in ("voltages", "images", "reference"))
+    for array in made:
+        array.flags.writeable = False
+    return SceneSet(sensor, *made, arrays["clean_voltages"], arrays["contacts"], arrays["vertices"],
+                    recipe, name, made)
 
 
 class Scenes:
@@ -149,7 +164,7 @@ class Scenes:
             spec["snr_basis"] = snr_basis
         if seed is not None:
             spec["seed"] = seed
-        recipe = json.dumps(spec)
+        recipe = json.dumps(spec, default=plain)
         return _set_of(self.sensor, _core.draw(self.sensor, recipe, self.name, threads), recipe,
                        self.name)
 

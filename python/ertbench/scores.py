@@ -47,6 +47,8 @@ def score(images: Any, truth: Any, sensor: Optional[Sensor] = None, threads: int
         sensor, contacts, vertices, truth = truth.sensor, truth._contacts, truth._vertices, truth.images
     elif sensor is None:
         raise _core.InputError("sensor: must be given where the truth is an array of images")
+    if np.any(np.asarray(truth) <= 0):
+        raise _core.InputError("truth: must be conductivities > 0, S/m; changes are no truth")
     if np.ndim(images) == 2 and np.ndim(truth) == 3 and len(truth) == 1:
         images = np.asarray(images)[np.newaxis]
     return Scores(_core.score(sensor, images, truth, contacts, vertices, threads))

@@ -147,3 +147,10 @@ def _plain(value):
 def own(sensor: "_core.Sensor | Sensor") -> Sensor:
     """The class of this file for a sensor that came from C++."""
     return sensor if isinstance(sensor, Sensor) else Sensor._of(sensor.to_json())
+
+
+def plain(value: Any) -> Any:
+    """NumPy's numbers and arrays as JSON has them; what json.dumps calls for others than its own."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise _core.InputError(f"{value!r}: is no number, text, list or dict")

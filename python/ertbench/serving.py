@@ -93,9 +93,15 @@ def serve(method: type) -> None:
         count = int.from_bytes(header, "little")
         changes = np.frombuffer(stdin.read(8 * count * channels)).reshape(count, channels)
         made = served.reconstruct(changes)
-        images, status = made if isinstance(made, tuple) else (made, np.zeros(count))
-        images = np.ascontiguousarray(images, dtype=np.float64).reshape(count, pixels)
-        stdout.write(images.tobytes() + np.asarray(status, dtype=np.uint8).tobytes())
+        images, status = made if isinstance(made, tuple) else (made, np.zeros(count, int))
+        images, status = np.asarray(images), np.asarray(status)
+        if images.dtype.kind not in "fiub" or images.shape not in ((count, pixels),
+                                                                   (count, *told["image"])):
+            raise ValueError(f"reconstruct: must return real numbers [{count}, rows, columns], got "
+                             f"{images.dtype} {list(images.shape)}")
+        if status.shape != (count,) or not np.isin(status, (0, 1, 2, 3)).all():
+            raise ValueError(f"reconstruct: must return {count} statuses of 0 to 3")
+        stdout.write(images.astype(np.float64).tobytes() + status.astype(np.uint8).tobytes())
         stdout.flush()
 
 

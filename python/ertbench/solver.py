@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _core
 from .scenes import SceneSet
-from .sensor import Sensor, own
+from .sensor import Sensor, own, plain
 
 
 class Solver(_core.Solver):
@@ -32,7 +32,7 @@ class Solver(_core.Solver):
     def __init__(self, type: str, **parameters: Any):
         if "regularisation" in parameters:
             parameters["alpha" if type == "pdipm" else "lambda"] = parameters.pop("regularisation")
-        super().__init__(json.dumps({"type": type, **parameters}))
+        super().__init__(json.dumps({"type": type, **parameters}, default=plain))
         self.type = type
 
     def fit(self, on: Union[Sensor, SceneSet, str, os.PathLike],
@@ -129,13 +129,13 @@ def _restored(state: dict) -> Solver:
 
 def _others_like(scenes: SceneSet) -> SceneSet:
     """A tenth as many other scenes of the same kind, 200 at least; listed ones as they are."""
-    spec = json.loads(scenes._recipe or "{}")
+    spec = json.loads(scenes._recipe) if scenes._as_made() else {}
     if not isinstance(spec.get("scenes"), dict):
         return scenes
     spec["count"] = max(200, len(scenes) // 10)
     name = scenes._name + "-validation"
-    return SceneSet(scenes.sensor, scenes.voltages[:0], scenes.images[:0], scenes.reference,
-                    _recipe=json.dumps(spec), _name=name)
+    made = (scenes.voltages[:0], scenes.images[:0], scenes.reference)
+    return SceneSet(scenes.sensor, *made, _recipe=json.dumps(spec), _name=name, _made=made)
 
 
 def _progress(progress):
@@ -163,7 +163,12 @@ def load(name: Union[str, os.PathLike]) -> Solver:
     """
     file = Path(_core.fitted_file(os.fspath(name)))
     if file.suffix == ".json":
-        spec = json.loads(file.read_text())
+        try:
+            spec = json.loads(file.read_text())
+        except ValueError as error:
+            raise _core.InputError(f"{file}: is no JSON: {error}") from None
+        if not isinstance(spec, dict) or not isinstance(spec.get("type"), str):
+            raise _core.InputError(f"{file}: /type: is missing; it names the type of the solver")
         checkpoint = spec.pop("checkpoint", None)
         if checkpoint is None:
             raise _core.InputError(f"{file}: /checkpoint: is missing; it names the file of the "

@@ -97,6 +97,7 @@ class Models {
     } else {
       const Rows image = rows_of(at, "at", {rows, columns}, "S/m");
       if (!image.single) throw InputError("at: must be one image, got " + shape_text(image.array));
+      if (!(image.view().row(0).array() > 0).all()) throw InputError("at: must be > 0, S/m");
       const ForwardModel& model = on_grid(grid);
       const py::gil_scoped_release unlocked;
       derivatives = model.jacobian(image.view().row(0).transpose());

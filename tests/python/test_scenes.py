@@ -1,5 +1,6 @@
 """Scenes against the program, and files."""
 
+import dataclasses
 import json
 import pickle
 
@@ -84,6 +85,20 @@ def test_may_be_put_together(sensor, drawn, tmp_path, refused):
     assert "as many, got [60, 208] and [3, 24, 24]" in refused(wrong.save, tmp_path / "own.h5")
 
 
+def test_are_what_their_arrays_say(scenes, drawn, tmp_path):
+    with pytest.raises(ValueError, match="read-only"):
+        drawn.voltages[:] = 0
+    stronger = dataclasses.replace(drawn, voltages=drawn.reference + 3 * drawn.changes)
+    stronger.save(tmp_path / "stronger.h5")
+    np.testing.assert_array_equal(eb.read_scenes(tmp_path / "stronger.h5").voltages, stronger.voltages)
+    fits = [eb.Solver("lmmse", ridge=1e-3).fit(each) for each in (drawn, stronger)]
+    images = [fit.reconstruct(drawn)[0] for fit in fits]
+    assert np.abs(images[0] - images[1]).max() > 0.1 * np.abs(images[0]).max()
+    again = pickle.loads(pickle.dumps(drawn))
+    assert again._as_made() and not stronger._as_made()
+    assert len(scenes.draw(np.int64(3), snr_db=np.float64(50), seed=np.int32(7))) == 3
+
+
 def test_say_what_would_be_right(sensor, scenes, drawn, tmp_path, refused):
     assert '/scenes/radiusmm: unknown key; did you mean "radius_mm"?' in refused(
         eb.Scenes, sensor, radiusmm=3)
@@ -91,6 +106,7 @@ def test_say_what_would_be_right(sensor, scenes, drawn, tmp_path, refused):
     assert "count: must be given" in refused(scenes.draw)
     assert "snr_basis: must be" in refused(scenes.draw, 3, 50, snr_basis="x")
     assert "nowhere.h5: does not exist" in refused(eb.read_scenes, tmp_path / "nowhere.h5")
+    assert "changes are no truth" in refused(eb.score, drawn.image_changes, drawn.image_changes, sensor)
     (tmp_path / "mine.txt").write_text("mine")
     assert "mine.txt" in refused(drawn.save, tmp_path / "mine.txt")
     assert (tmp_path / "mine.txt").read_text() == "mine"

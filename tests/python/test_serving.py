@@ -65,6 +65,40 @@ def test_a_class_becomes_a_row(program, tmp_path, refused):
     assert "nowhere.json" in refused(eb.run, tmp_path / "nowhere.json")
 
 
+WRONG = '''
+import ertbench as eb
+import numpy as np
+
+class Wrong:
+    def __init__(self, sensor, how):
+        self.how, self.shape = how, sensor.image_shape
+    def fit(self, train, validation): pass
+    def reconstruct(self, changes):
+        images = np.zeros((len(changes), *self.shape))
+        return {"turned": images.transpose(1, 2, 0), "complex": images + 1j, "short": (images, [0]),
+                "large": (images, np.full(len(changes), 258))}[self.how]
+
+eb.serve(Wrong)
+'''
+
+
+def test_answers_of_another_shape_are_refused(program, tmp_path):
+    (tmp_path / "wrong.py").write_text(WRONG)
+    ways = ("turned", "complex", "short", "large")
+    experiment = {
+        "title": "t", "question": "q?", "timing": {"enabled": False},
+        "datasets": {"test": {"count": 30, "seed": 3, "snr_db": 50, "snr_basis": "absolute",
+                              "scenes": {"contacts": 1}}},
+        "solvers": [{"type": "command", "label": how, "command": [sys.executable, "wrong.py"],
+                     "parameters": {"how": how}} for how in ways]}
+    (tmp_path / "e.json").write_text(json.dumps(experiment))
+    results = eb.run(tmp_path / "e.json", out=tmp_path / "out")
+    rows = {one["label"]: one for one in results.rows}
+    for how in ways:
+        assert rows[how]["status"] != "ok", how
+        assert "reconstruct: must return" in json.dumps(rows[how]), rows[how]
+
+
 FRESH = '''
 import numpy as np
 import ertbench as eb
