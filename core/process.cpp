@@ -53,7 +53,7 @@ class Descriptor {
 /// To be written from its beginning.
 int open_to_write(const std::filesystem::path& file) {
   const int descriptor =
-      ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+      ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (descriptor < 0) {
     throw InputError(file.string() + ": cannot be written: " + std::strerror(errno) +
                      "; check that its folder exists, may be written and has space");

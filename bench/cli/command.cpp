@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -49,13 +51,12 @@ bool is_named(const SolverEntry& entry, const std::string& label) {
 }
 
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
-  if (out.empty()) return std::filesystem::path("results") / experiment;
-  const std::filesystem::path folder = out;
+  const std::filesystem::path folder = out.empty() ? "results/" + experiment : out;
   // What earlier runs, limits, rates and checks have left.
   const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
   if (!has("records") && !has("limit.json") && !has(".ertbench-check") &&
       std::filesystem::exists(folder) && !std::filesystem::is_empty(folder)) {
-    throw InputError("--out " + printable_path(out) +
+    throw InputError("--out " + printable_path(folder.string()) +
                      ": has files that are not of a run; name an empty or a new folder");
   }
   return folder;
@@ -91,9 +92,11 @@ void add_frame_options(CLI::App& command, OwnFramesOptions& options) {
 void refuse_empty_values(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     if (option->get_expected_max() == 0) continue;
-    option->check([](const std::string& value) {
-      return std::string(value.empty() ? "must not be empty; is a variable of the shell unset?"
-                                       : "");
+    const bool number = option->get_type_name().starts_with("FLOAT");
+    option->check([number](const std::string& value) -> std::string {
+      if (value.empty()) return "must not be empty; is a variable of the shell unset?";
+      const bool none = number && !std::isfinite(std::strtod(value.c_str(), nullptr));
+      return none ? "must be a finite number" : "";
     });
   }
 }

@@ -50,7 +50,8 @@ std::filesystem::path result_folder(const std::string& out, const std::string& e
 /// checked when they are read. `options` must outlive the command.
 void add_frame_options(CLI::App& command, OwnFramesOptions& options);
 
-/// Refuses empty values of all options that have been added: those of unset shell variables.
+/// Refuses empty values of all options that have been added, those of unset shell variables, and
+/// NaN and infinity, which CLI::Range takes.
 void refuse_empty_values(CLI::App& command);
 
 /// `--device`: what the "device" of trainings is where a solver leaves it at "auto". It is passed

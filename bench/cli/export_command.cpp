@@ -179,12 +179,16 @@ Action add_export(CLI::App& command) {
   command.add_flag("--front", arguments->front,
                    "Also find dead electrodes and replace their channels, as the program does;\n"
                    "a network that is told of them always has it");
-  command.add_option("--threshold", arguments->contacts.threshold,
-                     "Of the largest change: what is below is no contact (default: chosen on\n"
-                     "--frames, else 0.25)");
-  command.add_option("--floor", arguments->contacts.floor,
-                     "Of the background: what is below is no contact (default: chosen on\n"
-                     "--frames, else 0)");
+  command
+      .add_option("--threshold", arguments->contacts.threshold,
+                  "Of the largest change: what is below is no contact (default: chosen on\n"
+                  "--frames, else 0.25)")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      .add_option("--floor", arguments->contacts.floor,
+                  "Of the background: what is below is no contact (default: chosen on\n"
+                  "--frames, else 0)")
+      ->check(CLI::Range(0.0, 1e6));
   command.add_option("--check-frames", arguments->check_frames,
                      "Also write the first of --frames, this many, as frames.c, to check the code\n"
                      "on the target");
@@ -196,7 +200,6 @@ Action add_export(CLI::App& command) {
       "  ertbench export lean-net-8 --to onnx --out robot\n"
       "  ertbench export tsvd --to matrix --out robot\n"
       "See docs/robot.md.");
-  refuse_empty_values(command);
   return [arguments] { return run_export(*arguments); };
 }
 

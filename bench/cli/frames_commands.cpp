@@ -195,7 +195,6 @@ Action add_calibrate(CLI::App& command) {
       "Example:\n  ertbench calibrate empty.h5 --sensor sensor.json --out calibration.json\n"
       "  ertbench calibrate recording.csv --rows 0-19 --unit mV --out calibration.json\n"
       "See docs/own_frames.md.");
-  refuse_empty_values(command);
   return [arguments] { return calibrate(*arguments); };
 }
 
@@ -252,7 +251,6 @@ Action add_reconstruct(CLI::App& command) {
       "  ertbench reconstruct --solver gn.json --input frames.csv --unit mV --background 0-19 \\\n"
       "    --output images.h5 --png images.png\n"
       "See docs/own_frames.md.");
-  refuse_empty_values(command);
   return [arguments] { return reconstruct(*arguments); };
 }
 
@@ -277,7 +275,6 @@ Action add_score(CLI::App& command) {
       "Example:\n  ertbench reconstruct --solver gn.json --input test.h5 --output images.h5\n"
       "  ertbench score images.h5 test.h5 --json scores.json\n"
       "See docs/own_frames.md.");
-  refuse_empty_values(command);
   return [arguments] { return score(*arguments); };
 }
 

@@ -139,7 +139,6 @@ static Action add_live(CLI::App& command) {
       "  ertbench generate experiments/quick.json --dataset test --out test.h5\n"
       "  ertbench live --solver gn.json --input replay:test.h5@125 --http 127.0.0.1:8080\n"
       "A line of JSON for each frame goes to standard output. See docs/live.md.");
-  refuse_empty_values(command);
   return [arguments] { return live(*arguments); };
 }
 

@@ -153,13 +153,6 @@ class Climber {
 class LadderStage final : public Stage {
  public:
   std::string name() const override { return "ladders"; }
-  std::string noun() const override { return "trial"; }
-
-  std::vector<Job> jobs(const Experiment& experiment) const override {
-    std::vector<Job> jobs;
-    for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
-    return jobs;
-  }
   std::vector<Job> due(const Experiment& experiment,
                        const ExperimentResults& results) const override {
     if (!experiment.ladders) return {};

@@ -279,8 +279,12 @@ void Panel::level(double value, const LineStyle& style) {
 }
 
 void Panel::band(double low, double high, const Colour& colour) {
+  band({{x_.low, low, high}, {x_.high, low, high}}, colour);
+}
+
+void Panel::band(const std::vector<Whisker>& edges, const Colour& colour) {
   Data data;
-  for (const double x : {x_.low, x_.high}) data.row({x, low, high});
+  for (const Whisker& one : edges) data.row({one.at, one.low, one.high});
   add(data.text(),
       "using 1:2:3 with filledcurves fillstyle solid linecolor rgb '" + colour.hex() + "'");
 }

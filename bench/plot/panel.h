@@ -203,6 +203,8 @@ class Panel {
   void level(double value, const LineStyle& style);
   /// A band from side to side between two values of the vertical axis.
   void band(double low, double high, const Colour& colour);
+  /// A band between the ends of the whiskers, which are in the order of the axis across.
+  void band(const std::vector<Whisker>& edges, const Colour& colour);
   void whiskers(const std::vector<Whisker>& whiskers, const LineStyle& style);
   void whiskers_across(const std::vector<Whisker>& whiskers, const LineStyle& style);
   /// `width` in units of the axis across.

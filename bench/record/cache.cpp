@@ -39,13 +39,17 @@ std::vector<std::filesystem::path> files_named(const nlohmann::json& value,
   return files;
 }
 
+/// Whether the name is one of the program's, "tsvd-HASH.fitted"; what else is there is not its own.
+bool has_hash(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const std::string hash = stem.substr(stem.rfind('-') + 1);
+  return hash.size() == 32 && hash.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
 std::uint64_t bytes_of(const fs::path& file) {
   std::error_code gone;
-  if (!fs::is_directory(file, gone)) {
-    const std::uint64_t bytes = fs::file_size(file, gone);
-    return gone ? 0 : bytes;
-  }
-  std::uint64_t sum = 0;
+  std::uint64_t sum = fs::is_directory(file, gone) ? 0 : fs::file_size(file, gone);
+  if (gone) return 0;
   for (const auto& entry : fs::recursive_directory_iterator(file, gone)) {
     const std::uint64_t bytes = entry.is_regular_file(gone) ? entry.file_size(gone) : 0;
     if (!gone) sum += bytes;
@@ -55,10 +59,8 @@ std::uint64_t bytes_of(const fs::path& file) {
 
 double age_days(const fs::path& file) {
   std::error_code gone;
-  const auto written = fs::last_write_time(file, gone);
-  if (gone) return 0;
-  const auto age = fs::file_time_type::clock::now() - written;
-  return std::chrono::duration<double, std::ratio<86400>>(age).count();
+  const auto age = fs::file_time_type::clock::now() - fs::last_write_time(file, gone);
+  return gone ? 0 : std::chrono::duration<double, std::ratio<86400>>(age).count();
 }
 
 /// Whether a process holds the lock on the work folder of a fit.
@@ -161,7 +163,8 @@ std::vector<CachedThing> cache_contents(const Cache& cache) {
   const auto add = [&](const char* folder, const char* ending, auto thing_at) {
     std::error_code absent;
     for (const auto& entry : fs::directory_iterator(cache.folder() / folder, absent)) {
-      if (entry.path().extension() == ending) things.push_back(thing_at(entry.path()));
+      const bool ours = entry.path().extension() == ending && has_hash(entry.path());
+      if (ours && entry.is_regular_file(absent)) things.push_back(thing_at(entry.path()));
     }
   };
   add("kept", "", [](const fs::path& file) {

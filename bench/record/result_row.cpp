@@ -183,6 +183,7 @@ void visit(Fields& fields, RowBuilds& builds) {
   if (fields.writing() && !builds.scored.empty()) value = to_json(builds);
   fields.any("build", value);
   if (!fields.reading() || !value) return;
+  if (!value->is_object()) fields.fail("build", "must be an object");
   const auto part = [&](const char* name) {
     return stamps_from(value->value(name, json::array()));
   };
@@ -198,6 +199,7 @@ void visit(Fields& fields, ResultRow& row) {
   fields.required().text("status", row.status);
   fields.required().words("message", row.message);
   fields.required().any("parameters", row.parameters);
+  if (!row.parameters->is_object()) fields.fail("parameters", "must be an object");
   fields.required().integer("frames", row.frames, 0, most);
   fields.required().integer("undefined_frames", row.undefined_frames, 0, most);
   fields.required().integer("frames_not_converged", row.frames_not_converged, 0, most);

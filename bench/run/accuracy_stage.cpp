@@ -238,12 +238,6 @@ void add_frames(const Experiment& experiment, const std::vector<ScoredTrial>& tr
 class AccuracyStage final : public Stage {
  public:
   std::string name() const override { return "accuracy"; }
-  std::string noun() const override { return "trial"; }
-  std::vector<Job> jobs(const Experiment& experiment) const override {
-    std::vector<Job> jobs;
-    for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
-    return jobs;
-  }
   std::string key(const Experiment& experiment, const Job& job) const override {
     return accuracy_key(fit_recipe(experiment, *job.entry), experiment.tests,
                         {experiment.right_sizing.has_value(), experiment.figure_scenes,

@@ -135,6 +135,12 @@ void describe_loaded(SolverEntry& entry, SolverRegistry& registry) {
 
 }  // namespace
 
+std::vector<Job> Stage::jobs(const Experiment& experiment) const {
+  std::vector<Job> jobs;
+  for (const SolverEntry& entry : experiment.solvers) jobs.push_back(job_of(*this, entry));
+  return jobs;
+}
+
 Job job_of(const Stage& stage, const SolverEntry& entry) {
   return {entry.stem() + "." + stage.name(), entry.stem(), entry.title(), &entry, 0};
 }

@@ -105,7 +105,7 @@ class TakenFolder {
   explicit TakenFolder(const fs::path& out) {
     fs::create_directories(out / "records");
     const std::string file = (out / ".running").string();
-    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
     if (descriptor_ < 0) {
       throw InputError(printable_path(file) + ": cannot be written: " + std::strerror(errno) +
                        "; check that the folder is writable");

@@ -48,7 +48,7 @@ class Stage {
   /// Name in files, messages and `ertbench trial --stage`: "accuracy". Letters alone.
   virtual std::string name() const = 0;
   /// Noun for one job where jobs are counted: "trial", "round".
-  virtual std::string noun() const = 0;
+  virtual std::string noun() const { return "trial"; }
   /// Whether its jobs read the clock, so that nothing may run beside one.
   virtual bool wants_machine_alone() const { return false; }
   /// Whether its jobs find the experiment's datasets in the cache.
@@ -60,8 +60,8 @@ class Stage {
   /// Command line of `ertbench trial` beyond what all stages have: "--scenes=200".
   virtual std::vector<std::string> options() const { return {}; }
 
-  /// Every job it may ever have on this experiment.
-  virtual std::vector<Job> jobs(const Experiment& experiment) const = 0;
+  /// Every job it may ever have on this experiment: one for each solver, or what a stage has.
+  virtual std::vector<Job> jobs(const Experiment& experiment) const;
   /// Those that are wanted now, in the order in which they are to be run. `results`: what the
   /// stages before it found.
   virtual std::vector<Job> due(const Experiment& experiment,

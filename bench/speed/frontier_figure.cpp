@@ -57,7 +57,7 @@ void draw_bracket(const SpeedAccuracy& chart, std::span<const ResultRow> rows, P
     const auto& below = row.metrics[chart.metric].ci95;
     if (row.type != limit_lower || row.dataset != chart.dataset || !below) continue;
     band.low = below->low;
-    text = "least possible error";
+    text = "from the lower bound to the best known estimator";
   }
   panel.band(band.low, band.high, ink::alarm.towards_white(0.86));
   canvas.text(text + ", 95 %", 62, panel.y((band.low + band.high) / 2),

@@ -46,10 +46,6 @@ std::string rounds_text(const SpeedPoint& point) {
   return time_text(*least) + " to " + time_text(*most);
 }
 
-std::string seconds_text(const std::optional<double>& seconds) {
-  return seconds ? time_text(1e6 * *seconds) : dash;
-}
-
 std::string marks_of(const SpeedPoint& point) {
   std::string text = point.remark;
   const auto add = [&](bool set, const char* mark) {
@@ -189,7 +185,7 @@ TableSection configurations(const SpeedAccuracy& chart) {
                              point.frames_per_s ? rate_text(*point.frames_per_s) : dash,
                              error_cell(point),
                              point.validation_error ? three_digits(*point.validation_error) : dash,
-                             seconds_text(point.fit_s),
+                             point.fit_s ? time_text(1e6 * *point.fit_s) : dash,
                              point.peak_rss_mb ? fixed(*point.peak_rss_mb, 0) + " MB" : dash};
     add_contact_cells(chart, point, row);
     for (const BreakEven& one : chart.break_even) row.emplace_back(frames_text(chart, one, i));

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "bench/record/record_file.h"
+#include "bench/speed/speed_accuracy.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
@@ -58,26 +59,12 @@ double unit_seconds(const std::string& unit) {
   return unit == "ms" ? 1e-3 : 1;
 }
 
-/// "3.90 µs"
-std::string seconds_text(double seconds) {
-  if (seconds < 1e-6) return three_digits(1e9 * seconds) + " ns";
-  if (seconds < 1e-3) return three_digits(1e6 * seconds) + " µs";
-  return seconds < 1 ? three_digits(1e3 * seconds) + " ms" : three_digits(seconds) + " s";
-}
-
-/// "256 k", "40.7 G"
-std::string items_text(double rate) {
-  if (rate < 1e3) return three_digits(rate) + " ";
-  if (rate < 1e6) return three_digits(1e-3 * rate) + " k";
-  return rate < 1e9 ? three_digits(1e-6 * rate) + " M" : three_digits(1e-9 * rate) + " G";
-}
-
 std::string rate_of(const json& benchmark) {
   for (const auto& [key, unit] :
        {std::pair{"FLOP/s", "FLOP/s"}, std::pair{"items_per_second", "/s"},
         std::pair{"bytes_per_second", "B/s"}}) {
     const auto rate = benchmark.find(key);
-    if (rate != benchmark.end() && rate->is_number()) return items_text(*rate) + unit;
+    if (rate != benchmark.end() && rate->is_number()) return rate_text(*rate) + unit;
   }
   return "";
 }
@@ -349,8 +336,8 @@ TableSection timing_table(const std::string& program, const std::vector<json>& m
   for (const json& one : medians) {
     const json& time = one.at("time_s");
     section.rows.push_back({one.at("name").get<std::string>(),
-                            time.is_number() ? seconds_text(time) : "—", rate_of(one),
-                            limit_of(one)});
+                            time.is_number() ? time_text(1e6 * time.get<double>()) : "—",
+                            rate_of(one), limit_of(one)});
   }
   return section;
 }

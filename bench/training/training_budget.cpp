@@ -18,26 +18,34 @@ namespace {
 
 using nlohmann::json;
 
-/// Epochs times scenes of one training; nothing if its parameters lack them.
-std::optional<double> scenes_seen(const json& parameters) {
+/// Epochs times scenes of one training; 0 if its parameters lack them.
+double scenes_seen(const json& parameters) {
   const json training = parameters.is_object() ? parameters.value("training", json()) : json();
-  if (!training.is_object()) return std::nullopt;
-  const json epochs = training.value("epochs", json());
-  const json scenes = training.value("scenes", json());
-  if (!epochs.is_number() || !scenes.is_number()) return std::nullopt;
-  return epochs.get<double>() * scenes.get<double>();
+  const auto number = [&](const char* key) {
+    const json value = training.is_object() ? training.value(key, json()) : json();
+    return value.is_number() ? value.get<double>() : 0.0;
+  };
+  return number("epochs") * number("scenes");
 }
 
-std::optional<double> mean_scenes_seen(const ResultRow& row) {
+double mean_scenes_seen(const ResultRow& row) {
   std::vector<double> seen;
-  const auto add = [&](const json& parameters) {
-    if (const auto scenes = scenes_seen(parameters)) seen.push_back(*scenes);
-  };
   if (row.seeds) {
-    for (const json& different : *row.seeds->parameters) add(different);
+    for (const json& different : *row.seeds->parameters) seen.push_back(scenes_seen(different));
   }
-  if (seen.empty()) add(*row.parameters);
-  return seen.empty() ? std::nullopt : std::optional(mean(seen));
+  std::erase(seen, 0);
+  return seen.empty() ? scenes_seen(*row.parameters) : mean(seen);
+}
+
+/// From the least to the largest mean of one training.
+Interval trainings_of(const ResultRow& row, Metric metric) {
+  const double all = *row.metrics[metric].mean;
+  Interval out{all, all};
+  if (!row.seeds) return out;
+  for (const std::optional<double>& one : row.seeds->means[metric]) {
+    out = {std::min(out.low, one.value_or(all)), std::max(out.high, one.value_or(all))};
+  }
+  return out;
 }
 
 /// Why a row has no point; empty if it has one.
@@ -81,15 +89,11 @@ std::string short_number(double value) {
   return value >= 1e4 ? number_text(value / 1e3) + " k" : number_text(value);
 }
 
-MethodStyles styles_of(const TrainingBudgets& budgets) {
-  return MethodStyles(distinct(budgets.lines, &BudgetLine::family));
-}
-
 class BudgetDrawing {
  public:
   BudgetDrawing(const TrainingBudgets& budgets, const std::string& title)
       : budgets_(budgets),
-        styles_(styles_of(budgets)),
+        styles_(distinct(budgets.lines, &BudgetLine::family)),
         legend_(legend()),
         canvas_(width, legend_top + legend_.height()),
         panel_(canvas_, box, cost_axis(), error_axis()) {
@@ -175,12 +179,15 @@ class BudgetDrawing {
     Points hollow_points;
     Points filled_points;
     std::vector<Whisker> whiskers;
+    std::vector<Whisker> trainings;
     for (const BudgetPoint& point : line.points) {
       points.emplace_back(point.cost, point.error);
       (point.converged ? filled_points : hollow_points).push_back(points.back());
       if (point.ci95) whiskers.push_back({point.cost, point.ci95->low, point.ci95->high});
+      trainings.push_back({point.cost, point.trainings.low, point.trainings.high});
       panel_.tooltip(point.cost, point.error, text_of(point));
     }
+    panel_.band(trainings, styles_.colour(family).towards_white(0.7));
     panel_.whiskers(whiskers, whisker_line);
     panel_.line(points, styles_.line(family, 1.5));
     // The white mark below hides the line inside the hollow one.
@@ -222,9 +229,7 @@ class BudgetDrawing {
   void name_what_is_missing() {
     double y = box.top + 8;
     for (const auto& [label, reason] : budgets_.without) {
-      std::string text = label;
-      text.append(": ").append(reason);
-      canvas_.text("✕ " + one_line(text, 60), box.right - 4, y,
+      canvas_.text("✕ " + one_line(label + ": " + reason, 60), box.right - 4, y,
                    {.align = TextAlign::right, .colour = ink::alarm});
       y += 14;
     }
@@ -239,7 +244,7 @@ class BudgetDrawing {
     legend.add({"hollow: had not converged, the best epoch was the last of the budget",
                 {},
                 MarkStyle{circle, ink::dark}});
-    legend.add({"vertical bar: 95 % interval of the mean"});
+    legend.add({"vertical bar: 95 % interval of the mean; band: between trainings"});
     legend.new_line();
     legend.add({"behind a name: change of the error over the last doubling; flat: less than 1 %"});
     return legend;
@@ -287,17 +292,16 @@ TrainingBudgets training_budgets_of(const BudgetQuestion& question,
   out.cost = question.cost;
   for (const std::string& label : question.labels) {
     const ResultRow* row = find_row(rows, label, question.dataset);
-    const bool seconds = question.cost == TrainingCost::seconds;
-    const std::optional<double> cost = !row      ? std::nullopt
-                                       : seconds ? row->fit_s
-                                                 : mean_scenes_seen(*row);
+    std::optional<double> cost;
+    if (row) cost = out.cost == TrainingCost::seconds ? row->fit_s : mean_scenes_seen(*row);
     if (const std::string reason = reason_of(row, cost, question.metric); !reason.empty()) {
       out.without.emplace_back(label, reason);
       continue;
     }
     const MetricSummary& summary = row->metrics[question.metric];
     line_of(out.lines, row->family.empty() ? label : row->family)
-        .points.push_back({label, *cost, *summary.mean, summary.ci95, convergence_of(*row).all()});
+        .points.push_back({label, *cost, *summary.mean, summary.ci95,
+                           trainings_of(*row, out.metric), convergence_of(*row).all()});
   }
   for (BudgetLine& line : out.lines) {
     std::ranges::stable_sort(

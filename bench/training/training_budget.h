@@ -31,6 +31,7 @@ struct BudgetPoint {
   double cost = 0;               ///< mean over the seeds
   double error = 0;              ///< mean over the frames
   std::optional<Interval> ci95;  ///< of that mean
+  Interval trainings = {};       ///< from the least to the largest mean of one training
   bool converged = true;         ///< false if a seed's best epoch was its last (Convergence)
 };
 

@@ -96,6 +96,8 @@ TEST(CommandLine, SuggestsWhatMayBeMeant) {
   EXPECT_TRUE(says(answer("rnu small.json"), "did you mean \"run\"?"));
   EXPECT_TRUE(says(answer("list tvsd"), "did you mean \"tsvd\"?"));
   EXPECT_TRUE(says(answer("cache --prune"), "--stale, --older-than DAYS, or --all"));
+  EXPECT_TRUE(says(answer("cache --prune --older-than nan"), "must be a finite number"));
+  EXPECT_TRUE(says(answer("run ''"), "must not be empty"));
 }
 
 TEST(CommandLine, SaysItsVersionAndListsForPrograms) {
@@ -158,10 +160,15 @@ TEST(CommandLine, TheCacheIsListedAndPruned) {
   EXPECT_TRUE(says(run_program(folder.path(), "cache"), "5 datasets and solvers"));
   const Outcome none = run_program(folder.path(), "cache --prune --stale --older-than 1");
   EXPECT_TRUE(says(none, "0 datasets and solvers removed")) << none.output;
+  write_text(folder / "cache/datasets/thesis.h5", "mine");
+  fs::create_directories(folder / "cache/solvers/my.fitted");
   const Outcome would = run_program(folder.path(), "cache --prune --all --dry-run");
   EXPECT_TRUE(says(would, "5 datasets and solvers would be removed")) << would.output;
   EXPECT_TRUE(
       says(run_program(folder.path(), "cache --prune --all"), "5 datasets and solvers removed"));
+  // What the program did not write stays.
+  EXPECT_TRUE(fs::remove(folder / "cache/datasets/thesis.h5"));
+  EXPECT_TRUE(fs::remove(folder / "cache/solvers/my.fitted"));
   EXPECT_TRUE(fs::is_empty(folder / "cache/datasets"));
   EXPECT_TRUE(fs::is_empty(folder / "cache/solvers"));
   // What was removed is made again.

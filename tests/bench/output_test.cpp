@@ -41,6 +41,26 @@ TEST_F(OutputFolder, OfOtherFilesIsRefusedAndKept) {
   EXPECT_FALSE(fs::exists(out() / "records"));
 }
 
+TEST_F(OutputFolder, OfOtherFilesIsRefusedWithoutANameToo) {
+  fs::create_directories(out().parent_path() / "results/e");
+  testing::write_text(out().parent_path() / "results/e/table.csv", "mine");
+  const testing::Outcome outcome =
+      testing::run_program(out().parent_path(), "run e.json --only tsvd");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_EQ(testing::read_text(out().parent_path() / "results/e/table.csv"), "mine");
+}
+
+TEST_F(OutputFolder, LinksInItAreNotFollowed) {
+  fs::create_directories(out() / "records");
+  testing::write_text(out().parent_path() / "letter.txt", "mine");
+  for (const char* link : {".running", "records/tsvd.accuracy.log"}) {
+    fs::create_symlink(out().parent_path() / "letter.txt", out() / link);
+    EXPECT_NE(run().exit_code, 0) << link;
+    EXPECT_EQ(testing::read_text(out().parent_path() / "letter.txt"), "mine") << link;
+    fs::remove(out() / link);
+  }
+}
+
 TEST_F(OutputFolder, IsUsedAgainByTheNextRun) {
   EXPECT_EQ(run().exit_code, 0);
   EXPECT_EQ(run().exit_code, 0);

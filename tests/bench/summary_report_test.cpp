@@ -90,6 +90,11 @@ TEST(SummaryReport, RefusesWhatIsNoResultAndWhatIsNoPlaceForIt) {
   refused("result --out out", "result: there is no summary.json; name the folder of a result");
   damaged(read_text(good / "summary.json").substr(0, 3000), "result/summary.json: ");
   json summary = testing::summary_of(good);
+  for (const char* key : {"build", "parameters"}) {
+    json other = summary;
+    other["rows"][2][key] = 5;
+    damaged(other.dump(), std::string("result/summary.json: /rows/2/") + key);
+  }
   summary["rows"][2].erase("metrics");
   damaged(summary.dump(), "result/summary.json: /rows/2/metrics");
   summary["presentation"]["charts"] = {{{"type", "pie"}, {"name", "a"}}};

@@ -104,6 +104,18 @@ TEST(TrainingBudget, ScenesAreCountedAsOftenAsTheyWereSeen) {
   EXPECT_EQ(training_budgets_of(made.question, made.rows).lines[0].points[1].cost, 48000);
 }
 
+TEST(TrainingBudget, TheBandReachesFromTheLeastToTheLargestTraining) {
+  Budgets made;
+  made.rows[0].seeds.emplace().means[Metric::relative_error] = {0.47, {}, 0.53};
+  const TrainingBudgets budgets = training_budgets_of(made.question, made.rows);
+  const BudgetPoint& three = budgets.lines[0].points[1];
+  EXPECT_EQ(three.trainings.low, 0.47);
+  EXPECT_EQ(three.trainings.high, 0.53);
+  const BudgetPoint& one = budgets.lines[0].points[0];
+  EXPECT_EQ(one.trainings.low, one.error);
+  EXPECT_EQ(one.trainings.high, one.error);
+}
+
 class TrainingBudgetFigure : public testing::FigureTest {
  protected:
   std::string drawn(const TrainingBudgets& budgets) const {

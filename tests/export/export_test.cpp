@@ -223,6 +223,8 @@ TEST_F(Export, WhatCannotBeExportedIsSaid) {
     return outcome.output;
   };
   EXPECT_NE(said("contacts").find("has no layers"), std::string::npos);
+  EXPECT_NE(said("tsvd --floor nan").find("must be a finite number"), std::string::npos);
+  EXPECT_NE(said("tsvd --threshold 2").find("--threshold"), std::string::npos);
   EXPECT_NE(said("lean-net-9").find("did you mean \"lean-net-8\""), std::string::npos);
   EXPECT_NE(said("tsvd --precision int8").find("--frames"), std::string::npos);
   EXPECT_NE(said("lean-net-8 --to matrix").find("--to c"), std::string::npos);
