@@ -93,7 +93,7 @@ bool Stop::wait_to_write(int descriptor) const {
 bool Mailbox::put(ArrivedFrame frame) {
   {
     std::unique_lock lock(mutex_);
-    if (lossless_) changed_.wait(lock, [&] { return closed_ || frames_.size() < places_; });
+    changed_.wait(lock, [&] { return closed_ || frames_.size() < places_ || first_ <= 0; });
     if (closed_) return false;
     if (frames_.size() == places_) {
       frames_.pop_front();
@@ -112,6 +112,7 @@ Mailbox::Taken Mailbox::take(ArrivedFrame& frame, std::chrono::milliseconds pati
     if (frames_.empty()) return closed_ ? Taken::closed : Taken::nothing;
     frame = std::move(frames_.front());
     frames_.pop_front();
+    --first_;
   }
   changed_.notify_all();
   return Taken::frame;

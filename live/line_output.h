@@ -55,7 +55,9 @@ struct ArrivedFrame {
 /// waits instead.
 class Mailbox {
  public:
-  Mailbox(std::size_t places, bool lossless) : places_(places), lossless_(lossless) {}
+  /// The `first` frames, in a lossless box all of them, wait for their place.
+  Mailbox(std::size_t places, bool lossless, std::int64_t first = 0)
+      : places_(places), first_(lossless ? INT64_MAX : first) {}
 
   /// Returns false if the box is closed.
   bool put(ArrivedFrame frame);
@@ -71,7 +73,7 @@ class Mailbox {
 
  private:
   std::size_t places_;
-  bool lossless_;
+  std::int64_t first_;  ///< that are still to be taken, and wait for their place
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<ArrivedFrame> frames_;

@@ -38,8 +38,7 @@ class StreamReader final : public FrameSink {
     ArrivedFrame frame{
         came_++, arrived,
         map_.apply(Eigen::Map<const Eigen::RowVectorXd>(voltages.data(), std::ssize(voltages)))};
-    const std::chrono::duration<double> time = frame.arrived - start_;
-    if (record_) record_->came(frame, time.count());
+    if (record_) record_->came(frame, std::chrono::duration<double>(arrived - start_).count());
     mailbox_.put(std::move(frame));
   }
   void damaged(Damage damage) override { ++damaged_[static_cast<std::size_t>(damage)]; }
@@ -70,12 +69,10 @@ class Stream {
         fit_(setup.fit),
         map_(setup.map),
         state_(state),
-        mailbox_(options.places, options.lossless),
+        mailbox_(options.places, options.lossless, options.background),
         output_(stop) {
     if (!options.send.empty()) sender_.emplace(options.send);
-    if (!options.record.empty()) {
-      record_.emplace(options.record, setup.files, solver_.sensor());
-    }
+    if (!options.record.empty()) record_.emplace(options.record, setup.files, solver_.sensor());
   }
 
   LiveSummary run(const std::string& parameters) {
@@ -102,6 +99,11 @@ class Stream {
     mailbox_.close(true);
     thread.join();
     if (!failure) failure = input_failure;
+    if (ended && !failure && !told && background_frames_ < options_.background) {
+      failure =
+          std::make_exception_ptr(InputError("--background: the input ended after " +
+                                             std::to_string(background_frames_) + " of them"));
+    }
     count();
     summary_.why = output_.error() != 0       ? "standard output cannot be written"
                    : !output_.open() && !told ? "nobody reads the output any more"
@@ -149,11 +151,7 @@ class Stream {
         state_.update(summary_.counts, now_s());
       } else {
         heard(frame);
-        if (solver_.reference().size() == 0) {
-          add_background(frame);
-        } else {
-          answer(frame);
-        }
+        solver_.reference().size() == 0 ? add_background(frame) : answer(frame);
       }
       say_damage();
     }

@@ -213,6 +213,22 @@ TEST(LiveProgram, TheFirstFramesMayBeTheReference) {
   EXPECT_LT(largest[0], 1e-9 * largest[1]);
 }
 
+TEST(LiveProgram, TheFirstFramesAreAllTakenThoughTheyComeAtOnce) {
+  const LiveFolder folder;
+  for (const int sent : {3, 20}) {
+    RunningProgram program(folder.path(),
+                           {"live", "--solver", "gn.json", "--input", "-", "--background", "20"});
+    std::string burst;
+    for (int f = 0; f < sent; ++f) burst += folder.binary(0);
+    program.write(burst);
+    program.close_input();
+    const bool enough = sent == 20;
+    EXPECT_EQ(program.exit_code(), enough ? 0 : 2) << program.errors();
+    const std::string said = enough ? "" : "the input ended after 3 of them";
+    EXPECT_NE(program.errors().find(said), std::string::npos) << program.errors();
+  }
+}
+
 TEST(LiveProgram, ContactsTakeTheirNoiseFromTheFirstFrames) {
   const TemporaryFolder folder("live");
   write_text(folder / "contacts.json", R"({"type": "contacts"})");
