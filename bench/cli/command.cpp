@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -51,12 +50,13 @@ bool is_named(const SolverEntry& entry, const std::string& label) {
 }
 
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
-  const std::filesystem::path folder = out.empty() ? "results/" + experiment : out;
+  if (out.empty()) return std::filesystem::path("results") / experiment;
+  const std::filesystem::path folder = out;
   // What earlier runs, limits, rates and checks have left.
   const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
   if (!has("records") && !has("limit.json") && !has(".ertbench-check") &&
       std::filesystem::exists(folder) && !std::filesystem::is_empty(folder)) {
-    throw InputError("--out " + printable_path(folder.string()) +
+    throw InputError("--out " + printable_path(out) +
                      ": has files that are not of a run; name an empty or a new folder");
   }
   return folder;

@@ -41,15 +41,6 @@ TEST_F(OutputFolder, OfOtherFilesIsRefusedAndKept) {
   EXPECT_FALSE(fs::exists(out() / "records"));
 }
 
-TEST_F(OutputFolder, OfOtherFilesIsRefusedWithoutANameToo) {
-  fs::create_directories(out().parent_path() / "results/e");
-  testing::write_text(out().parent_path() / "results/e/table.csv", "mine");
-  const testing::Outcome outcome =
-      testing::run_program(out().parent_path(), "run e.json --only tsvd");
-  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
-  EXPECT_EQ(testing::read_text(out().parent_path() / "results/e/table.csv"), "mine");
-}
-
 TEST_F(OutputFolder, LinksInItAreNotFollowed) {
   fs::create_directories(out() / "records");
   testing::write_text(out().parent_path() / "letter.txt", "mine");
