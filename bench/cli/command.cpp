@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -89,7 +90,7 @@ void add_frame_options(CLI::App& command, OwnFramesOptions& options) {
       "Frames are columns of the file; --transposed=false: rows (default), also of a square table");
 }
 
-void refuse_empty_values(CLI::App& command) {
+void require_usable_values(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     if (option->get_expected_max() == 0) continue;
     const bool number = option->get_type_name().starts_with("FLOAT");

@@ -50,9 +50,9 @@ std::filesystem::path result_folder(const std::string& out, const std::string& e
 /// checked when they are read. `options` must outlive the command.
 void add_frame_options(CLI::App& command, OwnFramesOptions& options);
 
-/// Refuses empty values of all options that have been added, those of unset shell variables, and
-/// NaN and infinity, which CLI::Range takes.
-void refuse_empty_values(CLI::App& command);
+/// Has all options that have been added refuse empty values, those of unset shell variables, and
+/// numbers that are NaN, which CLI::Range takes, or infinite.
+void require_usable_values(CLI::App& command);
 
 /// `--device`: what the "device" of trainings is where a solver leaves it at "auto". It is passed
 /// on to the trials by the environment (ERTBENCH_DEVICE).

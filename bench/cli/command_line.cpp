@@ -149,7 +149,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       actions.emplace_back(subcommand, add_from_part(command)(*subcommand));
     }
   }
-  for (const auto& [subcommand, action] : actions) refuse_empty_values(*subcommand);
+  for (const auto& [subcommand, action] : actions) require_usable_values(*subcommand);
   require_command(app, argc > 1 ? argv[1] : "");
   try {
     app.parse(argc, argv);

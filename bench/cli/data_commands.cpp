@@ -307,10 +307,8 @@ Action add_generate(CLI::App& command) {
 Action add_cache(CLI::App& command) {
   const auto arguments = std::make_shared<CacheArguments>();
   command.description("List the datasets and fitted solvers that are kept, or remove some");
-  CLI::Option* prune = command.add_flag("--prune", arguments->prune,
-                                        "Remove what the other options choose, but for fits that\n"
-                                        "go on; a run that goes on may miss its datasets, the\n"
-                                        "next one makes again what it needs");
+  auto* prune = command.add_flag("--prune", arguments->prune,
+                                 "Remove what the other options\nchoose, while no run needs it");
   command.add_flag("--stale", arguments->stale, "Those whose probes are no longer this program's")
       ->needs(prune);
   command.add_option("--older-than", arguments->older_than, "Written so many days ago")

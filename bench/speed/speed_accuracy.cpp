@@ -256,6 +256,7 @@ json to_json(const SpeedAccuracy& chart) {
 }
 
 std::string time_text(double microseconds) {
+  if (microseconds < 0.9995) return three_digits(microseconds * 1e3) + " ns";
   if (microseconds < 999.5) return three_digits(microseconds) + " µs";
   if (microseconds < 999.5e3) return three_digits(microseconds / 1e3) + " ms";
   if (microseconds < 60e6) return three_digits(microseconds / 1e6) + " s";
@@ -265,8 +266,8 @@ std::string time_text(double microseconds) {
 std::string rate_text(double per_second) {
   if (per_second < 999.5) return three_digits(per_second);
   if (per_second < 999.5e3) return three_digits(per_second / 1e3) + " k";
-  if (per_second < 999.5e6) return three_digits(per_second / 1e6) + " M";
-  return three_digits(per_second / 1e9) + " G";
+  const bool millions = per_second < 999.5e6;
+  return three_digits(per_second / (millions ? 1e6 : 1e9)) + (millions ? " M" : " G");
 }
 
 std::string description(const SpeedPoint& point, const SpeedAccuracy& chart) {

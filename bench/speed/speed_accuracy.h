@@ -111,9 +111,9 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
 /// [{"family", "best", "chosen"}], "break_even_frames": {reference: {label: frames or null}}}`.
 nlohmann::json to_json(const SpeedAccuracy& chart);
 
-/// "3.90 µs", "2.07 ms", "1.50 s", "4.9 min".
+/// "350 ns", "3.90 µs", "2.07 ms", "1.50 s", "4.9 min".
 std::string time_text(double microseconds);
-/// "637 k", "2.10 k", "42".
+/// "637 k", "2.10 k", "42", "40.7 G".
 std::string rate_text(double per_second);
 
 /// The numbers of one configuration in lines, for its tooltip.
