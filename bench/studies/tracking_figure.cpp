@@ -9,7 +9,8 @@
 namespace ertbench {
 namespace {
 
-constexpr std::size_t gallery_rows = 6;
+constexpr std::size_t gallery_rows = 2;
+constexpr std::size_t most_columns = 6;
 
 /// At most gallery_rows of the characters, evenly chosen of those before the first is repeated; a
 /// row for the solvers' failures where there are none.
@@ -20,14 +21,9 @@ std::vector<std::size_t> shown_characters(const TrackingCondition& condition) {
       if (contains(names, one.name)) break;
       names.push_back(one.name);
     }
-    if (!names.empty()) break;
   }
-  if (names.empty()) return {0};
-  const std::size_t rows = std::min(gallery_rows, names.size());
-  std::vector<std::size_t> out;
-  for (std::size_t r = 0; r < rows; ++r) {
-    out.push_back(rows > 1 ? r * (names.size() - 1) / (rows - 1) : 0);
-  }
+  std::vector<std::size_t> out(std::clamp<std::size_t>(names.size(), 1, gallery_rows));
+  for (std::size_t r = 1; r < out.size(); ++r) out[r] = r * (names.size() - 1) / (out.size() - 1);
   return out;
 }
 
@@ -79,17 +75,21 @@ void draw_gallery(const TrackingCondition& condition, const std::string& heading
   constexpr double gap_y = 36;  // with two lines of words
   const std::vector<std::size_t> rows = shown_characters(condition);
   const MethodStyles styles = styles_of(condition.solvers);
-  const auto columns = static_cast<double>(condition.solvers.size());
-  const double side = std::clamp(950.0 / columns - gap_x, 104.0, 150.0);
-  Canvas canvas(std::max(520.0, left + columns * (side + gap_x)),
-                top + static_cast<double>(rows.size()) * (side + gap_y) + 30);
+  const std::size_t columns = std::min(most_columns, condition.solvers.size());
+  const double side = std::clamp(700.0 / static_cast<double>(columns) - gap_x, 104.0, 150.0);
+  const double band = 50 + static_cast<double>(rows.size()) * (side + gap_y);
+  const auto bands = static_cast<double>((condition.solvers.size() + columns - 1) / columns);
+  Canvas canvas(std::max(520.0, left + static_cast<double>(columns) * (side + gap_x)),
+                top - 20 + bands * band);
   canvas.title(heading);
   for (std::size_t c = 0; c < condition.solvers.size(); ++c) {
     const TrackingOfSolver& solver = condition.solvers[c];
-    const double column = left + static_cast<double>(c) * (side + gap_x);
-    draw_label(canvas, Box::sized(column, top, side, side), solver.label);
+    const double column = left + static_cast<double>(c % columns) * (side + gap_x);
+    const double first = top + static_cast<double>(c / columns) * band;
+    draw_label(canvas, Box::sized(column, first, side, side), solver.label);
     for (std::size_t r = 0; r < rows.size(); ++r) {
-      const Box box = Box::sized(column, top + static_cast<double>(r) * (side + gap_y), side, side);
+      const double row = first + static_cast<double>(r) * (side + gap_y);
+      const Box box = Box::sized(column, row, side, side);
       if (rows[r] < solver.characters.size()) {
         draw_character(canvas, box, solver.characters[rows[r]], condition.size_mm, solver.label,
                        styles.colour(c));
