@@ -266,8 +266,8 @@ std::string time_text(double microseconds) {
 std::string rate_text(double per_second) {
   if (per_second < 999.5) return three_digits(per_second);
   if (per_second < 999.5e3) return three_digits(per_second / 1e3) + " k";
-  const bool millions = per_second < 999.5e6;
-  return three_digits(per_second / (millions ? 1e6 : 1e9)) + (millions ? " M" : " G");
+  if (per_second < 999.5e6) return three_digits(per_second / 1e6) + " M";
+  return three_digits(per_second / 1e9) + " G";
 }
 
 std::string description(const SpeedPoint& point, const SpeedAccuracy& chart) {

@@ -10,7 +10,7 @@ namespace ertbench {
 namespace {
 
 constexpr std::size_t gallery_rows = 2;
-constexpr std::size_t most_columns = 6;
+constexpr std::size_t most_columns = 6;  // of methods, further ones stand below
 
 /// At most gallery_rows of the characters, evenly chosen of those before the first is repeated; a
 /// row for the solvers' failures where there are none.
@@ -75,7 +75,7 @@ void draw_gallery(const TrackingCondition& condition, const std::string& heading
   constexpr double gap_y = 36;  // with two lines of words
   const std::vector<std::size_t> rows = shown_characters(condition);
   const MethodStyles styles = styles_of(condition.solvers);
-  const std::size_t columns = std::min(most_columns, condition.solvers.size());
+  const std::size_t columns = std::clamp<std::size_t>(condition.solvers.size(), 1, most_columns);
   const double side = std::clamp(700.0 / static_cast<double>(columns) - gap_x, 104.0, 150.0);
   const double band = 50 + static_cast<double>(rows.size()) * (side + gap_y);
   const auto bands = static_cast<double>((condition.solvers.size() + columns - 1) / columns);
