@@ -141,24 +141,18 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
 void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
                 const fs::path& stem, const std::vector<Tooltip>& tooltips) {
   // A generic family: fontconfig and browsers both know it.
-  const std::string font = "noenhanced background rgb 'white' font 'sans-serif,11'";
-  const auto size = [&](int scale) {
-    return " size " + std::to_string(scale * width) + "," + std::to_string(scale * height) + "\n";
+  const auto drawn = [&](const std::string& terminal, int scale, const std::string& name) {
+    return "set terminal " + terminal + " noenhanced background rgb 'white' font 'sans-serif,11'" +
+           " size " + std::to_string(scale * width) + "," + std::to_string(scale * height) +
+           "\nset output '" + name + "'\nload 'commands.gnuplot'\nunset output\nreset\n";
   };
-  const std::string script =
-      "set encoding utf8\n"
-      "set terminal svg " +
-      font + size(1) +
-      "set output 'chart.svg'\n"
-      "load 'commands.gnuplot'\n"
-      "unset output\n"
-      "reset\n"
-      // A point of the font is 1 px in the SVG and 4/3 px here.
-      "set terminal pngcairo " +
-      font + " fontscale 2.25 linewidth 3 pointscale 3" + size(3) +
-      "set output 'chart.png'\n"
-      "load 'commands.gnuplot'\n"
-      "unset output\n";
+  const int scale = width * height > 800000 ? 2 : 3;
+  const std::string times = std::to_string(scale);
+  // A point of the font is 1 px in the SVG and 4/3 px in the PNG.
+  const std::string script = "set encoding utf8\n" + drawn("svg", 1, "chart.svg") +
+                             drawn("pngcairo fontscale " + fixed(0.75 * scale, 2) + " linewidth " +
+                                       times + " pointscale " + times,
+                                   scale, "chart.png");
   FileContents files = inputs;
   files["commands.gnuplot"] = commands;
   const FileContents made = run_gnuplot(script, files, {"chart.svg", "chart.png"});

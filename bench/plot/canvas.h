@@ -66,7 +66,7 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
 /// Draws one chart as `stem`.svg and `stem`.png (`stem` with its folder, without an ending),
 /// replacing files atomically. `commands` draws it and sets neither terminal nor output; it may set
 /// up a multiplot. `width` and `height` are px of the SVG, as are font sizes (default 11). The PNG
-/// is three times as large and has no tooltips.
+/// is three times as large, twice above 800 000 px, and has no tooltips.
 void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
                 const std::filesystem::path& stem, const std::vector<Tooltip>& tooltips = {});
 

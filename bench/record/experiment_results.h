@@ -116,7 +116,8 @@ struct ExperimentResults {
   std::string command;  ///< makes them again; empty: that of all of the file
   DateRange measured;   ///< when the records were made
   int jobs = 1;
-  int failures = 0;  ///< jobs that failed, all rounds of one counted as one
+  int failures = 0;                    ///< jobs that failed, all rounds of one counted as one
+  std::shared_ptr<const void> folder;  ///< keeps other runs out of it
 };
 
 }  // namespace ertbench

@@ -196,20 +196,23 @@ void add_builds(const Stage& stage, const Experiment& experiment, const JobRecor
 
 ExperimentResults run_stages(const Stages& stages, const Experiment& experiment, const Cache& cache,
                              const RunOptions& options) {
-  const TakenFolder taken(options.out);
+  const auto taken = std::make_shared<const TakenFolder>(options.out);
   if (options.fresh) forget(stages, experiment, cache, options);
   if (std::ranges::any_of(stages, [](const auto& stage) { return stage->reads_datasets(); })) {
     ensure_datasets(experiment, cache);
   }
-  return gather(stages, experiment, cache, options,
-                [&](const Stage& stage, const ExperimentResults& results, JobRecords& records) {
-                  const std::vector<Job> due = stage.due(experiment, results);
-                  const TimingSession session(stage, experiment, options.out, records, due,
-                                              wanted(due, options.only));
-                  JobRunner(stage, experiment, cache, options.out, records)
-                      .run(session.jobs(), stage.wants_machine_alone() ? 1 : options.jobs);
-                  if (records.failures() == 0) session.finish();
-                });
+  ExperimentResults all =
+      gather(stages, experiment, cache, options,
+             [&](const Stage& stage, const ExperimentResults& results, JobRecords& records) {
+               const std::vector<Job> due = stage.due(experiment, results);
+               const TimingSession session(stage, experiment, options.out, records, due,
+                                           wanted(due, options.only));
+               JobRunner(stage, experiment, cache, options.out, records)
+                   .run(session.jobs(), stage.wants_machine_alone() ? 1 : options.jobs);
+               if (records.failures() == 0) session.finish();
+             });
+  all.folder = taken;
+  return all;
 }
 
 ExperimentResults collect_stages(
