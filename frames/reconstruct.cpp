@@ -14,6 +14,7 @@
 #include "core/hdf5_file.h"
 #include "core/json.h"
 #include "core/process.h"
+#include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "frames/calibration.h"
 #include "frames/reference_check.h"
@@ -21,6 +22,7 @@
 #include "solvers/check/stored_solver.h"
 #include "solvers/registry/named_solver.h"
 #include "solvers/registry/registry.h"
+#include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
@@ -40,19 +42,32 @@ constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
 
+bool is_stored(const NamedSolver& named) { return named.entry->contains("checkpoint"); }
+
+/// The background that the solver takes for the sheet's, S/m: a stored one keeps its own if
+/// `calibrate` found another.
+double background_of(const NamedSolver& named, const OwnFrames& frames) {
+  if (!frames.calibration() || !is_stored(named)) return frames.declared_sensor().background;
+  JsonObject object(*named.entry, named.source, "");
+  const fs::path file = fitted_file(object.text("checkpoint"), object.folder());
+  const json sensor = json_attribute(Hdf5File::open(file), "sensor");
+  return sensor_from_json(JsonObject(sensor, file.string(), "/sensor")).background;
+}
+
 /// Channels that were left out are not asked of a solver that is fitted here; a stored one has all.
 std::unique_ptr<Solver> solver_from(const NamedSolver& given, const OwnFrames& frames,
-                                    SolverRegistry& registry) {
+                                    double background, SolverRegistry& registry) {
   NamedSolver named = given;
   FitInput fit;
-  const bool is_stored = named.entry->contains("checkpoint");
-  fit.sensor = is_stored ? frames.declared_sensor() : frames.sensor();
+  const bool stored = is_stored(named);
+  fit.sensor = stored ? frames.declared_sensor() : frames.sensor();
+  if (stored) fit.sensor.background = background;
   const TemporaryFolder folder("reconstruct");
   std::optional<DatasetFile> set;
-  if (frames.calibration() && !is_stored) {
+  if (frames.calibration() && !stored) {
     write_calibrated_set(*frames.calibration(), fit.sensor, folder / "calibrated.h5", fit.threads);
     fit.validation = &set.emplace(folder / "calibrated.h5");
-  } else if (!is_stored && named.entry->is_object()) {
+  } else if (!stored && named.entry->is_object()) {
     json entry = *named.entry;
     complete_contacts(entry, frames.sensor(), frames.reference().transpose(),
                       frames.background_noise());
@@ -155,15 +170,23 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
   OwnFrames frames(options.frames);
   require_image_output(options.output, frames.inputs());
   const NamedSolver named = read_named_solver(options.solver);
-  const std::unique_ptr<Solver> solver = solver_from(named, frames, registry);
+  const double background = background_of(named, frames);
+  const std::unique_ptr<Solver> solver = solver_from(named, frames, background, registry);
+  // Voltages go with the inverse of the background, images with it.
+  const double ratio = frames.declared_sensor().background / background;
   const auto& checked = dynamic_cast<const CheckedSolver&>(*solver);
-  const bool completes = named.entry->contains("checkpoint") && !frames.left_out().empty();
+  const bool completes = is_stored(named) && !frames.left_out().empty();
 
   ReconstructSummary summary;
   summary.reference = check_frames(options, frames);
   if (completes) {
     summary.reference +=
         "\n  note: the solver has all channels; those left out were estimated from the others";
+  }
+  if (ratio != 1) {
+    summary.reference += "\n  note: the solver was fitted for a background of " +
+                         number_text(background) + " S/m: voltages and image are multiplied by " +
+                         fixed(ratio, 3);
   }
   summary.frames = frames.frames();
   summary.checked = solver->fit_report().frame_check.empty();
@@ -179,8 +202,10 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       const Frames changes = frames.changes(first, count);
       Images images(changes.rows(), frames.sensor().pixels());
       std::vector<FrameReport> reports(count);
-      const Frames given = completes ? checked.completed(changes, frames.kept_channels()) : changes;
+      const Frames own = ratio * changes;
+      const Frames given = completes ? checked.completed(own, frames.kept_channels()) : own;
       solver->reconstruct(given, images, reports);
+      images *= ratio;
       RowMajorMatrix status(changes.rows(), 1);
       RowMajorMatrix reason(changes.rows(), 1);
       for (Eigen::Index i = 0; i < changes.rows(); ++i) {
@@ -197,7 +222,9 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       out.write_rows("/status", first, status);
       out.write_rows("/reason", first, reason);
       if (const ContactFinder* finder = solver->contact_finder()) {
-        out.write_rows("/contacts", first, contacts_of(*finder, frames.sensor(), twins, given));
+        RowMajorMatrix found = contacts_of(*finder, frames.sensor(), twins, given);
+        for (Eigen::Index c = 3; c < found.cols(); c += contact_columns) found.col(c) *= ratio;
+        out.write_rows("/contacts", first, found);
       }
       progress.update(first + count, frames.frames());
     }

@@ -17,12 +17,6 @@ struct SingularTriplets {
 
 /// The `count` leading singular triplets of `a`, fewer if the rank of `a` (values above 1e-13 of
 /// the largest) is lower. Errors are of the order of rounding in the largest value.
-///
-/// Spectra finds them as eigenpairs of the symmetric [0 C; C^T 0], with C the triangular factor of
-/// `a`, whose condition is that of `a` and not its square. A Krylov space holds one vector of each
-/// eigenspace, and the symmetries of the sensor make values double: what was found is deflated and
-/// the search repeated until nothing is left above the smallest value returned.
-/// Throws std::runtime_error if a residual is not small, which is a defect.
 SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count);
 
 /// Truncated singular value decomposition, as EIDORS's inv_solve_TSVD: with J = sum s_i u_i v_i^T

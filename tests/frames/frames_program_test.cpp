@@ -133,6 +133,31 @@ TEST(FramesProgram, AStoredSolverImagesFramesWithoutSomeChannels) {
   EXPECT_LT((image_21() - whole).norm(), 0.5 * whole.norm());
 }
 
+TEST(FramesProgram, AStoredSolverServesASheetThatConductsTwiceAsWell) {
+  const TemporaryFolder folder("twice");
+  const auto images_of = [&](const Frames& frames) {
+    write_csv(folder / "empty.csv", frames.topRows(20));
+    write_csv(folder / "frames.csv", frames);
+    const Outcome calibrated = run_program(
+        folder.path(), "calibrate empty.csv --sensor " +
+                           quoted(ERTBENCH_SOURCE_DIR "/sensors/d2s.json") + " --out c.json");
+    EXPECT_EQ(calibrated.exit_code, 0) << calibrated.output;
+    const Outcome images = run_program(folder.path(),
+                                       "reconstruct --solver contacts --calibration c.json "
+                                       "--input frames.csv --output images.h5");
+    EXPECT_EQ(images.exit_code, 0) << images.output;
+    const Hdf5File file = Hdf5File::open(folder / "images.h5");
+    return std::pair(file.read_rows("/conductivity_change", 21, 1),
+                     file.read_rows("/contacts", 21, 1, true));
+  };
+  const auto [image, contacts] = images_of(measured_frames({}));
+  const auto [twice, same] = images_of(0.5 * measured_frames({}));
+  ASSERT_GT(image.norm(), 0);
+  EXPECT_LT((twice - 2 * image).norm(), 0.01 * twice.norm());
+  EXPECT_NEAR(same(0, 0), contacts(0, 0), 0.01);
+  EXPECT_NEAR(same(0, 3), 2 * contacts(0, 3), 0.01 * std::abs(same(0, 3)));
+}
+
 TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
   const TemporaryFolder folder("csv");
   const Frames frames = measured_frames({});
