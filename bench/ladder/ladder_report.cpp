@@ -271,7 +271,8 @@ class LadderDrawing {
     const double most = 10 * limit();
     const bool capped = span.high > most;
     span = {std::max(span.low / 1.15, 0.01 * limit()), std::min(span.high * 1.15, most)};
-    Axis axis = Axis::logarithms(span, blank() ? "largest change over c₀" : "relative error of δσ");
+    Axis axis =
+        Axis::logarithms(span, blank() ? "largest change / background" : "relative error of δσ");
     if (capped) axis.cap();
     return axis;
   }
@@ -316,12 +317,12 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   if (!experiment.ladders) return {};
   const Ladders& ladders = *experiment.ladders;
   const std::vector<AxisBreakdown> breakdowns = breakdowns_of(ladders, outcomes);
-  const std::string title = experiment.title + ": where it breaks";
+  const std::string title = experiment.title + ": where it fails";
   Table breakdown = breakdown_table(title, ladders, breakdowns);
   if (!builds.empty()) breakdown.legend.push_back(text_of(builds));
   write_file_atomically(folder / "breakdown.csv", csv_of(breakdown_data(breakdowns)));
   write_file_atomically(folder / "breakdown.md", markdown_of(breakdown));
-  std::printf("%s\n", terminal_of({"Where it breaks:", "", breakdown.sections, {}, ""}).c_str());
+  std::printf("%s\n", terminal_of({"Where it fails:", "", breakdown.sections, {}, ""}).c_str());
   write_file_atomically(folder / "levels.csv", csv_of(levels_data(outcomes)));
   const std::vector<AxisDetection> detections = detections_of(outcomes);
   const Table detected =
@@ -330,7 +331,7 @@ std::vector<ReportSection> write_ladder_results(const Experiment& experiment,
   write_file_atomically(folder / "detection.md", markdown_of(detected));
 
   ReportSection table;
-  table.title = "Where it breaks";
+  table.title = "Where it fails";
   table.text = "All levels are variants of the test set " + ladders.dataset +
                ", one condition made worse at a time; every solver sees the same frames. The same "
                "numbers are in breakdown.csv, every level in levels.csv.";

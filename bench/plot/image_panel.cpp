@@ -199,7 +199,7 @@ void draw_images_figure(const Sensor& sensor, const Images& changes,
   const double bar_height = std::min(images_height - caption, 2 * panel.y());
   panels.colour_bar(
       Box::sized(border + images_width + 14, border, ImagePanels::bar_width, bar_height),
-      bar_height > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
+      "δσ / background");
 
   const double length_mm = scale_length(size_mm.x());
   const double y = border + images_height + 6;

@@ -192,7 +192,7 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   panels.scale_bar(layout.box({0, 0, 0}));
   panels.colour_bar(Box::sized(layout.left_of(layout.columns) + 4, layout.top_of(0, 0),
                                ImagePanels::bar_width, layout.bar_height()),
-                    layout.bar_height() > 170 ? "conductivity change δσ / c₀" : "δσ / c₀");
+                    "δσ / background");
   canvas.draw(stem);
 }
 

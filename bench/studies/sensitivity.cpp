@@ -302,7 +302,7 @@ void draw_curves(const SensitivitySet& set, const std::vector<int>& region_of, d
   int panel = 0;
   for (const PressResponse& solver : set.solvers) {
     draw_strengths(canvas, grid.box(panel), set, solver, background,
-                   panel % grid.columns() == 0 ? "largest |δσ| / c₀" : "");
+                   panel % grid.columns() == 0 ? "largest |δσ| / background" : "");
     ++panel;
   }
   draw_regions(canvas, region_of, grid.box(panel));

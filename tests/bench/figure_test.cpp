@@ -69,7 +69,7 @@ TEST_F(Figure, MakesAWholePngAndSvg) {
   EXPECT_EQ(count(svg, "<text"), count(svg, "</text>"));
   EXPECT_EQ(count(svg, "<image "), 2U * 4U + 1U);  // panels and the colour bar
   EXPECT_EQ(count(svg, "pixelated"), 2U * 4U + 1U);
-  for (const char* text : {"truth", "solver-2", "scene 1", "rel. error 0.123", "c₀"}) {
+  for (const char* text : {"truth", "solver-2", "scene 1", "rel. error 0.123", "δσ / background"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
   EXPECT_EQ(count(svg, "<title>"), 2U * 4U);

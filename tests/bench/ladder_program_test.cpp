@@ -115,7 +115,7 @@ TEST(LadderProgram, TablesFollowFromTheRecords) {
         "ladder_snr.svg", "ladder_shape.png", "ladder_rank.svg"}) {
     EXPECT_TRUE(fs::exists(results / file)) << file;
   }
-  EXPECT_NE(read_text(results / "report.html").find("Where it breaks"), std::string::npos);
+  EXPECT_NE(read_text(results / "report.html").find("Where it fails"), std::string::npos);
   for (const std::string solver : {"one-step-gn", "tsvd"}) {
     SCOPED_TRACE(solver);
     const json record = json::parse(read_text(results / "records" / (solver + ".ladders.json")));
