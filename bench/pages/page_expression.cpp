@@ -9,7 +9,6 @@
 
 #include "core/errors.h"
 #include "core/files.h"
-#include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -76,19 +75,6 @@ const std::map<std::string, Operation>& operations() {
       {"min", [](const Arguments& a) { return of(sorted(a).front().second); }},
       {"max", [](const Arguments& a) { return of(sorted(a).back().second); }},
       {"best", [](const Arguments& a) { return of_text(sorted(a).front().first); }},
-      {"worst",
-       [](const Arguments& a) {
-         const Numbers all = sorted(a);  // of equal ones the first
-         return of_text(std::ranges::find_if(all, [&](const auto& one) {
-                          return one.second == all.back().second;
-                        })->first);
-       }},
-      {"median",
-       [](const Arguments& a) {
-         std::vector<double> values;
-         for (const auto& [label, value] : sorted(a)) values.push_back(value);
-         return of(median(values));
-       }},
       {"range",
        [](const Arguments& a) {
          const Numbers all = sorted(a);
@@ -109,7 +95,6 @@ const std::map<std::string, Operation>& operations() {
          return of(count);
        }},
       {"<", comparison([](double a, double b) { return a < b; })},
-      {"<=", comparison([](double a, double b) { return a <= b; })},
       {">", comparison([](double a, double b) { return a > b; })},
       {">=", comparison([](double a, double b) { return a >= b; })},
       {"=",
@@ -126,7 +111,6 @@ const std::map<std::string, Operation>& operations() {
        [](const Arguments& a) {
          return of(std::ranges::any_of(a, [](const auto& x) { return x.number() != 0; }));
        }},
-      {"not", [](const Arguments& a) { return of(a.at(0).number() == 0); }},
       {"is", [](const Arguments& a) { return of(a.at(0).text == a.at(1).text); }},
   };
   return all;

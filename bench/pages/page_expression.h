@@ -61,12 +61,11 @@ struct PageValue {
 ///   around them; a word with blanks stands in single quotes. `COLUMN~` is the number with its 95 %
 ///   interval (COLUMN.ci95 or COLUMN_low, COLUMN_high), `LOW..HIGH` the range of two columns;
 /// - `(+ a b)`, `-`, `*`, `/`: each number of `a` with the one of `b`; `abs`;
-/// - `min`, `max`, `median`, `sum`, `count` over all numbers of their arguments; `(range a ...)`,
-/// the least
-///   and the greatest; `(best a)` and `(worst a)`, the label of the row with the least and the
-///   greatest number;
-/// - `(< a b ...)`, `<=`, `>`, `>=`, which hold where every number of one argument compares so with
-///   every number of the next; `(= a b tolerance)`; `(and ...)`, `(or ...)`, `(not a)`;
+/// - `min`, `max`, `sum`, `count` over all numbers of their arguments; `(range a ...)`, the least
+/// and
+///   the greatest; `(best a)`, the label of the row with the least number;
+/// - `(< a b ...)`, `>`, `>=`, which hold where every number of one argument compares so with every
+///   number of the next; `(= a b tolerance)`; `(and ...)`, `(or ...)`;
 ///   `(is TEXT TEXT)`. 1 holds, 0 does not.
 ///
 /// Throws InputError for what it cannot understand and for a row or a value that does not exist.

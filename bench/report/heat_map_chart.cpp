@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment/experiment_charts.h"
@@ -13,10 +12,7 @@ using nlohmann::json;
 
 std::string text_of(const json& value) {
   if (value.is_string()) return value.get<std::string>();
-  if (!value.is_number()) return json_text(value);
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value.get<double>());
-  return text;
+  return value.is_number() ? number_text(value.get<double>()) : json_text(value);
 }
 
 /// The values of a sweep's two parameters, in the order of the numbers or as the file has them.

@@ -1,29 +1,23 @@
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/report/chart.h"
 #include "bench/run/results.h"
 #include "core/json.h"
 #include "core/lists.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
 
 using nlohmann::json;
 
-std::string short_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
 std::string range_text(const std::pair<double, double>& interval) {
-  const std::string low = short_text(interval.first);
-  return interval.first == interval.second ? low : low + " to " + short_text(interval.second);
+  const std::string low = number_text(interval.first);
+  return interval.first == interval.second ? low : low + " to " + number_text(interval.second);
 }
 
 std::string added_noise_text(const Noise& noise) {
-  return short_text(*noise.snr_db) + " dB SNR (" + name_of(noise.basis) + " basis)";
+  return number_text(*noise.snr_db) + " dB SNR (" + name_of(noise.basis) + " basis)";
 }
 
 std::string measured_description(const DatasetSpec& spec) {
@@ -182,7 +176,7 @@ std::string description(const DatasetSpec& spec) {
             " grid" + (grid->side == spec.sensor.image_grid ? ", that of the images" : "") + "; ";
   } else {
     text += "; voltages of the continuous sheet to " +
-            short_text(std::get<ContinuousSheet>(spec.model).model_error) + " of the noise; ";
+            number_text(std::get<ContinuousSheet>(spec.model).model_error) + " of the noise; ";
   }
   if (spec.noise.snr_db) {
     text += added_noise_text(spec.noise);
