@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "core/json.h"
 #include "core/text.h"
@@ -29,7 +30,9 @@ double shunt(double square) {
 double unit_pressure(const RisingLaw& law) {
   // x / tanh x = ratio by x <- ratio tanh x, which contracts for every ratio > 1.
   double x = law.reference_ratio;
-  for (int i = 0; i < 200; ++i) x = law.reference_ratio * std::tanh(x);
+  double last = 0;
+  for (int i = 0; i < 200 && x != last; ++i)
+    last = std::exchange(x, law.reference_ratio * std::tanh(x));
   return law.reference_pressure_kPa / (x * x);
 }
 
