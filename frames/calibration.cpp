@@ -124,7 +124,7 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
     throw std::invalid_argument("calibrate: ten frames of the sensor's channels, at least");
   }
   Calibration out;
-  out.sensor = sensor;
+  out.sensor = out.declared = sensor;
   out.frames = static_cast<int>(count);
   const Eigen::RowVectorXd mean = frames.colwise().mean();
   out.reference = median_of_rows(frames).transpose();
@@ -141,10 +141,12 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
 
   const BorderModel model(sensor);
   const Eigen::VectorXd& expected = model.reference_voltages();
-  out.level = out.reference.dot(expected) / expected.squaredNorm();
+  const Eigen::VectorXd filled = filled_reference(sensor, out.reference, expected);
+  const Eigen::VectorXd live = (filled.array() == out.reference.array()).select(expected, 0.0);
+  out.level = out.reference.dot(live) / live.squaredNorm();
   out.background = sensor.background / out.level;
   out.misfit = out.reference.norm() > 0
-                   ? (out.reference - out.level * expected).norm() / out.reference.norm()
+                   ? (out.reference - out.level * live).norm() / out.reference.norm()
                    : 1;
   out.snr_absolute = decibels(out.reference.norm(), out.noise.norm());
   out.snr_white = decibels(out.reference.norm(), out.white_noise.norm());
@@ -203,6 +205,7 @@ std::vector<std::string> warnings_of(const Calibration& calibration) {
 json to_json(const Calibration& c) {
   return {{"schema", Calibration::schema},
           {"sensor", to_json(c.sensor)},
+          {"declared_sensor", to_json(c.declared)},
           {"frames", c.frames},
           {"reference_voltages", list_of(c.reference)},
           {"noise_V", list_of(c.noise)},
@@ -231,6 +234,10 @@ Calibration read_calibration(const std::filesystem::path& file) {
   object.integer("schema", Calibration::schema, Calibration::schema);
   Calibration c;
   c.sensor = sensor_from_json(object.object("sensor"));
+  c.declared = c.sensor;
+  if (object.has("declared_sensor")) {
+    c.declared = sensor_from_json(object.object("declared_sensor"));
+  }
   const auto channels = static_cast<std::size_t>(c.sensor.channels());
   c.frames = object.integer("frames", 1, 2000000000);
   c.reference = vector_of(object, "reference_voltages", channels, {-most_volts, most_volts});

@@ -9,6 +9,11 @@
 #include "solvers/decompositions.h"
 
 namespace ertbench {
+namespace {
+
+constexpr double zero_share = 0.1;
+
+}  // namespace
 
 std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
                                               const std::function<bool(Eigen::Index)>& is_bad) {
@@ -35,10 +40,27 @@ std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
 
 std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::VectorXd& reference,
                                          const Eigen::VectorXd& expected) {
-  constexpr double nearly_zero = 0.1;
   return electrodes_with_bad_channels(sensor, [&](Eigen::Index c) {
-    return std::abs(reference[c]) < nearly_zero * std::abs(expected[c]);
+    return std::abs(reference[c]) < zero_share * std::abs(expected[c]);
   });
+}
+
+Eigen::VectorXd filled_reference(const Sensor& sensor, const Eigen::VectorXd& reference,
+                                 const Eigen::VectorXd& expected) {
+  const Eigen::VectorXd usual = reference.norm() / expected.norm() * expected;
+  const std::vector<int> dead = electrodes_reading_zero(sensor, reference, usual);
+  Eigen::VectorXd out = reference;
+  if (2 * std::ssize(dead) >= sensor.electrode_count) return out;
+  const std::vector<ChannelElectrodes> channels = electrodes_of_channels(sensor);
+  for (Eigen::Index c = 0; c < out.size(); ++c) {
+    const auto& [drive, measurement] = channels[static_cast<std::size_t>(c)];
+    const bool uses = std::ranges::any_of(dead, [&](int e) {
+      return e == drive.first || e == drive.second || e == measurement.first ||
+             e == measurement.second;
+    });
+    if (uses && std::abs(reference[c]) < zero_share * std::abs(usual[c])) out[c] = expected[c];
+  }
+  return out;
 }
 
 std::vector<int> channels_that_never_change(const Frames& frames) {

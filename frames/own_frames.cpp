@@ -92,7 +92,7 @@ OwnFrames::OwnFrames(const OwnFramesOptions& options)
   } else if (const auto named = source_->sensor()) {
     sensor_ = *named;
   } else if (calibration_) {
-    sensor_ = calibration_->sensor;
+    sensor_ = calibration_->declared;
   }
   sensor_ = sensor_of_columns(sensor_, *source_, options_.channels);
   if (calibration_) {
@@ -325,6 +325,13 @@ void OwnFrames::mend(const ReferenceVerdict& verdict) {
   mended.array().rowwise() *= verdict.factor.transpose().array();
   references_ = std::move(mended);
   mended_ = true;
+}
+
+void OwnFrames::fill_reference() {
+  const Eigen::VectorXd expected = BorderModel(sensor_).reference_voltages();
+  for (auto row : references_.rowwise()) {
+    row = filled_reference(sensor_, row.transpose(), expected).transpose();
+  }
 }
 
 nlohmann::json OwnFrames::description() const {

@@ -72,6 +72,9 @@ class OwnFrames {
   /// Applies the verdict's mapping to reference and frames from now on.
   void mend(const ReferenceVerdict& verdict);
 
+  /// Electrodes that are dead in the reference already are found from now on (filled_reference).
+  void fill_reference();
+
   /// The provenance that outputs keep: `{"input": {"files", "checksum", "format", "dataset",
   /// "frames"}, "channels": {"order", "columns"}, "unit", "mended", "reference": "..."}`.
   nlohmann::json description() const;

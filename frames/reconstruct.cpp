@@ -44,24 +44,27 @@ constexpr Eigen::Index contact_columns = written_contacts[1];
 
 bool is_stored(const NamedSolver& named) { return named.entry->contains("checkpoint"); }
 
-/// The background that the solver takes for the sheet's, S/m: a stored one keeps its own if
-/// `calibrate` found another.
-double background_of(const NamedSolver& named, const OwnFrames& frames) {
-  if (!frames.calibration() || !is_stored(named)) return frames.declared_sensor().background;
+/// The sensor that the solver is fitted for. A stored one keeps its drive current, and its
+/// background if `calibrate` found another.
+Sensor sensor_of(const NamedSolver& named, const OwnFrames& frames) {
+  if (!is_stored(named)) return frames.sensor();
   JsonObject object(*named.entry, named.source, "");
   const fs::path file = fitted_file(object.text("checkpoint"), object.folder());
   const json sensor = json_attribute(Hdf5File::open(file), "sensor");
-  return sensor_from_json(JsonObject(sensor, file.string(), "/sensor")).background;
+  const Sensor stored = sensor_from_json(JsonObject(sensor, file.string(), "/sensor"));
+  Sensor out = frames.declared_sensor();
+  out.drive_current = stored.drive_current;
+  if (frames.calibration()) out.background = stored.background;
+  return out;
 }
 
 /// Channels that were left out are not asked of a solver that is fitted here; a stored one has all.
 std::unique_ptr<Solver> solver_from(const NamedSolver& given, const OwnFrames& frames,
-                                    double background, SolverRegistry& registry) {
+                                    const Sensor& sensor, SolverRegistry& registry) {
   NamedSolver named = given;
   FitInput fit;
   const bool stored = is_stored(named);
-  fit.sensor = stored ? frames.declared_sensor() : frames.sensor();
-  if (stored) fit.sensor.background = background;
+  fit.sensor = sensor;
   const TemporaryFolder folder("reconstruct");
   std::optional<DatasetFile> set;
   if (frames.calibration() && !stored) {
@@ -170,10 +173,12 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
   OwnFrames frames(options.frames);
   require_image_output(options.output, frames.inputs());
   const NamedSolver named = read_named_solver(options.solver);
-  const double background = background_of(named, frames);
-  const std::unique_ptr<Solver> solver = solver_from(named, frames, background, registry);
-  // Voltages go with the inverse of the background, images with it.
-  const double ratio = frames.declared_sensor().background / background;
+  const Sensor fitted = sensor_of(named, frames);
+  const std::unique_ptr<Solver> solver = solver_from(named, frames, fitted, registry);
+  // Voltages go with the current over the background, images with the background.
+  const Sensor& own = is_stored(named) ? frames.declared_sensor() : fitted;
+  const double ratio = own.background / fitted.background;
+  const double gain = ratio * fitted.drive_current / own.drive_current;
   const auto& checked = dynamic_cast<const CheckedSolver&>(*solver);
   const bool completes = is_stored(named) && !frames.left_out().empty();
 
@@ -183,11 +188,13 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
     summary.reference +=
         "\n  note: the solver has all channels; those left out were estimated from the others";
   }
-  if (ratio != 1) {
-    summary.reference += "\n  note: the solver was fitted for a background of " +
-                         number_text(background) + " S/m: voltages and image are multiplied by " +
+  if (gain != 1 || ratio != 1) {
+    summary.reference += "\n  note: the solver was fitted for " + number_text(fitted.background) +
+                         " S/m and " + number_text(fitted.drive_current) +
+                         " A: voltages are multiplied by " + fixed(gain, 3) + ", images by " +
                          fixed(ratio, 3);
   }
+  frames.fill_reference();
   summary.frames = frames.frames();
   summary.checked = solver->fit_report().frame_check.empty();
   const std::vector<Eigen::Matrix2d> twins = twin_symmetries(frames.sensor());
@@ -202,8 +209,8 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
       const Frames changes = frames.changes(first, count);
       Images images(changes.rows(), frames.sensor().pixels());
       std::vector<FrameReport> reports(count);
-      const Frames own = ratio * changes;
-      const Frames given = completes ? checked.completed(own, frames.kept_channels()) : own;
+      const Frames scaled = gain * changes;
+      const Frames given = completes ? checked.completed(scaled, frames.kept_channels()) : scaled;
       solver->reconstruct(given, images, reports);
       images *= ratio;
       RowMajorMatrix status(changes.rows(), 1);
@@ -427,6 +434,7 @@ CalibrationOutcome calibrate_file(const OwnFramesOptions& given, const fs::path&
                      " frames are alike; record " + std::to_string(least_recorded) + " or more");
   }
   outcome.calibration = calibrate(frames.sensor(), voltages(kept, Eigen::all));
+  outcome.calibration.declared = frames.declared_sensor();
   if (!(outcome.calibration.level > 0)) {
     throw InputError(options.input.string() +
                      ": the voltages have the other sign than the model's; --fix turns them");

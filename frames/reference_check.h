@@ -19,6 +19,12 @@ std::vector<int> electrodes_with_bad_channels(const Sensor& sensor,
 std::vector<int> electrodes_reading_zero(const Sensor& sensor, const Eigen::VectorXd& reference,
                                          const Eigen::VectorXd& expected);
 
+/// The reference with `expected` [channels] V in the place of channels of electrodes that read
+/// zero, unless half of them do. Frames then change there, which is how solvers find such
+/// electrodes.
+Eigen::VectorXd filled_reference(const Sensor& sensor, const Eigen::VectorXd& reference,
+                                 const Eigen::VectorXd& expected);
+
 /// Channels, counted from 0, with the same value in all frames, of which three are needed; none if
 /// that is true of more than half of the channels.
 std::vector<int> channels_that_never_change(const Frames& frames);

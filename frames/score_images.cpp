@@ -168,7 +168,9 @@ class ScoredFiles {
       : truth_(Hdf5File::open(options.truth)),
         images_(Hdf5File::open(options.images)),
         sensor_(sensor_of_truth(options, truth_, images_)),
-        dataset_(options.dataset) {
+        dataset_(options.dataset),
+        named_(!options.sensor.empty() || truth_.has_attribute("/", "sensor") ||
+               images_.has_attribute("/", "sensor")) {
     if (dataset_.empty()) {
       dataset_ = images_.has("/conductivity_change") ? "/conductivity_change" : "/conductivity";
     }
@@ -262,6 +264,7 @@ class ScoredFiles {
     };
     const std::string background =
         number_text(sensor_.background) + " S/m, the background of the sensor";
+    std::vector<double> medians;
     for (Eigen::Index i = 0; i < truths.rows(); ++i) {
       const double least = truths.row(i).minCoeff();
       if (least < 0) {
@@ -269,6 +272,7 @@ class ScoredFiles {
              "has the conductivity " + number_text(least) + " S/m; it cannot be negative");
       }
       const double usual = median(std::vector<double>(truths.row(i).begin(), truths.row(i).end()));
+      medians.push_back(usual);
       const bool far = usual > most * sensor_.background || most * usual < sensor_.background;
       const bool other = truths.row(i).maxCoeff() - least <= uniform * usual &&
                          std::abs(usual - sensor_.background) > 0.01 * sensor_.background;
@@ -282,6 +286,12 @@ class ScoredFiles {
         fail(images_, "/status", i,
              "has the status " + number_text(s) + "; it must be 0, 1, 2 or 3");
       }
+    }
+    const double all = median(medians);
+    if (!named_ && std::abs(all / sensor_.background - 1) > 0.05) {
+      throw InputError(truth_.path().string() + ": " + layout::conductivity + ": has the median " +
+                       number_text(all) + " S/m, not " + background +
+                       " that is assumed; name yours by --sensor");
     }
   }
 
@@ -302,6 +312,7 @@ class ScoredFiles {
   Hdf5File images_;
   Sensor sensor_;
   std::string dataset_;
+  bool named_ = false;  ///< a file says the sensor
   bool is_absolute_ = false;
   std::uint64_t frames_ = 0;
 };

@@ -7,6 +7,8 @@
 
 #include "bench/studies/error_statistics.h"
 #include "core/seconds.h"
+#include "forward/border/border_model.h"
+#include "frames/reference_check.h"
 
 namespace ertbench {
 namespace {
@@ -104,7 +106,14 @@ LiveSolver::LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solve
 
 void LiveSolver::set_reference(const Eigen::RowVectorXd& voltages) {
   reference_ = voltages;
-  expected_ = mended(Frames(voltages));
+  expect();
+}
+
+void LiveSolver::expect() {
+  expected_ = mended(Frames(reference_));
+  expected_ = filled_reference(sensor_, expected_.row(0).transpose(),
+                               BorderModel(sensor_).reference_voltages())
+                  .transpose();
 }
 
 void LiveSolver::use(std::shared_ptr<const Solver> solver) {
@@ -115,7 +124,7 @@ void LiveSolver::use(std::shared_ptr<const Solver> solver) {
 void LiveSolver::mend(const ReferenceVerdict& verdict) {
   from_ = verdict.from;
   factor_ = verdict.factor;
-  expected_ = mended(Frames(reference_));
+  expect();
 }
 
 Frames LiveSolver::mended(FramesView changes) const {

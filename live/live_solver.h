@@ -110,6 +110,8 @@ class LiveSolver {
 
  private:
   Frames mended(FramesView changes) const;
+  /// Sets `expected_` from the reference.
+  void expect();
   /// Computes image, report and contacts of the frame in `change_` into `answer_`; solvers with a
   /// stream of their own start from the last frame.
   void image();

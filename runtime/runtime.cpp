@@ -201,6 +201,9 @@ void Solver::set_reference(std::span<const float> voltages) {
   require(voltages.size() == state_->reference.size(),
           "the reference has another size than a frame");
   std::copy(voltages.begin(), voltages.end(), state_->reference.begin());
+  if (state_->front.model.electrodes > 0) {
+    ert_fill_reference(&state_->front.model, state_->changes.data(), state_->reference.data());
+  }
 }
 
 void Solver::reconstruct(std::span<const float> voltages, std::span<float> image) {

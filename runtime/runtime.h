@@ -14,7 +14,7 @@
 ///     const int count = solver.contacts(image, contacts);
 ///
 /// `ertbench export NAME --to runtime --out DIR` writes the file. Images are those of the program
-/// to 1e-6 of the background.
+/// to 1e-5 of the background.
 namespace ertbench::runtime {
 
 struct Contact {

@@ -79,6 +79,7 @@ SummaryReport report_summary(const fs::path& results, const fs::path& out,
   const json content = read_json_file(file);
   const std::string source = printable_path(file.string());
   JsonObject summary(content, source, "");
+  summary.integer_or("schema", 1, 1, 1);  // an earlier version wrote none
   const json kept = presentation_in(summary);
   JsonObject shown(kept, source, "/presentation");
   TableText text;

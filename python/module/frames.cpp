@@ -36,6 +36,7 @@ py::dict read_frames(const std::string& input, const Sensor* sensor, const std::
                      (verdict.state == State::mendable ? "fix=True reads the frames so, " : "") +
                      "force=True takes them as they are");
   }
+  frames.fill_reference();
   const auto count = static_cast<py::ssize_t>(frames.frames());
   const py::ssize_t width = frames.sensor().channels();
   py::dict out;

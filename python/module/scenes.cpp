@@ -99,6 +99,10 @@ void write_scenes(const Sensor& sensor, const py::object& voltages, const py::ob
     throw InputError("SceneSet: voltages and images must be as many, got " +
                      shape_text(frames.array) + " and " + shape_text(truths.array));
   }
+  if (truths.count > 0 && truths.view().minCoeff() <= 0) {
+    throw InputError(
+        "SceneSet: images must be > 0 S/m everywhere; they are conductivities, not their changes");
+  }
   const Hdf5Turn turn;
   require_dataset_output(path, {});
   replace_file(path, [&](const std::filesystem::path& aside) {

@@ -11,6 +11,7 @@
 #include "core/files.h"
 #include "core/hdf5_file.h"
 #include "core/json.h"
+#include "forward/border/border_model.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/sheet_model.h"
 #include "frames/reconstruct.h"
@@ -196,6 +197,11 @@ class PySolver {
   Rows changes_of(const py::object& frames) const {
     const bool knows = !py::isinstance<py::array>(frames) && py::hasattr(frames, "changes");
     const py::object array = knows ? frames.attr("changes") : frames;
+    if (knows && py::hasattr(frames, "sensor") && frames.attr("sensor").cast<Sensor>() != sensor_) {
+      throw InputError(
+          "frames: are of another sensor than the solver was fitted for; fit one for "
+          "`frames.sensor`, or read the frames with `solver.sensor`");
+    }
     // A frame with a number that is not finite has the status "undefined".
     return rows_of(array, "frames", {sensor_.channels()}, "V", false);
   }
@@ -214,7 +220,9 @@ class PySolver {
       throw InputError("reference: must be one frame [" + std::to_string(sensor_.channels()) +
                        "] (V), or 0 where the frames are changes; got " + shape_text(numbers));
     }
-    return rows.view().row(0);
+    return filled_reference(sensor_, rows.view().row(0).transpose(),
+                            BorderModel(sensor_).reference_voltages())
+        .transpose();
   }
 
   static py::object statuses(const Rows& rows, Eigen::Map<Images>& images,

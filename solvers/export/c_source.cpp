@@ -409,8 +409,8 @@ std::map<std::string, std::string> Writer::files() {
     solver += "  image[" + std::to_string(p) + "] = 0.0F; /* no sheet */\n";
   }
   const std::string which = front_.empty() ? "" : " front";
-  solver += "}\n\n" + front_ + part("start" + which) + part("calls") + part("images" + which) +
-            c_contacts() + "\n" + part("contacts");
+  solver += "}\n\n" + front_ + part("start" + which) + part("calls" + which) +
+            part("images" + which) + c_contacts() + "\n" + part("contacts");
   return {
       {"solver.h", filled(c_solver_header(), words())},
       {"solver.c", solver},

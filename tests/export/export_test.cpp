@@ -327,6 +327,12 @@ TEST_F(Export, TheCommandsOfThePageWork) {
   fs::create_symlink(ERTBENCH_PROGRAM, folder / "ertbench");
   const Outcome outcome = shell(folder, "bash page.sh");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  // A line with an empty cell is no frame, and the next one is not read into it.
+  const Outcome gap =
+      shell(folder, "(head -1 empty.csv; sed -n '2s/,[^,]*,/,,/p' empty.csv) | ./contacts");
+  EXPECT_EQ(gap.exit_code, 1);
+  EXPECT_NE(gap.output.find("frame 1: must be a line of 208 numbers"), std::string::npos)
+      << gap.output;
 }
 
 }  // namespace

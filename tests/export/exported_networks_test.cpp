@@ -26,6 +26,29 @@ TEST_F(Export, TheFrontIsTheProgramsOnDamagedFrames) {
   EXPECT_GT(relative_difference(plain.cast<double>(), images("tsvd", "faults")), 1);
 }
 
+// A robot may boot with a broken electrode: nothing of it changes then.
+TEST_F(Export, AnElectrodeThatIsDeadInTheReferenceIsReplaced) {
+  FloatRows given = floats_of(path() / "frames.bin", 208);
+  const auto channels = electrodes_of_channels(Sensor{});
+  for (const auto& [name, first] : {std::pair{"dead_later", 1}, std::pair{"dead_before", 0}}) {
+    for (Eigen::Index c = 0; c < 208; ++c) {
+      const auto& [drive, measurement] = channels[static_cast<std::size_t>(c)];
+      for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
+        if (e == 5) given.col(c).tail(given.rows() - first).setZero();
+      }
+    }
+    std::ofstream(path() / (std::string(name) + ".bin"), std::ios::binary)
+        .write(reinterpret_cast<const char*>(given.data()),
+               static_cast<std::streamsize>(sizeof(float)) * given.size());
+  }
+  const std::string solver = "lean-net-8-rugged";
+  const fs::path code = exported(solver, "float32");
+  const Eigen::MatrixXd later = answers(code, "dead_later").leftCols(pixels).cast<double>();
+  ASSERT_GT(later.norm(), 0);
+  expect_equal(answers(code, "dead_before").leftCols(pixels), later, 1e-6);
+  expect_equal(runtime_images(solver, "dead_before"), later, 1e-5);
+}
+
 TEST_F(Export, CoarseWeightsOfARuggedNetworkCostLittle) {
   const Eigen::MatrixXd own = images("lean-net-8-rugged", "faults");
   for (const auto& [precision, most] : {std::pair{"float16", 0.004}, std::pair{"int8", 0.1}}) {

@@ -158,6 +158,72 @@ TEST(FramesProgram, AStoredSolverServesASheetThatConductsTwiceAsWell) {
   EXPECT_NEAR(same(0, 3), 2 * contacts(0, 3), 0.01 * std::abs(same(0, 3)));
 }
 
+// A robot may boot with a broken electrode: nothing of it changes then.
+TEST(FramesProgram, AnElectrodeThatIsDeadInTheReferenceIsReplaced) {
+  const TemporaryFolder folder("dead");
+  const auto channels = electrodes_of_channels(Sensor{});
+  const auto without_5 = [&](Frames frames, Eigen::Index first) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const auto& [drive, measurement] = channels[c];
+      for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
+        if (e == 5) frames.col(static_cast<Eigen::Index>(c)).tail(frames.rows() - first).setZero();
+      }
+    }
+    return frames;
+  };
+  const auto image_of = [&](const Frames& frames) -> Eigen::VectorXd {
+    write_csv(folder / "frames.csv", frames);
+    const Outcome outcome = run_program(folder.path(),
+                                        "reconstruct --solver lean-net-8 --input frames.csv "
+                                        "--background 0-19 --output images.h5");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    const Hdf5File file = Hdf5File::open(folder / "images.h5");
+    EXPECT_EQ(file.read_rows("/reason", 21, 1)(0, 0), 1);  // a dead electrode
+    return file.read_rows("/conductivity_change", 21, 1).row(0).transpose();
+  };
+  const Frames frames = measured_frames({});
+  const Eigen::VectorXd later = image_of(without_5(frames, 20));
+  EXPECT_LT((image_of(without_5(frames, 0)) - later).norm(), 0.02 * later.norm());
+
+  // Its channels say nothing about the background.
+  write_csv(folder / "empty.csv", without_5(frames, 0).topRows(20));
+  const Outcome calibrated = run_program(folder.path(), "calibrate empty.csv --out c.json");
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.output;
+  const Calibration c = read_calibration(folder / "c.json");
+  EXPECT_EQ(c.dead_electrodes, std::vector<int>{5});
+  EXPECT_NEAR(c.background, 0.06, 1e-4);
+}
+
+TEST(FramesProgram, ACalibrationWithoutSomeChannelsServesTheSameRecording) {
+  const TemporaryFolder folder("missing");
+  Frames frames = measured_frames({});
+  frames.col(40).setConstant(std::nan(""));
+  write_csv(folder / "frames.csv", frames);
+  for (const std::string command :
+       {"calibrate frames.csv --rows 0-19 --out c.json",
+        "reconstruct --solver lean-net-8 --input frames.csv --calibration c.json --output o.h5"}) {
+    const Outcome outcome = run_program(folder.path(), command);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  }
+}
+
+TEST(FramesProgram, AStoredSolverServesAnotherCurrent) {
+  const TemporaryFolder folder("current");
+  const Frames frames = measured_frames({});
+  write_csv(folder / "frames.csv", frames);
+  write_csv(folder / "weak.csv", 0.04 * frames);
+  write_text(folder / "weak.json", R"({"drive_current": 0.001})");
+  const auto image_of = [&](const std::string& input) {
+    const Outcome outcome = run_program(
+        folder.path(), "reconstruct --solver lean-net-8 --background 0-19 --output o.h5 " + input);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    return Hdf5File::open(folder / "o.h5").read_rows("/conductivity_change", 21, 1);
+  };
+  const RowMajorMatrix own = image_of("--input frames.csv");
+  const RowMajorMatrix weak = image_of("--input weak.csv --sensor weak.json");
+  EXPECT_LT((weak - own).norm(), 1e-4 * own.norm());
+}
+
 TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
   const TemporaryFolder folder("csv");
   const Frames frames = measured_frames({});
@@ -380,6 +446,9 @@ TEST(FramesProgram, ScoresAreThoseOfARun) {
     Hdf5File bare = Hdf5File::create(folder / "bare.h5");
     bare.create_dataset("/conductivity", {40, 24, 24});
     bare.write_rows("/conductivity", 0, images);
+    Hdf5File other = Hdf5File::create(folder / "other.h5");
+    other.create_dataset("/conductivity", {40, 24, 24});
+    other.write_rows("/conductivity", 0, 1.5 * images);
     images.row(7).setConstant(NAN);
     Hdf5File perfect = Hdf5File::create(folder / "perfect.h5");
     perfect.create_dataset("/conductivity", {40, 24, 24});
@@ -404,6 +473,9 @@ TEST(FramesProgram, ScoresAreThoseOfARun) {
   const Outcome fewer = run_program(folder.path(), "score fewer.h5 bare.h5");
   EXPECT_EQ(fewer.exit_code, 2);
   EXPECT_NE(fewer.output.find("holds 39 images"), std::string::npos) << fewer.output;
+  const Outcome other = run_program(folder.path(), "score other.h5 other.h5");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.output.find("name yours by --sensor"), std::string::npos) << other.output;
 
   // Truths and images that contradict the sensor or each other.
   const auto refused = [&](const char* name, const RowMajorMatrix& truth, double status,

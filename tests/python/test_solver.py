@@ -57,6 +57,20 @@ def test_images_are_linear_in_the_changes(solver, drawn):
     np.testing.assert_array_equal(solver.reconstruct(np.zeros(208), 0)[0], np.zeros((24, 24)))
 
 
+def test_refuses_frames_of_another_sensor(solver, drawn):
+    other = eb.Scenes(eb.Sensor(background=0.09), contacts=1, seed=4).draw(3, 50)
+    with pytest.raises(eb.InputError, match="another sensor"):
+        solver.reconstruct(other)
+    np.testing.assert_array_equal(solver.reconstruct(drawn)[0],
+                                  solver.reconstruct(drawn.changes, reference=0)[0])
+
+
+def test_refuses_changes_in_the_place_of_conductivities(drawn):
+    with pytest.raises(eb.InputError, match="conductivities, not their changes"):
+        eb.Solver("lmmse").fit(eb.SceneSet(drawn.sensor, drawn.voltages, drawn.image_changes,
+                                           drawn.reference))
+
+
 def test_one_frame_is_squeezed(solver, drawn):
     images, status = solver.reconstruct(drawn.voltages, drawn.reference)
     image, one = solver.reconstruct(drawn.voltages[3], drawn.reference)
