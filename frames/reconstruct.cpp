@@ -44,17 +44,19 @@ constexpr Eigen::Index contact_columns = written_contacts[1];
 
 bool is_stored(const NamedSolver& named) { return named.entry->contains("checkpoint"); }
 
-/// The sensor that the solver is fitted for. A stored one keeps its drive current, and its
-/// background if `calibrate` found another.
+/// What the solver is fitted for: a stored one keeps its current and, if calibrated, background.
 Sensor sensor_of(const NamedSolver& named, const OwnFrames& frames) {
   if (!is_stored(named)) return frames.sensor();
+  Sensor out = frames.declared_sensor();
   JsonObject object(*named.entry, named.source, "");
   const fs::path file = fitted_file(object.text("checkpoint"), object.folder());
-  const json sensor = json_attribute(Hdf5File::open(file), "sensor");
-  const Sensor stored = sensor_from_json(JsonObject(sensor, file.string(), "/sensor"));
-  Sensor out = frames.declared_sensor();
-  out.drive_current = stored.drive_current;
-  if (frames.calibration()) out.background = stored.background;
+  try {
+    const json sensor = json_attribute(Hdf5File::open(file), "sensor");
+    const Sensor stored = sensor_from_json(JsonObject(sensor, file.string(), "/sensor"));
+    out.drive_current = stored.drive_current;
+    if (frames.calibration()) out.background = stored.background;
+  } catch (const InputError&) {  // is reported when the solver is loaded
+  }
   return out;
 }
 
@@ -100,8 +102,7 @@ void judge(const OwnFrames& frames, std::uint64_t frame,
   summary.faults.push_back("frame " + std::to_string(frame) + ": " + verdict.text());
 }
 
-/// Checks the reference, mends the frames if asked, and returns the text; throws if they do not
-/// fit.
+/// Checks the reference, mends frames if asked and returns the text; throws if they do not fit.
 std::string check_frames(const ReconstructOptions& options, OwnFrames& frames) {
   const ReferenceVerdict verdict = frames.check();
   const std::string text = verdict.text();
@@ -189,10 +190,9 @@ ReconstructSummary reconstruct_here(const ReconstructOptions& options, const fs:
         "\n  note: the solver has all channels; those left out were estimated from the others";
   }
   if (gain != 1 || ratio != 1) {
-    summary.reference += "\n  note: the solver was fitted for " + number_text(fitted.background) +
-                         " S/m and " + number_text(fitted.drive_current) +
-                         " A: voltages are multiplied by " + fixed(gain, 3) + ", images by " +
-                         fixed(ratio, 3);
+    summary.reference += "\n  note: fitted for " + number_text(fitted.background) + " S/m and " +
+                         number_text(fitted.drive_current) + " A: voltages are multiplied by " +
+                         fixed(gain, 3) + ", images by " + fixed(ratio, 3);
   }
   frames.fill_reference();
   summary.frames = frames.frames();
