@@ -189,8 +189,9 @@ void LiveSolver::learn_quiet(FramesView changes, const FrameRuns& runs,
 const LiveAnswer& LiveSolver::answer(const Eigen::Ref<const Eigen::RowVectorXd>& voltages,
                                      double time_s) {
   const SteadyClock::time_point start = SteadyClock::now();
-  change_ = voltages - reference_;
+  change_ = voltages;
   if (!from_.empty()) change_ = mended(change_);
+  change_ -= expected_;
   if (quiet_) quiet_->follow(change_.row(0), time_s);
   image();
   report(bounds_.judge(change_.row(0), expected_.row(0), answer_.report), answer_.report);

@@ -8,6 +8,7 @@
 #include "core/hdf5_file.h"
 #include "core/text.h"
 #include "frames/calibration.h"
+#include "solvers/channel_mask.h"
 #include "tests/bench/program.h"
 #include "tests/bench/small_experiment.h"
 #include "tests/frames/frames_testing.h"
@@ -161,13 +162,11 @@ TEST(FramesProgram, AStoredSolverServesASheetThatConductsTwiceAsWell) {
 // A robot may boot with a broken electrode: nothing of it changes then.
 TEST(FramesProgram, AnElectrodeThatIsDeadInTheReferenceIsReplaced) {
   const TemporaryFolder folder("dead");
-  const auto channels = electrodes_of_channels(Sensor{});
+  const std::vector<ElectrodeSet> users = electrode_sets_of_channels(Sensor{});
   const auto without_5 = [&](Frames frames, Eigen::Index first) {
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-      const auto& [drive, measurement] = channels[c];
-      for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
-        if (e == 5) frames.col(static_cast<Eigen::Index>(c)).tail(frames.rows() - first).setZero();
-      }
+    for (Eigen::Index c = 0; c < frames.cols(); ++c) {
+      const bool uses = users[static_cast<std::size_t>(c)] >> 5 & 1;
+      if (uses) frames.col(c).tail(frames.rows() - first).setZero();
     }
     return frames;
   };
@@ -184,6 +183,16 @@ TEST(FramesProgram, AnElectrodeThatIsDeadInTheReferenceIsReplaced) {
   const Frames frames = measured_frames({});
   const Eigen::VectorXd later = image_of(without_5(frames, 20));
   EXPECT_LT((image_of(without_5(frames, 0)) - later).norm(), 0.02 * later.norm());
+
+  {
+    Hdf5File file = Hdf5File::create(folder / "frames.h5");
+    file.write_matrix("/voltages", without_5(frames, 0));
+  }
+  const Outcome live =
+      run_program(folder.path(),
+                  "live --solver lean-net-8 --background 20 --lossless --input replay:frames.h5");
+  EXPECT_EQ(live.exit_code, 0) << live.output;
+  EXPECT_NE(live.output.find("\"dead_electrodes\":[5]"), std::string::npos) << live.output;
 
   // Its channels say nothing about the background.
   write_csv(folder / "empty.csv", without_5(frames, 0).topRows(20));
