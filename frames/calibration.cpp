@@ -203,26 +203,27 @@ std::vector<std::string> warnings_of(const Calibration& calibration) {
 }
 
 json to_json(const Calibration& c) {
-  return {{"schema", Calibration::schema},
-          {"sensor", to_json(c.sensor)},
-          {"declared_sensor", to_json(c.declared)},
-          {"frames", c.frames},
-          {"reference_voltages", list_of(c.reference)},
-          {"noise_V", list_of(c.noise)},
-          {"white_noise_V", list_of(c.white_noise)},
-          {"snr_db",
-           {{"absolute", c.snr_absolute},
-            {"absolute_white", c.snr_white},
-            {"difference", c.snr_difference},
-            {"contact",
-             {{"radius", Calibration::contact_radius},
-              {"conductivity_ratio", Calibration::contact_ratio}}}}},
-          {"drift", {{"level", c.drift_level}, {"relative", c.drift}}},
-          {"dead_electrodes", c.dead_electrodes},
-          {"reciprocity_error", c.reciprocity_error},
-          {"level", c.level},
-          {"background", c.background},
-          {"misfit", c.misfit}};
+  json out = {{"schema", Calibration::schema},
+              {"sensor", to_json(c.sensor)},
+              {"frames", c.frames},
+              {"reference_voltages", list_of(c.reference)},
+              {"noise_V", list_of(c.noise)},
+              {"white_noise_V", list_of(c.white_noise)},
+              {"snr_db",
+               {{"absolute", c.snr_absolute},
+                {"absolute_white", c.snr_white},
+                {"difference", c.snr_difference},
+                {"contact",
+                 {{"radius", Calibration::contact_radius},
+                  {"conductivity_ratio", Calibration::contact_ratio}}}}},
+              {"drift", {{"level", c.drift_level}, {"relative", c.drift}}},
+              {"dead_electrodes", c.dead_electrodes},
+              {"reciprocity_error", c.reciprocity_error},
+              {"level", c.level},
+              {"background", c.background},
+              {"misfit", c.misfit}};
+  if (!(c.declared == c.sensor)) out["declared_sensor"] = to_json(c.declared);
+  return out;
 }
 
 Calibration read_calibration(const std::filesystem::path& file) {

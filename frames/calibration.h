@@ -17,7 +17,7 @@ struct Calibration {
   static constexpr int schema = 1;
 
   Sensor sensor;              ///< as given
-  Sensor declared;            ///< the same with the channels that had no number
+  Sensor declared;            ///< the same, with channels that had no number in the recording
   int frames = 0;             ///< number of frames used
   Eigen::VectorXd reference;  ///< [channels] V, median of the frames
   /// [channels] V, standard deviation about the mean. It includes slow changes, as changes from a

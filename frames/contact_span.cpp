@@ -6,6 +6,7 @@
 #include "forward/border/border_model.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/reference_check.h"
+#include "solvers/channel_mask.h"
 #include "solvers/decompositions.h"
 
 namespace ertbench {
@@ -50,15 +51,13 @@ Eigen::VectorXd filled_reference(const Sensor& sensor, const Eigen::VectorXd& re
   const Eigen::VectorXd usual = reference.norm() / expected.norm() * expected;
   const std::vector<int> dead = electrodes_reading_zero(sensor, reference, usual);
   Eigen::VectorXd out = reference;
-  if (2 * std::ssize(dead) >= sensor.electrode_count) return out;
-  const std::vector<ChannelElectrodes> channels = electrodes_of_channels(sensor);
+  if (dead.empty() || 2 * std::ssize(dead) >= sensor.electrode_count) return out;
+  ElectrodeSet lost = 0;
+  for (const int e : dead) lost |= ElectrodeSet{1} << e;
+  const std::vector<ElectrodeSet> users = electrode_sets_of_channels(sensor);
   for (Eigen::Index c = 0; c < out.size(); ++c) {
-    const auto& [drive, measurement] = channels[static_cast<std::size_t>(c)];
-    const bool uses = std::ranges::any_of(dead, [&](int e) {
-      return e == drive.first || e == drive.second || e == measurement.first ||
-             e == measurement.second;
-    });
-    if (uses && std::abs(reference[c]) < zero_share * std::abs(usual[c])) out[c] = expected[c];
+    const bool is_zero = std::abs(reference[c]) < zero_share * std::abs(usual[c]);
+    if (is_zero && (users[static_cast<std::size_t>(c)] & lost)) out[c] = expected[c];
   }
   return out;
 }

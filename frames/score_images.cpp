@@ -288,7 +288,7 @@ class ScoredFiles {
       }
     }
     const double all = median(medians);
-    if (!named_ && std::abs(all / sensor_.background - 1) > 0.05) {
+    if (!named_ && first == 0 && std::abs(all / sensor_.background - 1) > 0.05) {
       throw InputError(truth_.path().string() + ": " + layout::conductivity + ": has the median " +
                        number_text(all) + " S/m, not " + background +
                        " that is assumed; name yours by --sensor");

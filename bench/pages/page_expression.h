@@ -62,8 +62,7 @@ struct PageValue {
 ///   interval (COLUMN.ci95 or COLUMN_low, COLUMN_high), `LOW..HIGH` the range of two columns;
 /// - `(+ a b)`, `-`, `*`, `/`: each number of `a` with the one of `b`; `abs`;
 /// - `min`, `max`, `sum`, `count` over all numbers of their arguments; `(range a ...)`, the least
-/// and
-///   the greatest; `(best a)`, the label of the row with the least number;
+///   and the greatest; `(best a)`, the label of the row with the least number;
 /// - `(< a b ...)`, `>`, `>=`, which hold where every number of one argument compares so with every
 ///   number of the next; `(= a b tolerance)`; `(and ...)`, `(or ...)`;
 ///   `(is TEXT TEXT)`. 1 holds, 0 does not.

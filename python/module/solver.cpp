@@ -197,7 +197,8 @@ class PySolver {
   Rows changes_of(const py::object& frames) const {
     const bool knows = !py::isinstance<py::array>(frames) && py::hasattr(frames, "changes");
     const py::object array = knows ? frames.attr("changes") : frames;
-    if (knows && py::hasattr(frames, "sensor") && frames.attr("sensor").cast<Sensor>() != sensor_) {
+    const py::object own = knows ? py::getattr(frames, "sensor", py::none()) : py::none();
+    if (py::isinstance<Sensor>(own) && own.cast<const Sensor&>() != sensor_) {
       throw InputError(
           "frames: are of another sensor than the solver was fitted for; fit one for "
           "`frames.sensor`, or read the frames with `solver.sensor`");

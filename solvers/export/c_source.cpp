@@ -409,7 +409,11 @@ std::map<std::string, std::string> Writer::files() {
     solver += "  image[" + std::to_string(p) + "] = 0.0F; /* no sheet */\n";
   }
   const std::string which = front_.empty() ? "" : " front";
-  solver += "}\n\n" + front_ + part("start" + which) + part("calls" + which) +
+  const std::string fill =
+      front_.empty()
+          ? ""
+          : "  ert_fill_reference(&ert_front_model, solver->frame, solver->reference);\n";
+  solver += "}\n\n" + front_ + part("start" + which) + filled(part("calls"), {{"FILL", fill}}) +
             part("images" + which) + c_contacts() + "\n" + part("contacts");
   return {
       {"solver.h", filled(c_solver_header(), words())},

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "solvers/decompositions.h"
 #include "solvers/solver_file.h"
 
 namespace ertbench {
@@ -18,23 +17,23 @@ constexpr double rank_tolerance = 1e-13;
 
 /// Singular values closer than this, relative to the largest, form a pair: rounding separates them
 /// by 1e-15, the sensor's geometry by far more.
-bool same_value(const SingularTriplets& triplets, Eigen::Index i, Eigen::Index j) {
+bool same_value(const DenseSvd& triplets, Eigen::Index i, Eigen::Index j) {
   const Eigen::VectorXd& s = triplets.values;
   return std::abs(s[i] - s[j]) <= 1e-9 * s[std::min(i, j)] + 1e-13 * s[0];
 }
 
 /// True if the rank keeps one value of a pair and drops the other.
-bool splits_pair(const SingularTriplets& triplets, Eigen::Index rank) {
+bool splits_pair(const DenseSvd& triplets, Eigen::Index rank) {
   return rank < triplets.values.size() && same_value(triplets, rank - 1, rank);
 }
 
 }  // namespace
 
-SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count) {
+DenseSvd leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count) {
   const DenseSvd all = dense_svd(a);
   const Eigen::Index rank = (all.values.array() > rank_tolerance * all.values[0]).count();
   const Eigen::Index kept = std::min(count, rank);
-  return {all.values.head(kept), all.left.leftCols(kept), all.right.leftCols(kept)};
+  return {all.left.leftCols(kept), all.values.head(kept), all.right.leftCols(kept)};
 }
 
 TruncatedSvd::TruncatedSvd(JsonObject parameters)
@@ -106,7 +105,7 @@ void TruncatedSvd::truncate(const FitInput& input) {
   };
   if (by_rank_ && cut_.value) {
     const auto rank = static_cast<Eigen::Index>(*cut_.value);
-    const SingularTriplets triplets = triplets_to(rank);
+    const DenseSvd triplets = triplets_to(rank);
     if (rank > triplets.values.size()) {
       throw InputError(cut_.place + ": must be <= " + std::to_string(triplets.values.size()) +
                        ", the numerical rank of this sensor's Jacobian; got " +
@@ -120,7 +119,7 @@ void TruncatedSvd::truncate(const FitInput& input) {
     return;
   }
 
-  SingularTriplets triplets = triplets_to(most);
+  DenseSvd triplets = triplets_to(most);
   if (cut_.automatic()) {
     set_rank(triplets, choose_rank(input, triplets));
     return;
@@ -131,14 +130,14 @@ void TruncatedSvd::truncate(const FitInput& input) {
   set_rank(triplets, rank);
 }
 
-void TruncatedSvd::set_rank(const SingularTriplets& triplets, Eigen::Index rank) {
+void TruncatedSvd::set_rank(const DenseSvd& triplets, Eigen::Index rank) {
   least_kept_ = triplets.values[rank - 1];
   set_inverse(triplets.right.leftCols(rank),
               triplets.values.head(rank).cwiseInverse().asDiagonal() *
                   triplets.left.leftCols(rank).transpose());
 }
 
-Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, SingularTriplets& triplets) {
+Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, DenseSvd& triplets) {
   const ValidationFrames frames = read_validation_frames(input, cut_.place);
   ParameterChoice choice;
   choice.frames = static_cast<int>(frames.changes.rows());

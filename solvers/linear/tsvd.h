@@ -3,21 +3,15 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "solvers/decompositions.h"
 #include "solvers/linear/linear_solver.h"
 #include "solvers/parameter_choice.h"
 
 namespace ertbench {
 
-/// a = sum_i values[i] left.col(i) right.col(i)^T, values descending.
-struct SingularTriplets {
-  Eigen::VectorXd values;  ///< [k]
-  Eigen::MatrixXd left;    ///< [rows of a, k]
-  Eigen::MatrixXd right;   ///< [columns of a, k]
-};
-
 /// The `count` leading singular triplets of `a`, fewer if the rank of `a` (values above 1e-13 of
 /// the largest) is lower. Errors are of the order of rounding in the largest value.
-SingularTriplets leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count);
+DenseSvd leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count);
 
 /// Truncated singular value decomposition, as EIDORS's inv_solve_TSVD: with J = sum s_i u_i v_i^T
 /// at the uniform background, s descending,
@@ -52,8 +46,8 @@ class TruncatedSvd final : public LinearSolver {
   nlohmann::json fit_parameters() const;
   void truncate(const FitInput& input);
   std::unique_ptr<const FrameInverse> frame_inverse() const override;
-  void set_rank(const SingularTriplets& triplets, Eigen::Index rank);
-  Eigen::Index choose_rank(const FitInput& input, SingularTriplets& triplets);
+  void set_rank(const DenseSvd& triplets, Eigen::Index rank);
+  Eigen::Index choose_rank(const FitInput& input, DenseSvd& triplets);
 
   bool by_rank_ = true;
   Tunable cut_;            ///< the rank or the threshold

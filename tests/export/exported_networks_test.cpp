@@ -4,6 +4,7 @@
 
 #include <tuple>
 
+#include "solvers/channel_mask.h"
 #include "tests/export/export_testing.h"
 
 namespace ertbench::testing {
@@ -29,13 +30,11 @@ TEST_F(Export, TheFrontIsTheProgramsOnDamagedFrames) {
 // A robot may boot with a broken electrode: nothing of it changes then.
 TEST_F(Export, AnElectrodeThatIsDeadInTheReferenceIsReplaced) {
   FloatRows given = floats_of(path() / "frames.bin", 208);
-  const auto channels = electrodes_of_channels(Sensor{});
+  const std::vector<ElectrodeSet> users = electrode_sets_of_channels(Sensor{});
   for (const auto& [name, first] : {std::pair{"dead_later", 1}, std::pair{"dead_before", 0}}) {
     for (Eigen::Index c = 0; c < 208; ++c) {
-      const auto& [drive, measurement] = channels[static_cast<std::size_t>(c)];
-      for (const int e : {drive.first, drive.second, measurement.first, measurement.second}) {
-        if (e == 5) given.col(c).tail(given.rows() - first).setZero();
-      }
+      const bool uses = users[static_cast<std::size_t>(c)] >> 5 & 1;
+      if (uses) given.col(c).tail(given.rows() - first).setZero();
     }
     std::ofstream(path() / (std::string(name) + ".bin"), std::ios::binary)
         .write(reinterpret_cast<const char*>(given.data()),

@@ -25,6 +25,19 @@ def test_frames_of_a_csv_file(sensor, drawn, tmp_path, refused):
     assert "nowhere.csv" in refused(eb.read_frames, tmp_path / "nowhere.csv", sensor)
 
 
+def test_an_electrode_that_is_dead_in_the_reference_is_replaced(sensor, drawn, tmp_path):
+    solver = eb.load("lean-net-8")
+    uses = (sensor.channel_electrodes == 5).any(axis=1)
+    images = []
+    for dead_from in (20, 0):
+        rows = np.vstack([np.tile(drawn.reference, (20, 1)), drawn.voltages])
+        rows[dead_from:, uses] = 0
+        np.savetxt(tmp_path / "lab.csv", rows, delimiter=",")
+        frames = eb.read_frames(tmp_path / "lab.csv", sensor, background="0-19")
+        images.append(solver.reconstruct(frames)[0][20:])
+    np.testing.assert_allclose(images[1], images[0], atol=1e-6)
+
+
 def test_scores_of_perfect_and_of_empty_images(drawn):
     perfect = eb.score(drawn.image_changes, drawn)
     np.testing.assert_allclose(perfect["AR"], 1, rtol=1e-12)

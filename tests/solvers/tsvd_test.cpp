@@ -27,7 +27,7 @@ Eigen::MatrixXd with_values(const Eigen::VectorXd& values, Eigen::Index rows, Ei
 
 void expect_decomposes(const Eigen::MatrixXd& a, const Eigen::VectorXd& expected,
                        Eigen::Index count) {
-  const SingularTriplets triplets = leading_singular_triplets(a, count);
+  const DenseSvd triplets = leading_singular_triplets(a, count);
   ASSERT_EQ(triplets.values.size(), count);
   const double rounding = 1e-13 * expected[0];
   EXPECT_LT((triplets.values - expected.head(count)).cwiseAbs().maxCoeff(), rounding);
@@ -62,7 +62,7 @@ TEST(SingularTriplets, FindsEveryCopyOfAValue) {
 TEST(SingularTriplets, KeepsSmallValues) {
   Eigen::VectorXd values(12);
   for (int i = 0; i < 12; ++i) values[i] = std::pow(10, -i);
-  const SingularTriplets triplets = leading_singular_triplets(with_values(values, 12, 40), 12);
+  const DenseSvd triplets = leading_singular_triplets(with_values(values, 12, 40), 12);
   ASSERT_EQ(triplets.values.size(), 12);
   // To rounding in the largest; squaring the matrix would leave 1e-8.
   EXPECT_LT((triplets.values - values).cwiseAbs().maxCoeff(), 1e-14);
