@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <ranges>
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -180,13 +181,24 @@ struct Table {
   std::vector<std::string> notes;
 };
 
-bool counts_up(const Cells& cells, std::size_t column) {
-  const auto values = matrix_of(cells).col(static_cast<Eigen::Index>(column));
-  if (values.size() < 3 || values[0] != std::floor(values[0])) return false;
-  for (Eigen::Index i = 1; i < values.size(); ++i) {
-    if (!(values[i] - values[i - 1] == 1)) return false;
-  }
-  return true;
+/// Whether a protocol in use has so many channels: skipping the electrodes that carry current or
+/// not, each pair once or in both orders.
+bool is_usual_count(std::size_t channels) {
+  return std::ranges::any_of(std::views::iota(std::size_t{5}, std::size_t{65}), [&](auto n) {
+    const auto is = [&](std::size_t count) { return channels == count || 2 * channels == count; };
+    return is(n * (n - 3)) || is(n * (n - 1)) || channels == n * n;
+  });
+}
+
+/// Whether a column before `following` others numbers the frames or has the seconds since the first
+/// one, which never fall and are one more than a protocol has channels.
+bool counts_up(const Cells& cells, std::size_t column, std::size_t following) {
+  const auto values = matrix_of(cells).col(static_cast<Eigen::Index>(column)).array();
+  if (values.size() < 3) return false;
+  const auto steps = values.bottomRows(values.size() - 1) - values.topRows(values.size() - 1);
+  if (values[0] == std::floor(values[0]) && (steps == 1).all()) return true;
+  return (steps >= 0).all() && steps.maxCoeff() > 0 && is_usual_count(following) &&
+         !is_usual_count(following + 1);
 }
 
 /// Whether a column has the time of each frame, in text or in seconds of a clock.
@@ -217,9 +229,11 @@ TitledColumns columns_of(const Cells& cells, const std::string& source,
   if (titles.size() != count) titles.assign(count, "-");
   TitledColumns columns = titled_columns(titles, source);
   if (columns.channels.empty()) {
-    std::erase_if(columns.columns, [&](const TitledColumns::Column& column) {
-      return is_stamp(cells, column.value) || (column.value == 0 && counts_up(cells, 0));
-    });
+    std::vector<TitledColumns::Column>& used = columns.columns;
+    std::erase_if(used, [&](const auto& column) { return is_stamp(cells, column.value); });
+    while (!used.empty() && counts_up(cells, used.front().value, used.size() - 1)) {
+      used.erase(used.begin());
+    }
     // "POLAR 16 " before 256 values.
     if (!columns.columns.empty()) {
       const auto first = static_cast<Eigen::Index>(columns.columns.front().value);

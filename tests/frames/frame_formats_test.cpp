@@ -115,10 +115,13 @@ TEST(FrameFormats, TablesInManyShapesAreTheSameVoltages) {
   std::string counted =
       "frame;" + table_text(RowMajorMatrix::Zero(1, 208), ";", [](double) { return "ch"; });
   std::string stamped;
+  std::string elapsed;
   for (Eigen::Index f = 0; f < 4; ++f) {
     const std::string row = table_text(frames.middleRows(f, 1), ";");
     counted += std::to_string(7 + f) + ";" + row;
     stamped += "2024-01-26 10:00:0" + std::to_string(f) + ";" + row;
+    elapsed += "10:00:0" + std::to_string(f) + ";" + std::to_string(7 + f) + ";" +
+               number(0.04 * static_cast<double>(f) + 0.001) + ";" + row;
   }
   const auto complex = [](const char* before, const char* behind) {
     return [=](double v) { return before + number(v) + behind; };
@@ -142,6 +145,7 @@ TEST(FrameFormats, TablesInManyShapesAreTheSameVoltages) {
       {"a clock before", table_text(frames, ",", number, "10:22:01.125 -> ")},
       {"counted frames", counted},
       {"stamped frames", stamped},
+      {"a clock, a counter and elapsed seconds before", elapsed},
       {"titles of pandas",
        [&] {
          std::string text = "\"\"";
