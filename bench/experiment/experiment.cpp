@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "bench/experiment/experiment_json.h"
 #include "bench/experiment/experiment_solvers.h"
@@ -16,6 +17,27 @@ namespace ertbench {
 namespace {
 
 constexpr int least_timed_frames = 662;  // fewer leave the 99th percentile without an interval
+
+/// Refuses frames of a file in two sets of which one is learned from: their error says nothing.
+void refuse_learned_frames(const JsonObject& object, const Experiment& experiment) {
+  const std::vector<const DatasetSpec*> sets = experiment.datasets();
+  for (auto set = sets.begin(); set != sets.end(); ++set) {
+    for (auto learned = sets.begin(); learned != set; ++learned) {
+      const MeasuredFrames* own = (*set)->measured();
+      const MeasuredFrames* other = (*learned)->measured();
+      const bool is_test = (*learned)->name != "train" && (*learned)->name != "validation";
+      if (is_test || !own || !other || own->checksum != other->checksum) continue;
+      std::set<std::uint64_t> rows;
+      const std::vector<std::uint64_t> of_both[] = {own->rows(), other->rows()};
+      for (const auto& some : of_both) rows.insert(some.begin(), some.end());
+      const std::size_t shared = of_both[0].size() + of_both[1].size() - rows.size();
+      if (shared == 0) continue;
+      object.fail((*set)->name, "has " + std::to_string(shared) + " frames of " + own->name +
+                                    " that \"" + (*learned)->name +
+                                    "\", from which solvers learn, has too; give other \"rows\"");
+    }
+  }
+}
 
 void read_datasets(JsonObject object, Experiment& experiment) {
   for (const std::string& name : object.keys()) {
@@ -36,6 +58,7 @@ void read_datasets(JsonObject object, Experiment& experiment) {
     object.fail("",
                 "needs a test set: a dataset by another name than \"train\" and \"validation\"");
   }
+  refuse_learned_frames(object, experiment);
 }
 
 /// Names the user's own solver libraries to the registry; in the file they are relative to it.

@@ -150,6 +150,25 @@ void save(const FitRecipe& recipe, const fs::path& file, const FittedSolver& fit
   write_file_atomically(note_of(file), json_text(note, 2));
 }
 
+/// Warns of measured voltages in another unit than those of the set before.
+void warn_of_other_units(const Experiment& experiment, const Cache& cache) {
+  constexpr double most = 50;  // times: amplifiers of one sensor differ by less, mV and V by more
+  const DatasetSpec* before = nullptr;
+  double norm_before = 0;
+  for (const DatasetSpec* spec : experiment.datasets()) {
+    const double norm = cache.open_dataset(*spec).reference_voltages().norm();
+    const double ratio = norm / norm_before;
+    if (before && (spec->measured() || before->measured()) && (ratio > most || ratio * most < 1)) {
+      spdlog::warn(
+          "{}: reference voltages are {:.3g} times those of \"{}\"; if they are of another "
+          "unit, give it with \"scale\"",
+          spec->name, ratio, before->name);
+    }
+    before = spec;
+    norm_before = norm;
+  }
+}
+
 }  // namespace
 
 void ensure_datasets(const Experiment& experiment, const Cache& cache) {
@@ -167,6 +186,7 @@ void ensure_datasets(const Experiment& experiment, const Cache& cache) {
         {cores, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); }});
     warn_of_missed_promise(*spec, cache.dataset(*spec));
   }
+  warn_of_other_units(experiment, cache);
 }
 
 void warn_of_missed_promise(const DatasetSpec& spec, const fs::path& file) {

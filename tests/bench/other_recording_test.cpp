@@ -120,17 +120,29 @@ TEST(OtherRecording, OfASkinIsTriedOnOrLearnedFrom) {
   ASSERT_EQ(tried.exit_code, 0) << tried.output;
   // Most of these presses are learned from too: better than the 2.9 mm of presses that are not.
   EXPECT_LT(error_mm(folder / "tried"), 2.5);
-  const Outcome learned = run_program(
-      folder.path(), run + " --out learned --set datasets.test.rows=[80,100]" +
-                         " --set datasets.train.file=" + quoted(other) +
-                         " --set datasets.train.rows=[0,64]" +
-                         " --set datasets.validation.file=" + quoted(other) +
-                         " --set datasets.validation.rows=[64,80] --set folds.rows=[0,100]" +
-                         " --set folds.presses=[40,80]");
+  const std::string learn = run + " --set datasets.train.file=" + quoted(other) +
+                            " --set datasets.train.rows=[0,64]" +
+                            " --set datasets.validation.file=" + quoted(other) +
+                            " --set datasets.validation.rows=[64,80] --set folds.rows=[0,100]" +
+                            " --set folds.presses=[40,80]";
+  const Outcome learned =
+      run_program(folder.path(), learn + " --out learned --set datasets.test.rows=[80,100]");
   ASSERT_EQ(learned.exit_code, 0) << learned.output;
   EXPECT_LT(error_mm(folder / "learned"), 15);  // guessing the middle: 47 mm
   const json presses = summary_of(folder / "learned").at("studies").at("presses");
   EXPECT_EQ(presses.at("presses"), (json{40, 80}));
+  const Outcome seen =
+      run_program(folder.path(), learn + " --out seen --set datasets.test.rows=[70,100]");
+  EXPECT_EQ(seen.exit_code, 2);
+  EXPECT_NE(seen.output.find("/datasets/test: has 10 frames of other.h5 that \"validation\""),
+            std::string::npos)
+      << seen.output;
+  const Outcome in_mv = run_program(
+      folder.path(), learn + " --out in_mv --set datasets.test.rows=[80,100] --set folds=null" +
+                         " --set datasets.test.scale=1000");
+  EXPECT_NE(in_mv.output.find("test: reference voltages are 1e+03 times those of \"validation\""),
+            std::string::npos)
+      << in_mv.output;
 }
 
 }  // namespace
