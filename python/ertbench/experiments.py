@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence, Union
 
 from . import _core
-from .sensor import plain
+from .sensor import json_of
 
 
 class Results:
@@ -65,7 +65,7 @@ def run(experiment: Union[str, os.PathLike], only: Optional[Sequence[str]] = Non
     if only:
         command += ["--only", ",".join(only)]
     for place, value in (set or {}).items():
-        command += ["--set", f"{place}={json.dumps(value, default=plain)}"]
+        command += ["--set", f"{place}={json_of(value)}"]
     command += ["--fresh"] if fresh else []
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     said: List[str] = []

@@ -10,7 +10,7 @@ from typing import Any, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import _core
-from .sensor import Sensor, own, plain
+from .sensor import Sensor, json_of, own
 from .shapes import Contact, Disc, Ellipse, Polygon, Rectangle, scenes_text
 
 
@@ -164,7 +164,7 @@ class Scenes:
             spec["snr_basis"] = snr_basis
         if seed is not None:
             spec["seed"] = seed
-        recipe = json.dumps(spec, default=plain)
+        recipe = json_of(spec)
         return _set_of(self.sensor, _core.draw(self.sensor, recipe, self.name, threads), recipe,
                        self.name)
 

@@ -43,11 +43,7 @@ class Sensor(_core.Sensor):
             _core.Sensor(Path(source).read_text(), source)  # says what is wrong in the file itself
             spec = json.loads(Path(source).read_text())
         spec.update(keywords)
-        try:
-            text = json.dumps(spec, default=_plain)
-        except TypeError as error:
-            raise _core.InputError(f"Sensor: {error}; numbers, text and lists are taken") from None
-        super().__init__(text, source)
+        super().__init__(json_of(spec), source)
 
     @staticmethod
     def names() -> list:
@@ -137,20 +133,22 @@ class Sensor(_core.Sensor):
                 f"{self.channels} channels>")
 
 
-def _plain(value):
-    """NumPy's numbers and arrays as JSON."""
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} is no value of a sensor")
-
-
 def own(sensor: "_core.Sensor | Sensor") -> Sensor:
     """The class of this file for a sensor that came from C++."""
     return sensor if isinstance(sensor, Sensor) else Sensor._of(sensor.to_json())
 
 
-def plain(value: Any) -> Any:
-    """NumPy's numbers and arrays as JSON has them; what json.dumps calls for others than its own."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    raise _core.InputError(f"{value!r}: is no number, text, list or dict")
+def json_of(spec: Any) -> str:
+    """The program's JSON of numbers, text, lists and dicts, and of NumPy's numbers and arrays.
+
+    Raises InputError for anything else, and for numbers that are not finite.
+    """
+    def plain(value: Any) -> Any:
+        if isinstance(value, (np.generic, np.ndarray)):
+            return value.tolist()
+        raise _core.InputError(f"{value!r}: is no number, text, list or dict")
+
+    try:
+        return json.dumps(spec, default=plain, allow_nan=False)
+    except ValueError:
+        raise _core.InputError(f"{spec!r:.500}: has a number that is not finite") from None

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any, Iterable, List, Sequence, Tuple, Union
 
 from ._core import InputError
+from .sensor import json_of
 
 Point = Tuple[float, float]
 
@@ -99,7 +99,7 @@ Contact = Union[Disc, Ellipse, Rectangle, Polygon]
 
 def scenes_text(scenes: Iterable[Sequence[Contact]]) -> str:
     """The scenes as the program's JSON."""
-    return json.dumps([{"contacts": [one._spec() for one in contacts_of(scene)]} for scene in scenes])
+    return json_of([{"contacts": [one._spec() for one in contacts_of(scene)]} for scene in scenes])
 
 
 def contacts_of(scene: Any) -> List[_Contact]:

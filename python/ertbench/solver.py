@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _core
 from .scenes import SceneSet
-from .sensor import Sensor, own, plain
+from .sensor import Sensor, json_of, own
 
 
 class Solver(_core.Solver):
@@ -32,7 +32,7 @@ class Solver(_core.Solver):
     def __init__(self, type: str, **parameters: Any):
         if "regularisation" in parameters:
             parameters["alpha" if type == "pdipm" else "lambda"] = parameters.pop("regularisation")
-        super().__init__(json.dumps({"type": type, **parameters}, default=plain))
+        super().__init__(json_of({"type": type, **parameters}))
         self.type = type
 
     def fit(self, on: Union[Sensor, SceneSet, str, os.PathLike],

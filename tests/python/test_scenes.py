@@ -104,6 +104,9 @@ def test_say_what_would_be_right(sensor, scenes, drawn, tmp_path, refused):
         eb.Scenes, sensor, radiusmm=3)
     assert "/count: must be a whole number from 1" in refused(scenes.draw, 0)
     assert "count: must be given" in refused(scenes.draw)
+    assert "nan}: has a number that is not finite" in refused(eb.Sensor, electrode_width=np.nan)
+    assert "has a number that is not finite" in refused(
+        eb.Scenes, sensor, scenes=[[eb.Disc(centre=(0, 0), radius=np.inf, ratio=0.5)]])
     assert "snr_basis: must be" in refused(scenes.draw, 3, 50, snr_basis="x")
     assert "nowhere.h5: does not exist" in refused(eb.read_scenes, tmp_path / "nowhere.h5")
     assert "changes are no truth" in refused(eb.score, drawn.image_changes, drawn.image_changes, sensor)
