@@ -176,8 +176,8 @@ Solver Solver::load(const std::string& name, const std::string& folder) {
     throw std::runtime_error(path + ": there is no such file; write it by `ertbench export " +
                              name + " --to runtime --out " + folder + "`");
   }
-  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
   try {
+    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
     LayerFile file = layer_file_from(bytes);
     check(file);
     const auto pixels = static_cast<std::size_t>(file.rows * file.columns);

@@ -22,7 +22,7 @@ constexpr double share_top = 44, share_bottom = 244;
 constexpr double error_top = 270, error_bottom = 490;
 constexpr double legend_top = 556;
 /// More curves per column cannot be distinguished; further solvers get further columns.
-constexpr std::size_t most_curves = 8;
+constexpr std::size_t most_curves = 7;
 
 constexpr LineStyle limit_line{ink::dark, 1.2, 3};
 
@@ -158,7 +158,7 @@ class LadderDrawing {
     const std::size_t count =
         std::max<std::size_t>(1, (series_.size() + most_curves - 1) / most_curves);
     const std::size_t each = (series_.size() + count - 1) / count;
-    const double panel_width = count == 1 ? 670 : 440;
+    const double panel_width = count == 1 ? 670 : count == 2 ? 440 : 300;
     std::vector<PanelColumn> out;
     for (std::size_t c = 0; c < count; ++c) {
       const double left = panels_left + static_cast<double>(c) * (panel_width + between);
@@ -169,7 +169,10 @@ class LadderDrawing {
                          left,
                          left + panel_width,
                          LevelAxis(axis_, here, panel_width),
-                         Legend(left - 20, left + panel_width + 15, count == 1 ? 3 : 2)};
+                         Legend(left - 20, left + panel_width + 15,
+                                count > 2    ? 1
+                                : count == 1 ? 3
+                                             : 2)};
       for (std::size_t s = first; s < first + here; ++s) {
         column.legend.add({series_[s].label, series_[s].line, series_[s].mark});
       }

@@ -95,6 +95,9 @@ TEST(SummaryReport, RefusesWhatIsNoResultAndWhatIsNoPlaceForIt) {
     other["rows"][2][key] = 5;
     damaged(other.dump(), std::string("result/summary.json: /rows/2/") + key);
   }
+  json newer = summary;
+  newer["schema"] = 2;
+  damaged(newer.dump(), "result/summary.json: /schema: must be");
   summary["rows"][2].erase("metrics");
   damaged(summary.dump(), "result/summary.json: /rows/2/metrics");
   summary["presentation"]["charts"] = {{{"type", "pie"}, {"name", "a"}}};
