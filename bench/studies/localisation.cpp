@@ -7,6 +7,7 @@
 
 #include "bench/studies/columns.h"
 #include "bench/studies/drawing.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/data/scene_model.h"
@@ -89,86 +90,51 @@ Rule bound_errors(const LocalisedSet& set) {
           Estimate::exact(interpolated_quantile(bounds, 0.95)), bounds.largest(), std::nullopt};
 }
 
-TableSection table_of(const LocalisedSet& set, const std::string& law) {
-  TableSection table;
+/// Adds the set's table, CSV rows, numbers and headlines; with `places` the numbers of each place.
+void add_set(const LocalisedSet& set, const std::string& law, bool places, TableSection& rows,
+             Study& study) {
+  const std::string frames = std::to_string(set.frames);
+  TableSection& table = study.sections.front().report.tables.emplace_back();
   table.caption = set.name + ": " + set.condition + ", " + law + " law, " +
-                  std::to_string(set.places.size()) + " places, " + std::to_string(set.frames) +
+                  std::to_string(set.places.size()) + " places, " + frames +
                   " frames; errors in mm";
   table.columns = error_columns.titles({{"solver", Align::left}, {"place by", Align::left}});
+  json& numbers =
+      study.numbers["sets"][set.name] = {{"condition", set.condition}, {"frames", set.frames}};
   for (const PlaceErrors& solver : set.solvers) {
-    if (add_failed(solver.label, solver.failure, table)) continue;
+    const bool failed = add_failed(solver.label, solver.failure, table);
+    json& own = numbers["solvers"][solver.label];
+    if (failed) own = {{"failure", solver.failure}};
     for (const PlaceRule rule : kPlaceRules) {
-      table.rows.push_back(error_columns.cells(
-          {rule == PlaceRule::raw ? solver.label : "", name_of(rule)}, rule_of(solver, rule)));
+      const std::string by = name_of(rule);
+      const Rule& errors = rule_of(solver, rule);
+      rows.rows.push_back(error_columns.data({set.name, solver.label, by}, errors));
+      rows.rows.back().emplace_back(frames);
+      if (failed) continue;
+      table.rows.push_back(
+          error_columns.cells({rule == PlaceRule::raw ? solver.label : "", by}, errors));
+      own[by] = error_columns.json(errors);
+      if (rule == PlaceRule::raw) continue;
+      study.best.push_back(
+          {solver.label, set.name + ": median error, " + by + " (mm)", 2, value_of(errors.median)});
+    }
+    for (std::size_t place = 0; places && !failed && place < set.places.size(); ++place) {
+      const auto& found = solver.found[place];
+      own["places"].push_back({{"target_mm", {set.places[place].x(), set.places[place].y()}},
+                               {"found_mm", found ? json{found->x(), found->y()} : json()},
+                               {"scatter_mm", solver.scatter_mm[place]}});
     }
   }
-  if (!set.bound_mm.empty()) {
-    table.rows.push_back(
-        error_columns.cells({"Cramér–Rao", "bound of the rms error"}, bound_errors(set)));
-  }
-  return table;
-}
-
-/// The CSV file: a row for each set, solver and rule.
-TableSection error_rows(const std::vector<LocalisedSet>& sets) {
-  TableSection rows;
-  rows.columns =
-      error_columns.names({{"set", Align::left}, {"solver", Align::left}, {"rule", Align::left}});
-  rows.columns.emplace_back("frames");
-  for (const LocalisedSet& set : sets) {
-    for (const PlaceErrors& solver : set.solvers) {
-      for (const PlaceRule rule : kPlaceRules) {
-        rows.rows.push_back(
-            error_columns.data({set.name, solver.label, name_of(rule)}, rule_of(solver, rule)));
-        rows.rows.back().emplace_back(std::to_string(set.frames));
-      }
-    }
-    if (set.bound_mm.empty()) continue;
-    rows.rows.push_back(error_columns.data({set.name, "Cramér–Rao", "bound"}, bound_errors(set)));
-    rows.rows.back().emplace_back();
-  }
-  return rows;
-}
-
-json json_of(const PlaceErrors& solver, const LocalisedSet& set, bool places) {
-  if (!solver.failure.empty()) return {{"failure", solver.failure}};
-  json out;
-  for (const PlaceRule rule : kPlaceRules) {
-    out[name_of(rule)] = error_columns.json(rule_of(solver, rule));
-  }
-  for (std::size_t place = 0; places && place < set.places.size(); ++place) {
-    const auto& found = solver.found[place];
-    out["places"].push_back({{"target_mm", {set.places[place].x(), set.places[place].y()}},
-                             {"found_mm", found ? json{found->x(), found->y()} : json()},
-                             {"scatter_mm", solver.scatter_mm[place]}});
-  }
-  return out;
-}
-
-json json_of(const LocalisedSet& set, bool places) {
-  json out = {{"condition", set.condition}, {"frames", set.frames}};
-  if (!set.bound_mm.empty()) {
-    const Rule bound = bound_errors(set);
-    out["cramer_rao_mm"] = {{"mean", bound.mean->value},
-                            {"median", bound.median->value},
-                            {"p95", bound.p95->value},
-                            {"worst", *bound.worst},
-                            {"places", set.bound_mm}};
-  }
-  for (const PlaceErrors& solver : set.solvers) {
-    out["solvers"][solver.label] = json_of(solver, set, places);
-  }
-  return out;
-}
-
-void add_headlines(const LocalisedSet& set, std::vector<Headline>& out) {
-  for (const PlaceErrors& solver : set.solvers) {
-    if (!solver.failure.empty()) continue;
-    for (const PlaceRule rule : {PlaceRule::thresholded, PlaceRule::contact}) {
-      out.push_back({solver.label, set.name + ": median error, " + name_of(rule) + " (mm)", 2,
-                     value_of(rule_of(solver, rule).median)});
-    }
-  }
+  if (set.bound_mm.empty()) return;
+  const Rule bound = bound_errors(set);
+  table.rows.push_back(error_columns.cells({"Cramér–Rao", "bound of the rms error"}, bound));
+  rows.rows.push_back(error_columns.data({set.name, "Cramér–Rao", "bound"}, bound));
+  rows.rows.back().emplace_back();
+  numbers["cramer_rao_mm"] = {{"mean", bound.mean->value},
+                              {"median", bound.median->value},
+                              {"p95", bound.p95->value},
+                              {"worst", *bound.worst},
+                              {"places", set.bound_mm}};
 }
 
 Points circle_around(const Vector2d& centre, double radius) {
@@ -316,16 +282,17 @@ Study localisation_study(const StudyInput& input) {
       "by the bootstrap over places. The Cramér–Rao bound is the least root mean square error of "
       "any unbiased estimate that knows the indenter and neither place nor force; a method that "
       "knows more, or is biased, may fall below it.";
+  TableSection rows;
+  rows.columns =
+      error_columns.names({{"set", Align::left}, {"solver", Align::left}, {"rule", Align::left}});
+  rows.columns.emplace_back("frames");
   for (const LocalisedSet& set : *sets) {
-    const std::vector<std::string>& maps = input.spec.maps;
-    const bool mapped = std::ranges::find(maps, set.name) != maps.end();
-    study.numbers["sets"][set.name] = json_of(set, mapped);
-    add_headlines(set, study.best);
-    section.report.tables.push_back(table_of(set, law));
+    const bool mapped = contains(input.spec.maps, set.name);
+    add_set(set, law, mapped, rows, study);
     const double side_mm = input.experiment.sensor.sheet->size_mm().x();
     if (mapped) section.figures.push_back(localisation_map({sets, &set}, side_mm, law));
   }
-  section.data = {{"", error_rows(*sets)}};
+  section.data = {{"", rows}};
   return study;
 }
 
