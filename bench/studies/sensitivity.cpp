@@ -154,89 +154,60 @@ TableSection strength_table(const SensitivitySet& set, const std::string& law, d
   return table;
 }
 
-TableSection force_table(const SensitivitySet& set, const std::string& law) {
-  const StudyColumns<Reading> columns = response_columns(set.forces_N);
-  TableSection table;
-  table.caption = set.name + ": force after calibration; " + set.condition + ", " + law + " law, " +
-                  std::to_string(set.presses) + " presses";
-  table.columns = columns.titles({{"solver", Align::left}, {"strength", Align::left}});
-  for (const PressResponse& solver : set.solvers) {
-    if (add_failed(solver.label, solver.failure, table)) continue;
-    for (const Strength strength : kStrengths) {
-      table.rows.push_back(
-          columns.cells({strength == Strength::peak ? solver.label : "", name_of(strength)},
-                        reading_of(solver, strength)));
-    }
-  }
-  return table;
-}
-
-/// The CSV file: a row for each set, solver and strength.
-TableSection response_rows(const std::vector<SensitivitySet>& sets) {
-  const StudyColumns<Reading> columns = response_columns(sets.front().forces_N);
-  TableSection rows;
-  rows.columns =
-      columns.names({{"set", Align::left}, {"solver", Align::left}, {"strength", Align::left}});
-  rows.columns.emplace_back("failure");
-  for (const SensitivitySet& set : sets) {
-    for (const PressResponse& solver : set.solvers) {
-      if (!solver.failure.empty()) {
-        rows.rows.push_back({set.name, solver.label});
-        rows.rows.back().resize(rows.columns.size());
-        rows.rows.back().back() = solver.failure;
-        continue;
-      }
-      for (const Strength strength : kStrengths) {
-        rows.rows.push_back(columns.data({set.name, solver.label, name_of(strength)},
-                                         reading_of(solver, strength)));
-        rows.rows.back().emplace_back();
-      }
-    }
-  }
-  return rows;
-}
-
 json json_of(const std::vector<std::optional<Estimate>>& estimates) {
   json out = json::array();
   for (const auto& estimate : estimates) out.push_back(to_json(estimate));
   return out;
 }
 
-json json_of(const PressResponse& solver, const StudyColumns<Reading>& columns) {
-  if (!solver.failure.empty()) return {{"failure", solver.failure}};
-  json out;
-  for (const Strength strength : kStrengths) {
-    const Reading& reading = reading_of(solver, strength);
-    json& one = out[name_of(strength)] = columns.json(reading);
-    one["force_error_at_N"] = json_of(reading.force_error_at);
-    one["regions"] = json::object();
-    for (std::size_t r = 0; r < reading.regions.size(); ++r) {
-      const Curve& curve = reading.regions[r];
-      one["regions"][roman(static_cast<int>(r))] = {{"rising", json_of(curve.rising)},
-                                                    {"falling", json_of(curve.falling)},
-                                                    {"spread", curve.spread},
-                                                    {"monotone", to_json(curve.monotone)},
-                                                    {"hysteresis", to_json(curve.hysteresis)}};
-    }
+json json_of(const Reading& reading, const StudyColumns<Reading>& columns) {
+  json out = columns.json(reading);
+  out["force_error_at_N"] = json_of(reading.force_error_at);
+  out["regions"] = json::object();
+  for (std::size_t r = 0; r < reading.regions.size(); ++r) {
+    const Curve& curve = reading.regions[r];
+    out["regions"][roman(static_cast<int>(r))] = {{"rising", json_of(curve.rising)},
+                                                  {"falling", json_of(curve.falling)},
+                                                  {"spread", curve.spread},
+                                                  {"monotone", to_json(curve.monotone)},
+                                                  {"hysteresis", to_json(curve.hysteresis)}};
   }
   return out;
 }
 
-json json_of(const SensitivitySet& set) {
+/// Adds the set's table of forces, CSV rows, numbers and headlines.
+void add_set(const SensitivitySet& set, const std::string& law, TableSection& rows, Study& study) {
   const StudyColumns<Reading> columns = response_columns(set.forces_N);
-  json out = {{"condition", set.condition}, {"forces_N", set.forces_N}, {"presses", set.presses}};
-  for (const PressResponse& solver : set.solvers) {
-    out["solvers"][solver.label] = json_of(solver, columns);
+  TableSection& table = study.sections.front().report.tables.emplace_back();
+  table.caption = set.name + ": force after calibration; " + set.condition + ", " + law + " law, " +
+                  std::to_string(set.presses) + " presses";
+  table.columns = columns.titles({{"solver", Align::left}, {"strength", Align::left}});
+  if (rows.columns.empty()) {
+    rows.columns =
+        columns.names({{"set", Align::left}, {"solver", Align::left}, {"strength", Align::left}});
+    rows.columns.emplace_back("failure");
   }
-  return out;
-}
-
-void add_headlines(const SensitivitySet& set, std::vector<Headline>& out) {
+  json& numbers = study.numbers["sets"][set.name] = {
+      {"condition", set.condition}, {"forces_N", set.forces_N}, {"presses", set.presses}};
   for (const PressResponse& solver : set.solvers) {
-    if (!solver.failure.empty()) continue;
+    json& own = numbers["solvers"][solver.label];
+    if (add_failed(solver.label, solver.failure, table)) {
+      own = {{"failure", solver.failure}};
+      rows.rows.push_back({set.name, solver.label});
+      rows.rows.back().resize(rows.columns.size());
+      rows.rows.back().back() = solver.failure;
+      continue;
+    }
     for (const Strength strength : kStrengths) {
-      out.push_back({solver.label, set.name + ": force error by " + name_of(strength) + " (N)", 3,
-                     value_of(reading_of(solver, strength).force_error)});
+      const std::string by = name_of(strength);
+      const Reading& reading = reading_of(solver, strength);
+      table.rows.push_back(
+          columns.cells({strength == Strength::peak ? solver.label : "", by}, reading));
+      rows.rows.push_back(columns.data({set.name, solver.label, by}, reading));
+      rows.rows.back().emplace_back();
+      own[by] = json_of(reading, columns);
+      study.best.push_back({solver.label, set.name + ": force error by " + by + " (N)", 3,
+                            value_of(reading.force_error)});
     }
   }
 }
@@ -361,15 +332,14 @@ Study sensitivity_study(const StudyInput& input) {
       "region: standard deviation of its areas over their mean, at the largest force. Hysteresis: "
       "falling less rising strength at the same force, over the rising span. The last three are "
       "means over the regions; each region's own, with intervals, are in summary.json.";
+  TableSection rows;
   for (const SensitivitySet& set : *sets) {
     const std::shared_ptr<const SensitivitySet> one(sets, &set);
-    study.numbers["sets"][set.name] = json_of(set);
-    add_headlines(set, study.best);
-    section.report.tables.push_back(force_table(set, law));
+    add_set(set, law, rows, study);
     section.report.tables.push_back(strength_table(set, law, background));
     section.figures.push_back(figure_of(one, region_of, background, law));
   }
-  section.data = {{"", response_rows(*sets)}};
+  section.data = {{"", rows}};
   return study;
 }
 
