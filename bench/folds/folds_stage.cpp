@@ -152,9 +152,8 @@ class FoldsStage final : public Stage {
         outcome.failure = records.why_missing(job).text();
       }
     }
-    results.studies.push_back(
-        {"presses", "presses",
-         std::make_shared<const Study>(presses_study(*experiment.folds, outcomes))});
+    const auto study = std::make_shared<const Study>(presses_study(*experiment.folds, outcomes));
+    results.studies.push_back({"presses", "presses", study->numbers, study});
   }
 };
 

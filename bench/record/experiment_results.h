@@ -16,8 +16,8 @@
 
 namespace ertbench {
 
-struct ReportSection;  // bench/report/report.h
 struct SolverEntry;
+struct Study;  // bench/studies/study.h
 
 /// One of the few numbers by which a study's solvers are told apart: what is compared where a
 /// solver was trained more than once.
@@ -29,25 +29,11 @@ struct Headline {
 };
 
 /// The result of one study (StudySpec).
-class StudyResult {
- public:
-  virtual ~StudyResult() = default;
-
-  /// All numbers, for summary.json; each with its interval where it has one.
-  virtual nlohmann::json summary() const = 0;
-  /// The headlines of every solver that did not fail; none of a study whose trainings are not
-  /// compared.
-  virtual std::vector<Headline> headlines() const { return {}; }
-  /// Draws the study's figures, writes its tables beside them, and returns its sections of the
-  /// report. `title` is the experiment's.
-  virtual std::vector<ReportSection> report(const std::string& title,
-                                            const std::filesystem::path& folder) const = 0;
-};
-
 struct StudyOutcome {
   std::string name;
   std::string type;
-  std::shared_ptr<const StudyResult> result;
+  JsonValue summary;  ///< all numbers, for summary.json; each with its interval where it has one
+  std::shared_ptr<const Study> study;
 };
 
 /// Scores of one label's trials on one test set: [seeds][frames].

@@ -249,7 +249,7 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   }
   summary["presentation"] = presentation(experiment, results, text, !training_curves.empty());
   for (const StudyOutcome& study : results.studies) {
-    summary["studies"][study.name] = study.result->summary();
+    summary["studies"][study.name] = *study.summary;
     summary["studies"][study.name]["type"] = study.type;
   }
   return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,

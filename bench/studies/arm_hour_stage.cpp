@@ -252,12 +252,9 @@ std::unique_ptr<Stage> arm_hour_stage() { return std::make_unique<ArmHourStage>(
 
 Study arm_hour_study(const StudyInput& input) {
   const StudyColumns<HourScores> columns = hour_columns(input.spec.name);
-  Study study;
-  study.name = input.spec.name;
-  study.numbers = {{"solvers", json::object()}};
-  StudySection& section = study.sections.emplace_back();
+  Study study(input.spec.name, "A time on the arm", {{"solvers", json::object()}});
+  StudySection& section = study.sections.front();
   section.subject = ": a time on the arm";
-  section.report.title = "A time on the arm";
   section.report.text =
       "A robot works for " + number_text(input.spec.number("minutes")) +
       " minutes while its skin ages, hums, comes loose and is moved (docs/touch.md). Contacts are "

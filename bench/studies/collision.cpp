@@ -245,12 +245,9 @@ CollisionResults collision_results(const StudyInput& input) {
 
 Study collision_study(const StudyInput& input) {
   const auto results = std::make_shared<CollisionResults>(collision_results(input));
-  Study study;
-  study.name = input.spec.name;
-  study.numbers = collision_json(*results);
+  Study study(input.spec.name, "Collision (D.5)", collision_json(*results));
   for (const Detector& detector : results->detectors) add_headlines(detector, study.best);
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Collision (D.5)";
+  StudySection& section = study.sections.front();
   section.report.text = collision_text(*results);
   section.report.notes = collision_notes(*results);
   add_collision_tables(*results, section);

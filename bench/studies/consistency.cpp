@@ -360,11 +360,9 @@ Study consistency_study(const StudyInput& input) {
   const Sensor& sensor = input.experiment.sensor;
   const double outlier_mm =
       input.spec.number("outlier") * 2 * sensor.sheet->radius() * sensor.sheet->unit_mm();
-  Study study;
-  study.name = input.spec.name;
-  study.numbers = {{"outlier_mm", outlier_mm}};
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Consistency: measured frames without a truth";
+  Study study(input.spec.name, "Consistency: measured frames without a truth",
+              {{"outlier_mm", outlier_mm}});
+  StudySection& section = study.sections.front();
   section.report.text =
       "One thing of constant size moves over the sheet, and nobody knows where it is. So what "
       "should be constant is held against itself. Radius: of the disc of the strongest contact's "

@@ -270,11 +270,8 @@ Study localisation_study(const StudyInput& input) {
   const auto sets = std::make_shared<std::vector<LocalisedSet>>();
   for (const std::string& set : input.spec.sets) sets->push_back(localised_set(input, set));
 
-  Study study;
-  study.name = input.spec.name;
-  study.numbers = {{"law", law}};
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Localisation (D.1)";
+  Study study(input.spec.name, "Localisation (D.1)", {{"law", law}});
+  StudySection& section = study.sections.front();
   section.report.text =
       "Distance of the place that is read out of the image from the middle of the touch. Raw: the "
       "centroid of the whole image. Thresholded: after everything under 25 % of the largest value "

@@ -318,11 +318,9 @@ Study sensitivity_study(const StudyInput& input) {
     sets->push_back(sensitivity_set(input, set, region_of));
   }
 
-  Study study;
-  study.name = input.spec.name;
-  study.numbers = {{"law", law}, {"region_of_area", region_of}};
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Sensitivity to force (D.2)";
+  Study study(input.spec.name, "Sensitivity to force (D.2)",
+              {{"law", law}, {"region_of_area", region_of}});
+  StudySection& section = study.sections.front();
   section.report.text =
       "Each area of the sheet is pressed with growing and then with falling force; strengths are "
       "those at the end of each hold. Areas that the sheet's symmetries take into each other are a "

@@ -39,6 +39,11 @@ std::string without_law(const std::string& title) {
   return title;
 }
 
+Study::Study(std::string its_name, std::string title, nlohmann::json its_numbers)
+    : name(std::move(its_name)), numbers(std::move(its_numbers)), sections(1) {
+  sections.front().report.title = std::move(title);
+}
+
 std::vector<ReportSection> Study::report(const std::string& title,
                                          const std::filesystem::path& folder) const {
   std::vector<ReportSection> out;
@@ -151,15 +156,15 @@ class StudyStage final : public Stage {
   void collect(const Experiment& experiment, const Cache& cache, const JobRecords&,
                ExperimentResults& results) const override {
     for (const StudySpec& spec : experiment.studies) {
-      results.studies.push_back(
-          {spec.name, spec.type, make_study({spec, experiment, results, cache})});
+      const auto study = make_study({spec, experiment, results, cache});
+      results.studies.push_back({spec.name, spec.type, study->numbers, study});
     }
   }
   std::vector<ReportSection> report(const Experiment& experiment, const ExperimentResults& results,
                                     const std::filesystem::path& folder) const override {
     std::vector<ReportSection> sections;
     for (const StudyOutcome& study : results.studies) {
-      for (ReportSection& section : study.result->report(experiment.title, folder)) {
+      for (ReportSection& section : study.study->report(experiment.title, folder)) {
         sections.push_back(std::move(section));
       }
     }

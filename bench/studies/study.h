@@ -49,17 +49,22 @@ struct StudySection {
 };
 
 /// The result of any study. Each study is a function that returns one.
-struct Study final : StudyResult {
-  std::string name;  ///< begins the names of its files
-  nlohmann::json numbers;
+struct Study {
+  std::string name;        ///< begins the names of its files
+  nlohmann::json numbers;  ///< all of them, for summary.json
+  /// The headlines of every solver that did not fail; none of a study whose trainings are not
+  /// compared.
   std::vector<Headline> best;
   std::vector<StudySection> sections;
 
-  nlohmann::json summary() const override { return numbers; }
-  std::vector<Headline> headlines() const override { return best; }
-  /// Writes NAME.md with the tables of a section, its CSV files and its figures.
+  Study() = default;
+  /// With a first section of that title.
+  Study(std::string its_name, std::string title, nlohmann::json its_numbers);
+
+  /// Draws the figures and writes NAME.md with the tables of a section and its CSV files beside
+  /// them; returns the sections of the report. `title` is the experiment's.
   std::vector<ReportSection> report(const std::string& title,
-                                    const std::filesystem::path& folder) const override;
+                                    const std::filesystem::path& folder) const;
 };
 
 /// A study's input.

@@ -287,17 +287,15 @@ TableSection targets_gap_data(const TargetResults& results) {
 
 Study study_of_targets(const TargetCircumstances& circumstances, const TargetResults& results) {
   const auto shared = std::make_shared<TargetResults>(results);
-  Study study;
-  study.name = circumstances.name;
-  study.numbers = {{"conditions", circumstances.conditions},
-                   {"match_mm", circumstances.distances.match},
-                   {"ospa_mm", circumstances.distances.ospa}};
+  Study study(circumstances.name, "Several contacts (D.3)",
+              {{"conditions", circumstances.conditions},
+               {"match_mm", circumstances.distances.match},
+               {"ospa_mm", circumstances.distances.ospa}});
   for (const TargetSolver& solver : results.solvers) {
     study.numbers["solvers"][solver.label] = target_json(solver);
     add_headlines(solver, study.best);
   }
-  StudySection& section = study.sections.emplace_back();
-  section.report.title = "Several contacts (D.3)";
+  StudySection& section = study.sections.front();
   section.report.text =
       "How many of one to several contacts at rest are detected, how many false positives come "
       "with them, and how close two may be before they are detected as one.";

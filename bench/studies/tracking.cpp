@@ -283,12 +283,9 @@ Study tracking_study(const StudyInput& input) {
     conditions->push_back(tracking_condition(input, set));
   }
 
-  Study study;
-  study.name = input.spec.name;
-  study.numbers = {{"law", law}, {"conditions", json::object()}};
-  StudySection& section = study.sections.emplace_back();
+  Study study(input.spec.name, "Tracking (D.4)", {{"law", law}, {"conditions", json::object()}});
+  StudySection& section = study.sections.front();
   section.subject = ": tracking";
-  section.report.title = "Tracking (D.4)";
   section.report.text = tracking_text;
   section.report.notes = {
       "Intervals: 95 %, by the bootstrap over characters; of the share read back Wilson's."};

@@ -72,7 +72,7 @@ class TrainingsOfAStudy {
 
   static std::string label(std::size_t solver) { return "solver " + std::to_string(solver); }
 
-  std::shared_ptr<const StudyResult> study() const {
+  std::shared_ptr<const Study> study() const {
     return make_study(
         {experiment_->studies.front(), *experiment_, results_, Cache(folder_ / "cache")});
   }
@@ -86,7 +86,7 @@ class TrainingsOfAStudy {
 
 TEST(StudyTrainings, TheStudyIsOfTheFirstAndTellsOfTheOthers) {
   const TrainingsOfAStudy two({{3, 5, 10}, {4}});
-  const json summary = two.study()->summary();
+  const json summary = two.study()->numbers;
   const json& sets = summary.at("sets").at("places").at("solvers");
   EXPECT_NEAR(sets.at("solver 0").at("thresholded").at("median_mm").at("value"), 3, 1e-9);
   EXPECT_NEAR(sets.at("solver 1").at("thresholded").at("median_mm").at("value"), 4, 1e-9);
@@ -108,7 +108,7 @@ TEST(StudyTrainings, TheStudyIsOfTheFirstAndTellsOfTheOthers) {
 
 TEST(StudyTrainings, OfOneTrainingThereIsNothingToTell) {
   const TrainingsOfAStudy one({{3}, {4}});
-  EXPECT_FALSE(one.study()->summary().contains("trainings"));
+  EXPECT_FALSE(one.study()->numbers.contains("trainings"));
   EXPECT_EQ(one.study()->report("t", one.folder()).size(), 1u);
 }
 
