@@ -196,7 +196,7 @@ const LiveAnswer& LiveSolver::answer(const Eigen::Ref<const Eigen::RowVectorXd>&
   image();
   report(bounds_.judge(change_.row(0), expected_.row(0), answer_.report), answer_.report);
   answer_.solver_s = seconds_since(start);
-  answer_.tracks = tracker_.update(time_s, timed_contacts(found_[0], *sensor_.sheet));
+  answer_.tracks = tracker_.update(time_s, centred_places_mm(found_[0], *sensor_.sheet));
   answer_.force_N = forces_ ? forces_->force_N(answer_.reading) : std::nullopt;
   answer_.alarm = collision_ ? std::optional(collision_->alarm(answer_.reading)) : std::nullopt;
   return answer_;

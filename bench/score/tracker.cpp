@@ -8,6 +8,18 @@
 #include "bench/score/assignment.h"
 
 namespace ertbench {
+namespace {
+
+constexpr double acceleration_mm_s2 = 5000;  ///< standard deviation along each axis
+constexpr double measurement_mm = 3;  ///< standard deviation of a contact's place along each axis
+constexpr double speed_mm_s = 500;    ///< standard deviation of a new contact's velocity, each axis
+constexpr double gate_mm = 40;        ///< largest distance of a contact from a predicted position
+constexpr int confirm_frames = 2;     ///< detections that confirm a new track ...
+constexpr int confirm_window = 3;  ///< ... within this many frames from its first, or it is dropped
+constexpr double patience_s = 0.1;  ///< a track ends after this time without a detection ...
+constexpr int patience_frames = 2;  ///< ... and at least this many frames
+
+}  // namespace
 
 ConstantVelocity::ConstantVelocity(const Eigen::Vector2d& place_mm, double place_deviation_mm,
                                    double speed_deviation_mm_s)
@@ -28,9 +40,8 @@ void ConstantVelocity::predict(double step_s, double acceleration_deviation_mm_s
   covariance_ = motion * covariance_ * motion.transpose() + push * push.transpose();
 }
 
-void ConstantVelocity::update(const Eigen::Vector2d& place_mm, double ago_s,
-                              double place_deviation_mm) {
-  const Eigen::RowVector2d observation(1, -ago_s);
+void ConstantVelocity::update(const Eigen::Vector2d& place_mm, double place_deviation_mm) {
+  const Eigen::RowVector2d observation(1, 0);
   const double variance = place_deviation_mm * place_deviation_mm;
   const Eigen::Vector2d gain = covariance_ * observation.transpose() /
                                (observation * covariance_ * observation.transpose() + variance);
@@ -40,89 +51,65 @@ void ConstantVelocity::update(const Eigen::Vector2d& place_mm, double ago_s,
   covariance_ = kept * covariance_ * kept.transpose() + variance * gain * gain.transpose();
 }
 
-std::vector<TimedContact> timed_contacts(std::span<const FoundContact> contacts,
-                                         const Sheet& sheet) {
-  std::vector<TimedContact> out;
+std::vector<Eigen::Vector2d> centred_places_mm(std::span<const FoundContact> contacts,
+                                               const Sheet& sheet) {
+  std::vector<Eigen::Vector2d> out;
   for (const FoundContact& contact : contacts) {
-    out.push_back({sheet.unit_mm() * (contact.place - sheet.bounds().center())});
+    out.emplace_back(sheet.unit_mm() * (contact.place - sheet.bounds().center()));
   }
   return out;
 }
 
-Tracker::Tracker(const TrackerSettings& settings) : settings_(settings) {
-  const bool positive = settings.acceleration_mm_s2 > 0 && settings.measurement_mm > 0 &&
-                        settings.speed_mm_s > 0 && settings.gate_mm > 0;
-  if (!positive) {
-    throw std::invalid_argument("a tracker's deviations and its gate must be > 0");
-  }
-  if (settings.confirm_frames < 1 || settings.confirm_window < settings.confirm_frames) {
-    throw std::invalid_argument("a track is confirmed by 1 frame or more out of at least as many");
-  }
-  if (!(settings.patience_s >= 0) || settings.patience_frames < 1) {
-    throw std::invalid_argument("a tracker's patience must be >= 0 s and 1 frame or more");
-  }
-}
-
-std::vector<TrackPoint> Tracker::update(double time_s, std::span<const TimedContact> contacts) {
+std::vector<TrackPoint> Tracker::update(double time_s, std::span<const Eigen::Vector2d> places_mm) {
   if (!tracks_.empty() && !(time_s > time_s_)) {
     throw std::invalid_argument("a tracker's frames must be in the order of their times");
   }
-  Eigen::MatrixXd distance(std::ssize(tracks_), std::ssize(contacts));
-  for (std::size_t t = 0; t < tracks_.size(); ++t) {
-    ConstantVelocity& motion = tracks_[t].motion;
-    motion.predict(time_s - time_s_, settings_.acceleration_mm_s2);
-    for (std::size_t c = 0; c < contacts.size(); ++c) {
-      const Eigen::Vector2d expected =
-          motion.place_mm() - contacts[c].ago_s * motion.velocity_mm_s();
-      distance(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(c)) =
-          (contacts[c].place_mm - expected).norm();
-    }
+  std::vector<Eigen::Vector2d> expected_mm;
+  for (Track& track : tracks_) {
+    track.motion.predict(time_s - time_s_, acceleration_mm_s2);
+    expected_mm.push_back(track.motion.place_mm());
   }
   time_s_ = time_s;
 
-  std::vector<const TimedContact*> contact_of(tracks_.size(), nullptr);
-  std::vector<bool> taken(contacts.size(), false);
-  for (const auto& [track, contact] : assign(distance, settings_.gate_mm).pairs) {
-    contact_of[static_cast<std::size_t>(track)] = &contacts[static_cast<std::size_t>(contact)];
-    taken[static_cast<std::size_t>(contact)] = true;
+  std::vector<const Eigen::Vector2d*> place_of(tracks_.size(), nullptr);
+  std::vector<bool> taken(places_mm.size(), false);
+  const Eigen::MatrixXd apart_mm = distances_between(expected_mm, places_mm);
+  for (const auto& [track, place] : assign(apart_mm, gate_mm).pairs) {
+    place_of[static_cast<std::size_t>(track)] = &places_mm[static_cast<std::size_t>(place)];
+    taken[static_cast<std::size_t>(place)] = true;
   }
-  for (std::size_t t = 0; t < tracks_.size(); ++t) take_in(tracks_[t], time_s, contact_of[t]);
+  for (std::size_t t = 0; t < tracks_.size(); ++t) take_in(tracks_[t], time_s, place_of[t]);
   std::erase_if(tracks_, [&](const Track& track) { return is_over(track, time_s); });
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    if (taken[c]) continue;
-    ConstantVelocity motion(contacts[c].place_mm, settings_.measurement_mm, settings_.speed_mm_s);
-    motion.predict(contacts[c].ago_s, settings_.acceleration_mm_s2);
-    Track track{next_id_++, motion, time_s};
-    track.confirmed = settings_.confirm_frames == 1;
-    tracks_.push_back(track);
+  for (std::size_t p = 0; p < places_mm.size(); ++p) {
+    if (taken[p]) continue;
+    tracks_.push_back({next_id_++, {places_mm[p], measurement_mm, speed_mm_s}, time_s});
   }
 
   std::vector<TrackPoint> points;
   for (const Track& track : tracks_) {
     points.push_back({track.id, track.motion.place_mm(), track.motion.velocity_mm_s(),
-                      track.motion.covariance(), track.confirmed, track.frames_missed == 0});
+                      track.confirmed, track.frames_missed == 0});
   }
   return points;
 }
 
-void Tracker::take_in(Track& track, double time_s, const TimedContact* contact) const {
+void Tracker::take_in(Track& track, double time_s, const Eigen::Vector2d* place_mm) {
   ++track.frames;
-  if (contact == nullptr) {
+  if (place_mm == nullptr) {
     ++track.frames_missed;
     return;
   }
-  track.motion.update(contact->place_mm, contact->ago_s, settings_.measurement_mm);
+  track.motion.update(*place_mm, measurement_mm);
   track.last_seen_s = time_s;
   track.frames_missed = 0;
   ++track.frames_seen;
-  if (track.frames_seen >= settings_.confirm_frames) track.confirmed = true;
+  if (track.frames_seen >= confirm_frames) track.confirmed = true;
 }
 
-bool Tracker::is_over(const Track& track, double time_s) const {
+bool Tracker::is_over(const Track& track, double time_s) {
   // A new track is confirmed within its window or dropped at its end, so that counts suffice.
-  if (!track.confirmed) return track.frames >= settings_.confirm_window;
-  return track.frames_missed >= settings_.patience_frames &&
-         time_s - track.last_seen_s >= settings_.patience_s;
+  if (!track.confirmed) return track.frames >= confirm_window;
+  return track.frames_missed >= patience_frames && time_s - track.last_seen_s >= patience_s;
 }
 
 namespace {
@@ -240,12 +227,12 @@ std::optional<double> rms_distance(std::span<const PathPoint> tracked, const Tru
 }
 
 std::optional<LagFit> best_lag(std::span<const PathPoint> tracked, const TruePlace& truth,
-                               double least_s, double most_s, int steps) {
-  if (steps < 2 || !(least_s < most_s)) {
+                               double most_s, int steps) {
+  if (steps < 2 || !(most_s > 0)) {
     throw std::invalid_argument("a lag is sought in a range, in 2 steps or more");
   }
-  const double step = (most_s - least_s) / steps;
-  const auto lag = [&](int i) { return least_s + step * i; };
+  const double step = most_s / steps;
+  const auto lag = [&](int i) { return step * i; };
   std::vector<PathPoint> shared;
   for (const PathPoint& point : tracked) {
     bool always = true;
@@ -261,14 +248,13 @@ std::optional<LagFit> best_lag(std::span<const PathPoint> tracked, const TruePla
   }
   const auto best = std::ranges::min_element(squares);
   const int i = static_cast<int>(best - squares.begin());
-  const int points = static_cast<int>(shared.size());
-  const LagFit scanned{lag(i), std::sqrt(*best), points};
+  const LagFit scanned{lag(i), std::sqrt(*best)};
   if (i == 0 || i == steps) return scanned;
   const double curvature = best[-1] - 2 * best[0] + best[1];
   if (!(curvature > 0)) return scanned;
   const double refined = lag(i) + step * (best[-1] - best[1]) / (2 * curvature);
   const std::optional<double> rms = rms_distance(shared, truth, refined);
-  return rms && *rms < scanned.rms_mm ? LagFit{refined, *rms, points} : scanned;
+  return rms && *rms < scanned.rms_mm ? LagFit{refined, *rms} : scanned;
 }
 
 }  // namespace ertbench

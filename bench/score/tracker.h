@@ -23,9 +23,8 @@ class ConstantVelocity {
   /// Advances by `step_s` with this standard deviation of the acceleration along each axis.
   void predict(double step_s, double acceleration_deviation_mm_s2);
 
-  /// Updates with the position `ago_s` before the present time, measured with this standard
-  /// deviation along each axis.
-  void update(const Eigen::Vector2d& place_mm, double ago_s, double place_deviation_mm);
+  /// Updates with the present position, measured with this standard deviation along each axis.
+  void update(const Eigen::Vector2d& place_mm, double place_deviation_mm);
 
   Eigen::Vector2d place_mm() const { return state_.row(0); }
   Eigen::Vector2d velocity_mm_s() const { return state_.row(1); }
@@ -37,35 +36,15 @@ class ConstantVelocity {
   Eigen::Matrix2d covariance_;
 };
 
-/// A detected contact, the input of the tracker.
-struct TimedContact {
-  Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  ///< from the sheet's centre
-  /// How long before the frame's time the contact was measured, s; a frame takes milliseconds.
-  double ago_s = 0;
-};
-
-/// Converts detected contacts to millimetres from the sheet's centre.
-std::vector<TimedContact> timed_contacts(std::span<const FoundContact> contacts,
-                                         const Sheet& sheet);
-
-struct TrackerSettings {
-  double acceleration_mm_s2 = 5000;  ///< standard deviation along each axis
-  double measurement_mm = 3;         ///< standard deviation of a contact's place along each axis
-  double speed_mm_s = 500;           ///< standard deviation of a new contact's velocity, each axis
-  double gate_mm = 40;      ///< largest distance of a contact from a track's predicted position
-  int confirm_frames = 2;   ///< detections that confirm a new track ...
-  int confirm_window = 3;   ///< ... within this many frames from its first; else it is dropped
-  double patience_s = 0.1;  ///< a track ends after this time without a detection ...
-  int patience_frames = 2;  ///< ... and at least this many frames
-};
+/// Positions of detected contacts, mm from the sheet's centre.
+std::vector<Eigen::Vector2d> centred_places_mm(std::span<const FoundContact> contacts,
+                                               const Sheet& sheet);
 
 /// State of a track at the time of a frame.
 struct TrackPoint {
   int id = 0;  ///< counted from 0, never reused
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_mm_s = Eigen::Vector2d::Zero();
-  /// Covariance of (position, velocity) along either axis: mm^2, mm^2/s, mm^2/s^2.
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   bool confirmed = false;
   bool seen = false;  ///< detected in this frame; else the position is predicted
 };
@@ -75,12 +54,10 @@ struct TrackPoint {
 /// tracks.
 class Tracker {
  public:
-  /// Throws std::invalid_argument for settings out of range.
-  explicit Tracker(const TrackerSettings& settings = {});
-
-  /// Adds a frame; returns all tracks, including unconfirmed ones, the oldest first. Throws
-  /// std::invalid_argument unless the frame is later than the one before.
-  std::vector<TrackPoint> update(double time_s, std::span<const TimedContact> contacts);
+  /// Adds a frame with its contacts, mm from the sheet's centre; returns all tracks, including
+  /// unconfirmed ones, the oldest first. Throws std::invalid_argument unless the frame is later
+  /// than the one before.
+  std::vector<TrackPoint> update(double time_s, std::span<const Eigen::Vector2d> places_mm);
 
  private:
   struct Track {
@@ -93,10 +70,9 @@ class Tracker {
     bool confirmed = false;
   };
 
-  void take_in(Track& track, double time_s, const TimedContact* contact) const;
-  bool is_over(const Track& track, double time_s) const;
+  static void take_in(Track& track, double time_s, const Eigen::Vector2d* place_mm);
+  static bool is_over(const Track& track, double time_s);
 
-  TrackerSettings settings_;
   std::vector<Track> tracks_;
   double time_s_ = 0;
   int next_id_ = 0;
@@ -148,14 +124,12 @@ std::optional<double> rms_distance(std::span<const PathPoint> tracked, const Tru
 struct LagFit {
   double lag_s = 0;   ///< delay of the tracked points
   double rms_mm = 0;  ///< rms_distance at that lag
-  int points = 0;     ///< points compared
 };
 
-/// The lag with the least rms_distance between `least_s` and `most_s`: a scan in `steps` (>= 2)
-/// equal steps, refined by a parabola through the mean squares around the best. All lags are
-/// compared over the same points, those with a true position at every lag; no value without such
-/// points.
+/// The lag with the least rms_distance from 0 to `most_s`: a scan in `steps` (>= 2) equal steps,
+/// refined by a parabola through the mean squares around the best. All lags are compared over the
+/// same points, those with a true position at every lag; no value without such points.
 std::optional<LagFit> best_lag(std::span<const PathPoint> tracked, const TruePlace& truth,
-                               double least_s, double most_s, int steps = 100);
+                               double most_s, int steps);
 
 }  // namespace ertbench

@@ -165,14 +165,14 @@ bool ArmHour::is_eventful(Eigen::Index frame) const {
 HourJudge::HourJudge(const std::vector<HourTouch>& touches, double match_mm)
     : touches_(touches), match_mm_(match_mm), seen_(touches.size()) {}
 
-void HourJudge::see(double time_s, std::span<const TimedContact> contacts) {
+void HourJudge::see(double time_s, std::span<const Vector2d> places_mm) {
   ++frames_;
   const auto touch = std::ranges::find_if(touches_, [&](const HourTouch& one) {
     return time_s >= one.begin_s && time_s <= one.end_s + tail_s;
   });
   std::optional<double> nearest_mm;
   bool false_alarm = false;
-  for (const TrackPoint& track : tracker_.update(time_s, contacts)) {
+  for (const TrackPoint& track : tracker_.update(time_s, places_mm)) {
     if (!track.confirmed || !track.seen) continue;
     if (touch == touches_.end()) {
       false_alarm = true;

@@ -108,8 +108,8 @@ class HourJudge {
   /// `match_mm`: a track this close to a contact is it; a false alarm is twice as far from any.
   HourJudge(const std::vector<HourTouch>& touches, double match_mm);
 
-  /// Adds the contacts of a frame; times rise.
-  void see(double time_s, std::span<const TimedContact> contacts);
+  /// Adds the contacts of a frame, mm from the sheet's centre; times rise.
+  void see(double time_s, std::span<const Eigen::Vector2d> places_mm);
   HourScores scores(double seconds) const;
 
  private:

@@ -137,7 +137,7 @@ class HourWatch {
     std::vector<std::vector<FoundContact>> found(count);
     if (count > 0) reader_.find(solver_, rule_, changes, found);
     for (std::size_t f = 0; f < count; ++f) {
-      judge_.see(times_s_[f], timed_contacts(found[f], *sensor_.sheet));
+      judge_.see(times_s_[f], centred_places_mm(found[f], *sensor_.sheet));
     }
     times_s_.clear();
   }

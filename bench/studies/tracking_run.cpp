@@ -85,11 +85,10 @@ std::optional<double> frechet_of_strokes(const TrackedCharacter& character) {
 }
 
 StreamReport report_of_frame(const StreamFrame& frame, Tracker& tracker) {
-  std::vector<TimedContact> contacts;
-  for (const Vector2d& place : frame.contacts_mm) contacts.push_back({place});
   StreamReport report;
   std::optional<Vector2d> unseen;
-  for (const TrackPoint& track : tracker.update(frame.middle_s, contacts)) {  // the oldest first
+  for (const TrackPoint& track :
+       tracker.update(frame.middle_s, frame.contacts_mm)) {  // the oldest first
     if (!track.confirmed) continue;
     if (track.seen) report.seen_mm.push_back(track.place_mm);
     if (!track.seen && !unseen) unseen = track.place_mm;
@@ -209,7 +208,7 @@ TrackedCharacter track_character(const TouchSequence& truth, std::span<const Str
   const std::vector<PathPoint> known = known_places(reports, truth.duration_s);
   out.rms_mm = rms_distance(known, finger, 0);
   const double most_s = latency_s + longest_pause_s(reports) + most_further_lag_s;
-  if (const auto fit = best_lag(known, finger, 0, most_s, lag_steps)) {
+  if (const auto fit = best_lag(known, finger, most_s, lag_steps)) {
     out.rms_without_lag_mm = fit->rms_mm;
     out.lag_s = fit->lag_s;
   }

@@ -76,7 +76,7 @@ TEST(ArmHour, HasAnElectrodeThatComesLooseAndReadsZero) {
 /// Ten seconds at 50 frames a second with a press from 2 to 4 s and a touch from 6 to 7 s.
 class HourJudgement : public ::testing::Test {
  protected:
-  using Contacts = std::vector<TimedContact>;
+  using Contacts = std::vector<Vector2d>;
   template <typename Detect>
   HourScores scores(const Detect& detect) {
     HourJudge judge(touches_, 10);
@@ -87,7 +87,7 @@ class HourJudgement : public ::testing::Test {
   Contacts truth(double time_s) const {
     Contacts out;
     for (const HourTouch& touch : touches_) {
-      if (time_s >= touch.begin_s && time_s <= touch.end_s) out.push_back({touch.place_mm});
+      if (time_s >= touch.begin_s && time_s <= touch.end_s) out.push_back(touch.place_mm);
     }
     return out;
   }
@@ -117,7 +117,7 @@ TEST_F(HourJudgement, CountsFalseAlarmsAndFailsAtALongOne) {
   const HourScores scores = this->scores([&](double time_s) {
     Contacts out = truth(time_s);
     const bool is_short = time_s >= 0.5 && time_s <= 0.8;
-    if (is_short || (time_s >= 8 && time_s <= 9.5)) out.push_back({Vector2d(50, -50)});
+    if (is_short || (time_s >= 8 && time_s <= 9.5)) out.emplace_back(50, -50);
     return out;
   });
   EXPECT_EQ(scores.false_alarms, 2);
@@ -130,7 +130,7 @@ TEST_F(HourJudgement, CountsFalseAlarmsAndFailsAtALongOne) {
 TEST_F(HourJudgement, OfAContactFarFromItsPlaceIsMissAndFalseAlarm) {
   const HourScores scores = this->scores([&](double time_s) {
     Contacts out = truth(time_s);
-    for (TimedContact& one : out) one.place_mm.x() += 25;
+    for (Vector2d& one : out) one.x() += 25;
     return out;
   });
   EXPECT_EQ(scores.presses_missed, 1);
