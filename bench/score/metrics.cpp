@@ -160,12 +160,6 @@ std::string distance_title(Metric metric) {
   return std::string("|") + entry.title + " − " + ideal + "|";
 }
 
-std::optional<double> resolution(const Sensor& sensor, const Image& change) {
-  require_size(sensor, change, "change");
-  if (!change.allFinite()) return std::nullopt;
-  return resolution_of(sensor, change);
-}
-
 FrameMetrics frame_metrics(const Sensor& sensor, const Image& conductivity, const Image& change,
                            const Scene& scene, const FrameContacts& contacts) {
   return score(kMetrics, sensor, conductivity, change, scene, contacts);

@@ -171,10 +171,6 @@ std::optional<double> frame_metric(Metric metric, const Sensor& sensor,
                                    const Eigen::Ref<const Eigen::RowVectorXd>& change,
                                    const Scene& scene);
 
-/// RES of one image of changes [pixels], % (C2). Needs no truth.
-std::optional<double> resolution(const Sensor& sensor,
-                                 const Eigen::Ref<const Eigen::RowVectorXd>& change);
-
 /// A metric over the frames of a test set. Frames in which it is undefined are only counted; if it
 /// is undefined in all of them there is no mean, interval or median.
 struct MetricSummary {

@@ -40,7 +40,7 @@ TEST_F(OnADisc, ResolutionIsAShareOfThePixelsOnTheSheet) {
   const auto bright = static_cast<double>((change.array().abs() >= half * (1 - 1e-9)).count());
   const double pixels = sensor.image().count_on_sheet();
   ASSERT_LT(pixels, 576);
-  EXPECT_NEAR(*resolution(sensor, change), 100 * (1 - std::sqrt((bright - 1) / pixels)), 1e-10);
+  EXPECT_NEAR(*resolution_of(sensor, change), 100 * (1 - std::sqrt((bright - 1) / pixels)), 1e-10);
 }
 
 TEST_F(OnADisc, AContactAtTheRoundBorderIsWithin) {
