@@ -247,7 +247,7 @@ void ContactReader::read(const ContactRule& rule,
   const double area = pixels_.pixel_area();
   for (std::size_t h = 0; h < hills_.size(); ++h) {
     const Hill& hill = hills_[h];
-    if (hill.parent != static_cast<int>(h) || hill.pixels < rule.least_pixels) continue;
+    if (hill.parent != static_cast<int>(h)) continue;
     contacts.push_back(
         {hill.moment / hill.weight, hill.weight * area, hill.peak, hill.pixels * area});
   }

@@ -25,7 +25,6 @@ struct ContactRule {
   /// Two maxima are two contacts if the saddle between them is below this share of the lower
   /// maximum.
   double saddle = 0.7;
-  int least_pixels = 1;  ///< smaller regions are no contacts
 
   bool operator==(const ContactRule&) const = default;
 };

@@ -127,9 +127,6 @@ TEST(ImageContacts, TheRuleSaysWhatCounts) {
   EXPECT_EQ(read(change, rule).size(), 1u);
   rule.floor = 0.51;
   EXPECT_EQ(read(change, rule).size(), 0u);
-  rule = {};
-  rule.least_pixels = 60;  // 400 π mm² are 18 pixels
-  EXPECT_EQ(read(change, rule).size(), 0u);
   EXPECT_EQ(read(RowVectorXd::Zero(kSensor.pixels())).size(), 0u);
 }
 
