@@ -189,20 +189,23 @@ std::optional<double> count_error(const ScoredImage& image) {
 
 std::optional<double> ospa_distance(const ScoredImage& image) { return image.contacts.ospa_mm; }
 
-ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distances,
-                            const Scene& scene, std::span<const FoundContact> found) {
-  const std::vector<Vector2d> true_places = true_places_mm(sensor, scene);
-  const std::vector<Vector2d> detections = places_mm(sensor, found);
+ContactScore score_places(std::span<const Vector2d> true_mm, std::span<const Vector2d> found_mm,
+                          const ContactDistances& distances) {
   ContactScore out;
-  out.true_count = static_cast<int>(true_places.size());
-  out.found = static_cast<int>(detections.size());
-  const Eigen::MatrixXd apart = distances_between(true_places, detections);
+  out.true_count = static_cast<int>(true_mm.size());
+  out.found = static_cast<int>(found_mm.size());
+  const Eigen::MatrixXd apart = distances_between(true_mm, found_mm);
   for (const auto& [row, column] : assign(apart, distances.match).pairs) {
     ++out.matched;
     out.distance_mm += apart(row, column);
   }
-  out.ospa_mm = ospa(true_places, detections, distances.ospa);
+  out.ospa_mm = ospa(true_mm, found_mm, distances.ospa);
   return out;
+}
+
+ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distances,
+                            const Scene& scene, std::span<const FoundContact> found) {
+  return score_places(true_places_mm(sensor, scene), places_mm(sensor, found), distances);
 }
 
 std::optional<double> structural_similarity(const ScoredImage& image) {

@@ -122,7 +122,11 @@ struct ContactScore {
   double ospa_mm = 0;      ///< between both sets, with the cut-off ContactDistances::ospa
 };
 
-/// Matches and counts the contacts detected in one frame, `found` in domain units.
+/// Matches and counts the contacts detected in one frame, mm.
+ContactScore score_places(std::span<const Eigen::Vector2d> true_mm,
+                          std::span<const Eigen::Vector2d> found_mm,
+                          const ContactDistances& distances);
+/// The same for a scene and the detections in it, `found` in domain units.
 ContactScore score_contacts(const Sensor& sensor, const ContactDistances& distances,
                             const Scene& scene, std::span<const FoundContact> found);
 

@@ -4,7 +4,6 @@
 #include <set>
 
 #include "bench/plot/panel.h"
-#include "bench/score/assignment.h"
 #include "bench/studies/targets.h"
 #include "core/statistics.h"
 #include "core/text.h"
@@ -194,16 +193,7 @@ ContactScore match_targets(const TargetFrame& truth, std::span<const ContactRead
                            const ContactDistances& distances) {
   std::vector<Eigen::Vector2d> seen;
   for (const ContactReading& contact : found) seen.push_back(contact.place_mm);
-  ContactScore out;
-  out.true_count = truth.contacts();
-  out.found = static_cast<int>(seen.size());
-  const Eigen::MatrixXd apart = distances_between(truth.places_mm, seen);
-  for (const auto& [row, column] : assign(apart, distances.match).pairs) {
-    ++out.matched;
-    out.distance_mm += apart(row, column);
-  }
-  out.ospa_mm = ospa(truth.places_mm, seen, distances.ospa);
-  return out;
+  return score_places(truth.places_mm, seen, distances);
 }
 
 void TargetTally::add(const ContactScore& score) {
