@@ -5,7 +5,6 @@
 #include <iterator>
 #include <limits>
 
-#include "bench/studies/error_statistics.h"
 #include "core/seconds.h"
 #include "forward/border/border_model.h"
 #include "frames/reference_check.h"
@@ -28,42 +27,12 @@ std::vector<PressStep> steps_of(const TouchRegions& regions,
   return out;
 }
 
-AlarmSignal signal_of(const TouchRegions& regions, const std::vector<FrameReading>& readings) {
-  AlarmSignal out;
-  for (const FrameReading& reading : readings) {
-    out.magnitude.push_back(reading.peak ? std::abs(*reading.peak)
-                                         : std::numeric_limits<double>::quiet_NaN());
-    const std::optional<int> area = regions.area(reading);
-    out.region.push_back(area ? regions.region_of()[static_cast<std::size_t>(*area)] : -1);
-  }
-  return out;
-}
-
 bool is_whole(const FoundContact& contact) {
   return contact.place.allFinite() && std::isfinite(contact.strength) &&
          std::isfinite(contact.peak) && std::isfinite(contact.area);
 }
 
 }  // namespace
-
-TouchRegions::TouchRegions(const Sensor& sensor)
-    : sensor_(sensor), region_of_(area_orbits(*sensor.sheet)) {}
-
-std::optional<int> TouchRegions::area(const FrameReading& reading) const {
-  std::optional<Eigen::Vector2d> place_mm = reading.centroid25_mm;
-  if (!reading.contacts.empty()) place_mm = reading.contacts.front().place_mm;
-  if (!place_mm) return std::nullopt;
-  return area_of(*sensor_.sheet, *place_mm);
-}
-
-std::vector<double> TouchRegions::shares() const {
-  const int regions = *std::ranges::max_element(region_of_) + 1;
-  std::vector<double> out(static_cast<std::size_t>(regions));
-  for (const int region : region_of_) {
-    out[static_cast<std::size_t>(region)] += 1 / static_cast<double>(region_of_.size());
-  }
-  return out;
-}
 
 ForceReader::ForceReader(const TouchRegions& regions, const std::vector<KnownTouch>& touches)
     : regions_(regions),
@@ -82,11 +51,11 @@ CollisionSignal::CollisionSignal(const TouchRegions& regions,
     : regions_(regions) {
   std::vector<double> per_hour = regions.shares();
   for (double& one : per_hour) one *= false_alarms_per_hour;
-  thresholds_ = values_of(fit_thresholds(signal_of(regions, quiet), runs, per_hour, "live"));
+  thresholds_ = values_of(fit_thresholds(regions.signal(quiet), runs, per_hour, "live"));
 }
 
 bool CollisionSignal::alarm(const FrameReading& reading) const {
-  return alarms_of(signal_of(regions_, {reading}), thresholds_)[0] != 0;
+  return alarms_of(regions_.signal({&reading, 1}), thresholds_)[0] != 0;
 }
 
 LiveSolver::LiveSolver(const Sensor& sensor, std::shared_ptr<const Solver> solver,

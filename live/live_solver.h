@@ -17,22 +17,6 @@
 
 namespace ertbench {
 
-/// The regions into which the sheet's symmetries divide it (see area_orbits).
-class TouchRegions {
- public:
-  explicit TouchRegions(const Sensor& sensor);
-
-  /// The area of the strongest contact or, without contacts, of the image's centroid; nothing if
-  /// the image is empty.
-  std::optional<int> area(const FrameReading& reading) const;
-  const std::vector<int>& region_of() const { return region_of_; }  ///< [areas]
-  std::vector<double> shares() const;  ///< [regions] each region's share of the areas
-
- private:
-  Sensor sensor_;
-  std::vector<int> region_of_;
-};
-
 struct KnownTouch {
   FrameReading reading;
   double force_N = 0;

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <stdexcept>
+
+#include "bench/studies/error_statistics.h"
 
 namespace ertbench {
 namespace {
@@ -149,6 +152,36 @@ double poisson_limit(int count, double low, double high, bool upper) {
 }
 
 }  // namespace
+
+TouchRegions::TouchRegions(const Sensor& sensor)
+    : sensor_(sensor), region_of_(area_orbits(*sensor.sheet)) {}
+
+std::optional<int> TouchRegions::area(const FrameReading& reading) const {
+  std::optional<Eigen::Vector2d> place_mm = reading.centroid25_mm;
+  if (!reading.contacts.empty()) place_mm = reading.contacts.front().place_mm;
+  if (!place_mm) return std::nullopt;
+  return area_of(*sensor_.sheet, *place_mm);
+}
+
+std::vector<double> TouchRegions::shares() const {
+  const int regions = *std::ranges::max_element(region_of_) + 1;
+  std::vector<double> out(static_cast<std::size_t>(regions));
+  for (const int region : region_of_) {
+    out[static_cast<std::size_t>(region)] += 1 / static_cast<double>(region_of_.size());
+  }
+  return out;
+}
+
+AlarmSignal TouchRegions::signal(std::span<const FrameReading> readings) const {
+  AlarmSignal out;
+  for (const FrameReading& reading : readings) {
+    out.magnitude.push_back(reading.peak ? std::abs(*reading.peak)
+                                         : std::numeric_limits<double>::quiet_NaN());
+    const std::optional<int> area = this->area(reading);
+    out.region.push_back(area ? region_of_[static_cast<std::size_t>(*area)] : -1);
+  }
+  return out;
+}
 
 double QuietTail::exceeded(double per_hour) const {
   if (peaks == 0) return start;

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "bench/score/image_contacts.h"
 #include "core/statistics.h"
+#include "forward/sheet/sensor.h"
 
 /// Alarm thresholds from frames without a touch, and the alarms that they raise.
 namespace ertbench {
@@ -16,6 +19,24 @@ struct AlarmSignal {
   std::vector<double> magnitude;  ///< [frames]; not a number where there is none: never an alarm
   /// [frames] whose threshold holds; -1 where the frame names no region: the largest one holds.
   std::vector<int> region;
+};
+
+/// The regions into which the sheet's symmetries divide it (see area_orbits).
+class TouchRegions {
+ public:
+  explicit TouchRegions(const Sensor& sensor);
+
+  /// The area of the strongest contact or, without contacts, of the image's centroid; nothing if
+  /// the image is empty.
+  std::optional<int> area(const FrameReading& reading) const;
+  const std::vector<int>& region_of() const { return region_of_; }  ///< [areas]
+  std::vector<double> shares() const;  ///< [regions] each region's share of the areas
+  /// The largest |δσ| of each image, and the region of the area that it touches.
+  AlarmSignal signal(std::span<const FrameReading> readings) const;
+
+ private:
+  Sensor sensor_;
+  std::vector<int> region_of_;
 };
 
 /// The frames of a set of sequences, one sequence behind the other.

@@ -1,9 +1,7 @@
 #include "bench/studies/collision.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <limits>
 
 #include "core/lists.h"
 #include "core/text.h"
@@ -11,7 +9,6 @@
 namespace ertbench {
 namespace {
 
-constexpr int collision_areas = 5;  ///< along each side
 constexpr const char* collision_roles[] = {"calibration", "quiet", "presses", "arm"};
 
 FrameRuns collision_runs(const SequenceSet& set) {
@@ -26,7 +23,7 @@ FrameRuns collision_runs(const SequenceSet& set) {
 int touched_region(const Sheet& sheet, const std::vector<int>& orbits,
                    const Eigen::Vector2d& place_mm) {
   const Eigen::Vector2d from_origin = place_mm + sheet.unit_mm() * sheet.bounds().center();
-  return orbits[static_cast<std::size_t>(area_of(sheet, from_origin, collision_areas))];
+  return orbits[static_cast<std::size_t>(area_of(sheet, from_origin))];
 }
 
 std::vector<PressTruth> press_truths(const DatasetSpec& spec, const std::vector<int>& orbits) {
@@ -55,23 +52,6 @@ std::vector<ArmTruth> arm_truths(const DatasetSpec& spec, double stiffness_N_mm)
     const double rate_N_s =
         (points[1].force_N - points[0].force_N) / (points[1].time_s - points[0].time_s);
     out.push_back({points[0].time_s, rate_N_s / stiffness_N_mm / 1000});
-  }
-  return out;
-}
-
-/// The largest |δσ| of each image and the region of its contact: that of the strongest contact, of
-/// an image without one that of its centroid.
-AlarmSignal image_signal(const Sheet& sheet, const std::vector<int>& orbits,
-                         const std::vector<FrameReading>& readings) {
-  AlarmSignal out;
-  for (const FrameReading& reading : readings) {
-    out.magnitude.push_back(reading.peak ? std::abs(*reading.peak)
-                                         : std::numeric_limits<double>::quiet_NaN());
-    std::optional<Eigen::Vector2d> place_mm = reading.centroid25_mm;
-    if (!reading.contacts.empty()) place_mm = reading.contacts.front().place_mm;
-    out.region.push_back(
-        place_mm ? orbits[static_cast<std::size_t>(area_of(sheet, *place_mm, collision_areas))]
-                 : -1);
   }
   return out;
 }
@@ -195,8 +175,8 @@ void add_headlines(const Detector& detector, std::vector<Headline>& out) {
 CollisionResults collision_results(const StudyInput& input) {
   CollisionResults results;
   const StudySpec& spec = input.spec;
-  const Sheet& sheet = *input.experiment.sensor.sheet;
-  const std::vector<int> orbits = area_orbits(sheet, collision_areas);
+  const TouchRegions regions(input.experiment.sensor);
+  const std::vector<int>& orbits = regions.region_of();
   results.condition = collision_condition(input);
   results.per_hour = spec.number("false_alarms_per_hour");
   results.arm = {spec.number("stiffness_N_mm"), spec.number("deceleration_m_s2"),
@@ -224,9 +204,8 @@ CollisionResults collision_results(const StudyInput& input) {
       continue;
     }
     const auto latency_s = input.latency_s(label);
-    const DetectorSignals seen = signals_by_role(spec, [&](const std::string& set) {
-      return image_signal(sheet, orbits, *input.readings(label, set));
-    });
+    const DetectorSignals seen = signals_by_role(
+        spec, [&](const std::string& set) { return regions.signal(*input.readings(label, set)); });
     assess(label, AlarmRule::by_region, seen, latency_s);
     assess(label, AlarmRule::one_threshold, without_regions(seen), latency_s);
   }
