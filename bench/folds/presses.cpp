@@ -287,7 +287,8 @@ void draw_curve(const PressResults& results, const std::string& heading,
   }
   Axis x = Axis::logarithms({across.low / 1.15, across.high * 1.15}, "presses learned from");
   x.ticks = ticks;
-  Panel axes(canvas, box, x, Axis::logarithms(log_span(up, 1.3), "localisation error, mm"));
+  const Span errors = up.empty() ? Span{1, 100} : Span{up.low / 1.3, up.high * 1.3};
+  Panel axes(canvas, box, x, Axis::logarithms(errors, "localisation error, mm"));
   if (results.middle.mean) axes.level(results.middle.mean->value, guess);
   for (std::size_t s = 0; s < solvers.size(); ++s) {
     // Side by side, so that no band hides another.

@@ -238,6 +238,22 @@ void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
   }
 }
 
+/// The sheet's border as a closed line, mm.
+std::vector<Vector2d> border_mm(const Sheet& sheet, int points) {
+  std::vector<Vector2d> out;
+  for (int i = 0; i <= points; ++i) {
+    out.emplace_back(sheet.unit_mm() * sheet.border_point(sheet.border_length() * i / points));
+  }
+  return out;
+}
+
+std::vector<Vector2d> electrodes_mm(const Sensor& sensor) {
+  const Eigen::Matrix2Xd electrodes = electrode_positions(sensor) * sensor.sheet->unit_mm();
+  std::vector<Vector2d> out;
+  for (const auto& electrode : electrodes.colwise()) out.emplace_back(electrode);
+  return out;
+}
+
 /// A line through consecutive frames, broken where a frame has no place.
 void draw_path(Panel& panel, const MeasuredPath& path, const LineStyle& line,
                const Vector2d& middle) {

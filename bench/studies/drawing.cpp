@@ -14,21 +14,6 @@ Points points_of(const std::vector<Vector2d>& places, const Vector2d& origin) {
   return out;
 }
 
-std::vector<Vector2d> border_mm(const Sheet& sheet, int points) {
-  std::vector<Vector2d> out;
-  for (int i = 0; i <= points; ++i) {
-    out.emplace_back(sheet.unit_mm() * sheet.border_point(sheet.border_length() * i / points));
-  }
-  return out;
-}
-
-std::vector<Vector2d> electrodes_mm(const Sensor& sensor) {
-  const Eigen::Matrix2Xd electrodes = electrode_positions(sensor) * sensor.sheet->unit_mm();
-  std::vector<Vector2d> out;
-  for (const auto& electrode : electrodes.colwise()) out.emplace_back(electrode);
-  return out;
-}
-
 void add_footnote(Canvas& canvas, const std::string& text, double left) {
   canvas.text(text, left, canvas.height() - 10, {.size = 9, .align = TextAlign::left});
 }
@@ -36,11 +21,6 @@ void add_footnote(Canvas& canvas, const std::string& text, double left) {
 void add_failure(Canvas& canvas, const Box& box, const std::string& failure) {
   if (failure.empty()) return;
   canvas.text(one_line(failure, 34), box.middle(), box.centre(), {.size = 9, .colour = ink::alarm});
-}
-
-std::string estimate_text(const Estimate& estimate, int decimals) {
-  return fixed(estimate.value, decimals) + " " +
-         interval_text(fixed(estimate.ci95.low, decimals), fixed(estimate.ci95.high, decimals));
 }
 
 void Series::add(double x, const std::optional<Estimate>& estimate) {
@@ -54,11 +34,6 @@ void Series::draw(Panel& panel, const LineStyle& line, const MarkStyle& mark,
   panel.line(points, line);
   panel.whiskers(whiskers, whisker);
   panel.marks(points, mark);
-}
-
-Span log_span(const Span& span, double margin) {
-  if (span.empty()) return {1, 100};
-  return {span.low / margin, span.high * margin};
 }
 
 }  // namespace ertbench

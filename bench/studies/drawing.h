@@ -10,7 +10,6 @@
 #include "bench/plot/panel.h"
 #include "bench/report/chart.h"
 #include "bench/studies/error_statistics.h"
-#include "forward/sheet/sensor.h"
 
 /// Parts that several studies' figures are made of.
 namespace ertbench {
@@ -40,17 +39,10 @@ struct PanelGrid {
 Points points_of(const std::vector<Eigen::Vector2d>& places,
                  const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
 
-/// The sheet's border as a closed line, mm.
-std::vector<Eigen::Vector2d> border_mm(const Sheet& sheet, int points);
-std::vector<Eigen::Vector2d> electrodes_mm(const Sensor& sensor);
-
 /// A line of small print at the foot of a figure.
 void add_footnote(Canvas& canvas, const std::string& text, double left);
 /// Says in the middle of a panel why it is empty; nothing where `failure` is empty.
 void add_failure(Canvas& canvas, const Box& box, const std::string& failure);
-
-/// "0.81 [0.77, 0.85]".
-std::string estimate_text(const Estimate& estimate, int decimals);
 
 /// One method's points with their intervals.
 struct Series {
@@ -63,8 +55,5 @@ struct Series {
   void draw(Panel& panel, const LineStyle& line, const MarkStyle& mark,
             const LineStyle& whisker) const;
 };
-
-/// The span of a logarithmic axis with a margin, a factor; 1 to 100 where there is no value.
-Span log_span(const Span& span, double margin);
 
 }  // namespace ertbench

@@ -98,9 +98,10 @@ class TargetsChart {
         if (!estimate) continue;
         const double x = number + beside(s, step);
         series.add(x, *estimate);
+        const Cell cell = estimate_cell(estimate, 3);
         axes.tooltip(x, estimate->value,
                      solver.label + ", contacts: " + std::to_string(number) + "\n" + title + " " +
-                         estimate_text(*estimate, 3));
+                         cell.text + " " + cell.interval);
       }
       series.draw(axes, styles_.line(s), styles_.mark(s), {styles_.colour(s), 1});
     }
