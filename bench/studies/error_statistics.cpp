@@ -227,21 +227,17 @@ std::optional<Estimate> CountedShare::share() const {
   return Estimate{count / static_cast<double>(total), wilson_interval(count, total)};
 }
 
-std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_trials) {
+std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins) {
   std::ranges::stable_sort(trials, {}, &Trial::value);
-  const std::size_t most = trials.size() / static_cast<std::size_t>(least_trials);
+  const std::size_t most = trials.size() / static_cast<std::size_t>(isotonic_bin);
   const std::size_t count =
       std::max<std::size_t>(std::min(static_cast<std::size_t>(bins), most), 1);
   std::vector<ShareBin> out;
   for (std::size_t b = 0; b < count && !trials.empty(); ++b) {
     const std::size_t first = b * trials.size() / count;
     const std::size_t end = (b + 1) * trials.size() / count;
-    ShareBin bin{trials[first].value, trials[end - 1].value, 0, {}};
-    for (std::size_t t = first; t < end; ++t) {
-      bin.mean += trials[t].value / static_cast<double>(end - first);
-      bin.successes.add(trials[t].success);
-    }
-    out.push_back(bin);
+    ShareBin& bin = out.emplace_back(ShareBin{trials[first].value, trials[end - 1].value, {}});
+    for (std::size_t t = first; t < end; ++t) bin.successes.add(trials[t].success);
   }
   return out;
 }

@@ -41,10 +41,6 @@ class GroupedErrors {
   explicit GroupedErrors(std::size_t groups) : groups_(groups) {}
 
   void add(std::size_t group, double error) { values_.push_back({error, group}); }
-  void add_undefined() { ++undefined_; }
-
-  std::size_t size() const { return values_.size(); }
-  std::size_t undefined() const { return undefined_; }
 
   // Nothing where there is no error. Intervals by the bootstrap over the groups that have errors;
   // `name` keys their random numbers.
@@ -64,7 +60,6 @@ class GroupedErrors {
 
   std::size_t groups_;
   std::vector<Value> values_;
-  std::size_t undefined_ = 0;
 };
 
 }  // namespace ertbench
@@ -114,13 +109,11 @@ struct Trial {
 struct ShareBin {
   double low = 0;   ///< the least value
   double high = 0;  ///< the largest
-  double mean = 0;
   CountedShare successes;
 };
 
-/// At most `bins` bins of equally many trials, the least values first; each has at least
-/// `least_trials`.
-std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins, int least_trials = 20);
+/// At most `bins` bins of equally many trials, twenty or more, the least values first.
+std::vector<ShareBin> share_bins(std::vector<Trial> trials, int bins);
 
 /// The value from which on the share of successes reaches a given one.
 struct LeastFound {

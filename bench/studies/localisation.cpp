@@ -230,25 +230,24 @@ PlaceErrors place_errors(const std::vector<Vector2d>& places,
                          const std::vector<FrameReading>& readings, const std::string& key) {
   PlaceErrors out;
   for (const PlaceRule rule : kPlaceRules) {
+    Rule& statistics = out.rules[static_cast<std::size_t>(rule)];
     GroupedErrors errors(places.size());
     std::vector<std::vector<Vector2d>> found(places.size());
     for (std::size_t frame = 0; frame < readings.size(); ++frame) {
       const std::size_t place = place_of[frame];
       const auto at = place_by(rule, readings[frame]);
       if (!at) {
-        errors.add_undefined();
+        ++*statistics.undefined;
         continue;
       }
       errors.add(place, (*at - places[place]).norm());
       found[place].push_back(*at);
     }
     const std::string name = key + name_of(rule);
-    Rule& statistics = out.rules[static_cast<std::size_t>(rule)];
     statistics.mean = errors.mean(name + "mean");
     statistics.median = errors.quantile(0.5, name + "median");
     statistics.p95 = errors.quantile(0.95, name + "p95");
     statistics.worst = errors.worst();
-    statistics.undefined = errors.undefined();
     if (rule != PlaceRule::thresholded) continue;
     for (const std::vector<Vector2d>& frames : found) {
       out.found.emplace_back();

@@ -139,8 +139,7 @@ struct TargetGaps {
   int scenes = 0;
   double least_mm = 0;  ///< of all gaps
   double largest_mm = 0;
-  std::vector<GapBin> bins;        ///< those with scenes
-  std::vector<IsotonicBlock> fit;  ///< of the share resolved against the gap
+  std::vector<GapBin> bins;  ///< those with scenes
   ResolvableGap resolvable;
 };
 

@@ -84,18 +84,17 @@ std::vector<WeightedPoint> gap_points(std::span<const GapTrial> trials) {
   return points;
 }
 
-ResolvableGap resolvable_gap(std::span<const GapTrial> trials,
-                             const std::vector<IsotonicBlock>& fit) {
+ResolvableGap resolvable_gap(std::span<const GapTrial> trials) {
   using State = ResolvableGap::State;
   ResolvableGap out;
   if (trials.size() < kLeastResolvedScenes) return out;
   const double least = trials.front().gap_mm;
   const double largest = trials.back().gap_mm;
-  out.gap_mm = gap_reached(fit);
+  std::vector<WeightedPoint> points = gap_points(trials);
+  out.gap_mm = gap_reached(isotonic_fit(points));
   out.state = !out.gap_mm ? State::never : *out.gap_mm <= least ? State::always : State::resolved;
 
   // A resample that resolves nothing stands beyond the set, at its largest gap.
-  std::vector<WeightedPoint> points = gap_points(trials);
   const Interval interval = bootstrap_interval_of_groups(
       trials.size(),
       [&](std::span<const std::size_t> drawn) {
@@ -276,8 +275,7 @@ TargetGaps measure_gaps(std::span<const GapTrial> trials) {
   out.least_mm = trials.front().gap_mm;
   out.largest_mm = trials.back().gap_mm;
   out.bins = gap_bins(trials);
-  out.fit = isotonic_fit(gap_points(trials));
-  out.resolvable = resolvable_gap(trials, out.fit);
+  out.resolvable = resolvable_gap(trials);
   return out;
 }
 
