@@ -32,34 +32,30 @@ StudyColumns<HourScores> hour_columns(const std::string& study) {
   const auto share = [](int missed, int all) {
     return Cell(std::to_string(missed) + " of " + std::to_string(all));
   };
-  const auto number = [](auto member) {
-    return [member](const HourScores& one) { return std::optional<double>(one.*member); };
-  };
   return {
       HourColumn::words("reference",
                         [](const HourScores& one) { return one.follows ? "re-taken" : "first"; })
           .table("reference"),
-      HourColumn::number("touches_missed", number(&HourScores::touches_missed), 0)
+      HourColumn::number("touches_missed", &HourScores::touches_missed, 0)
           .table("touches missed")
           .shown([=](const HourScores& one) { return share(one.touches_missed, one.touches); })
           .headline(headline("touches missed"), 0),
-      HourColumn::number("touches", number(&HourScores::touches), 0),
-      HourColumn::number("presses_missed", number(&HourScores::presses_missed), 0)
+      HourColumn::number("touches", &HourScores::touches, 0),
+      HourColumn::number("presses_missed", &HourScores::presses_missed, 0)
           .table("presses missed")
           .shown([=](const HourScores& one) { return share(one.presses_missed, one.presses); }),
-      HourColumn::number("presses", number(&HourScores::presses), 0),
-      HourColumn::number("presses_seen_share", number(&HourScores::seen), 3)
+      HourColumn::number("presses", &HourScores::presses, 0),
+      HourColumn::number("presses_seen_share", &HourScores::seen, 3)
           .table("seen, of the presses' time"),
-      HourColumn::number("false_alarms", number(&HourScores::false_alarms), 0),
-      HourColumn::number("false_alarms_per_hour", number(&HourScores::false_alarms_h), 1)
+      HourColumn::number("false_alarms", &HourScores::false_alarms, 0),
+      HourColumn::number("false_alarms_per_hour", &HourScores::false_alarms_h, 1)
           .table("false alarms an hour")
           .headline(headline("false alarms an hour"), 1),
-      HourColumn::number("false_alarm_share", number(&HourScores::false_share), 3)
-          .table("of the time"),
+      HourColumn::number("false_alarm_share", &HourScores::false_share, 3).table("of the time"),
       HourColumn::number("location_error_mm", &HourScores::error_mm, 1)
           .table("localisation error, mm"),
       HourColumn::number("fails_after_min", &HourScores::fails_min, 1).table("fails after, min"),
-      HourColumn::number("frames", number(&HourScores::frames), 0)};
+      HourColumn::number("frames", &HourScores::frames, 0)};
 }
 
 HourScores hour_scores_from(const json& object) {
