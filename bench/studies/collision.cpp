@@ -215,7 +215,7 @@ CollisionResults collision_results(const StudyInput& input) {
          0.0);
 
   std::vector<ArmRun> undelayed;
-  for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(undelayed_run(run, results.arm));
+  for (const ArmTruth& run : truth.arm_runs) undelayed.push_back(delayed_run(0, run, results.arm));
   results.undelayed = arm_outcome(std::move(undelayed), results.arm, "undelayed");
   return results;
 }

@@ -67,8 +67,8 @@ struct ArmRun {
   bool done = false;             ///< alarmed, under the limit, not stopped needlessly
 };
 
-/// The run of a skin that raises its alarm at the very onset: no skin can do better.
-ArmRun undelayed_run(const ArmTruth& truth, const ArmSettings& settings);
+/// The run of a skin that raises its alarm so long after the onset: at 0 no skin can do better.
+ArmRun delayed_run(double delay_s, const ArmTruth& truth, const ArmSettings& settings);
 ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double latency_s,
                const ArmTruth& truth, const ArmSettings& settings);
 

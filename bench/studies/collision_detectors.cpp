@@ -48,12 +48,12 @@ std::optional<RaisedAlarm> first_alarm_time(std::span<const char> alarms, const 
   return std::nullopt;
 }
 
-ArmRun undelayed_run(const ArmTruth& truth, const ArmSettings& settings) {
+ArmRun delayed_run(double delay_s, const ArmTruth& truth, const ArmSettings& settings) {
   ArmRun run;
   run.truth = truth;
-  run.delay_s = 0;
-  run.peak_N = settings.peak_force_N(truth.speed_m_s, 0);
-  run.lost_s = settings.detour_s(truth.speed_m_s, settings.way_m(truth.speed_m_s, 0));
+  run.delay_s = delay_s;
+  run.peak_N = settings.peak_force_N(truth.speed_m_s, delay_s);
+  run.lost_s = settings.detour_s(truth.speed_m_s, settings.way_m(truth.speed_m_s, delay_s));
   run.done = *run.peak_N < settings.limit_N;
   return run;
 }
@@ -69,7 +69,7 @@ ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double l
     run.lost_s = settings.detour_s(truth.speed_m_s, 0);
     return run;
   }
-  run.delay_s = alarm->time_s - truth.onset_s;
+  run = delayed_run(alarm->time_s - truth.onset_s, truth, settings);
   // A solver without latency looks at every frame as soon as it is there.
   for (std::size_t n = 0; n < alarms.size(); ++n) {
     const double end_s = timing.end_s(static_cast<double>(n));
@@ -77,9 +77,6 @@ ArmRun arm_run(std::span<const char> alarms, const FrameTiming& timing, double l
     run.of_latency_s = alarm->time_s - end_s;
     break;
   }
-  run.peak_N = settings.peak_force_N(truth.speed_m_s, *run.delay_s);
-  run.lost_s = settings.detour_s(truth.speed_m_s, settings.way_m(truth.speed_m_s, *run.delay_s));
-  run.done = *run.peak_N < settings.limit_N;
   return run;
 }
 

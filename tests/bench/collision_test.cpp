@@ -251,7 +251,7 @@ TEST(Arm, WithoutDelayTheHighestSpeedIsThatOfTheBrakes) {
   const ArmSettings settings{5, 5, 10, 140};
   std::vector<ArmRun> runs;
   for (int r = 0; r < 400; ++r) {
-    runs.push_back(undelayed_run({0.1, 0.1 + 0.001 * r}, settings));
+    runs.push_back(delayed_run(0, {0.1, 0.1 + 0.001 * r}, settings));
   }
   const auto outcome = arm_outcome(std::move(runs), settings, "test");
   // To the width of a bin of twenty runs.
