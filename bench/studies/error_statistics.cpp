@@ -31,9 +31,9 @@ std::optional<Estimate> scaled(std::optional<Estimate> estimate, double factor) 
   return estimate;
 }
 
-nlohmann::json to_json(const std::optional<Estimate>& estimate) {
+nlohmann::json to_json(const std::optional<Estimate>& estimate, const char* key) {
   if (!estimate) return nullptr;
-  return {{"value", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
+  return {{key, estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
 }
 
 nlohmann::json to_json(const std::optional<double>& value) {

@@ -27,8 +27,8 @@ struct Estimate {
 /// Without its interval.
 std::optional<double> value_of(const std::optional<Estimate>& estimate);
 std::optional<Estimate> scaled(std::optional<Estimate> estimate, double factor);
-/// `{"value", "ci95": [low, high]}`, or null.
-nlohmann::json to_json(const std::optional<Estimate>& estimate);
+/// `{"value", "ci95": [low, high]}`, the first by the name `key`; or null.
+nlohmann::json to_json(const std::optional<Estimate>& estimate, const char* key = "value");
 nlohmann::json to_json(const std::optional<double>& value);  ///< null where there is none
 /// "4.12" and below it "[3.98, 4.31]"; a dash where there is none.
 Cell estimate_cell(const std::optional<Estimate>& estimate, int decimals);

@@ -14,7 +14,7 @@ using nlohmann::json;
 
 json target_json(const std::optional<Estimate>& estimate) {
   if (!estimate) return {{"mean", nullptr}, {"ci95", nullptr}};
-  return {{"mean", estimate->value}, {"ci95", {estimate->ci95.low, estimate->ci95.high}}};
+  return to_json(estimate, "mean");
 }
 
 json target_json(const TargetGaps& gaps) {

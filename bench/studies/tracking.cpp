@@ -107,11 +107,7 @@ TrackingColumn score_column(const std::string& key, std::optional<Estimate> Trac
         }
         return cell;
       })
-      .json([=](const TrackingOfSolver& solver) -> json {
-        const std::optional<Estimate>& value = solver.scores.*score;
-        if (!value) return nullptr;
-        return {{unit, value->value}, {"ci95", {value->ci95.low, value->ci95.high}}};
-      });
+      .json([=](const TrackingOfSolver& solver) { return to_json(solver.scores.*score, unit); });
 }
 
 TrackingColumn count_column(const std::string& key, int TrackingScores::*count) {
