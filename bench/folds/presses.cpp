@@ -18,7 +18,7 @@ using nlohmann::json;
 constexpr std::size_t most_strengths = 6;  ///< that get rows of their own
 constexpr int rings = 4;
 
-using Held = std::vector<const HeldOutPress*>;
+using Held = std::vector<HeldOutPress>;
 
 PressErrors errors_of(const Held& presses, const Vector2d& middle, const std::string& title,
                       const std::string& key) {
@@ -27,8 +27,8 @@ PressErrors errors_of(const Held& presses, const Vector2d& middle, const std::st
   out.presses = presses.size();
   GroupedErrors errors(presses.size());
   for (std::size_t i = 0; i < presses.size(); ++i) {
-    errors.add(i, (presses[i]->found_mm.value_or(middle) - presses[i]->place_mm).norm());
-    out.missed += !presses[i]->found_mm.has_value();
+    errors.add(i, (presses[i].found_mm.value_or(middle) - presses[i].place_mm).norm());
+    out.missed += !presses[i].found_mm.has_value();
   }
   out.mean = errors.mean(key + "mean");
   out.median = errors.quantile(0.5, key + "median");
@@ -38,14 +38,8 @@ PressErrors errors_of(const Held& presses, const Vector2d& middle, const std::st
 }
 
 Held select(Held presses, const std::function<bool(const HeldOutPress&)>& wanted) {
-  std::erase_if(presses, [&](const HeldOutPress* press) { return !wanted(*press); });
+  std::erase_if(presses, std::not_fn(wanted));
   return presses;
-}
-
-Held pointers_to(const std::vector<HeldOutPress>& presses) {
-  Held out;
-  for (const HeldOutPress& press : presses) out.push_back(&press);
-  return out;
 }
 
 /// Properties that the parts of a level share.
@@ -61,8 +55,8 @@ std::vector<PressErrors> by_strength(const Held& presses, const Division& divisi
   std::vector<PressErrors> out;
   if (division.strength_name.empty()) return out;
   std::set<double> strengths;
-  for (const HeldOutPress* press : presses) {
-    strengths.insert(std::round(1e6 * press->strength * division.unit_strength) / 1e6);
+  for (const HeldOutPress& press : presses) {
+    strengths.insert(std::round(1e6 * press.strength * division.unit_strength) / 1e6);
   }
   if (strengths.size() > most_strengths) return out;
   for (const double strength : strengths) {
@@ -98,8 +92,8 @@ std::optional<Estimate> strength_error(const Held& presses, const Division& divi
   if (division.strength_name.empty()) return std::nullopt;
   GroupedErrors errors(presses.size());
   for (std::size_t i = 0; i < presses.size(); ++i) {
-    errors.add(
-        i, std::abs(presses[i]->found_strength - presses[i]->strength) * division.unit_strength);
+    errors.add(i,
+               std::abs(presses[i].found_strength - presses[i].strength) * division.unit_strength);
   }
   return errors.mean(key + "strength");
 }
@@ -118,7 +112,7 @@ PressSolver solver_of(const FoldsOutcome& outcome, const std::vector<std::uint64
       const FoldRun& run = fold[level];
       ++runs;
       if (!run.message.empty() && one.failure.empty()) one.failure = run.message;
-      const Held own = pointers_to(run.held_out);
+      const Held& own = run.held_out;
       if (own.empty()) continue;
       one.fold_means.push_back(errors_of(own, division.middle, "", "").mean->value);
       one.fit_s += run.fit_s;
@@ -131,8 +125,7 @@ PressSolver solver_of(const FoldsOutcome& outcome, const std::vector<std::uint64
     one.by_strength = by_strength(held, division, key);
     one.by_place = by_place(held, division, key);
     one.strength = strength_error(held, division, key);
-    if (level + 1 < numbers.size()) continue;
-    for (const HeldOutPress* press : held) solver.held_out.push_back(*press);
+    if (level + 1 == numbers.size()) solver.held_out = held;
   }
   return solver;
 }
@@ -178,16 +171,15 @@ json json_of(const PressSolver& solver) {
 void guess_the_middle(const Division& division, PressResults& results) {
   for (const PressSolver& solver : results.solvers) {
     if (solver.held_out.empty() || results.middle.presses >= solver.held_out.size()) continue;
-    std::vector<HeldOutPress> guessed = solver.held_out;
+    Held guessed = solver.held_out;
     double mean = 0;
     for (HeldOutPress& press : guessed) {
       press.found_mm = division.middle;
       mean += press.strength / static_cast<double>(guessed.size());
     }
     for (HeldOutPress& press : guessed) press.found_strength = mean;
-    const Held held = pointers_to(guessed);
-    results.middle = errors_of(held, division.middle, "", "middle");
-    results.mean_strength = strength_error(held, division, "middle");
+    results.middle = errors_of(guessed, division.middle, "", "middle");
+    results.mean_strength = strength_error(guessed, division, "middle");
   }
 }
 
