@@ -147,10 +147,6 @@ Points circle_around(const Vector2d& centre, double radius) {
   return out;
 }
 
-const Rule& thresholded(const PlaceErrors& solver) {
-  return rule_of(solver, PlaceRule::thresholded);
-}
-
 void draw_map(const LocalisedSet& set, double side_mm, const std::string& heading,
               const std::filesystem::path& stem) {
   const MarkStyle target{7, ink::black, 0.35, 1};
@@ -169,7 +165,7 @@ void draw_map(const LocalisedSet& set, double side_mm, const std::string& headin
     return out;
   };
   for (const PlaceErrors& solver : set.solvers) {
-    const auto& median = thresholded(solver).median;
+    const auto& median = rule_of(solver, PlaceRule::thresholded).median;
     Panel axes = panel(solver.label +
                        (median ? ", median " + fixed(median->value, 1) + " mm" : std::string()));
     add_failure(canvas, axes.box(), solver.failure);

@@ -92,15 +92,13 @@ StudyColumns<HeadlineSpread> spread_columns(const std::vector<HeadlineSpread>& s
   const auto cell_of = [](auto value) {
     return [value](const HeadlineSpread& one) { return number_cell(value(one), one.decimals); };
   };
-  const auto mean_of = [](const HeadlineSpread& one) { return one.mean(); };
-  const auto deviation_of = [](const HeadlineSpread& one) { return one.deviation(); };
+  const auto mean = [](const HeadlineSpread& one) { return mean_of(one.values); };
+  const auto deviation = [](const HeadlineSpread& one) { return deviation_of(one.values); };
   StudyColumns<HeadlineSpread> out = {
       SpreadColumn::words("solver", &HeadlineSpread::label),
       SpreadColumn::words("what", &HeadlineSpread::what).table("number"),
-      SpreadColumn::number("mean", mean_of, 2).table("mean").shown(cell_of(mean_of)),
-      SpreadColumn::number("deviation", deviation_of, 2)
-          .table("deviation")
-          .shown(cell_of(deviation_of))};
+      SpreadColumn::number("mean", mean, 2).table("mean").shown(cell_of(mean)),
+      SpreadColumn::number("deviation", deviation, 2).table("deviation").shown(cell_of(deviation))};
   std::size_t trainings = 0;
   for (const HeadlineSpread& one : spread) trainings = std::max(trainings, one.values.size());
   for (std::size_t t = 0; t < trainings; ++t) {
@@ -224,10 +222,6 @@ std::optional<double> StudyInput::latency_s(const std::string& label) const {
 }
 
 std::string StudyInput::law() const { return name_of(experiment.sensor.skin->law); }
-
-std::optional<double> HeadlineSpread::mean() const { return mean_of(values); }
-
-std::optional<double> HeadlineSpread::deviation() const { return deviation_of(values); }
 
 std::vector<HeadlineSpread> spread_of(std::span<const std::vector<Headline>> of_trainings) {
   std::vector<HeadlineSpread> out;

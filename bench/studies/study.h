@@ -106,9 +106,6 @@ struct HeadlineSpread {
   std::string what;
   int decimals = 2;
   std::vector<std::optional<double>> values;  ///< [trainings]
-
-  std::optional<double> mean() const;       ///< of the trainings that have a value
-  std::optional<double> deviation() const;  ///< sample standard deviation; of two values at least
 };
 
 /// `of_trainings` [trainings] are the headlines of each; of the later ones those of the solvers

@@ -4,6 +4,7 @@
 
 #include "bench/features/features.h"
 #include "bench/report/report.h"
+#include "bench/run/rows.h"
 #include "bench/studies/study.h"
 #include "solvers/registry/registry.h"
 #include "tests/bench/program.h"
@@ -25,13 +26,13 @@ TEST(StudyTrainings, SpreadsAreOfSolversThatWereTrainedMoreThanOnce) {
   ASSERT_EQ(spread.size(), 3u) << "not of the solver that was trained once";
   EXPECT_EQ(spread[0].label, "net");
   EXPECT_EQ(spread[0].values, (std::vector<std::optional<double>>{1.0, 2.0, 6.0}));
-  EXPECT_DOUBLE_EQ(spread[0].mean().value(), 3);
-  EXPECT_DOUBLE_EQ(spread[0].deviation().value(), std::sqrt(7.0));  // (4 + 1 + 9) / 2
+  EXPECT_DOUBLE_EQ(mean_of(spread[0].values).value(), 3);
+  EXPECT_DOUBLE_EQ(deviation_of(spread[0].values).value(), std::sqrt(7.0));  // (4 + 1 + 9) / 2
   EXPECT_EQ(spread[1].label, "net") << "a solver's numbers stand together";
-  EXPECT_EQ(spread[1].deviation(), 0);
+  EXPECT_EQ(deviation_of(spread[1].values), 0);
   EXPECT_EQ(spread[2].label, "other");
-  EXPECT_EQ(spread[2].mean(), 5) << "of the training that has a value";
-  EXPECT_EQ(spread[2].deviation(), std::nullopt);
+  EXPECT_EQ(mean_of(spread[2].values), 5) << "of the training that has a value";
+  EXPECT_EQ(deviation_of(spread[2].values), std::nullopt);
 }
 
 /// Touches at nine places, and solvers whose places are `off_mm` [solvers][trainings] away.
