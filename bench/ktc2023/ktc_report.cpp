@@ -150,85 +150,69 @@ json summary_of(const KtcResults& results) {
   return out;
 }
 
+constexpr int shown_size = 128;   ///< of an image in the figure
+constexpr int shown_pitch = 140;  ///< from one to the next
+
+/// Puts a map of the tank among the values of the figure.
+void put(const ClassMap& map, Eigen::Index top, Eigen::Index left, Eigen::MatrixXi& values) {
+  constexpr double half = shown_size / 2.0;
+  const auto each = map.rows() / shown_size;
+  for (int y = 0; y < shown_size; ++y) {
+    for (int x = 0; x < shown_size; ++x) {
+      const double dx = (x + 0.5) / half - 1;
+      const double dy = (y + 0.5) / half - 1;
+      if (dx * dx + dy * dy < 1) values(top + y, left + x + 6) = map(y * each, x * each);
+    }
+  }
+}
+
 /// All targets of a row below their truths, a column for each level.
-class TargetsFigure {
- public:
-  explicit TargetsFigure(const KtcRow& row) {
-    for (const KtcOutcome& one : row.outcomes) by_level_[one.level].push_back(&one);
-    for (const auto& [level, targets] : by_level_) deepest_ = std::max(deepest_, targets.size());
-    if (by_level_.empty()) return;
-    values_.setConstant(static_cast<Eigen::Index>(2 * deepest_) * pitch,
-                        std::ssize(by_level_) * pitch, outside);
-    Eigen::Index left = 0;
-    for (const auto& [level, targets] : by_level_) {
-      for (std::size_t t = 0; t < targets.size(); ++t) {
-        const auto top = static_cast<Eigen::Index>(2 * t) * pitch;
-        if (targets[t]->truth) put(*targets[t]->truth, top, left);
-        put(targets[t]->classes, top + pitch, left);
-      }
-      left += pitch;
+void draw_targets(const KtcRow& row, const std::string& title, const fs::path& stem) {
+  constexpr double left = 44;
+  constexpr double top = 54;
+  constexpr double cell = 66;
+  std::map<int, std::vector<const KtcOutcome*>> by_level;
+  for (const KtcOutcome& one : row.outcomes) by_level[one.level].push_back(&one);
+  std::size_t deepest = 0;
+  for (const auto& [level, targets] : by_level) deepest = std::max(deepest, targets.size());
+  const double width = cell * static_cast<double>(by_level.size());
+  const double height = cell * 2 * static_cast<double>(deepest);
+  constexpr int outside = -1;
+  Eigen::MatrixXi values =
+      Eigen::MatrixXi::Constant(static_cast<Eigen::Index>(2 * deepest) * shown_pitch,
+                                std::ssize(by_level) * shown_pitch, outside);
+  Canvas canvas(left + width + 8, top + height + 8);
+  canvas.title(title);
+  double x = left + cell / 2;
+  Eigen::Index column = 0;
+  for (const auto& [level, targets] : by_level) {
+    canvas.text("level " + std::to_string(level), x, top - 9);
+    for (std::size_t t = 0; t < targets.size(); ++t) {
+      const auto line = static_cast<Eigen::Index>(2 * t) * shown_pitch;
+      if (targets[t]->truth) put(*targets[t]->truth, line, column, values);
+      put(targets[t]->classes, line + shown_pitch, column, values);
+      if (!targets[t]->score) continue;
+      canvas.text(fixed(*targets[t]->score, 2), x + cell / 2,
+                  top + cell * (2.0 * static_cast<double>(t) + 2) - 6,
+                  {.size = 8, .align = TextAlign::right, .colour = ink::note});
     }
+    x += cell;
+    column += shown_pitch;
   }
-
-  void draw(const std::string& title, const fs::path& stem) const {
-    constexpr double cell = 66;
-    const double width = cell * static_cast<double>(by_level_.size());
-    const double height = cell * 2 * static_cast<double>(deepest_);
-    Canvas canvas(left_ + width + 8, top_ + height + 8);
-    canvas.title(title);
-    double x = left_ + cell / 2;
-    for (const auto& [level, targets] : by_level_) {
-      canvas.text("level " + std::to_string(level), x, top_ - 9);
-      for (std::size_t t = 0; t < targets.size(); ++t) {
-        if (!targets[t]->score) continue;
-        canvas.text(fixed(*targets[t]->score, 2), x + cell / 2,
-                    top_ + cell * (2.0 * static_cast<double>(t) + 2) - 6,
-                    {.size = 8, .align = TextAlign::right, .colour = ink::note});
-      }
-      x += cell;
-    }
-    for (std::size_t t = 0; t < 2 * deepest_; ++t) {
-      canvas.text(t % 2 == 0 ? "truth" : "image", left_ - 5,
-                  top_ + cell * (static_cast<double>(t) + 0.5), {.align = TextAlign::right});
-    }
-    canvas.area(Box::sized(left_, top_, width, height));
-    canvas.plots() << "set palette maxcolors 4 defined (-1 'white', 0 '#dde6ee', 1 '#0072b2', "
-                      "2 '#d55e00')\n"
-                   << "unset key\nunset tics\nunset colorbox\nunset border\nset cbrange [-1:2]\n"
-                   << "set xrange [-0.5:" << values_.cols() << " - 0.5]\nset yrange ["
-                   << values_.rows() << " - 0.5:-0.5]\nplot " << canvas.data(text())
-                   << " matrix with image\n";
-    canvas.draw(stem);
+  for (std::size_t t = 0; t < 2 * deepest; ++t) {
+    canvas.text(t % 2 == 0 ? "truth" : "image", left - 5,
+                top + cell * (static_cast<double>(t) + 0.5), {.align = TextAlign::right});
   }
-
- private:
-  static constexpr int size = 128;   ///< of an image in the figure
-  static constexpr int pitch = 140;  ///< from one to the next
-  static constexpr int outside = -1;
-
-  void put(const ClassMap& map, Eigen::Index top, Eigen::Index left) {
-    const auto each = map.rows() / size;
-    for (int y = 0; y < size; ++y) {
-      for (int x = 0; x < size; ++x) {
-        const double dx = (x + 0.5) / (size / 2.0) - 1;
-        const double dy = (y + 0.5) / (size / 2.0) - 1;
-        if (dx * dx + dy * dy < 1) values_(top + y, left + x + 6) = map(y * each, x * each);
-      }
-    }
-  }
-
-  std::string text() const {
-    TextStream out;
-    for (const auto& row : values_.rowwise()) out << row << '\n';
-    return out.str();
-  }
-
-  static constexpr double left_ = 44;
-  static constexpr double top_ = 54;
-  std::map<int, std::vector<const KtcOutcome*>> by_level_;
-  std::size_t deepest_ = 0;
-  Eigen::MatrixXi values_;
-};
+  TextStream text;
+  for (const auto& line : values.rowwise()) text << line << '\n';
+  canvas.area(Box::sized(left, top, width, height));
+  canvas.plots() << "set palette maxcolors 4 defined (-1 'white', 0 '#dde6ee', 1 '#0072b2', "
+                    "2 '#d55e00')\n"
+                 << "unset key\nunset tics\nunset colorbox\nunset border\nset cbrange [-1:2]\n"
+                 << "set xrange [-0.5:" << values.cols() << " - 0.5]\nset yrange [" << values.rows()
+                 << " - 0.5:-0.5]\nplot " << canvas.data(text.str()) << " matrix with image\n";
+  canvas.draw(stem);
+}
 
 }  // namespace
 
@@ -243,9 +227,9 @@ std::size_t report_ktc(const KtcResults& results, const fs::path& folder) {
                             best.label + ": water grey, resistive blue, conductive orange.\n");
   write_file_atomically(folder / "targets.csv", csv_of(targets_of(results)));
   write_file_atomically(folder / "scores.json", json_text(summary_of(results), 1) + "\n");
-  const bool drawn = draw_or_say(folder / "targets", [&] {
-    TargetsFigure(best).draw("KTC2023 by " + best.label, folder / "targets");
-  });
+  const fs::path figure = folder / "targets";
+  const bool drawn =
+      draw_or_say(figure, [&] { draw_targets(best, "KTC2023 by " + best.label, figure); });
   std::printf("%s\nResults in %s\n", terminal_of(table).c_str(),
               printable_path(folder.string()).c_str());
   return drawn ? 0 : 1;
