@@ -119,7 +119,6 @@ void score_path(const MeasuredPath& path, const ConsistencyInput& input, const s
 struct ConsistencyOfSolver {
   std::string label;
   std::string failure;  ///< why there is nothing; else empty
-  std::optional<double> latency_s;
   MeasuredPath path;
   ConsistencyScores scores;
 };
@@ -139,7 +138,6 @@ ConsistentSet consistent_set(const StudyInput& input, const std::string& name, d
   for (const std::string& label : input.labels()) {
     ConsistencyOfSolver& solver = set.solvers.emplace_back();
     solver.label = label;
-    solver.latency_s = input.latency_s(label);
     const auto* moving = input.readings(label, name);
     if (!moving || !input.readings(label, set.empty)) {
       solver.failure = input.failure(label);
@@ -155,6 +153,7 @@ ConsistentSet consistent_set(const StudyInput& input, const std::string& name, d
         consistency_scores({*input.readings(solver.label, name),
                             *input.readings(solver.label, set.empty), middle, outlier_mm},
                            name + solver.label);
+    solver.scores.latency_s = input.latency_s(solver.label);
   }
   return set;
 }
@@ -163,55 +162,41 @@ std::string share_of(std::size_t part, std::size_t whole) {
   return std::to_string(part) + " of " + std::to_string(whole);
 }
 
-using ScoredSolver = ConsistencyOfSolver;
-using ScoreColumn = StudyColumn<ScoredSolver>;
+using Scores = ConsistencyScores;
+using ScoreColumn = StudyColumn<Scores>;
 
-ScoreColumn estimate_column(const std::string& key,
-                            std::optional<Estimate> ConsistencyScores::*score, int decimals) {
-  return ScoreColumn::estimate(
-      key, [score](const ScoredSolver& solver) { return solver.scores.*score; }, decimals);
-}
-
-ScoreColumn frames_column(const std::string& key, std::size_t ConsistencyScores::*score) {
-  return ScoreColumn::count(key,
-                            [score](const ScoredSolver& solver) { return solver.scores.*score; });
-}
-
-StudyColumns<ScoredSolver> score_columns(const std::string& set) {
+StudyColumns<Scores> score_columns(const std::string& set) {
   const auto headline = [set](const char* what) {
-    return [text = set + ": " + what](const ScoredSolver&) { return text; };
+    return [text = set + ": " + what](const Scores&) { return text; };
   };
   return {
-      frames_column("frames", &ConsistencyScores::frames),
-      frames_column("seen", &ConsistencyScores::seen)
+      ScoreColumn::count("frames", &Scores::frames),
+      ScoreColumn::count("seen", &Scores::seen)
           .table("frames with a contact")
-          .shown([](const ScoredSolver& s) { return share_of(s.scores.seen, s.scores.frames); }),
-      estimate_column("radius_mm", &ConsistencyScores::radius_mm, 1).table("radius, mm"),
-      estimate_column("radius_spread", &ConsistencyScores::radius_spread, 3)
+          .shown([](const Scores& s) { return share_of(s.seen, s.frames); }),
+      ScoreColumn::estimate("radius_mm", &Scores::radius_mm, 1).table("radius, mm"),
+      ScoreColumn::estimate("radius_spread", &Scores::radius_spread, 3)
           .table("spread of the radius")
           .headline(headline("spread of the radius (of its median)"), 3),
-      estimate_column("amplitude_spread", &ConsistencyScores::amplitude_spread, 3)
+      ScoreColumn::estimate("amplitude_spread", &Scores::amplitude_spread, 3)
           .table("of the image's sum"),
-      estimate_column("peak_spread", &ConsistencyScores::peak_spread, 3).table("of its peak"),
-      estimate_column("step_mm", &ConsistencyScores::step_mm, 2),
-      estimate_column("jerk_mm", &ConsistencyScores::jerk_mm, 2).table("jerk, mm", 1),
-      frames_column("outliers", &ConsistencyScores::outliers).data("").table("outliers", 1),
-      estimate_column("more_contacts", &ConsistencyScores::more_contacts, 2)
-          .table("more contacts", 1),
-      estimate_column("explained", &ConsistencyScores::explained, 3)
+      ScoreColumn::estimate("peak_spread", &Scores::peak_spread, 3).table("of its peak"),
+      ScoreColumn::estimate("step_mm", &Scores::step_mm, 2),
+      ScoreColumn::estimate("jerk_mm", &Scores::jerk_mm, 2).table("jerk, mm", 1),
+      ScoreColumn::count("outliers", &Scores::outliers).data("").table("outliers", 1),
+      ScoreColumn::estimate("more_contacts", &Scores::more_contacts, 2).table("more contacts", 1),
+      ScoreColumn::estimate("explained", &Scores::explained, 3)
           .table("explained", 1)
           .headline(headline("share of the change explained"), 3),
-      estimate_column("apart_mm", &ConsistencyScores::apart_mm, 1).table("from the middle, mm", 1),
-      frames_column("outliers", &ConsistencyScores::outliers).data_only(),
-      frames_column("empty_frames", &ConsistencyScores::empty_frames),
-      frames_column("false_contacts", &ConsistencyScores::false_contacts)
+      ScoreColumn::estimate("apart_mm", &Scores::apart_mm, 1).table("from the middle, mm", 1),
+      ScoreColumn::count("outliers", &Scores::outliers).data_only(),
+      ScoreColumn::count("empty_frames", &Scores::empty_frames),
+      ScoreColumn::count("false_contacts", &Scores::false_contacts)
           .table("false contacts", 1)
-          .shown([](const ScoredSolver& s) {
-            return share_of(s.scores.false_contacts, s.scores.empty_frames);
-          }),
+          .shown([](const Scores& s) { return share_of(s.false_contacts, s.empty_frames); }),
       ScoreColumn::number(
           "",
-          [](const ScoredSolver& s) {
+          [](const Scores& s) {
             return s.latency_s ? std::optional(*s.latency_s * 1e6) : std::nullopt;
           },
           1)
@@ -220,21 +205,21 @@ StudyColumns<ScoredSolver> score_columns(const std::string& set) {
 
 /// Adds the set's table, CSV rows, headlines and numbers.
 void add_set(const ConsistentSet& set, TableSection& rows, Study& study) {
-  const StudyColumns<ScoredSolver> columns = score_columns(set.name);
+  const StudyColumns<Scores> columns = score_columns(set.name);
   TableSection& table = study.sections.front().report.tables.emplace_back();
   table.caption = set.name + ": one thing moves; empty frames: " + set.empty;
   table.columns = columns.titles({{"solver", Align::left}});
   rows.columns = columns.names({{"set", Align::left}, {"solver", Align::left}});
   json& numbers = study.numbers["sets"][set.name] = {{"empty", set.empty}};
-  for (const ScoredSolver& solver : set.solvers) {
+  for (const ConsistencyOfSolver& solver : set.solvers) {
     if (add_failed(solver.label, solver.failure, table)) {
       numbers["solvers"][solver.label] = {{"failure", solver.failure}};
       continue;
     }
-    table.rows.push_back(columns.cells({solver.label}, solver));
-    rows.rows.push_back(columns.data({set.name, solver.label}, solver));
-    columns.add_headlines(solver.label, solver, study.best);
-    numbers["solvers"][solver.label] = columns.json(solver);
+    table.rows.push_back(columns.cells({solver.label}, solver.scores));
+    rows.rows.push_back(columns.data({set.name, solver.label}, solver.scores));
+    columns.add_headlines(solver.label, solver.scores, study.best);
+    numbers["solvers"][solver.label] = columns.json(solver.scores);
   }
 }
 

@@ -41,6 +41,7 @@ struct ConsistencyScores {
   std::optional<Estimate> apart_mm;       ///< median distance to the methods' middle
   std::size_t empty_frames = 0;           ///< frames with nothing on the sheet
   std::size_t false_contacts = 0;         ///< empty frames in which a contact is detected
+  std::optional<double> latency_s;        ///< of the solver; not set by consistency_scores
 };
 
 struct ConsistencyInput {
