@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "bench/studies/collision.h"
 #include "core/statistics.h"
@@ -84,23 +83,16 @@ namespace {
 
 /// The delays' part that is the solver's, of all runs with an alarm.
 std::optional<Estimate> share_of_latency(const std::vector<ArmRun>& runs, const std::string& name) {
-  std::vector<const ArmRun*> alarmed;
+  std::vector<double> latencies;
+  std::vector<double> delays;
   for (const ArmRun& run : runs) {
-    if (run.delay_s) alarmed.push_back(&run);
+    if (!run.delay_s) continue;
+    latencies.push_back(run.of_latency_s);
+    delays.push_back(*run.delay_s);
   }
-  if (alarmed.empty()) return std::nullopt;
-  const auto share = [&](std::span<const std::size_t> drawn) {
-    double latency = 0;
-    double delay = 0;
-    for (const std::size_t i : drawn) {
-      latency += alarmed[i]->of_latency_s;
-      delay += *alarmed[i]->delay_s;
-    }
-    return delay > 0 ? latency / delay : 0;
-  };
-  std::vector<std::size_t> all(alarmed.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  return Estimate{share(all), bootstrap_interval_of_groups(all.size(), share, name)};
+  if (delays.empty()) return std::nullopt;
+  const std::optional<RatioOfSums> share = ratio_of_sums(latencies, delays, name);
+  return share ? Estimate{share->ratio, share->ci95} : Estimate{};  // where nothing is delayed
 }
 
 constexpr int most_force_bins = 10;
