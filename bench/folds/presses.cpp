@@ -286,22 +286,19 @@ void draw_curve(const PressResults& results, const std::string& heading,
     // Side by side, so that no band hides another.
     const double shift =
         std::pow(1.012, static_cast<double>(s) - (static_cast<double>(solvers.size()) - 1) / 2);
-    Points means;
-    std::vector<Whisker> bands;
+    Series series;
     for (const PressLevel& level : solvers[s].levels) {
       if (!level.all.mean) continue;
       const double at = shift * static_cast<double>(level.presses);
       const double mean = std::max(0.01, level.all.mean->value);
-      means.emplace_back(at, mean);
+      series.points.emplace_back(at, mean);
       const auto [low, high] = std::ranges::minmax_element(level.fold_means);
-      bands.push_back({at, std::max(0.01, *low), std::max(0.01, *high)});
+      series.whiskers.push_back({at, std::max(0.01, *low), std::max(0.01, *high)});
       axes.tooltip(at, mean,
                    solvers[s].label + "\n" + std::to_string(level.presses) + " presses\nmean " +
                        fixed(mean, 2) + " mm, folds " + fixed(*low, 2) + " to " + fixed(*high, 2));
     }
-    axes.line(means, styles.line(s, 1.6));
-    axes.whiskers(bands, {styles.colour(s), 1.2});
-    axes.marks(means, styles.mark(s, 0.9));
+    series.draw(axes, styles.line(s, 1.6), styles.mark(s, 0.9), {styles.colour(s), 1.2});
   }
   axes.draw();
   legend.draw(canvas, box.bottom + 56);
