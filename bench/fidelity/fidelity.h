@@ -63,9 +63,6 @@ struct FidelityRecord {
   std::map<std::string, std::vector<ModelledScene>> models;
 };
 
-/// The number of scenes used if `scenes` are asked for, including those without contact.
-int fidelity_scenes(const DatasetSpec& dataset, int scenes);
-
 /// Hash of everything that determines the record: the dataset with its sensor, the number of scenes
 /// and the machine's processor.
 std::string fidelity_key(const DatasetSpec& dataset, int scenes);

@@ -108,6 +108,11 @@ std::vector<ModelledScene> of_kind(const std::vector<ModelledScene>& scenes, boo
   return out;
 }
 
+/// The number of scenes used if `scenes` are asked for, including those without contact.
+std::uint64_t scenes_used(const DatasetSpec& dataset, int scenes) {
+  return std::min<std::uint64_t>(dataset.count, static_cast<std::uint64_t>(scenes));
+}
+
 constexpr int grids[] = {24, 48, 96, 192};
 constexpr double reference_share = 1e-3;  ///< of the bound, for the converged solution
 constexpr int reference_points = 2500;
@@ -261,15 +266,10 @@ class FidelityStage final : public Stage {
 
 }  // namespace
 
-int fidelity_scenes(const DatasetSpec& dataset, int scenes) {
-  return static_cast<int>(
-      std::min<std::uint64_t>(dataset.count, static_cast<std::uint64_t>(scenes)));
-}
-
 std::string fidelity_key(const DatasetSpec& dataset, int scenes) {
   const json key = {{"schema", fidelity_schema},
                     {"dataset", to_json(dataset)},
-                    {"scenes", fidelity_scenes(dataset, scenes)},
+                    {"scenes", scenes_used(dataset, scenes)},
                     {"block", fidelity_block},
                     {"cpu", cpu_name()}};
   return hash_of(key.dump());
@@ -320,7 +320,7 @@ FidelityRecord measure_fidelity(
     measure_block(models, dataset, waiting[smooth], smooth, record);
     waiting[smooth].clear();
   };
-  const auto count = static_cast<std::uint64_t>(fidelity_scenes(dataset, scenes));
+  const std::uint64_t count = scenes_used(dataset, scenes);
   for (std::uint64_t i = 0; i < count; ++i) {
     Scene scene = dataset.scene(i);
     const std::vector<ContactArc> arcs = contact_arcs(scene, *dataset.sensor.sheet);
