@@ -102,12 +102,13 @@ Eigen::VectorXd regularised(const KtcMisfit& misfit, const Eigen::MatrixXf& jaco
 
 /// A method whose unknowns are coefficients of smooth functions, independent and of variance 1.
 class InSmoothFunctions : public KtcMethod {
- protected:
-  InSmoothFunctions(const TankModel& tank, const Options& options, double size)
+ public:
+  InSmoothFunctions(const TankModel& tank, const Options& options)
       : options_(options),
-        functions_(size * smooth_functions(tank, options.length_mm / 1000)),
+        functions_(options.likely * smooth_functions(tank, options.length_mm / 1000)),
         single_(functions_.cast<float>()) {}
 
+ protected:
   Options options_;
   Eigen::MatrixXd functions_;  ///< [nodes, coefficients]
   Eigen::MatrixXf single_;     ///< the same
@@ -115,7 +116,7 @@ class InSmoothFunctions : public KtcMethod {
 
 class OneStep final : public InSmoothFunctions {
  public:
-  OneStep(const TankModel& tank, const Options& options) : InSmoothFunctions(tank, options, 1) {}
+  using InSmoothFunctions::InSmoothFunctions;
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const KtcMisfit misfit(setting, frame, options_.noise, options_.model_error);
@@ -130,8 +131,7 @@ class OneStep final : public InSmoothFunctions {
 
 class TruncatedSvd final : public InSmoothFunctions {
  public:
-  TruncatedSvd(const TankModel& tank, const Options& options)
-      : InSmoothFunctions(tank, options, 1) {}
+  using InSmoothFunctions::InSmoothFunctions;
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     // The misfit's square root stands for the weighted channels; then A A^T has the left vectors.
@@ -175,8 +175,7 @@ struct Contrast {
 /// Gauss–Newton on the finite elements, of a level set or of the log conductivity.
 class Iterated final : public InSmoothFunctions {
  public:
-  Iterated(const TankModel& tank, const Options& options)
-      : InSmoothFunctions(tank, options, options.likely) {}
+  using InSmoothFunctions::InSmoothFunctions;
 
   KtcImage reconstruct(const KtcSetting& setting, const KtcFrame& frame) const override {
     const KtcMisfit misfit(setting, frame, options_.noise, options_.model_error);
