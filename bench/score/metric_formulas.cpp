@@ -165,22 +165,20 @@ std::optional<double> false_positives(const ScoredImage& image) {
   return image.contacts.found - image.contacts.matched;
 }
 
+std::optional<double> ratio_or_none(double part, double whole) {
+  return whole == 0 ? std::nullopt : std::optional(part / whole);
+}
+
 std::optional<double> precision_of_contacts(const ScoredImage& image) {
-  const ContactScore& contacts = image.contacts;
-  if (contacts.found == 0) return std::nullopt;
-  return static_cast<double>(contacts.matched) / contacts.found;
+  return ratio_or_none(image.contacts.matched, image.contacts.found);
 }
 
 std::optional<double> recall_of_contacts(const ScoredImage& image) {
-  const ContactScore& contacts = image.contacts;
-  if (contacts.true_count == 0) return std::nullopt;
-  return static_cast<double>(contacts.matched) / contacts.true_count;
+  return ratio_or_none(image.contacts.matched, image.contacts.true_count);
 }
 
 std::optional<double> location_error(const ScoredImage& image) {
-  const ContactScore& contacts = image.contacts;
-  if (contacts.matched == 0) return std::nullopt;
-  return contacts.distance_mm / contacts.matched;
+  return ratio_or_none(image.contacts.distance_mm, image.contacts.matched);
 }
 
 std::optional<double> count_error(const ScoredImage& image) {

@@ -12,7 +12,17 @@
 
 namespace ertbench {
 
-struct ContactScore;
+/// Detections of one frame matched with the contacts of its scene.
+///
+/// A true contact is one whose centroid lies on the sheet. Detections and true contacts are matched
+/// one to one by `assign` with the cut-off ContactDistances::match.
+struct ContactScore {
+  int true_count = 0;      ///< true contacts
+  int found = 0;           ///< detections, true and false positives
+  int matched = 0;         ///< pairs of a true contact and a detection
+  double distance_mm = 0;  ///< sum over the pairs
+  double ospa_mm = 0;      ///< between both sets, with the cut-off ContactDistances::ospa
+};
 
 /// One image and its truth, the input of every metric's formula. All pixels are finite.
 struct ScoredImage {
@@ -40,8 +50,6 @@ std::optional<double> resolution_of(const Sensor& sensor, const Eigen::RowVector
 //
 // An image is empty if no |dσ| is above 1e-9 of the background. An undefined metric has no value.
 // Images with pixels that are not finite reach no formula.
-
-struct ScoredImage;
 
 using MetricFormula = std::optional<double>(const ScoredImage&);
 
@@ -87,6 +95,9 @@ MetricFormula structural_similarity;
 /// constant: no pixel further from the mean than 1e-9 of the background.
 MetricFormula correlation_coefficient;
 
+/// part / whole; no value if `whole` is 0.
+std::optional<double> ratio_or_none(double part, double whole);
+
 // Metrics of the contacts detected in the frame; ContactScore defines the terms.
 
 /// Number of true contacts that are matched with a detection.
@@ -109,18 +120,6 @@ MetricFormula count_error;
 
 /// OSPA distance of order 1 between detections and true contacts (Schuhmacher, Vo and Vo 2008), mm.
 MetricFormula ospa_distance;
-
-/// Detections of one frame matched with the contacts of its scene.
-///
-/// A true contact is one whose centroid lies on the sheet. Detections and true contacts are matched
-/// one to one by `assign` with the cut-off ContactDistances::match.
-struct ContactScore {
-  int true_count = 0;      ///< true contacts
-  int found = 0;           ///< detections, true and false positives
-  int matched = 0;         ///< pairs of a true contact and a detection
-  double distance_mm = 0;  ///< sum over the pairs
-  double ospa_mm = 0;      ///< between both sets, with the cut-off ContactDistances::ospa
-};
 
 /// Matches and counts the contacts detected in one frame, mm.
 ContactScore score_places(std::span<const Eigen::Vector2d> true_mm,

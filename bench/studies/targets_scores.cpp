@@ -23,11 +23,6 @@ double target_radius(const Contact& contact) {
   return most;
 }
 
-std::optional<double> target_ratio(double part, double whole) {
-  if (whole == 0) return std::nullopt;
-  return part / whole;
-}
-
 /// `scenes` is not empty. `name` keys the random numbers.
 TargetCount target_count(const std::vector<TargetTally>& scenes, const std::string& name) {
   TargetTally all;
@@ -220,18 +215,18 @@ const std::vector<TargetMetric>& target_metrics() {
   using Tally = TargetTally;
   static const std::vector<TargetMetric> metrics = {
       {"precision", "precision", 3,
-       [](const Tally& t) { return target_ratio(t.matched, t.found); }},
-      {"recall", "recall", 3, [](const Tally& t) { return target_ratio(t.matched, t.there); }},
+       [](const Tally& t) { return ratio_or_none(t.matched, t.found); }},
+      {"recall", "recall", 3, [](const Tally& t) { return ratio_or_none(t.matched, t.there); }},
       {"f1", "F1", 3,
-       [](const Tally& t) { return target_ratio(2.0 * t.matched, t.there + t.found); }},
+       [](const Tally& t) { return ratio_or_none(2.0 * t.matched, t.there + t.found); }},
       {"ghosts", "false positives a frame", 2,
-       [](const Tally& t) { return target_ratio(t.found - t.matched, t.frames); }},
+       [](const Tally& t) { return ratio_or_none(t.found - t.matched, t.frames); }},
       {"right_number", "right number", 3,
-       [](const Tally& t) { return target_ratio(t.right_frames, t.frames); }},
+       [](const Tally& t) { return ratio_or_none(t.right_frames, t.frames); }},
       {"location_error_mm", "localisation error (mm)", 2,
-       [](const Tally& t) { return target_ratio(t.distance_mm, t.matched); }},
+       [](const Tally& t) { return ratio_or_none(t.distance_mm, t.matched); }},
       {"ospa_mm", "OSPA (mm)", 2,
-       [](const Tally& t) { return target_ratio(t.ospa_mm, t.frames); }}};
+       [](const Tally& t) { return ratio_or_none(t.ospa_mm, t.frames); }}};
   return metrics;
 }
 
