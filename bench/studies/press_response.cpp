@@ -30,12 +30,13 @@ std::vector<double> made_monotone(const std::vector<double>& means) {
 /// The steps of one region.
 class RegionSteps {
  public:
-  RegionSteps(const std::vector<PressStep>& steps, int region, const std::vector<int>& region_of,
-              Strength strength, const std::vector<double>& forces)
-      : strength_(strength), forces_(forces) {
+  /// `presses`: in all regions.
+  RegionSteps(const std::vector<PressStep>& steps, std::size_t presses, int region,
+              const std::vector<int>& region_of, Strength strength,
+              const std::vector<double>& forces)
+      : strength_(strength), forces_(forces), presses_(presses) {
     for (const PressStep& step : steps) {
-      if (region_of[static_cast<std::size_t>(step.area)] != region) continue;
-      presses_[step.press].push_back(&step);
+      if (region_of[static_cast<std::size_t>(step.area)] == region) steps_.push_back(&step);
     }
   }
 
@@ -46,13 +47,13 @@ class RegionSteps {
       out.falling.push_back(mean_at(f, false, key));
     }
     out.spread = spread();
-    GroupedErrors steps_up(presses_.size());
-    GroupedErrors loops(presses_.size());
-    std::size_t group = 0;
-    for (const auto& [press, steps] : presses_) {
-      add_steps_up(steps, group, steps_up);
-      add_loop(steps, group, loops);
-      ++group;
+    std::map<std::size_t, Press> by_press;
+    for (const PressStep* step : steps_) by_press[step->press].push_back(step);
+    GroupedErrors steps_up(presses_);
+    GroupedErrors loops(presses_);
+    for (const auto& [press, steps] : by_press) {
+      add_steps_up(steps, press, steps_up);
+      add_loop(steps, press, loops);
     }
     out.monotone = steps_up.mean(key + "monotone");
     out.hysteresis = loops.mean(key + "hysteresis");
@@ -63,15 +64,11 @@ class RegionSteps {
   using Press = std::vector<const PressStep*>;
 
   std::optional<Estimate> mean_at(std::size_t force, bool rising, const std::string& key) const {
-    GroupedErrors values(presses_.size());
-    std::size_t group = 0;
-    for (const auto& [press, steps] : presses_) {
-      for (const PressStep* step : steps) {
-        const auto value = step->value(strength_);
-        if (step->rising != rising || !value) continue;
-        if (force_index(forces_, step->force_N) == force) values.add(group, *value);
-      }
-      ++group;
+    GroupedErrors values(presses_);
+    for (const PressStep* step : steps_) {
+      const auto value = step->value(strength_);
+      if (step->rising != rising || !value) continue;
+      if (force_index(forces_, step->force_N) == force) values.add(step->press, *value);
     }
     return values.mean(key + std::to_string(force) + (rising ? "up" : "down"));
   }
@@ -79,11 +76,9 @@ class RegionSteps {
   /// Between the areas of the region, at the largest force.
   double spread() const {
     std::map<int, std::vector<double>> areas;
-    for (const auto& [press, steps] : presses_) {
-      for (const PressStep* step : steps) {
-        const auto value = step->value(strength_);
-        if (value && step->force_N == forces_.back()) areas[step->area].push_back(*value);
-      }
+    for (const PressStep* step : steps_) {
+      const auto value = step->value(strength_);
+      if (value && step->force_N == forces_.back()) areas[step->area].push_back(*value);
     }
     std::vector<double> means;
     for (const auto& [area, values] : areas) means.push_back(mean(values));
@@ -123,7 +118,8 @@ class RegionSteps {
 
   Strength strength_;
   const std::vector<double>& forces_;
-  std::map<std::size_t, Press> presses_;
+  std::size_t presses_;
+  Press steps_;
 };
 
 }  // namespace
@@ -185,7 +181,7 @@ PressResponse press_response(const std::vector<PressStep>& steps,
     for (int region = 0; region < regions; ++region) {
       const std::string name = key + name_of(strength) + std::to_string(region);
       reading.regions.push_back(
-          RegionSteps(steps, region, region_of, strength, forces_N).curve(name));
+          RegionSteps(steps, presses, region, region_of, strength, forces_N).curve(name));
     }
     const ForceCalibration force(calibration, strength, region_of);
     GroupedErrors all(presses);
