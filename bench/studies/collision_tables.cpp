@@ -203,11 +203,11 @@ json detector_json(const Detector& detector, const ArmSettings& settings) {
 /// A table with a row for each detector: its names, then what `fill` adds, or why there is nothing.
 template <typename Fill>
 TableSection detector_table(const CollisionResults& results, const std::string& caption,
-                            const std::vector<std::string>& titles, const Fill& fill) {
+                            const std::vector<Column>& columns, const Fill& fill) {
   TableSection section;
   section.caption = caption;
   section.columns = {{"detector", Align::left}, {"alarm by", Align::left}};
-  section.columns.insert(section.columns.end(), titles.begin(), titles.end());
+  section.columns.insert(section.columns.end(), columns.begin(), columns.end());
   for (const Detector& detector : results.detectors) {
     const bool solver = detector.rule != AlarmRule::voltage_norm;
     std::vector<Cell>& row = section.rows.emplace_back();
@@ -238,19 +238,19 @@ TableSection quiet_table(const CollisionResults& results) {
                         });
 }
 
-std::vector<std::string> region_titles(const CollisionResults& results) {
-  std::vector<std::string> titles = {"whole sheet"};
+std::vector<Column> region_columns(const CollisionResults& results) {
+  std::vector<Column> columns = {"whole sheet"};
   for (std::size_t r = 0; r < results.region_areas.size(); ++r) {
-    titles.push_back(roman(static_cast<int>(r)));
+    columns.emplace_back(roman(static_cast<int>(r)));
   }
-  return titles;
+  return columns;
 }
 
 TableSection threshold_table(const CollisionResults& results) {
   const std::string caption = "Thresholds: " + results.condition +
                               "; largest |δσ| in mS/m by region, norm of the voltage change in mV";
   return detector_table(
-      results, caption, region_titles(results),
+      results, caption, region_columns(results),
       [](const Detector& detector, std::vector<Cell>& row) {
         if (detector.rule == AlarmRule::by_region) row.emplace_back("—");
         for (const AlarmThreshold& threshold : detector.thresholds) {
@@ -262,11 +262,11 @@ TableSection threshold_table(const CollisionResults& results) {
 }
 
 TableSection least_force_table(const CollisionResults& results) {
-  std::vector<std::string> titles = region_titles(results);
-  titles.emplace_back("undefined frames");
+  std::vector<Column> regions = region_columns(results);
+  regions.emplace_back("undefined frames");
   return detector_table(
       results, "Least force that is detected in 95 % of the presses, N: " + results.condition,
-      titles, [](const Detector& detector, std::vector<Cell>& row) {
+      regions, [](const Detector& detector, std::vector<Cell>& row) {
         row.push_back(least_force_cell(detector.least_N));
         for (const auto& least_N : detector.least_by_region_N) {
           row.push_back(least_force_cell(least_N));
@@ -282,16 +282,13 @@ TableSection arm_runs_table(const CollisionResults& results) {
                               number_text(results.frame_rate) + " frames a second, " +
                               number_text(arm.stiffness_N_mm) + " N/mm, " +
                               number_text(arm.deceleration_m_s2) + " m/s²";
-  std::vector<std::string> titles = {"latency (ms)"};
-  for (const Column& column : columns.titles({})) titles.push_back(column.title);
   TableSection section = detector_table(
-      results, caption, titles, [&](const Detector& detector, std::vector<Cell>& row) {
+      results, caption, columns.titles({"latency (ms)"}),
+      [&](const Detector& detector, std::vector<Cell>& row) {
         row.push_back(number_cell(
             detector.latency_s ? std::optional(1000 * *detector.latency_s) : std::nullopt, 3));
         row = columns.cells(std::move(row), detector.arm);
       });
-  section.columns =
-      columns.titles({section.columns.begin(), section.columns.begin() + 3});  // with their parts
   std::vector<Cell> bound =
       columns.cells({"no delay at all", "no skin can do better", "0"}, results.undelayed);
   bound.back() = number_cell(arm.highest_speed_m_s(), 3);  // no estimate, but v = sqrt(2 a F / k)
