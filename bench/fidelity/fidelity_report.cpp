@@ -32,166 +32,141 @@ constexpr LineStyle whisker_line{rgb(0x909090), 1};
 
 bool automatic(const FidelityRow& row) { return row.model == "auto"; }
 
-class FidelityDrawing {
- public:
-  explicit FidelityDrawing(const std::vector<FidelityRow>& rows)
-      : rows_(rows),
-        names_(distinct(rows, &FidelityRow::dataset)),
-        canvas_(left_margin + across() * (panel_width + gap) + 6,
-                top + down() * row_height + notes_height) {
-    Span times;
-    double least = INFINITY;
-    double most = 0;
-    for (const FidelityRow& row : rows_) {
-      times.extend(row.time_low);
-      times.extend(row.time_high);
-      least = std::min(least, row.error_median);
-      most = std::max(most, row.error_max);
-    }
-    times_ = {times.low / 1.5, times.high * 1.5, true, time_ticks(), "time of a scene, one thread"};
-    errors_ = Axis::logarithms({std::max(least, 1e-5 * most) / 2, most * 1.6});
+std::vector<const FidelityRow*> rows_of(const std::vector<FidelityRow>& rows,
+                                        const std::string& dataset, const std::string& scenes) {
+  std::vector<const FidelityRow*> out;
+  for (const FidelityRow& row : rows) {
+    if (row.dataset == dataset && row.scenes == scenes) out.push_back(&row);
   }
+  return out;
+}
 
-  void draw(const std::string& title, const std::filesystem::path& stem) {
-    canvas_.title(title);
-    for (int p = 0; p < static_cast<int>(names_.size()); ++p) {
-      const std::string& name = names_[static_cast<std::size_t>(p)];
-      const double left = left_margin + p % most_across * (panel_width + gap);
-      const double upper = top + p / most_across * row_height;
-      plot(name, Box::sized(left, upper, panel_width, panel_height), p % most_across == 0);
-      sizes(name, left, upper + to_bars);
-    }
-    legend();
-    canvas_.draw(stem);
+/// The models of one dataset, by time and error.
+void plot_models(Canvas& canvas, const std::vector<FidelityRow>& rows, const std::string& dataset,
+                 const Box& box, const Axis& times, const Axis& errors) {
+  Panel panel(canvas, box, times, errors);
+  panel.title(dataset);
+  Points grids;
+  Points autos;
+  std::vector<Whisker> up;
+  std::vector<Whisker> across;
+  std::vector<PointLabel> labels;
+  std::vector<Box> taken;
+  double bound = 0.25;
+  for (const FidelityRow* row : rows_of(rows, dataset, "all")) {
+    bound = row->bound;
+    const double error = errors.capped(row->error_median);
+    (automatic(*row) ? autos : grids).emplace_back(row->time_us, error);
+    up.push_back({row->time_us, error, row->error_max});
+    across.push_back({error, row->time_low, row->time_high});
+    const double x = panel.x(row->time_us);
+    const double y = panel.y(error);
+    labels.push_back({row->model, x, y});
+    taken.push_back({x - 4, panel.y(row->error_max), x + 4, y + 4});
+    taken.push_back({panel.x(row->time_low), y - 3, panel.x(row->time_high), y + 3});
+    canvas.tooltip_at(x, y,
+                      row->model + (automatic(*row) ? "" : " grid") + "\n" +
+                          time_text(row->time_us) + " a scene\nerror: median " +
+                          three_digits(row->error_median) + ", 95 % " +
+                          three_digits(row->error_p95) + ", largest " +
+                          three_digits(row->error_max) + " of the noise");
   }
-
- private:
-  int across() const { return std::min<int>(most_across, static_cast<int>(names_.size())); }
-  int down() const { return (static_cast<int>(names_.size()) + most_across - 1) / most_across; }
-
-  std::vector<const FidelityRow*> rows_of(const std::string& dataset,
-                                          const std::string& scenes) const {
-    std::vector<const FidelityRow*> out;
-    for (const FidelityRow& row : rows_) {
-      if (row.dataset == dataset && row.scenes == scenes) out.push_back(&row);
-    }
-    return out;
+  panel.level(bound, {ink::dark, 1.2, 2});
+  panel.line(grids, {hue(0).towards_white(0.5), 1.2});
+  panel.whiskers(up, whisker_line);
+  panel.whiskers_across(across, whisker_line);
+  panel.marks(grids, {filled(1), hue(0)});
+  panel.marks(autos, {filled(0), hue(1), 1.1});
+  panel.draw();
+  const double promised = panel.y(bound);
+  taken.push_back({panel.x(times.low), promised - 2, panel.x(times.high), promised + 2});
+  std::vector<Segment> lines;
+  for (std::size_t i = 1; i < grids.size(); ++i) {
+    lines.push_back({panel.x(grids[i - 1].first), panel.y(grids[i - 1].second),
+                     panel.x(grids[i].first), panel.y(grids[i].second)});
   }
+  panel.labels(labels, taken, lines);
+}
 
-  double error_of(const FidelityRow& row) const { return errors_.capped(row.error_median); }
+Colour shade(std::size_t size) {
+  return viridis(1 - static_cast<double>(size) / static_cast<double>(std::size(fidelity_sizes)));
+}
 
-  void plot(const std::string& dataset, const Box& box, bool first) {
-    Axis errors = errors_;
-    if (first) errors.title = "error of the voltages / noise";
-    Panel panel(canvas_, box, times_, errors);
-    panel.title(dataset);
-    Points grids;
-    Points autos;
-    std::vector<Whisker> up;
-    std::vector<Whisker> across;
-    double bound = 0.25;
-    for (const FidelityRow* row : rows_of(dataset, "all")) {
-      bound = row->bound;
-      const double error = error_of(*row);
-      (automatic(*row) ? autos : grids).emplace_back(row->time_us, error);
-      up.push_back({row->time_us, error, row->error_max});
-      across.push_back({error, row->time_low, row->time_high});
-    }
-    panel.level(bound, {ink::dark, 1.2, 2});
-    panel.line(grids, {hue(0).towards_white(0.5), 1.2});
-    panel.whiskers(up, whisker_line);
-    panel.whiskers_across(across, whisker_line);
-    panel.marks(grids, {filled(1), hue(0)});
-    panel.marks(autos, {filled(0), hue(1), 1.1});
-    panel.draw();
-    name_points(dataset, grids, bound, panel);
-  }
-
-  void name_points(const std::string& dataset, const Points& grids, double bound, Panel& panel) {
-    std::vector<PointLabel> labels;
-    std::vector<Box> taken;
-    for (const FidelityRow* row : rows_of(dataset, "all")) {
-      const double x = panel.x(row->time_us);
-      const double y = panel.y(error_of(*row));
-      labels.push_back({row->model, x, y});
-      taken.push_back({x - 4, panel.y(row->error_max), x + 4, y + 4});
-      taken.push_back({panel.x(row->time_low), y - 3, panel.x(row->time_high), y + 3});
-      canvas_.tooltip_at(x, y,
-                         row->model + (automatic(*row) ? "" : " grid") + "\n" +
-                             time_text(row->time_us) + " a scene\nerror: median " +
-                             three_digits(row->error_median) + ", 95 % " +
-                             three_digits(row->error_p95) + ", largest " +
-                             three_digits(row->error_max) + " of the noise");
-    }
-    const double promised = panel.y(bound);
-    taken.push_back({panel.x(times_.low), promised - 2, panel.x(times_.high), promised + 2});
-    std::vector<Segment> lines;
-    for (std::size_t i = 1; i < grids.size(); ++i) {
-      lines.push_back({panel.x(grids[i - 1].first), panel.y(grids[i - 1].second),
-                       panel.x(grids[i].first), panel.y(grids[i].second)});
-    }
-    panel.labels(labels, taken, lines);
-  }
-
-  /// Draws stacked bars of the shares of scenes by number of points.
-  void sizes(const std::string& dataset, double left, double y) {
-    for (const char* scenes : {"smooth", "other", "all"}) {
-      for (const FidelityRow* row : rows_of(dataset, scenes)) {
-        if (row->sizes.empty()) continue;
-        canvas_.text(row->scenes, left + 40, y + bar_height / 2.0 - 2,
-                     {.size = 9, .align = TextAlign::right});
-        stack(*row, Box::sized(left + 46, y, panel_width - 46, bar_height - 5));
-        y += bar_height;
+/// Stacked bars of the shares of scenes by number of points.
+void draw_sizes(Canvas& canvas, const std::vector<FidelityRow>& rows, const std::string& dataset,
+                double left, double y) {
+  for (const char* scenes : {"smooth", "other", "all"}) {
+    for (const FidelityRow* row : rows_of(rows, dataset, scenes)) {
+      if (row->sizes.empty()) continue;
+      canvas.text(row->scenes, left + 40, y + bar_height / 2.0 - 2,
+                  {.size = 9, .align = TextAlign::right});
+      const Box box = Box::sized(left + 46, y, panel_width - 46, bar_height - 5);
+      double before = 0;
+      for (std::size_t s = 0; s < row->sizes.size(); ++s) {
+        const double share = static_cast<double>(row->sizes[s]) / row->count;
+        if (share <= 0) continue;
+        const Box part{box.across(before), box.top, box.across(before + share), box.bottom};
+        before += share;
+        canvas.rectangle(part, {.fill = shade(s)});
+        if (part.width() <= 22) continue;
+        canvas.text(fixed(100 * share, 0) + " %", part.middle(), part.centre(),
+                    {.size = 8, .colour = shade(s).lightness() > 0.55 ? ink::black : ink::white});
       }
+      y += bar_height;
     }
   }
+}
 
-  void stack(const FidelityRow& row, const Box& box) {
-    double before = 0;
-    for (std::size_t s = 0; s < row.sizes.size(); ++s) {
-      const double share = static_cast<double>(row.sizes[s]) / row.count;
-      if (share <= 0) continue;
-      const Box part{box.across(before), box.top, box.across(before + share), box.bottom};
-      before += share;
-      canvas_.rectangle(part, {.fill = shade(s)});
-      if (part.width() <= 22) continue;
-      canvas_.text(fixed(100 * share, 0) + " %", part.middle(), part.centre(),
-                   {.size = 8, .colour = shade(s).lightness() > 0.55 ? ink::black : ink::white});
-    }
+void draw_fidelity(const std::vector<FidelityRow>& rows, const std::string& title,
+                   const std::filesystem::path& stem) {
+  const std::vector<std::string> names = distinct(rows, &FidelityRow::dataset);
+  const int panels = static_cast<int>(names.size());
+  const int down = (panels + most_across - 1) / most_across;
+  Canvas canvas(left_margin + std::min(most_across, panels) * (panel_width + gap) + 6,
+                top + down * row_height + notes_height);
+  canvas.title(title);
+  Span span;
+  double least = INFINITY;
+  double most = 0;
+  for (const FidelityRow& row : rows) {
+    span.extend(row.time_low);
+    span.extend(row.time_high);
+    least = std::min(least, row.error_median);
+    most = std::max(most, row.error_max);
   }
-
-  static Colour shade(std::size_t size) {
-    return viridis(1 - static_cast<double>(size) / static_cast<double>(std::size(fidelity_sizes)));
+  const Axis times{span.low / 1.5, span.high * 1.5, true, time_ticks(),
+                   "time of a scene, one thread"};
+  Axis errors = Axis::logarithms({std::max(least, 1e-5 * most) / 2, most * 1.6});
+  for (int p = 0; p < panels; ++p) {
+    const std::string& name = names[static_cast<std::size_t>(p)];
+    const double left = left_margin + p % most_across * (panel_width + gap);
+    const double upper = top + p / most_across * row_height;
+    errors.title = p % most_across == 0 ? "error of the voltages / noise" : "";
+    plot_models(canvas, rows, name, Box::sized(left, upper, panel_width, panel_height), times,
+                errors);
+    draw_sizes(canvas, rows, name, left, upper + to_bars);
   }
-
-  void legend() {
-    const double upper = top + down() * row_height - 8;
-    Legend sizes(left_margin, canvas_.width());
-    sizes.add({"Bars: scenes of \"auto\" by points of the border equation:"});
-    sizes.new_line();
-    for (std::size_t s = 0; s <= std::size(fidelity_sizes); ++s) {
-      const bool last = s == std::size(fidelity_sizes);
-      sizes.add({last ? "more" : "≤ " + std::to_string(fidelity_sizes[s]), {}, {}, shade(s)});
-    }
-    sizes.draw(canvas_, upper);
-    const TextStyle style{.size = 9, .align = TextAlign::left, .colour = ink::note};
-    const double y = upper + sizes.height() + 4;
-    canvas_.text(
-        "Points: medians; whiskers up to the largest error, and from 5 to 95 % of the "
-        "times. Dashed: the bound that \"auto\" promises.",
-        left_margin, y, style);
-    canvas_.text(
-        "smooth: whole discs and ellipses apart from each other; other: corners, "
-        "overlaps, contacts cut by the border of the sheet.",
-        left_margin, y + 16, style);
+  const double upper = top + down * row_height - 8;
+  Legend sizes(left_margin, canvas.width());
+  sizes.add({"Bars: scenes of \"auto\" by points of the border equation:"});
+  sizes.new_line();
+  for (std::size_t s = 0; s <= std::size(fidelity_sizes); ++s) {
+    const bool last = s == std::size(fidelity_sizes);
+    sizes.add({last ? "more" : "≤ " + std::to_string(fidelity_sizes[s]), {}, {}, shade(s)});
   }
-
-  const std::vector<FidelityRow>& rows_;
-  std::vector<std::string> names_;
-  Canvas canvas_;
-  Axis times_;
-  Axis errors_;
-};
+  sizes.draw(canvas, upper);
+  const TextStyle style{.size = 9, .align = TextAlign::left, .colour = ink::note};
+  const double y = upper + sizes.height() + 4;
+  canvas.text(
+      "Points: medians; whiskers up to the largest error, and from 5 to 95 % of the "
+      "times. Dashed: the bound that \"auto\" promises.",
+      left_margin, y, style);
+  canvas.text(
+      "smooth: whole discs and ellipses apart from each other; other: corners, "
+      "overlaps, contacts cut by the border of the sheet.",
+      left_margin, y + 16, style);
+  canvas.draw(stem);
+}
 
 std::string digits(double value, const char* format = "%.4g") {
   char text[32];
@@ -295,7 +270,7 @@ void report_fidelity(const Experiment& experiment, const std::vector<FidelityOut
   write_file_atomically(folder / "provenance.json", json_text(origin, 2) + "\n");
   if (!rows.empty()) {
     draw_or_say(folder / "fidelity",
-                [&] { FidelityDrawing(rows).draw(experiment.title, folder / "fidelity"); });
+                [&] { draw_fidelity(rows, experiment.title, folder / "fidelity"); });
   }
   std::printf("%s\nResults in %s\n", terminal_of(table).c_str(),
               printable_path(folder.string()).c_str());
