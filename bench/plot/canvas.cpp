@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -89,6 +88,23 @@ std::string margins(const Box& box, double width, double height) {
   return out.str();
 }
 
+/// Draws commands.gnuplot, which sets neither terminal nor output, as chart.svg and chart.png.
+std::string script_of(int width, int height) {
+  // A generic family: fontconfig and browsers both know it.
+  const auto drawn = [&](const std::string& terminal, int scale, const std::string& name) {
+    return "set terminal " + terminal + " noenhanced background rgb 'white' font 'sans-serif,11'" +
+           " size " + std::to_string(scale * width) + "," + std::to_string(scale * height) +
+           "\nset output '" + name + "'\nload 'commands.gnuplot'\nunset output\nreset\n";
+  };
+  const int scale = width * height > 800000 ? 2 : 3;
+  const std::string times = std::to_string(scale);
+  // A point of the font is 1 px in the SVG and 4/3 px in the PNG.
+  return "set encoding utf8\n" + drawn("svg", 1, "chart.svg") +
+         drawn("pngcairo fontscale " + fixed(0.75 * scale, 2) + " linewidth " + times +
+                   " pointscale " + times,
+               scale, "chart.png");
+}
+
 /// A picture of a few lines of text.
 std::string picture_of(const std::string& text) {
   constexpr int line_px = 16;
@@ -136,29 +152,6 @@ FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
     }
   }
   return made;
-}
-
-void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
-                const fs::path& stem, const std::vector<Tooltip>& tooltips) {
-  // A generic family: fontconfig and browsers both know it.
-  const auto drawn = [&](const std::string& terminal, int scale, const std::string& name) {
-    return "set terminal " + terminal + " noenhanced background rgb 'white' font 'sans-serif,11'" +
-           " size " + std::to_string(scale * width) + "," + std::to_string(scale * height) +
-           "\nset output '" + name + "'\nload 'commands.gnuplot'\nunset output\nreset\n";
-  };
-  const int scale = width * height > 800000 ? 2 : 3;
-  const std::string times = std::to_string(scale);
-  // A point of the font is 1 px in the SVG and 4/3 px in the PNG.
-  const std::string script = "set encoding utf8\n" + drawn("svg", 1, "chart.svg") +
-                             drawn("pngcairo fontscale " + fixed(0.75 * scale, 2) + " linewidth " +
-                                       times + " pointscale " + times,
-                                   scale, "chart.png");
-  FileContents files = inputs;
-  files["commands.gnuplot"] = commands;
-  const FileContents made = run_gnuplot(script, files, {"chart.svg", "chart.png"});
-  write_file_atomically(stem.string() + ".svg",
-                        with_tooltips(mended(made.at("chart.svg")), tooltips));
-  write_file_atomically(stem.string() + ".png", made.at("chart.png"));
 }
 
 std::string gnuplot_string(const std::string& text) {
@@ -240,12 +233,17 @@ std::string Canvas::data(const std::string& text) {
 
 void Canvas::draw(const std::filesystem::path& stem) const {
   // The marks belong to a last, empty plot over the whole picture.
-  const std::string commands =
+  FileContents files = files_;
+  files["commands.gnuplot"] =
       "set multiplot\nset style textbox opaque noborder fillcolor 'white' margins 0.3,0.3\n" +
       plots_.str() + margins({0, 0, double(width_), double(height_)}, width_, height_) +
       "unset key\nunset tics\nunset border\nset xrange [0:1]\nset yrange [0:1]\n" + marks_.str() +
       "plot NaN notitle\nunset multiplot\n";
-  draw_chart(commands, files_, width_, height_, stem, tooltips_);
+  const FileContents made =
+      run_gnuplot(script_of(width_, height_), files, {"chart.svg", "chart.png"});
+  write_file_atomically(stem.string() + ".svg",
+                        with_tooltips(mended(made.at("chart.svg")), tooltips_));
+  write_file_atomically(stem.string() + ".png", made.at("chart.png"));
 }
 
 bool draw_or_say(const std::filesystem::path& stem, const std::function<void()>& draw) {

@@ -63,13 +63,6 @@ using FileContents = std::map<std::string, std::string>;
 FileContents run_gnuplot(const std::string& script, const FileContents& inputs,
                          const std::vector<std::string>& outputs);
 
-/// Draws one chart as `stem`.svg and `stem`.png (`stem` with its folder, without an ending),
-/// replacing files atomically. `commands` draws it and sets neither terminal nor output; it may set
-/// up a multiplot. `width` and `height` are px of the SVG, as are font sizes (default 11). The PNG
-/// is three times as large, twice above 800 000 px, and has no tooltips.
-void draw_chart(const std::string& commands, const FileContents& inputs, int width, int height,
-                const std::filesystem::path& stem, const std::vector<Tooltip>& tooltips = {});
-
 /// `text` as a quoted string of gnuplot without special characters.
 std::string gnuplot_string(const std::string& text);
 
@@ -106,8 +99,9 @@ class Canvas {
   /// Keeps data for a plot and returns the name of their file, in quotes.
   std::string data(const std::string& text);
 
-  /// Draws `stem`.svg and `stem`.png. Throws InputError if gnuplot is missing or a file cannot be
-  /// written.
+  /// Draws `stem`.svg and `stem`.png (`stem` with its folder, without an ending), replacing files
+  /// atomically. The PNG is three times as large, twice above 800 000 px, and has no tooltips.
+  /// Throws InputError if gnuplot is missing or a file cannot be written.
   void draw(const std::filesystem::path& stem) const;
 
  private:
