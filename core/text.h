@@ -61,6 +61,9 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 /// Parts of `text` between the separators; the whole text if it has none.
 std::vector<std::string> split(std::string_view text, std::string_view separator);
 
+/// `text` with `to` in the place of each `from`, which is not empty.
+std::string replaced(std::string text, std::string_view from, std::string_view to);
+
 /// The word of `known` that `word` is most likely a misspelling or an abbreviation of; empty if
 /// none is near.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& known);

@@ -52,12 +52,6 @@ std::size_t end_of(const std::string& text, std::size_t open) {
   return std::string::npos;
 }
 
-void replace_all(std::string& text, const std::string& word, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += by.size()) {
-    text.replace(at, word.size(), by);
-  }
-}
-
 class Page {
  public:
   Page(std::string name, const fs::path& results) : name_(std::move(name)), results_(results) {}
@@ -112,7 +106,7 @@ class Page {
   std::string with_names(std::string text) const {
     // From the back, so that of two names that begin alike the longer one is found.
     for (auto name = names_.rbegin(); name != names_.rend(); ++name) {
-      replace_all(text, "$" + name->first, name->second);
+      text = replaced(std::move(text), "$" + name->first, name->second);
     }
     return text;
   }
@@ -130,10 +124,8 @@ class Page {
     } nested{nested_, std::exchange(nested_, true)};
     for (const std::string& item : split(items, "|")) {
       const std::vector<std::string> parts = split(item, "=");
-      std::string one = pattern;
-      replace_all(one, "$" + name + ".name", parts.back());
-      replace_all(one, "$" + name, parts.front());
-      out += (out.empty() ? "" : separator) + render(one);
+      const std::string named = replaced(pattern, "$" + name + ".name", parts.back());
+      out += (out.empty() ? "" : separator) + render(replaced(named, "$" + name, parts.front()));
     }
     return out;
   }

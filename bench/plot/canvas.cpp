@@ -58,14 +58,6 @@ std::string without_titles(std::string svg) {
   return svg;
 }
 
-/// `text` with `to` in the place of each `from`.
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
-
 std::string mended(const std::string& svg) {
   // gnuplot escapes "<" and "&" alone; XML has this end of CDATA nowhere else.
   const std::string untitled = without_titles(replaced(svg, "]]>", "]]&gt;"));
