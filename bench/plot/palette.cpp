@@ -52,18 +52,11 @@ bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U
 
 std::string quoted(const Colour& colour) { return "'" + colour.hex() + "'"; }
 
-struct Bounds {
-  double low = 0;
-  double high = 0;
-
-  void extend(const Images& images) {
-    for (const double value : images.reshaped()) {
-      if (!std::isfinite(value)) continue;
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
+void extend(Span& span, const Images& images) {
+  for (const double value : images.reshaped()) {
+    if (std::isfinite(value)) span.extend(value);
   }
-};
+}
 
 }  // namespace
 
@@ -158,10 +151,10 @@ std::size_t characters_in(double width, int size) {
 
 ColourScale colour_scale(const Images& truth, const std::vector<Images>& estimates, int ticks) {
   constexpr double slack = 1e-6;  // of a step, against rounding
-  Bounds shown;
-  shown.extend(truth);
-  Bounds all = shown;
-  for (const Images& images : estimates) all.extend(images);
+  Span shown{0, 0};
+  extend(shown, truth);
+  Span all = shown;
+  for (const Images& images : estimates) extend(all, images);
 
   const double span = shown.high - shown.low;
   if (span > 0) {

@@ -14,11 +14,12 @@ std::vector<Tick> named(const std::vector<double>& values) {
 }
 
 constexpr double gap_below = 6;  ///< below the panel, px
+constexpr int name_size = 9;     ///< of a category's name
 
-bool fits(const std::string& name, double slot, int size) {
+bool fits(const std::string& name, double slot) {
   constexpr std::size_t most_lines = 4;
-  return widest_word(name, size) <= slot &&
-         wrapped(name, characters_in(slot, size)).size() <= most_lines;
+  return widest_word(name, name_size) <= slot &&
+         wrapped(name, characters_in(slot, name_size)).size() <= most_lines;
 }
 
 constexpr int size = 10;
@@ -186,17 +187,17 @@ double widest_word(const std::string& text, int size) {
   return widest;
 }
 
-CategoryNames::CategoryNames(std::vector<std::string> names, double slot, int size)
-    : names_(std::move(names)), slot_(slot), size_(size) {
-  upright_ = std::ranges::any_of(
-      names_, [&](const std::string& name) { return !fits(name, slot_, size_); });
-}
+CategoryNames::CategoryNames(std::vector<std::string> names, double slot)
+    : names_(std::move(names)),
+      slot_(slot),
+      upright_(std::ranges::any_of(names_,
+                                   [&](const std::string& name) { return !fits(name, slot); })) {}
 
 double CategoryNames::height() const {
   double most = 0;
   for (const std::string& name : names_) {
-    const auto lines = static_cast<double>(wrapped(name, characters_in(slot_, size_)).size());
-    most = std::max(most, upright_ ? text_width(name, size_) : lines * (size_ + 2));
+    const auto lines = static_cast<double>(wrapped(name, characters_in(slot_, name_size)).size());
+    most = std::max(most, upright_ ? text_width(name, name_size) : lines * (name_size + 2));
   }
   return gap_below + most;
 }
@@ -206,10 +207,10 @@ void CategoryNames::draw(Canvas& canvas, double left, double bottom) const {
     const double x = left + (static_cast<double>(i) + 0.5) * slot_;
     if (upright_) {
       canvas.text(names_[i], x, bottom + gap_below,
-                  {.size = size_, .align = TextAlign::right, .upright = true});
+                  {.size = name_size, .align = TextAlign::right, .upright = true});
     } else {
-      canvas.lines(names_[i], characters_in(slot_, size_), x, bottom + gap_below + size_ / 2.0,
-                   {.size = size_});
+      canvas.lines(names_[i], characters_in(slot_, name_size), x,
+                   bottom + gap_below + name_size / 2.0, {.size = name_size});
     }
   }
 }

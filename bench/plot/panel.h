@@ -108,7 +108,7 @@ struct Axis {
 class CategoryNames {
  public:
   /// `slot`: width of a slot, px.
-  CategoryNames(std::vector<std::string> names, double slot, int size = 9);
+  CategoryNames(std::vector<std::string> names, double slot);
 
   bool upright() const { return upright_; }
   double height() const;  ///< px that they need below the panel
@@ -118,7 +118,6 @@ class CategoryNames {
  private:
   std::vector<std::string> names_;
   double slot_;
-  int size_;
   bool upright_;
 };
 
