@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <map>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "bench/table/table.h"
@@ -52,24 +52,40 @@ std::string more_lines(const std::vector<std::string>& lines) {
   return out;
 }
 
-using Replacement = std::pair<char32_t, const char*>;
-
-constexpr std::array<Replacement, 16> kAscii = {{{U'\\', "\\textbackslash{}"},
-                                                 {U'{', "\\{"},
-                                                 {U'}', "\\}"},
-                                                 {U'$', "\\$"},
-                                                 {U'&', "\\&"},
-                                                 {U'#', "\\#"},
-                                                 {U'%', "\\%"},
-                                                 {U'_', "\\_"},
-                                                 {U'^', "\\textasciicircum{}"},
-                                                 {U'~', "\\textasciitilde{}"},
-                                                 {U'<', "\\ensuremath{<}"},
-                                                 {U'>', "\\ensuremath{>}"},
-                                                 {U'|', "\\ensuremath{|}"},
-                                                 {U'"', "''"},
-                                                 {U'\n', " "},
-                                                 {U'\r', " "}}};
+const std::map<char32_t, const char*> kReplacements = {{U'\\', "\\textbackslash{}"},
+                                                       {U'{', "\\{"},
+                                                       {U'}', "\\}"},
+                                                       {U'$', "\\$"},
+                                                       {U'&', "\\&"},
+                                                       {U'#', "\\#"},
+                                                       {U'%', "\\%"},
+                                                       {U'_', "\\_"},
+                                                       {U'^', "\\textasciicircum{}"},
+                                                       {U'~', "\\textasciitilde{}"},
+                                                       {U'<', "\\ensuremath{<}"},
+                                                       {U'>', "\\ensuremath{>}"},
+                                                       {U'|', "\\ensuremath{|}"},
+                                                       {U'"', "''"},
+                                                       {U'\n', " "},
+                                                       {U'\r', " "},
+                                                       {U'−', "\\ensuremath{-}"},
+                                                       {U'—', "---"},
+                                                       {U'–', "--"},
+                                                       {U'…', "\\ldots{}"},
+                                                       {U'µ', "\\ensuremath{\\mu}"},
+                                                       {U'×', "\\ensuremath{\\times}"},
+                                                       {U'·', "\\ensuremath{\\cdot}"},
+                                                       {U'±', "\\ensuremath{\\pm}"},
+                                                       {U'≤', "\\ensuremath{\\le}"},
+                                                       {U'≥', "\\ensuremath{\\ge}"},
+                                                       {U'‖', "\\ensuremath{\\|}"},
+                                                       {U'√', "\\ensuremath{\\surd}"},
+                                                       {U'°', "\\ensuremath{^\\circ}"},
+                                                       {U'²', "\\ensuremath{^2}"},
+                                                       {U'₀', "\\ensuremath{_0}"},
+                                                       {U'“', "``"},
+                                                       {U'”', "''"},
+                                                       {U'’', "'"}};
 
 /// Names of U+03B1 ... U+03C9 in TeX's mathematics.
 constexpr std::array kGreek = {
@@ -77,52 +93,23 @@ constexpr std::array kGreek = {
     "kappa", "lambda", "mu",      "nu",     "xi",         "o",    "pi",   "rho",   "varsigma",
     "sigma", "tau",    "upsilon", "varphi", "chi",        "psi",  "omega"};
 
-constexpr std::array<Replacement, 18> kSymbols = {{{U'−', "\\ensuremath{-}"},
-                                                   {U'—', "---"},
-                                                   {U'–', "--"},
-                                                   {U'…', "\\ldots{}"},
-                                                   {U'µ', "\\ensuremath{\\mu}"},
-                                                   {U'×', "\\ensuremath{\\times}"},
-                                                   {U'·', "\\ensuremath{\\cdot}"},
-                                                   {U'±', "\\ensuremath{\\pm}"},
-                                                   {U'≤', "\\ensuremath{\\le}"},
-                                                   {U'≥', "\\ensuremath{\\ge}"},
-                                                   {U'‖', "\\ensuremath{\\|}"},
-                                                   {U'√', "\\ensuremath{\\surd}"},
-                                                   {U'°', "\\ensuremath{^\\circ}"},
-                                                   {U'²', "\\ensuremath{^2}"},
-                                                   {U'₀', "\\ensuremath{_0}"},
-                                                   {U'“', "``"},
-                                                   {U'”', "''"},
-                                                   {U'’', "'"}}};
-
-template <std::size_t N>
-const char* find(const std::array<Replacement, N>& table, char32_t point) {
-  const auto found = std::ranges::find(table, point, &Replacement::first);
-  return found == table.end() ? nullptr : found->second;
-}
-
-/// U+0080 ... U+07FF in UTF-8.
-std::string two_bytes(char32_t point) {
-  return {static_cast<char>(0xc0U | (point >> 6U)), static_cast<char>(0x80U | (point & 0x3fU))};
-}
-
 /// Escapes text for LaTeX since 2018 without packages. Latin letters stay, Greek letters and common
 /// symbols become mathematics, other characters their code point.
 std::string escaped(const std::string& text) {
   TextStream out;
   char32_t previous = 0;
   for (const char32_t point : code_points(text)) {
-    if (const char* ascii = find(kAscii, point)) {
-      out << ascii;
-    } else if (const char* symbol = find(kSymbols, point)) {
-      out << symbol;
+    const auto known = kReplacements.find(point);
+    if (known != kReplacements.end()) {
+      out << known->second;
     } else if (point == U'-' && previous == U'-') {
       out << "{}-";  // two hyphens, not a dash
     } else if (point >= 0x20 && point < 0x7f) {
       out << static_cast<char>(point);
     } else if (point >= 0xc0 && point < 0x17f) {
-      out << two_bytes(point);
+      std::string letter;
+      append_utf8(letter, point);
+      out << letter;
     } else if (point >= 0x3b1 && point < 0x3b1 + kGreek.size()) {
       out << "\\ensuremath{\\" << kGreek[point - 0x3b1] << "}";
     } else {
