@@ -21,37 +21,12 @@ namespace {
 
 constexpr int halvings = 6;
 
-/// A test set, or a part of one, in memory.
+/// A test set in memory.
 struct TestBlock {
   Frames changes;       ///< [frames, channels] V, from the recorded reference
   Images conductivity;  ///< [frames, pixels] S/m, the truth
   std::vector<Scene> scenes;
 };
-
-/// Makes test sets and keeps the forward models.
-class TestBlocks {
- public:
-  TestBlock make(const DatasetSpec& spec, std::uint64_t first, std::uint64_t count) {
-    const auto model = models_.try_emplace(text_of(spec.model), spec.sensor, spec.model).first;
-    DatasetBlock block = generate_block(spec, model->second, first, count);
-    const Eigen::VectorXd reference =
-        recorded_reference(spec.faults, model->second.reference_voltages());
-    return {block.voltages.rowwise() - reference.transpose(), std::move(block.conductivity),
-            std::move(block.truths)};
-  }
-
- private:
-  std::map<std::string, SceneModel> models_;  ///< by text_of their model
-};
-
-/// Images of the block; unusable ones are NaN.
-Images images_of(const Solver& solver, const Sensor& sensor, const TestBlock& block,
-                 std::vector<FrameReport>& reports) {
-  Images images(block.changes.rows(), sensor.pixels());
-  reports.assign(static_cast<std::size_t>(images.rows()), {});
-  solver.reconstruct(block.changes, images, reports);
-  return images;
-}
 
 /// The test set that all levels are variants of.
 const DatasetSpec& base_of(const Experiment& experiment) {
@@ -67,8 +42,7 @@ class Climber {
       : context_(context),
         recipe_(fit_recipe(context.experiment, entry)),
         ladders_(*context.experiment.ladders),
-        base_(base_of(context.experiment)),
-        base_block_(blocks_.make(base_, 0, base_.count)),
+        base_block_(block_of(base_of(context.experiment))),
         fitted_(fitted(recipe_)),
         progress_(context.progress_file) {
     for (const LadderAxis& axis : ladders_.axes) {
@@ -91,6 +65,15 @@ class Climber {
                          context_.progress_file);
   }
 
+  TestBlock block_of(const DatasetSpec& spec) {
+    const auto model = models_.try_emplace(text_of(spec.model), spec.sensor, spec.model).first;
+    DatasetBlock block = generate_block(spec, model->second, 0, spec.count);
+    const Eigen::VectorXd reference =
+        recorded_reference(spec.faults, model->second.reference_voltages());
+    return {block.voltages.rowwise() - reference.transpose(), std::move(block.conductivity),
+            std::move(block.truths)};
+  }
+
   LadderClimb climb(const LadderAxis& axis) {
     const double limit = ladders_.failure.share;
     std::uint64_t own = 0;
@@ -107,7 +90,7 @@ class Climber {
   LadderLevel evaluate(const LadderAxis& axis, const Level& level) {
     if (!axis.of_parameter()) {
       const DatasetSpec spec = dataset_at(ladders_, recipe_.sensor, axis, level);
-      return judged(*fitted_.solver, blocks_.make(spec, 0, spec.count), level);
+      return judged(*fitted_.solver, block_of(spec), level);
     }
     try {
       return judged(*refitted(axis, level), base_block_, level);
@@ -117,8 +100,9 @@ class Climber {
   }
 
   LadderLevel judged(const Solver& solver, const TestBlock& block, const Level& level) const {
-    std::vector<FrameReport> reports;
-    const Images images = images_of(solver, recipe_.sensor, block, reports);
+    Images images(block.changes.rows(), recipe_.sensor.pixels());  // unusable ones are NaN
+    std::vector<FrameReport> reports(static_cast<std::size_t>(images.rows()));
+    solver.reconstruct(block.changes, images, reports);
     LadderLevel out{level, {}, ""};
     for (Eigen::Index i = 0; i < images.rows(); ++i) {
       const auto f = static_cast<std::size_t>(i);
@@ -140,8 +124,7 @@ class Climber {
   const JobContext& context_;
   FitRecipe recipe_;
   const Ladders& ladders_;
-  const DatasetSpec& base_;
-  TestBlocks blocks_;
+  std::map<std::string, SceneModel> models_;  ///< by text_of their model
   TestBlock base_block_;
   FittedSolver fitted_;
   ProgressFile progress_;
