@@ -24,11 +24,6 @@ Box box_at(const PointLabel& label, double width, double height, double distance
   return {left, top, left + width, top + height};
 }
 
-bool inside(const Box& box, const Box& area) {
-  return box.left >= area.left && box.right <= area.right && box.top >= area.top &&
-         box.bottom <= area.bottom;
-}
-
 /// On which side of the line through a segment a point lies: the sign of their cross product.
 double side_of(const Segment& line, double x, double y) {
   return (line.x2 - line.x1) * (y - line.y1) - (line.y2 - line.y1) * (x - line.x1);
@@ -97,7 +92,9 @@ std::vector<Candidate> candidates_of(const PointLabel& label, int font_size, con
       const Box box = box_at(label, width, height, distance, direction);
       const bool free =
           std::ranges::none_of(taken, [&](const Box& other) { return box.overlaps(other); });
-      if (!free || !inside(box, area)) continue;
+      if (!free || !area.contains(box.left, box.top) || !area.contains(box.right, box.bottom)) {
+        continue;
+      }
       Candidate found{{box, distance > nearest + step}, leader_of(label, box), distance};
       if (found.label.leader) {
         for (const Box& other : taken) {

@@ -41,24 +41,12 @@ double text_left(const LegendEntry& entry) {
 const std::string whisker_ends =
     "using 1:2:3:4 with vectors heads size screen 0.003,90 fixed nofilled ";
 
-/// Rows of numbers.
-class Data {
- public:
-  Data() { out_.precision(10); }
-  void row(std::initializer_list<double> values) {
-    for (const double value : values) out_ << value << ' ';
-    out_ << '\n';
-  }
-  std::string text() const { return out_.str(); }
+using Rows = std::vector<std::vector<double>>;
 
- private:
-  TextStream out_;
-};
-
-std::string text_of(const Points& points) {
-  Data data;
-  for (const auto& [x, y] : points) data.row({x, y});
-  return data.text();
+Rows rows_of(const Points& points) {
+  Rows rows;
+  for (const auto& [x, y] : points) rows.push_back({x, y});
+  return rows;
 }
 
 /// gnuplot prints a tick's text by a number's format.
@@ -262,17 +250,23 @@ void Panel::title(const std::string& text) {
   canvas_.text(text, box_.middle(), box_.top - 12, {.size = 11});
 }
 
-void Panel::add(const std::string& data, const std::string& style) {
-  if (data.empty()) return;
-  plots_ += canvas_.data(data) + " " + style + ", ";
+void Panel::add(const std::vector<std::vector<double>>& rows, const std::string& style) {
+  if (rows.empty()) return;
+  TextStream data;
+  data.precision(10);
+  for (const std::vector<double>& row : rows) {
+    for (const double value : row) data << value << ' ';
+    data << '\n';
+  }
+  plots_ += canvas_.data(data.str()) + " " + style + ", ";
 }
 
 void Panel::line(const Points& points, const LineStyle& style) {
-  add(text_of(points), "using 1:2 with lines " + style.text());
+  add(rows_of(points), "using 1:2 with lines " + style.text());
 }
 
 void Panel::marks(const Points& points, const MarkStyle& style) {
-  add(text_of(points), "using 1:2 with points " + style.text());
+  add(rows_of(points), "using 1:2 with points " + style.text());
 }
 
 void Panel::level(double value, const LineStyle& style) {
@@ -284,30 +278,29 @@ void Panel::band(double low, double high, const Colour& colour) {
 }
 
 void Panel::band(const std::vector<Whisker>& edges, const Colour& colour) {
-  Data data;
-  for (const Whisker& one : edges) data.row({one.at, one.low, one.high});
-  add(data.text(),
-      "using 1:2:3 with filledcurves fillstyle solid linecolor rgb '" + colour.hex() + "'");
+  Rows rows;
+  for (const Whisker& one : edges) rows.push_back({one.at, one.low, one.high});
+  add(rows, "using 1:2:3 with filledcurves fillstyle solid linecolor rgb '" + colour.hex() + "'");
 }
 
 void Panel::whiskers(const std::vector<Whisker>& whiskers, const LineStyle& style) {
-  Data data;
-  for (const Whisker& one : whiskers) data.row({one.at, one.low, 0, one.high - one.low});
-  add(data.text(), whisker_ends + style.text());
+  Rows rows;
+  for (const Whisker& one : whiskers) rows.push_back({one.at, one.low, 0, one.high - one.low});
+  add(rows, whisker_ends + style.text());
 }
 
 void Panel::whiskers_across(const std::vector<Whisker>& whiskers, const LineStyle& style) {
-  Data data;
-  for (const Whisker& one : whiskers) data.row({one.low, one.at, one.high - one.low, 0});
-  add(data.text(), whisker_ends + style.text());
+  Rows rows;
+  for (const Whisker& one : whiskers) rows.push_back({one.low, one.at, one.high - one.low, 0});
+  add(rows, whisker_ends + style.text());
 }
 
 void Panel::bars(const std::vector<Bar>& bars, double width) {
-  Data data;
+  Rows rows;
   for (const Bar& bar : bars) {
-    data.row({bar.x, bar.height, width, static_cast<double>(bar.colour.number())});
+    rows.push_back({bar.x, bar.height, width, static_cast<double>(bar.colour.number())});
   }
-  add(data.text(),
+  add(rows,
       "using 1:2:3:4 with boxes fillstyle solid border linecolor 'black' linewidth 0.6 linecolor "
       "rgb variable");
 }

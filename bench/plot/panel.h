@@ -221,7 +221,7 @@ class Panel {
   void draw();
 
  private:
-  void add(const std::string& data, const std::string& style);
+  void add(const std::vector<std::vector<double>>& rows, const std::string& style);
 
   Canvas& canvas_;
   Box box_;
