@@ -12,7 +12,8 @@
 namespace ertbench {
 namespace {
 
-constexpr double line_height = 12.5;  ///< of the rows' names, px
+constexpr double line_height = 12.5;      ///< of the rows' names, px
+constexpr std::size_t longest_line = 56;  ///< of the rows' names, characters
 constexpr LineStyle best_line{rgb(0xd40000), 1.8};
 constexpr LineStyle published_line{ink::black, 1.4, 3};
 
@@ -49,12 +50,6 @@ struct MapLayout {
   }
 };
 
-/// The name of a row, in the lines that it is written in.
-std::vector<std::string> lines_of(const std::string& name) {
-  constexpr std::size_t longest = 56;
-  return wrapped(name, longest);
-}
-
 /// What the widest of the texts in the cells needs.
 double widest_text(const HeatMap& map, int size) {
   double widest = 0;
@@ -76,8 +71,9 @@ MapLayout map_layout_for(const HeatMap& map) {
   double longest = 0;
   std::size_t lines = 1;
   for (const std::string& value : map.y_values) {
-    lines = std::max(lines, lines_of(value).size());
-    for (const std::string& line : lines_of(value)) {
+    const std::vector<std::string> words = wrapped(value, longest_line);
+    lines = std::max(lines, words.size());
+    for (const std::string& line : words) {
       longest = std::max(longest, text_width(line, 10));
     }
   }
@@ -93,37 +89,39 @@ MapLayout map_layout_for(const HeatMap& map) {
   return layout;
 }
 
-/// Where the colours end.
-struct Scale {
-  double low = 0;
-  double high = 1;
-  bool clipped = false;  ///< values above `high` exist
-
-  double place(double value) const { return std::clamp((value - low) / (high - low), 0.0, 1.0); }
-};
+/// The ends of the colours, with ticks. `clipped`: values above `high` exist.
+Axis colours_between(double low, double high, bool clipped, int decimals) {
+  constexpr int steps = 4;
+  Axis axis{low, high};
+  for (int i = 0; i <= steps; ++i) {
+    const double value = low + (high - low) * i / steps;
+    const std::string above = i == steps && clipped ? "≥ " : "";
+    axis.ticks.push_back({value, above + fixed(value, decimals)});
+  }
+  return axis;
+}
 
 /// From the best value to the worst, or to four times as far as the median, whichever is nearer.
-Scale scale_for(const HeatMap& map, const HeatMapPanel& panel) {
-  if (panel.range) return {panel.range->first, panel.range->second, false};
+Axis colours_for(const HeatMap& map, const HeatMapPanel& panel) {
+  if (panel.range) {
+    return colours_between(panel.range->first, panel.range->second, false, panel.decimals);
+  }
   std::vector<double> values;
   for (std::size_t i = 0; i < panel.colours.size(); ++i) {
     const auto& value = panel.colours[i];
     if (map.statuses[i].empty() && value && std::isfinite(*value)) values.push_back(*value);
   }
-  Scale scale;
-  if (values.empty()) return scale;
+  if (values.empty()) return colours_between(0, 1, false, panel.decimals);
   const SortedValues sorted = values;
   const double middle = median(sorted);
-  scale.low = sorted.smallest();
-  scale.high = sorted.largest();
-  const double limit = scale.low + 4 * (middle - scale.low);
-  if (values.size() >= 8 && middle > scale.low && limit < 0.9 * scale.high) {
-    scale.high = limit;
-    scale.clipped = true;
-  }
+  const double low = sorted.smallest();
+  double high = sorted.largest();
+  const double limit = low + 4 * (middle - low);
+  const bool clipped = values.size() >= 8 && middle > low && limit < 0.9 * high;
+  if (clipped) high = limit;
   const double digit = std::pow(10, -panel.decimals);  // what is less cannot be read in the cells
-  if (scale.high - scale.low < digit) scale.high = scale.low + 4 * digit;
-  return scale;
+  if (high - low < digit) high = low + 4 * digit;
+  return colours_between(low, high, clipped, panel.decimals);
 }
 
 class HeatMapDrawing {
@@ -148,17 +146,17 @@ class HeatMapDrawing {
   }
 
   void panel(const HeatMapPanel& panel, const Box& box) {
-    const Scale scale = scale_for(map_, panel);
+    const Axis colours = colours_for(map_, panel);
     const std::string coloured =
         panel.quantity == panel.title ? "" : ", coloured by " + panel.quantity;
     canvas_.text(panel.title + coloured, box.middle(), box.top - 12, {.size = 11});
     any_ = std::ranges::any_of(panel.values, [](const auto& value) { return value.has_value(); });
     for (int y = 0; y < layout_.rows; ++y) {
-      for (int x = 0; x < layout_.columns; ++x) cell(panel, scale, cell_of(box, x, y), x, y);
+      for (int x = 0; x < layout_.columns; ++x) cell(panel, colours, cell_of(box, x, y), x, y);
     }
     axes(box);
     if (any_) {
-      colour_bar(panel, scale, box);
+      draw_colour_bar(canvas_, {box.right + 10, box.top, box.right + 21, box.bottom}, colours);
     } else {
       canvas_.rectangle(
           {box.middle() - 60, box.centre() - 11, box.middle() + 60, box.centre() + 11},
@@ -169,7 +167,7 @@ class HeatMapDrawing {
     if (map_.best) mark(cell_of(box, map_.best->x, map_.best->y), false);
   }
 
-  void cell(const HeatMapPanel& panel, const Scale& scale, const Box& box, int x, int y) {
+  void cell(const HeatMapPanel& panel, const Axis& colours, const Box& box, int x, int y) {
     const auto index = static_cast<std::size_t>(y * layout_.columns + x);
     canvas_.tooltip(box, value_text(panel, x, y));
     const std::string& status = map_.statuses[index];
@@ -179,7 +177,7 @@ class HeatMapDrawing {
       crossed_out(box, status.empty() ? "undefined" : status);
       return;
     }
-    const Colour colour = viridis(scale.place(*colour_value));
+    const Colour colour = viridis(colours.share(*colour_value));
     canvas_.rectangle(box, {.fill = colour, .border = LineStyle{ink::white}});
     const std::string text =
         panel.texts.empty() ? fixed(*value, panel.decimals) : panel.texts[index];
@@ -225,7 +223,7 @@ class HeatMapDrawing {
     CategoryNames(map_.x_values, layout_.cell_width).draw(canvas_, box.left, box.bottom);
     const TextStyle style{.size = layout_.cell_height >= 14 ? 10 : 8, .align = TextAlign::right};
     for (int y = 0; y < layout_.rows; ++y) {
-      const auto lines = lines_of(map_.y_values[static_cast<std::size_t>(y)]);
+      const auto lines = wrapped(map_.y_values[static_cast<std::size_t>(y)], longest_line);
       const double first =
           cell_of(box, 0, y).centre() - line_height * (static_cast<double>(lines.size()) - 1) / 2;
       for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -235,17 +233,6 @@ class HeatMapDrawing {
     canvas_.text(map_.x_name, box.middle(), box.bottom + layout_.names_height + 12, {.size = 11});
     canvas_.text(map_.y_name, box.left - layout_.left + 16, box.centre(),
                  {.size = 11, .upright = true});
-  }
-
-  void colour_bar(const HeatMapPanel& panel, const Scale& scale, const Box& box) {
-    constexpr int steps = 4;
-    Axis axis{scale.low, scale.high};
-    for (int i = 0; i <= steps; ++i) {
-      const double value = scale.low + (scale.high - scale.low) * i / steps;
-      const std::string above = i == steps && scale.clipped ? "≥ " : "";
-      axis.ticks.push_back({value, above + fixed(value, panel.decimals)});
-    }
-    draw_colour_bar(canvas_, {box.right + 10, box.top, box.right + 21, box.bottom}, axis);
   }
 
   /// An outline: the paper's dotted, ours whole; light beside dark, so that any cell shows it.

@@ -3,6 +3,7 @@
 
 #include "bench/experiment/experiment_charts.h"
 #include "bench/report/heat_map.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -15,19 +16,11 @@ std::string text_of(const json& value) {
   return value.is_number() ? number_text(value.get<double>()) : json_text(value);
 }
 
-/// The values of a sweep's two parameters, in the order of the numbers or as the file has them.
+/// The values of one of a sweep's parameters.
 struct Axis {
   std::string name;
   std::vector<json> values;
 
-  void add(const json& value) {
-    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
-  }
-  void sort() {
-    const bool numbers =
-        std::ranges::all_of(values, [](const json& value) { return value.is_number(); });
-    if (numbers) std::ranges::sort(values);
-  }
   std::optional<int> find(const json& value) const {
     const auto found = std::ranges::find(values, value);
     if (found == values.end()) return std::nullopt;
@@ -39,6 +32,16 @@ struct Axis {
     return out;
   }
 };
+
+/// The parameter's values in the order of the numbers, or as the file has them.
+Axis axis_of(const std::vector<const ResultRow*>& points, int parameter) {
+  Axis out;
+  if (points.empty()) return out;
+  out.name = std::next(points.front()->sweep->begin(), parameter).key();
+  out.values = distinct(points, [&](const ResultRow* row) { return row->sweep->at(out.name); });
+  if (std::ranges::all_of(out.values, &json::is_number)) std::ranges::sort(out.values);
+  return out;
+}
 
 /// What the colours of a metric stand for: the smaller, the better.
 std::optional<double> colour_value(const ResultRow& row, Metric metric) {
@@ -64,25 +67,16 @@ struct Grid {
 /// `find` gives the row of a label.
 template <typename Find>
 Grid grid_of(const std::vector<std::string>& labels, const Find& find) {
-  Grid grid;
-  std::vector<std::pair<json, const ResultRow*>> points;
+  std::vector<const ResultRow*> points;
   for (const std::string& label : labels) {
     const ResultRow* row = find(label);
-    if (!row || !row->sweep) continue;
-    const json& values = *row->sweep;
-    if (values.size() != 2) continue;
-    grid.x.name = values.begin().key();
-    grid.y.name = std::next(values.begin()).key();
-    grid.x.add(values.at(grid.x.name));
-    grid.y.add(values.at(grid.y.name));
-    points.emplace_back(values, row);
+    if (row && row->sweep->size() == 2) points.push_back(row);
   }
-  grid.x.sort();
-  grid.y.sort();
+  Grid grid{axis_of(points, 0), axis_of(points, 1), {}};
   grid.cells.resize(grid.x.values.size() * grid.y.values.size());
-  for (const auto& [values, row] : points) {
-    const int x = *grid.x.find(values.at(grid.x.name));
-    const int y = *grid.y.find(values.at(grid.y.name));
+  for (const ResultRow* row : points) {
+    const int x = *grid.x.find(row->sweep->at(grid.x.name));
+    const int y = *grid.y.find(row->sweep->at(grid.y.name));
     grid.cells[static_cast<std::size_t>(y) * grid.x.values.size() + static_cast<std::size_t>(x)] =
         row;
   }
