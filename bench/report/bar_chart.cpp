@@ -12,15 +12,12 @@
 namespace ertbench {
 namespace {
 
-/// What stands below a bar.
-std::string caption(const Bars& bars, std::size_t variant) {
-  const std::string& status = bars.statuses[variant];
-  return bars.labels[variant] + (status.empty() ? "" : " (" + status + ")");
-}
-
+/// What stands below the bars.
 std::vector<std::string> captions(const Bars& bars) {
-  std::vector<std::string> out;
-  for (std::size_t v = 0; v < bars.labels.size(); ++v) out.push_back(caption(bars, v));
+  std::vector<std::string> out = bars.labels;
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    if (!bars.statuses[v].empty()) out[v] += " (" + bars.statuses[v] + ")";
+  }
   return out;
 }
 

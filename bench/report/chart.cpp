@@ -28,8 +28,8 @@ static_assert(methods.size() <= places);
 std::optional<std::size_t> method_of(std::string_view label) {
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const std::string_view name = methods[i];
-    const bool named = label.substr(0, name.size()) == name;
-    if (named && (label.size() == name.size() || label[name.size()] == ' ')) return i;
+    if (label.starts_with(name) && (label.size() == name.size() || label[name.size()] == ' '))
+      return i;
   }
   return std::nullopt;
 }

@@ -99,25 +99,6 @@ void check(const ReconstructionFigure& figure) {
   }
 }
 
-struct SceneImage {
-  Place place;
-  std::string inside;  ///< written in its middle
-  std::string below;
-  std::string name;  ///< label and scene
-};
-
-/// A panel: its words, then the image [pixels] with the electrodes on it.
-void plot_panel(Canvas& canvas, ImagePanels& panels, const SceneLayout& layout,
-                const SceneImage& panel, const Eigen::Ref<const Eigen::RowVectorXd>& image) {
-  const Box box = layout.box(panel.place);
-  if (!panel.below.empty()) {
-    canvas.text(panel.below, box.middle(), box.bottom + 8, {.size = 9});
-  }
-  const std::string& result = panel.inside.empty() ? panel.below : panel.inside;
-  canvas.tooltip(box, panel.name + (result.empty() ? "" : "\n" + result));
-  panels.image(box, image, panel.inside);
-}
-
 void print_title(Canvas& canvas, const SceneLayout& layout, const Place& place,
                  const std::vector<std::string>& lines) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -167,26 +148,34 @@ void draw_reconstruction_figure(const ReconstructionFigure& figure,
   Canvas canvas(layout.width(), layout.height());
   ImagePanels panels(canvas, figure.sensor, scale);
   print_titles(canvas, layout, figure.row_labels);
+  // The words of a panel, then the image [pixels] with the electrodes on it.
+  const auto plot = [&](const Place& place, const std::string& name, const std::string& inside,
+                        const std::string& below, const Eigen::RowVectorXd& image) {
+    const Box box = layout.box(place);
+    if (!below.empty()) canvas.text(below, box.middle(), box.bottom + 8, {.size = 9});
+    const std::string& result = inside.empty() ? below : inside;
+    canvas.tooltip(box, name + (result.empty() ? "" : "\n" + result));
+    panels.image(box, image, inside);
+  };
   for (int scene = 0; scene < layout.scenes; ++scene) {
     const std::string& scene_name = figure.row_labels[static_cast<std::size_t>(scene)];
     const std::string unknown = figure.truth_is_known ? "" : "unknown";
     const Eigen::RowVectorXd true_image =
         figure.truth_is_known ? Eigen::RowVectorXd(truth.row(scene)) : Eigen::RowVectorXd();
     for (int band = 0; band < layout.bands; ++band) {
-      plot_panel(canvas, panels, layout, {{band, 0, scene}, unknown, "", "truth, " + scene_name},
-                 true_image);
+      plot({band, 0, scene}, "truth, " + scene_name, unknown, "", true_image);
     }
     for (int c = 0; c < layout.solvers; ++c) {
       const FigureColumn& column = figure.columns[static_cast<std::size_t>(c)];
-      SceneImage panel{layout.place_of(c, scene), column.failure, "",
-                       column.label + ", " + scene_name};
+      std::string inside = column.failure;
+      std::string below;
       Eigen::RowVectorXd image;
       if (column.failure.empty()) {
         image = columns[static_cast<std::size_t>(c)].row(scene);
-        if (!image.array().isFinite().any()) panel.inside = "undefined";
-        panel.below = caption(column, scene);
+        if (!image.array().isFinite().any()) inside = "undefined";
+        below = caption(column, scene);
       }
-      plot_panel(canvas, panels, layout, panel, image);
+      plot(layout.place_of(c, scene), column.label + ", " + scene_name, inside, below, image);
     }
   }
   panels.scale_bar(layout.box({0, 0, 0}));
