@@ -8,13 +8,6 @@
 namespace ertbench {
 namespace {
 
-bool has_any(const FramesOfSeeds& trials, Metric metric) {
-  return std::ranges::any_of(trials, [&](const auto& frames) {
-    return std::ranges::any_of(
-        frames, [&](const FrameMetrics& frame) { return frame[metric].has_value(); });
-  });
-}
-
 /// Frames that have the metric in every trial of every label.
 std::vector<std::size_t> shared_frames(const std::vector<const FramesOfSeeds*>& labels,
                                        Metric metric) {
@@ -47,8 +40,8 @@ double badness(const MetricEntry& entry, double mean) {
   return entry.better == Better::smaller ? mean : -mean;
 }
 
-/// Of all frames and seeds that have the metric; one at least has.
-double mean_of(const FramesOfSeeds& trials, Metric metric) {
+/// Of all frames and seeds that have the metric; nothing where none has.
+std::optional<double> mean_of(const FramesOfSeeds& trials, Metric metric) {
   double sum = 0;
   int count = 0;
   for (const auto& frames : trials) {
@@ -58,23 +51,22 @@ double mean_of(const FramesOfSeeds& trials, Metric metric) {
       ++count;
     }
   }
-  return sum / count;
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
 /// Of the labels with the metric those that are compared, in their order: the best ones, where
 /// there are very many, as the pairs of all would be their square.
 std::vector<std::size_t> compared(const ScoredLabels& scored, Metric metric) {
   std::vector<std::size_t> labels;
+  std::vector<double> badnesses(scored.labels.size());
   for (std::size_t i = 0; i < scored.labels.size(); ++i) {
-    if (has_any(scored.frames[i], metric)) labels.push_back(i);
+    const std::optional<double> mean = mean_of(scored.frames[i], metric);
+    if (!mean) continue;
+    labels.push_back(i);
+    badnesses[i] = badness(entry_of(metric), *mean);
   }
   if (labels.size() <= most_compared_labels) return labels;
-  std::vector<double> badnesses(scored.labels.size());
-  for (const std::size_t i : labels) {
-    badnesses[i] = badness(entry_of(metric), mean_of(scored.frames[i], metric));
-  }
-  std::ranges::stable_sort(
-      labels, [&](std::size_t a, std::size_t b) { return badnesses[a] < badnesses[b]; });
+  std::ranges::stable_sort(labels, {}, [&](std::size_t i) { return badnesses[i]; });
   labels.resize(most_compared_labels);
   std::ranges::sort(labels);
   return labels;

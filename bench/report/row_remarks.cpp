@@ -3,6 +3,7 @@
 #include <set>
 
 #include "bench/report/result_table.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -10,13 +11,9 @@ namespace ertbench {
 std::optional<double> published_value(const PublishedTable& published, const ResultRow& row,
                                       Metric metric) {
   const auto& sets = published.datasets;
-  if (!sets.empty() && std::ranges::find(sets, row.dataset) == sets.end()) {
-    return std::nullopt;
-  }
-  for (const PublishedRow& candidate : published.rows) {
-    if (candidate.label == row.label) return candidate.values[metric];
-  }
-  return std::nullopt;
+  if (!sets.empty() && !contains(sets, row.dataset)) return std::nullopt;
+  const auto found = std::ranges::find(published.rows, row.label, &PublishedRow::label);
+  return found == published.rows.end() ? std::nullopt : found->values[metric];
 }
 
 namespace {
@@ -38,10 +35,6 @@ std::vector<const ResultRow*> timed_labels(std::span<const ResultRow> rows) {
 double disturbing_cores(const ResultRow& row) {
   const bool own_process = row.latency_us && row.latency_us->pipe;
   return row.timed_on->busy_cores - (own_process ? 1 : 0);
-}
-
-void append(const std::string& text, std::string& list) {
-  list += (list.empty() ? "" : ", ") + text;
 }
 
 }  // namespace
@@ -75,42 +68,41 @@ bool timed_elsewhere(const ResultRow& row, const std::string& usual) {
 
 std::vector<std::string> timing_remarks(std::span<const ResultRow> rows) {
   const std::string usual = usual_processor(rows);
-  std::string elsewhere;
-  std::string busy;
+  std::vector<std::string> elsewhere;
+  std::vector<std::string> busy;
   for (const ResultRow* row : timed_labels(rows)) {
     const TimingPlace& place = *row->timed_on;
     const std::string label = printable(row->label);
-    if (place.cpu != usual) append(label + " (" + printable(place.cpu) + ")", elsewhere);
+    if (place.cpu != usual) elsewhere.push_back(label + " (" + printable(place.cpu) + ")");
     if (const double cores = disturbing_cores(*row); cores >= least_disturbing_cores) {
-      append(label + " (" + fixed(cores, 1) + ")", busy);
+      busy.push_back(label + " (" + fixed(cores, 1) + ")");
     }
   }
   std::vector<std::string> out;
   if (!elsewhere.empty()) {
     out.push_back("†: timed on another processor than the other rows (" + printable(usual) +
-                  "), with whose times these must not be compared: " + elsewhere + ".");
+                  "), with whose times these must not be compared: " + joined(elsewhere) + ".");
   }
   if (!busy.empty()) {
     out.push_back(
         "timed while other processes kept cores of the machine busy (so many of them on the "
         "average of the busiest round), which lengthens p99 above all: " +
-        busy + ". On an idle machine `--fresh` times them again.");
+        joined(busy) + ". On an idle machine `--fresh` times them again.");
   }
-  std::string fits;
+  std::vector<std::string> fits;
   for (const ResultRow& row : rows) {
     if (!row.seeds || row.dataset != rows.front().dataset) continue;
     const std::vector<double> times = those_there(row.seeds->fit_s);
     if (times.empty()) continue;
     const auto [least, most] = std::ranges::minmax(times);
     if (most <= most_fit_ratio * least) continue;
-    append(printable(row.label) + " (" + fixed(least, 0) + " to " + fixed(most, 0) + " s)", fits);
+    fits.push_back(printable(row.label) + " (" + fixed(least, 0) + " to " + fixed(most, 0) + " s)");
   }
   if (!fits.empty()) {
     out.push_back(
         "fitted in very different times by seed, on busy cores or from scenes that another "
-        "training "
-        "had left in the cache; the median stands in the table: " +
-        fits + ".");
+        "training had left in the cache; the median stands in the table: " +
+        joined(fits) + ".");
   }
   return out;
 }
