@@ -56,14 +56,15 @@ class Page {
  public:
   Page(std::string name, const fs::path& results) : name_(std::move(name)), results_(results) {}
 
-  std::string render(const std::string& text) {
+  /// `nested`: within a directive, whose line errors have.
+  std::string render(const std::string& text, bool nested = false) {
     std::string out;
     std::size_t at = 0;
     while (true) {
       const std::size_t open = text.find("{{", at);
       out += text.substr(at, open - at);
       if (open == std::string::npos) return out;
-      if (!nested_)
+      if (!nested)
         line_ = 1 + std::count(text.begin(), text.begin() + static_cast<long>(open), '\n');
       const std::size_t end = end_of(text, open);
       const std::string place = name_ + ": line " + std::to_string(line_) + ": ";
@@ -73,7 +74,7 @@ class Page {
       try {
         made = directive(inside);
       } catch (const InputError& error) {
-        if (nested_) throw;
+        if (nested) throw;
         throw InputError(place + "{{" + inside + "}}: " + error.what());
       }
       out += made;
@@ -116,16 +117,11 @@ class Page {
     const auto [before, pattern] = line_of(text);
     const auto [name, items] = head_of(with_names(before));
     std::string out;
-    // Holds for the texts below, and ends with them also where one of them throws.
-    const struct Nested {
-      bool& nested;
-      bool before;
-      ~Nested() { nested = before; }
-    } nested{nested_, std::exchange(nested_, true)};
     for (const std::string& item : split(items, "|")) {
       const std::vector<std::string> parts = split(item, "=");
       const std::string named = replaced(pattern, "$" + name + ".name", parts.back());
-      out += (out.empty() ? "" : separator) + render(replaced(named, "$" + name, parts.front()));
+      out +=
+          (out.empty() ? "" : separator) + render(replaced(named, "$" + name, parts.front()), true);
     }
     return out;
   }
@@ -173,7 +169,6 @@ class Page {
   ResultRows results_;
   std::map<std::string, std::string> names_;
   long line_ = 0;
-  bool nested_ = false;  ///< within a directive, whose line it has
 };
 
 }  // namespace

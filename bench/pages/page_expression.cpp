@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "core/files.h"
+#include "core/lists.h"
 #include "core/text.h"
 
 namespace ertbench {
@@ -22,12 +22,17 @@ using Operation = std::function<PageValue(const Arguments&)>;
 PageValue of(double number) { return {{{"", number}}, ""}; }
 PageValue of_text(std::string text) { return {{}, std::move(text)}; }
 
-/// All numbers of the arguments, the least first.
-Numbers sorted(const Arguments& arguments) {
+Numbers numbers_of(const Arguments& arguments) {
   Numbers out;
   for (const PageValue& argument : arguments) {
     out.insert(out.end(), argument.numbers.begin(), argument.numbers.end());
   }
+  return out;
+}
+
+/// All numbers of the arguments, the least first.
+Numbers sorted(const Arguments& arguments) {
+  Numbers out = numbers_of(arguments);
   if (out.empty()) throw InputError("there is no number to take");
   std::ranges::stable_sort(out, [](const auto& a, const auto& b) { return a.second < b.second; });
   return out;
@@ -83,17 +88,10 @@ const std::map<std::string, Operation>& operations() {
       {"sum",
        [](const Arguments& a) {
          double sum = 0;
-         for (const PageValue& one : a) {
-           for (const auto& [label, value] : one.numbers) sum += value;
-         }
+         for (const auto& [label, value] : numbers_of(a)) sum += value;
          return of(sum);
        }},
-      {"count",
-       [](const Arguments& a) {
-         double count = 0;
-         for (const PageValue& one : a) count += static_cast<double>(one.numbers.size());
-         return of(count);
-       }},
+      {"count", [](const Arguments& a) { return of(static_cast<double>(numbers_of(a).size())); }},
       {"<", comparison([](double a, double b) { return a < b; })},
       {">", comparison([](double a, double b) { return a > b; })},
       {">=", comparison([](double a, double b) { return a >= b; })},
@@ -259,11 +257,7 @@ std::string formatted(const PageValue& value, const std::string& format) {
   std::vector<std::string> shown;
   for (const auto& [label, number] : value.numbers) shown.push_back(formatted(number, format));
   if (value.text == "interval") return shown[0] + " (" + shown[1] + " to " + shown[2] + ")";
-  std::string out;
-  for (const std::string& one : shown) {
-    out += (out.empty() ? "" : value.text == "range" ? " to " : ", ") + one;
-  }
-  return out;
+  return joined(shown, value.text == "range" ? " to " : ", ");
 }
 
 std::vector<std::string> words_of(std::string_view expression) {
