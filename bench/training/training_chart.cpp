@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "bench/plot/canvas.h"
@@ -106,11 +105,6 @@ bool any_negative(const TrainingChart& chart, const std::string& name) {
   });
 }
 
-std::string spaced(std::string name) {
-  std::ranges::replace(name, '_', ' ');
-  return name;
-}
-
 /// One column of one run.
 struct Curve {
   Points points;
@@ -171,7 +165,7 @@ class Curves {
       const bool marked = group_ != Group::validation || points.size() <= 2;
       const Curve curve{points, {colour, 1.3}, {hollow(index), colour, 0.45}, marked};
       if (!named) {
-        legend_.add({spaced(name) + (absolute ? ", absolute" : ""), curve.line,
+        legend_.add({replaced(name, "_", " ") + (absolute ? ", absolute" : ""), curve.line,
                      marked ? std::optional(curve.mark) : std::nullopt});
       }
       named = true;
@@ -235,11 +229,9 @@ class Curves {
 };
 
 std::optional<double> best_epoch(const nlohmann::json& parameters) {
-  if (!parameters.is_object() || !parameters.contains("training")) return std::nullopt;
-  const nlohmann::json& training = parameters.at("training");
-  if (!training.is_object() || !training.contains("best_epoch")) return std::nullopt;
-  const nlohmann::json& epoch = training.at("best_epoch");
-  return epoch.is_number() ? std::optional(epoch.get<double>()) : std::nullopt;
+  const nlohmann::json::json_pointer place("/training/best_epoch");
+  if (!parameters.contains(place) || !parameters.at(place).is_number()) return std::nullopt;
+  return parameters.at(place).get<double>();
 }
 
 /// The log of a training with control characters removed: a plugin may have written it.
@@ -254,11 +246,6 @@ std::string harmless_csv(const fs::path& file) {
     out += "\n";
   }
   return out;
-}
-
-ReportFigure curves_of(const std::string& label, const fs::path& folder) {
-  return {label, folder / (label + ".svg"),
-          "losses and validation error; dots mark the epochs that were kept"};
 }
 
 }  // namespace
@@ -310,9 +297,8 @@ std::optional<ReportFigure> write_training_results(const std::string& label,
   if (chart.runs.empty()) return std::nullopt;
   const bool drawn =
       draw_or_say(folder / label, [&] { draw_training_chart(chart, folder / label); });
-  ReportFigure figure = curves_of(label, folder);
-  figure.drawn = drawn;
-  return figure;
+  return ReportFigure{label, folder / (label + ".svg"),
+                      "losses and validation error; dots mark the epochs that were kept", drawn};
 }
 
 }  // namespace ertbench
