@@ -1,12 +1,14 @@
 #include "bench/check/baseline.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "bench/record/record_file.h"
 #include "core/checksum.h"
+#include "core/fields.h"
 #include "core/json.h"
 #include "core/statistics.h"
 #include "solvers/registry/registry.h"
@@ -81,35 +83,61 @@ std::string first_difference(const json& before, const json& now, const std::str
 constexpr int schema = 1;
 constexpr int most = std::numeric_limits<int>::max();
 
-json to_json(const BaselineRow& row, std::span<const Metric> known) {
-  json metrics = json::object();
-  for (const Metric metric : known) {
-    const std::vector<double>& values = row.metrics[metric];
-    json& out = metrics[name_of(metric)];
-    if (!values.empty()) out = row.seeds.empty() ? json(values.front()) : json(values);
+/// The values of one metric: a number, or one for each of the row's seeds; null without any.
+void visit(Fields& fields, const char* key, std::vector<double>& values, std::size_t seeds) {
+  fields.required().nullable();
+  if (seeds == 0 || (fields.writing() && values.empty())) {
+    std::optional<double> value;
+    if (!values.empty()) value = values.front();
+    fields.number(key, value, {});
+    if (value) values = {*value};
+    return;
   }
-  json out = {
-      {"label", row.label},
-      {"dataset", row.dataset},
-      {"entry", *row.entry},
-      {"tolerance", {{"class", name_of(row.tolerance.type)}, {"relative", row.tolerance.relative}}},
-      {"status", row.status},
-      {"frames", row.frames},
-      {"undefined_frames", row.undefined_frames},
-      {"frames_not_converged", row.frames_not_converged},
-      {"metrics", std::move(metrics)},
-      {"times", nullptr}};
-  if (!row.seeds.empty()) out["seeds"] = row.seeds;
-  if (row.times) {
-    out["times"] = {{"latency", row.times->latency}, {"batch_frame", row.times->batch_frame}};
-  }
-  return out;
+  std::vector<double> list = values;
+  list.resize(seeds, std::nan(""));  // which stays where there is null
+  fields.numbers(key, list, {});
+  if (!std::isnan(list.front())) values = list;
 }
 
-std::vector<double> values_from(JsonObject& metrics, const char* name, std::size_t seeds) {
-  const json& value = metrics.raw(name);
-  if (value.is_null()) return {};
-  return seeds == 0 ? std::vector{metrics.number(name)} : metrics.numbers(name, seeds);
+/// `known`: the metrics that the baseline has.
+void visit(Fields& fields, BaselineRow& row, std::span<const Metric> known) {
+  fields.required().text("label", row.label);
+  fields.required().text("dataset", row.dataset);
+  fields.required().any("entry", row.entry);
+  if (!row.entry->is_object()) {
+    fields.fail("entry", "must be an object, got " + json_shown(*row.entry));
+  }
+  fields.required().object("tolerance", [&](Fields& tolerance) {
+    tolerance.required().choice("class", row.tolerance.type,
+                                {{"exact", ToleranceClass::exact},
+                                 {"linear", ToleranceClass::linear},
+                                 {"interior point", ToleranceClass::interior_point},
+                                 {"seeds", ToleranceClass::seeds}});
+    tolerance.required().number("relative", row.tolerance.relative, {0, 1});
+  });
+  fields.required().text("status", row.status);
+  fields.required().integer("frames", row.frames, 0, most);
+  fields.required().integer("undefined_frames", row.undefined_frames, 0, most);
+  fields.required().integer("frames_not_converged", row.frames_not_converged, 0, most);
+  if (fields.reading() || !row.seeds.empty()) {
+    fields.integers("seeds", row.seeds, least_seeds, 1000, {0, most});
+  }
+  fields.required().object("metrics", [&](Fields& metrics) {
+    for (const Metric metric : known) {
+      const char* key = key_in_file(metric, [&](const char* k) { return metrics.has(k); });
+      visit(metrics, key ? key : name_of(metric), row.metrics[metric], row.seeds.size());
+    }
+  });
+  const bool scored = row.frames > row.undefined_frames;
+  if (fields.reading() && scored &&
+      std::ranges::all_of(known, [&](Metric metric) { return row.metrics[metric].empty(); })) {
+    fields.fail("metrics",
+                "has no value, though " + std::to_string(row.frames) + " frames were scored");
+  }
+  fields.required().nullable().object("times", row.times, [](Fields& times, RelativeTimes& of_row) {
+    times.required().number("latency", of_row.latency, Range::positive());
+    times.required().number("batch_frame", of_row.batch_frame, Range::positive());
+  });
 }
 
 /// The metrics that some row has, if only as undefined.
@@ -123,44 +151,6 @@ std::vector<Metric> metrics_of(const std::vector<JsonObject>& rows) {
     if (has) known.push_back(metric);
   }
   return known;
-}
-
-BaselineRow row_from(JsonObject object, std::span<const Metric> known) {
-  BaselineRow row;
-  row.label = object.text("label");
-  row.dataset = object.text("dataset");
-  row.entry = object.object("entry").value();
-  JsonObject tolerance = object.object("tolerance");
-  row.tolerance.type =
-      tolerance_class_from_name(tolerance.choice("class", tolerance_class_names()));
-  row.tolerance.relative = tolerance.number("relative", {0, 1});
-  tolerance.finish();
-  row.status = object.text("status");
-  row.frames = object.integer("frames", 0, most);
-  row.undefined_frames = object.integer("undefined_frames", 0, most);
-  row.frames_not_converged = object.integer("frames_not_converged", 0, most);
-  if (object.has("seeds")) row.seeds = object.integers("seeds", least_seeds, 1000, {0, most});
-  JsonObject metrics = object.object("metrics");
-  for (const Metric metric : known) {
-    const char* key = key_in_file(metric, [&](const char* k) { return metrics.has(k); });
-    row.metrics[metric] =
-        values_from(metrics, key != nullptr ? key : name_of(metric), row.seeds.size());
-  }
-  metrics.finish();
-  const bool scored = row.frames > row.undefined_frames;
-  if (scored &&
-      std::ranges::all_of(known, [&](Metric metric) { return row.metrics[metric].empty(); })) {
-    object.fail("metrics",
-                "has no value, though " + std::to_string(row.frames) + " frames were scored");
-  }
-  if (!object.raw("times").is_null()) {
-    JsonObject times = object.object("times");
-    row.times = RelativeTimes{times.number("latency", Range::positive()),
-                              times.number("batch_frame", Range::positive())};
-    times.finish();
-  }
-  object.finish();
-  return row;
 }
 
 std::vector<std::string> names_from(JsonObject& root, const char* key) {
@@ -241,8 +231,10 @@ std::string to_json_text(const Baseline& baseline) {
               {"provenance", *baseline.provenance},
               {"datasets", *baseline.datasets},
               {"rows", json::array()}};
-  for (const BaselineRow& row : baseline.rows)
-    out["rows"].push_back(to_json(row, baseline.metrics));
+  for (BaselineRow row : baseline.rows) {
+    out["rows"].push_back(
+        Fields::written([&](Fields& fields) { visit(fields, row, baseline.metrics); }));
+  }
   out["networks"] = baseline.networks;
   out["trainings"] = baseline.trainings;
   add_checksum(out);
@@ -266,7 +258,11 @@ Baseline read_baseline(const std::filesystem::path& file) {
   const std::vector<JsonObject> rows = root.objects("rows");
   baseline.metrics = metrics_of(rows);
   if (rows.empty()) root.fail("rows", "holds no rows, with which nothing could be compared");
-  for (const JsonObject& row : rows) baseline.rows.push_back(row_from(row, baseline.metrics));
+  for (const JsonObject& row : rows) {
+    Fields::read(row, [&, &of_row = baseline.rows.emplace_back()](Fields& fields) {
+      visit(fields, of_row, baseline.metrics);
+    });
+  }
   baseline.networks = names_from(root, "networks");
   baseline.trainings = names_from(root, "trainings");
   if (!changed.empty()) root.fail("checksum", "is not that of the content: " + changed);

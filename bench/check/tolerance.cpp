@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <stdexcept>
 
 #include "core/statistics.h"
 
@@ -14,9 +13,6 @@ namespace {
 constexpr double rounding = 1e-10;
 constexpr double linear_images = 1e-8;
 constexpr double confidence = 0.999;
-
-/// In the order of ToleranceClass.
-constexpr const char* class_names[] = {"exact", "linear", "interior point", "seeds"};
 
 /// A gap leaves the image within about sqrt(gap) of the optimum, as the objective grows with the
 /// square of the distance; within a third of that where it was measured (pdipm). The means over the
@@ -81,20 +77,6 @@ double smallest_chance(std::size_t now, std::size_t all) {
 }
 
 }  // namespace
-
-const char* name_of(ToleranceClass type) { return class_names[static_cast<std::size_t>(type)]; }
-
-std::vector<std::string> tolerance_class_names() {
-  return {std::begin(class_names), std::end(class_names)};
-}
-
-ToleranceClass tolerance_class_from_name(const std::string& name) {
-  const auto found = std::ranges::find(class_names, name);
-  if (found != std::end(class_names)) {
-    return static_cast<ToleranceClass>(found - std::begin(class_names));
-  }
-  throw std::invalid_argument("no class of tolerances is called \"" + name + "\"");
-}
 
 Tolerance tolerance_of(const ResultRow& row, std::optional<ImageComparison> images) {
   if (!images) return {ToleranceClass::exact, rounding};

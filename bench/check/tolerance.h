@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "bench/record/result_row.h"
@@ -27,12 +26,6 @@ enum class ToleranceClass {
   /// A trained solver: last bits grow into another network, like another seed.
   seeds,
 };
-
-/// "exact", "linear", "interior point", "seeds".
-const char* name_of(ToleranceClass type);
-std::vector<std::string> tolerance_class_names();
-/// The inverse. Throws std::invalid_argument for another name.
-ToleranceClass tolerance_class_from_name(const std::string& name);
 
 struct Tolerance {
   ToleranceClass type = ToleranceClass::exact;
