@@ -46,10 +46,6 @@ void add_experiment(CLI::App& command, std::string& file) {
   command.add_option("EXPERIMENT.json", file)->required();
 }
 
-bool is_named(const SolverEntry& entry, const std::string& label) {
-  return entry.label == label || entry.family == label;
-}
-
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment) {
   if (out.empty()) return std::filesystem::path("results") / experiment;
   const std::filesystem::path folder = out;
@@ -145,10 +141,7 @@ void warn_of_slow_trainings(const Experiment& experiment, const Cache& cache,
   if (has_bfloat16()) return;
   std::set<std::string> labels;
   for (const SolverEntry& entry : experiment.solvers) {
-    const bool wanted = only.empty() || std::ranges::any_of(only, [&](const std::string& label) {
-                          return is_named(entry, label);
-                        });
-    if (!wanted || !is_trained_in_bfloat16(entry)) continue;
+    if (!entry.is_wanted(only) || !is_trained_in_bfloat16(entry)) continue;
     if (std::filesystem::exists(cache.fitted_solver(fit_recipe(experiment, entry)))) continue;
     labels.insert(entry.label);
   }

@@ -40,8 +40,6 @@ Action add_export(CLI::App& command);
 
 /// Adds the positional EXPERIMENT.json.
 void add_experiment(CLI::App& command, std::string& file);
-/// Whether a label of --only means the entry: it is its own, or that of its whole sweep.
-bool is_named(const SolverEntry& entry, const std::string& label);
 /// `out`, or results/`experiment` where it is empty. Throws InputError if `out` has files that no
 /// command of this program left there.
 std::filesystem::path result_folder(const std::string& out, const std::string& experiment);

@@ -76,7 +76,7 @@ void require_labels(const RunArguments& arguments, const Experiment& experiment)
   for (const auto& trials : experiment.rows()) labels.push_back(trials.front().label);
   for (const std::string& label : arguments.options.only) {
     const bool known = std::ranges::any_of(
-        experiment.solvers, [&](const SolverEntry& entry) { return is_named(entry, label); });
+        experiment.solvers, [&](const SolverEntry& entry) { return entry.is_named(label); });
     if (known) continue;
     const std::string near = nearest_word(label, labels);
     throw InputError(

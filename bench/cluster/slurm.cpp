@@ -77,12 +77,6 @@ std::vector<int> elements_from(std::string text, const std::string& line) {
   return elements;
 }
 
-bool is_wanted(const SolverEntry& entry, const std::vector<std::string>& only) {
-  return only.empty() || std::ranges::any_of(only, [&](const std::string& label) {
-           return label == entry.label || label == entry.family;
-         });
-}
-
 /// Groups units into elements so that there are not too many elements.
 std::vector<Units> elements_of(const Units& units, std::size_t most) {
   const std::size_t each = std::max<std::size_t>(1, (units.size() + most - 1) / most);
@@ -140,7 +134,7 @@ class Planner {
     const JobRecords records(stage, experiment_, settings_.out, cache_.reuse());
     std::vector<std::pair<const SolverEntry*, std::vector<Job>>> jobs;
     for (const Job& job : stage.jobs(experiment_)) {
-      if (!job.entry || !is_wanted(*job.entry, settings_.only)) continue;
+      if (!job.entry || !job.entry->is_wanted(settings_.only)) continue;
       const auto found =
           std::ranges::find_if(jobs, [&](const auto& one) { return one.first == job.entry; });
       (found == jobs.end() ? jobs.emplace_back(job.entry, std::vector<Job>()) : *found)
@@ -164,7 +158,7 @@ class Planner {
   std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
     Units labels;
     for (const auto& row : experiment_.rows()) {
-      if (is_wanted(row.front(), settings_.only) && !live_.has(stage.name(), row.front().label)) {
+      if (row.front().is_wanted(settings_.only) && !live_.has(stage.name(), row.front().label)) {
         labels.push_back(row.front().label);
       }
     }

@@ -20,7 +20,7 @@ std::vector<std::string> labels_of(const Experiment& experiment, const std::stri
   std::vector<std::string> out;
   for (const auto& trials : experiment.rows()) {
     const SolverEntry& entry = trials.front();
-    if (entry.label == name || entry.family == name) out.push_back(entry.label);
+    if (entry.is_named(name)) out.push_back(entry.label);
   }
   return out;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -43,6 +44,13 @@ struct SolverEntry {
   std::string stem() const { return seed ? label + ".seed" + std::to_string(*seed) : label; }
   /// For people: "dd-ert seed 2".
   std::string title() const { return seed ? label + " seed " + std::to_string(*seed) : label; }
+  /// Whether a name means it: its own label, or that of its whole sweep or family.
+  bool is_named(const std::string& name) const { return label == name || family == name; }
+  /// Whether one of the names of --only means it, or there are none, which asks for all.
+  bool is_wanted(const std::vector<std::string>& only) const {
+    return only.empty() ||
+           std::ranges::any_of(only, [&](const std::string& name) { return is_named(name); });
+  }
 };
 
 struct Experiment;

@@ -54,14 +54,8 @@ std::optional<BuildStamp> stamp_in(const nlohmann::json& record, const char* key
 }
 
 /// --only names solvers: jobs that run none are always wanted.
-bool is_wanted(const Job& job, const std::vector<std::string>& only) {
-  return only.empty() || !job.entry || std::ranges::any_of(only, [&](const std::string& label) {
-           return label == job.entry->label || label == job.entry->family;
-         });
-}
-
 std::vector<Job> wanted(std::vector<Job> jobs, const std::vector<std::string>& only) {
-  std::erase_if(jobs, [&](const Job& job) { return !is_wanted(job, only); });
+  std::erase_if(jobs, [&](const Job& job) { return job.entry && !job.entry->is_wanted(only); });
   return jobs;
 }
 
