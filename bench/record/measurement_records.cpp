@@ -62,7 +62,7 @@ ScoredSet scored_set(const json& row, const json& frames, const std::string& sou
     }
   }
   if (frames.contains("readings")) {
-    set.readings = frame_readings_from_json(frames.at("readings"));
+    for (const json& frame : frames.at("readings")) set.readings.push_back(reading_from(frame));
     if (set.readings.size() != set.frames.size()) {
       throw std::invalid_argument("a reading for each frame is wanted");
     }
@@ -81,16 +81,25 @@ Images images_from(const json& rows, int pixels) {
   return images;
 }
 
+/// Raised whenever the same images would score otherwise. A metric more needs no other version: the
+/// key of what was scored holds the metrics' names.
+constexpr int metrics_version = 1;
+
+/// What determines any record of the entry on the test sets.
+json key_of_tests(const Experiment& experiment, const SolverEntry& entry) {
+  json key = {{"schema", record_schema},
+              {"metrics", metrics_version},
+              {"label", entry.label},
+              {"entry", entry.spec.text()},
+              {"solver", Cache::fitted_solver_key(fit_recipe(experiment, entry)).dump()}};
+  for (const DatasetSpec& test : experiment.tests) key["tests"].push_back(to_json(test));
+  return key;
+}
+
 /// p50, p99 and maximum of every frame's time. A percentile is a time that was measured.
 LatencySummary summarise_latency(const SortedValues& microseconds) {
-  return {nearest_rank_quantile(microseconds, 0.5),
-          nearest_rank_quantile(microseconds, 0.99),
-          microseconds.largest(),
-          {},
-          {},
-          {},
-          {},
-          {}};
+  return {nearest_rank_quantile(microseconds, 0.5), nearest_rank_quantile(microseconds, 0.99),
+          microseconds.largest()};
 }
 
 /// One test set in all rounds.
@@ -137,26 +146,14 @@ json to_json(const FrameReading& reading) {
           {"explained", value_or_null(reading.explained)}};
 }
 
-std::vector<FrameReading> frame_readings_from_json(const json& list) {
-  std::vector<FrameReading> out;
-  for (const json& frame : list) out.push_back(reading_from(frame));
-  return out;
-}
-
-std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
-                         const AccuracyContent& content) {
-  json key = {{"schema", record_schema},
-              {"metrics", metrics_version},
-              {"label", recipe.entry.label},
-              {"entry", recipe.entry.spec.text()},
-              {"solver", Cache::fitted_solver_key(recipe).dump()},
-              {"figure", content.figure_scenes}};
+std::string accuracy_key(const Experiment& experiment, const SolverEntry& entry) {
+  json key = key_of_tests(experiment, entry);
+  key["figure"] = experiment.figure_scenes;
   for (const Metric metric : kMetrics) key["scored"].push_back(first_name_of(metric));
-  for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
-  if (content.validation) key["validation"] = true;
-  if (content.contacts != ContactSettings{}) key["contacts"] = to_json(content.contacts);
-  if (content.keep_contacts) key["keep_contacts"] = true;
-  if (content.keep_explained) key["keep_explained"] = true;
+  if (experiment.right_sizing) key["validation"] = true;
+  if (experiment.contacts != ContactSettings{}) key["contacts"] = to_json(experiment.contacts);
+  if (experiment.keep_contacts) key["keep_contacts"] = true;
+  if (experiment.keep_explained) key["keep_explained"] = true;
   return hash_of(key.dump());
 }
 
@@ -180,16 +177,11 @@ double relative_latency(double median_us, double fastest_us, double calibration_
   return (fastest_us < long_frame_us ? median_us : fastest_us) / calibration_us;
 }
 
-std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
-                       const TimingSettings& timing) {
-  json key = {{"schema", record_schema},
-              {"metrics", metrics_version},
-              {"label", recipe.entry.label},
-              {"entry", recipe.entry.spec.text()},
-              {"solver", Cache::fitted_solver_key(recipe).dump()},
-              {"timing", {timing.frames, timing.warm_up, timing.batch, timing.rounds}},
-              {"to_contacts", true}};
-  for (const DatasetSpec& test : tests) key["tests"].push_back(to_json(test));
+std::string timing_key(const Experiment& experiment, const SolverEntry& entry) {
+  const TimingSettings& timing = experiment.timing;
+  json key = key_of_tests(experiment, entry);
+  key["timing"] = {timing.frames, timing.warm_up, timing.batch, timing.rounds};
+  key["to_contacts"] = true;
   return hash_of(key.dump());
 }
 

@@ -3,7 +3,6 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -21,13 +20,6 @@ namespace ertbench {
 /// y], "centroid25_mm": [x, y], "explained"}` in the units of FrameReading; null where there is no
 /// value.
 nlohmann::json to_json(const FrameReading& reading);
-
-/// The inverse, of a list of them. Throws an exception of any kind where the JSON is none.
-std::vector<FrameReading> frame_readings_from_json(const nlohmann::json& list);
-
-/// Raised whenever the same images would score otherwise; part of the keys of accuracy and timing.
-/// A metric more needs no other version: the key of what was scored holds the metrics' names.
-inline constexpr int metrics_version = 1;
 
 /// Scores of one trial on one test set.
 struct ScoredSet {
@@ -48,18 +40,8 @@ struct AccuracyRecord {
   Images figure_images;  ///< [figure scenes, pixels] S/m
 };
 
-/// Optional parts of a record.
-struct AccuracyContent {
-  bool validation = false;         ///< the validation set is scored as well
-  std::vector<int> figure_scenes;  ///< whose images are kept
-  ContactSettings contacts;        ///< by which contacts are read and scored
-  bool keep_contacts = false;      ///< what was read out of each image is kept
-  bool keep_explained = false;     ///< and what each image explains of its voltages
-};
-
-/// Key of the record: a hash of the solver, the test sets and the content.
-std::string accuracy_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
-                         const AccuracyContent& content);
+/// Key of the record: a hash of the solver, the test sets and what the experiment has kept of them.
+std::string accuracy_key(const Experiment& experiment, const SolverEntry& entry);
 
 /// Throws an exception of any kind where the JSON is not such a record. `source` names the file.
 AccuracyRecord accuracy_record_from_json(const nlohmann::json& record, bool validation, int pixels,
@@ -89,8 +71,7 @@ double relative_latency(double median_us, double fastest_us, double calibration_
 
 /// Key of the record of any round: the solver, the test sets, how the clock
 /// is used. The processor is no part of it; it stands in the record.
-std::string timing_key(const FitRecipe& recipe, std::span<const DatasetSpec> tests,
-                       const TimingSettings& timing);
+std::string timing_key(const Experiment& experiment, const SolverEntry& entry);
 
 /// Where a round was measured. Throws an exception of any kind where it does not say.
 TimingPlace timing_place_of(const nlohmann::json& round);

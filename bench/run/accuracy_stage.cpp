@@ -239,9 +239,7 @@ class AccuracyStage final : public Stage {
  public:
   std::string name() const override { return "accuracy"; }
   std::string key(const Experiment& experiment, const Job& job) const override {
-    return accuracy_key(fit_recipe(experiment, *job.entry), experiment.tests,
-                        {experiment.right_sizing.has_value(), experiment.figure_scenes,
-                         experiment.contacts, experiment.keep_contacts, experiment.keep_explained});
+    return accuracy_key(experiment, *job.entry);
   }
   json run(const Job& job, const JobContext& context) const override {
     const Experiment& experiment = context.experiment;

@@ -209,7 +209,7 @@ class TimingStage final : public Stage {
     return due;
   }
   std::string key(const Experiment& experiment, const Job& job) const override {
-    return timing_key(fit_recipe(experiment, *job.entry), experiment.tests, experiment.timing);
+    return timing_key(experiment, *job.entry);
   }
   json run(const Job& job, const JobContext& context) const override {
     const Experiment& experiment = context.experiment;
