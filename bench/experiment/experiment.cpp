@@ -11,6 +11,7 @@
 #include "core/json.h"
 #include "core/lists.h"
 #include "core/text.h"
+#include "frames/calibration.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {
@@ -61,6 +62,23 @@ void read_datasets(JsonObject object, Experiment& experiment) {
   refuse_learned_frames(object, experiment);
 }
 
+/// Reads "calibration", the name of a file relative to the experiment's, which sets the sensor's
+/// background, or the whole sensor if the experiment has none. Returns nothing without the key.
+/// Throws InputError if the file is of another sensor.
+std::optional<Calibration> read_calibration_of(JsonObject& root, Experiment& experiment) {
+  if (!root.has("calibration")) return std::nullopt;
+  std::filesystem::path file = experiment.file.parent_path() / root.text("calibration");
+  Calibration calibration = read_calibration(file);
+  if (root.has("sensor")) {
+    require_calibration_of(calibration, experiment.sensor, file);
+  } else {
+    experiment.sensor = calibration.sensor;
+  }
+  experiment.sensor.background = calibration.background;
+  experiment.files.push_back(std::move(file));
+  return calibration;
+}
+
 /// Names the user's own solver libraries to the registry; in the file they are relative to it.
 void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& registry,
                   SolverCheck check) {
@@ -70,8 +88,7 @@ void read_plugins(JsonObject& root, Experiment& experiment, SolverRegistry& regi
   for (const nlohmann::json& name : names) {
     if (!name.is_string())
       root.fail("plugins", "must name shared libraries, got " + json_shown(name));
-    std::filesystem::path library = name.get<std::string>();
-    if (library.is_relative()) library = experiment.file.parent_path() / library;
+    std::filesystem::path library = experiment.file.parent_path() / name.get<std::string>();
     registry.add_library(library);
     experiment.plugins.push_back(std::move(library));
   }
@@ -245,7 +262,9 @@ Experiment read_experiment(const std::filesystem::path& file, SolverRegistry& re
   if (root.has("sensor")) experiment.sensor = sensor_from_json(root.object("sensor"));
   const auto calibration = read_calibration_of(root, experiment);
   read_datasets(root.object("datasets"), experiment);
-  if (calibration) complete_with(*calibration, experiment);
+  if (calibration && !experiment.validation) {  // noise of the measured level
+    experiment.validation = calibrated_spec(*calibration, experiment.sensor, "validation");
+  }
   Fields::read_some(root, [&](Fields& fields) { visit(fields, experiment); });
   read_plugins(root, experiment, registry, check);
   experiment.solvers = read_solvers(root, experiment, registry, check);
@@ -278,26 +297,6 @@ void read_presentation(JsonObject& root, Experiment& experiment, const ChartType
 nlohmann::ordered_json experiment_settings_schema() {
   Experiment experiment;
   return Fields::schema([&](Fields& fields) { visit(fields, experiment); });
-}
-
-std::optional<Calibration> read_calibration_of(JsonObject& root, Experiment& experiment) {
-  if (!root.has("calibration")) return std::nullopt;
-  std::filesystem::path file = root.text("calibration");
-  if (file.is_relative()) file = experiment.file.parent_path() / file;
-  Calibration calibration = read_calibration(file);
-  if (root.has("sensor")) {
-    require_calibration_of(calibration, experiment.sensor, file);
-  } else {
-    experiment.sensor = calibration.sensor;
-  }
-  experiment.sensor.background = calibration.background;
-  experiment.files.push_back(std::move(file));
-  return calibration;
-}
-
-void complete_with(const Calibration& calibration, Experiment& experiment) {
-  if (experiment.validation) return;
-  experiment.validation = calibrated_spec(calibration, experiment.sensor, "validation");
 }
 
 FitRecipe fit_recipe(const Experiment& experiment, const SolverEntry& entry) {

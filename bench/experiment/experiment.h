@@ -14,7 +14,6 @@
 #include "bench/score/image_contacts.h"
 #include "bench/score/metrics.h"
 #include "forward/data/dataset_spec.h"
-#include "frames/calibration.h"
 
 namespace ertbench {
 
@@ -124,13 +123,5 @@ void read_presentation(JsonObject& root, Experiment& experiment, const ChartType
 
 /// The schema of "timing", "contacts", "check" and the limits of a trial.
 nlohmann::ordered_json experiment_settings_schema();
-
-/// Reads "calibration", the name of a file relative to the experiment's, which sets the sensor's
-/// background, or the whole sensor if the experiment has none. Returns nothing without the key.
-/// Throws InputError if the file is of another sensor.
-std::optional<Calibration> read_calibration_of(JsonObject& root, Experiment& experiment);
-
-/// Adds a validation set with noise of the measured level, unless the experiment has one.
-void complete_with(const Calibration& calibration, Experiment& experiment);
 
 }  // namespace ertbench

@@ -184,8 +184,7 @@ std::vector<DatasetSpec> read_skins(JsonObject& object, const DatasetSpec& train
   std::set<std::string> taken;
   for (const nlohmann::json& name : names) {
     if (!name.is_string()) fail("must name files, got " + json_shown(name));
-    std::filesystem::path file = name.get<std::string>();
-    if (file.is_relative()) file = std::filesystem::absolute(folder / file);
+    const std::filesystem::path file = std::filesystem::absolute(folder / name.get<std::string>());
     if (!std::filesystem::is_regular_file(file)) {
       fail("there is no file " + printable_path(file.string()) +
            "; a relative path begins at the experiment's folder");
