@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "bench/experiment/experiment.h"
 #include "bench/experiment/experiment_json.h"
@@ -22,15 +24,34 @@ namespace {
 
 using nlohmann::json;
 
+/// The place of a value of a solver's own JSON in the experiment file.
+struct Moved {
+  std::string from;  ///< "/solvers/0/alpha"
+  std::string to;    ///< "/solvers/0/sweep/alpha/1"
+};
+
+/// An entry whose solver is constructed once to check its parameters.
+struct ReadEntry {
+  SolverEntry entry;
+  std::vector<Moved> moved;
+};
+
+/// One combination of the values of a sweep.
+struct SweepPoint {
+  std::string label;  ///< " alpha=0.001 beta=0.1", appended to the entry's own; "" for none
+  JsonValue values;   ///< `{"alpha": 0.001, "beta": 0.1}`; null for none
+  std::vector<std::size_t> indices;  ///< position of each parameter's value in its list
+};
+
 bool mentions_auto(const json& value) {
   if (value.is_string()) return value.get_ref<const std::string&>() == "auto";
   return value.is_structured() && std::ranges::any_of(value, mentions_auto);
 }
 
 /// Makes the solver of an entry.
-void check_solver(const EntryToCheck& checked, const Experiment& experiment,
+void check_solver(const ReadEntry& checked, const Experiment& experiment,
                   SolverRegistry& registry) {
-  const SolverEntry& entry = *checked.entry;
+  const SolverEntry& entry = checked.entry;
   const std::string& source = experiment.source;
   JsonObject object(*entry.spec, source, entry.path);
   try {
@@ -54,7 +75,7 @@ void check_solver(const EntryToCheck& checked, const Experiment& experiment,
 }
 
 /// What a child has to say of one entry: `{}`, `{"refused": ...}` or `{"failed": ...}`.
-json said_of(const EntryToCheck& checked, const Experiment& experiment, SolverRegistry& registry) {
+json said_of(const ReadEntry& checked, const Experiment& experiment, SolverRegistry& registry) {
   try {
     check_solver(checked, experiment, registry);
     return json::object();
@@ -76,14 +97,14 @@ Failure failure_of(const ProcessEnd& end) {
 }
 
 /// Has one child check as many as it survives; returns how many that settled, at least one.
-std::size_t check_some(std::span<const EntryToCheck> entries, const Experiment& experiment,
+std::size_t check_some(std::span<ReadEntry* const> entries, const Experiment& experiment,
                        SolverRegistry& registry) {
   const double time_s = std::min(plugin_time_limit_s, std::max(experiment.time_limit_s, 5.0));
   const IsolatedOutcome outcome = run_isolated(
       [&](const auto& send) {
         registry.allow_plugins();
-        for (const EntryToCheck& one : entries) {
-          send(json_text(said_of(one, experiment, registry)));
+        for (const ReadEntry* one : entries) {
+          send(json_text(said_of(*one, experiment, registry)));
         }
       },
       {time_s, machine_memory_bytes() / 2});
@@ -92,12 +113,12 @@ std::size_t check_some(std::span<const EntryToCheck> entries, const Experiment& 
     if (said.contains("refused")) throw InputError(said.at("refused").get<std::string>());
     if (said.contains("failed")) {
       const std::string how = said.at("failed");
-      entries[i].entry->failure = {"failed", printable(how)};
+      entries[i]->entry.failure = {"failed", printable(how)};
     }
   }
   const std::size_t done = outcome.messages.size();
   if (done == entries.size()) return done;  // whatever became of its process then
-  entries[done].entry->failure = failure_of(outcome.end);
+  entries[done]->entry.failure = failure_of(outcome.end);
   return done + 1;
 }
 
@@ -171,6 +192,40 @@ void check_values(const json& values, JsonObject& sweep, const std::string& name
   }
 }
 
+/// Reads `"sweep": {"alpha": [1e-4, 1e-3], "beta": [0.1, 1]}` of a solver's entry: one or two of
+/// the solver's parameters (in alphabetical order, as the keys of JSON have none), each with 1 to
+/// 50 different values: numbers, strings, true or false, lists of numbers. Returns every
+/// combination, the last parameter changing fastest; without a sweep one point without values.
+/// `info` may be null for a solver whose parameters are not known here. Throws InputError.
+std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
+  if (!entry.has("sweep")) return {SweepPoint{}};
+  JsonObject sweep = entry.object("sweep");
+  const std::vector<std::string> names = sweep.keys();
+  if (names.empty() || names.size() > most_parameters) {
+    entry.fail("sweep", "must name one or two parameters of the solver");
+  }
+  std::vector<SweepPoint> points = {SweepPoint{}};
+  for (const std::string& name : names) {
+    check_parameter(sweep, name, entry, info);
+    const json& values = sweep.raw(name);
+    check_values(values, sweep, name);
+    std::vector<SweepPoint> longer;
+    for (const SweepPoint& point : points) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        SweepPoint next = point;
+        next.label += " " + name + "=" + label_words(values[i]);
+        json all = point.values ? *point.values : json::object();
+        all[name] = values[i];
+        next.values = std::move(all);
+        next.indices.push_back(i);
+        longer.push_back(std::move(next));
+      }
+    }
+    points = std::move(longer);
+  }
+  return points;
+}
+
 constexpr std::size_t most_seeds = 100;
 
 std::vector<std::optional<int>> read_seeds(JsonObject& entry, const std::string& type,
@@ -230,129 +285,103 @@ std::string type_in(const JsonObject& entry) {
              : "";
 }
 
-/// One entry of the file, and all that it stands for.
-class EntryReader {
- public:
-  /// `number`: of this entry among those of its type that have no label, from 1.
-  EntryReader(JsonObject object, int number, SolverRegistry& registry, SolverCheck check)
-      : object_(std::move(object)), number_(number), registry_(registry), check_(check) {}
-
-  /// An entry for each seed at each point of the sweep, and what of its values stands elsewhere.
-  std::vector<std::pair<SolverEntry, std::vector<Moved>>> read() {
-    type_ = object_.text("type");
-    const std::string label =
-        object_.text_or("label", number_ == 1 ? type_ : type_ + "-" + std::to_string(number_));
-    const std::string family = object_.text_or("family", label);
-    if (object_.has("family") && !is_label(family)) {
-      object_.fail("family", "must be made of the same characters as a label, got \"" +
-                                 printable(family) + "\"");
-    }
-    for (const char* key : {"seeds", "sweep"}) {
-      if (!object_.has("checkpoint") || !object_.has(key)) continue;
-      object_.fail(key, "has no effect on a solver that is fitted (\"checkpoint\"); remove it");
-    }
-    const bool check = check_ == SolverCheck::all;
-    const SolverInfo* info = check ? registry_.find(type_) : registry_.find_known(type_);
-    const std::vector<std::optional<int>> seeds = read_seeds(object_, type_, info);
-    std::vector<std::pair<SolverEntry, std::vector<Moved>>> entries;
-    for (const SweepPoint& point : read_sweep(object_, info)) {
-      for (std::size_t s = 0; s < seeds.size(); ++s) {
-        SolverEntry entry = make(point, seeds[s]);
-        entry.family = family;
-        entry.label = label + point.label;
-        if (info) describe(entry, *info);
-        entries.emplace_back(std::move(entry), moved(point, s));
-      }
-    }
-    return entries;
+/// One entry of the file at a point of its sweep, for one seed.
+SolverEntry entry_of(const JsonObject& object, const std::string& type, const SweepPoint& point,
+                     std::optional<int> seed) {
+  SolverEntry entry;
+  entry.type = type;
+  entry.path = object.path_of("");
+  entry.seed = seed;
+  entry.sweep = point.values;
+  json spec = object.value();
+  spec.erase("seeds");
+  spec.erase("sweep");
+  spec.erase("family");
+  if (point.values) spec.update(*point.values);
+  if (seed) {
+    spec["seed"] = *seed;
+    name_seed(spec, std::to_string(*seed));
   }
+  entry.spec = std::move(spec);
+  return entry;
+}
 
- private:
-  SolverEntry make(const SweepPoint& point, std::optional<int> seed) const {
-    SolverEntry entry;
-    entry.type = type_;
-    entry.path = object_.path_of("");
-    entry.seed = seed;
-    entry.sweep = point.values;
-    json spec = object_.value();
-    spec.erase("seeds");
-    spec.erase("sweep");
-    spec.erase("family");
-    if (point.values) spec.update(*point.values);
-    if (seed) {
-      spec["seed"] = *seed;
-      name_seed(spec, std::to_string(*seed));
-    }
-    entry.spec = std::move(spec);
-    return entry;
+/// What of the entry's values stands elsewhere. `seed`: which of "seeds" it has.
+std::vector<Moved> moved_values(const JsonObject& object, const SweepPoint& point,
+                                std::size_t seed) {
+  std::vector<Moved> out = {
+      {object.path_of("seed"), object.path_of("seeds") + "/" + std::to_string(seed)}};
+  if (!point.values) return out;
+  std::size_t i = 0;
+  for (const auto& [name, unused] : point.values->items()) {
+    const JsonObject sweep(*point.values, "", object.path_of("sweep"));
+    out.push_back(
+        {object.path_of(name), sweep.path_of(name) + "/" + std::to_string(point.indices[i++])});
   }
+  return out;
+}
 
-  std::vector<Moved> moved(const SweepPoint& point, std::size_t seed) const {
-    std::vector<Moved> out = {
-        {object_.path_of("seed"), object_.path_of("seeds") + "/" + std::to_string(seed)}};
-    if (!point.values) return out;
-    std::size_t i = 0;
-    for (const auto& [name, unused] : point.values->items()) {
-      const JsonObject sweep(*point.values, "", object_.path_of("sweep"));
-      out.push_back(
-          {object_.path_of(name), sweep.path_of(name) + "/" + std::to_string(point.indices[i++])});
-    }
-    return out;
+/// One entry of the file as all that it stands for: an entry for each seed at each point of the
+/// sweep. `number`: of this entry among those of its type that have no label, from 1.
+std::vector<ReadEntry> read_entry(JsonObject object, int number, SolverRegistry& registry,
+                                  SolverCheck check) {
+  const std::string type = object.text("type");
+  const std::string label =
+      object.text_or("label", number == 1 ? type : type + "-" + std::to_string(number));
+  const std::string family = object.text_or("family", label);
+  if (object.has("family") && !is_label(family)) {
+    object.fail("family", "must be made of the same characters as a label, got \"" +
+                              printable(family) + "\"");
   }
+  for (const char* key : {"seeds", "sweep"}) {
+    if (!object.has("checkpoint") || !object.has(key)) continue;
+    object.fail(key, "has no effect on a solver that is fitted (\"checkpoint\"); remove it");
+  }
+  const SolverInfo* info =
+      check == SolverCheck::all ? registry.find(type) : registry.find_known(type);
+  const std::vector<std::optional<int>> seeds = read_seeds(object, type, info);
+  std::vector<ReadEntry> entries;
+  for (const SweepPoint& point : read_sweep(object, info)) {
+    for (std::size_t s = 0; s < seeds.size(); ++s) {
+      SolverEntry entry = entry_of(object, type, point, seeds[s]);
+      entry.family = family;
+      entry.label = label + point.label;
+      if (info) describe(entry, *info);
+      entries.push_back({std::move(entry), moved_values(object, point, s)});
+    }
+  }
+  return entries;
+}
 
-  JsonObject object_;
-  int number_;
-  SolverRegistry& registry_;
-  SolverCheck check_;
-  std::string type_;
-};
-
-}  // namespace
-
-void check_entries(std::span<const EntryToCheck> entries, const Experiment& experiment,
+/// Constructs the solvers of all entries, built-in ones here and those of plugins in a child
+/// process, so that a solver which ends its process or never returns fails only its own entry
+/// (SolverEntry::failure). Throws the first InputError of an entry, with its place in the file.
+void check_entries(std::vector<ReadEntry>& entries, const Experiment& experiment,
                    SolverRegistry& registry) {
-  std::vector<EntryToCheck> of_plugins;
-  for (const EntryToCheck& one : entries) {
+  std::vector<ReadEntry*> of_plugins;
+  for (ReadEntry& one : entries) {
+    SolverEntry& entry = one.entry;
+    const bool of_plugin = registry.is_of_plugin(entry.type);
+    if (!registry.find_known(entry.type)) {
+      // An unknown type is refused by the check, unless there is a library that may have it; a
+      // plugin of ours that is absent is its trial's failure.
+      if (of_plugin) continue;
+      entry.failure = failure_of_type(registry);
+      if (entry.failure) continue;
+    }
     // A damaged file may take the process down that opens it.
-    if (registry.is_of_plugin(one.entry->type) || one.entry->spec->contains("checkpoint")) {
-      of_plugins.push_back(one);
+    if (of_plugin || entry.spec->contains("checkpoint")) {
+      of_plugins.push_back(&one);
     } else {
       check_solver(one, experiment, registry);
     }
   }
-  for (std::span<const EntryToCheck> left = of_plugins; !left.empty();) {
+  for (std::span<ReadEntry* const> left = of_plugins; !left.empty();) {
     left = left.subspan(check_some(left, experiment, registry));
   }
 }
 
-std::vector<SweepPoint> read_sweep(JsonObject& entry, const SolverInfo* info) {
-  if (!entry.has("sweep")) return {SweepPoint{}};
-  JsonObject sweep = entry.object("sweep");
-  const std::vector<std::string> names = sweep.keys();
-  if (names.empty() || names.size() > most_parameters) {
-    entry.fail("sweep", "must name one or two parameters of the solver");
-  }
-  std::vector<SweepPoint> points = {SweepPoint{}};
-  for (const std::string& name : names) {
-    check_parameter(sweep, name, entry, info);
-    const json& values = sweep.raw(name);
-    check_values(values, sweep, name);
-    std::vector<SweepPoint> longer;
-    for (const SweepPoint& point : points) {
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        SweepPoint next = point;
-        next.label += " " + name + "=" + label_words(values[i]);
-        json all = point.values ? *point.values : json::object();
-        all[name] = values[i];
-        next.values = std::move(all);
-        next.indices.push_back(i);
-        longer.push_back(std::move(next));
-      }
-    }
-    points = std::move(longer);
-  }
-  return points;
-}
+}  // namespace
 
 void describe(SolverEntry& entry, const SolverInfo& info) {
   entry.inference_parameters.clear();
@@ -368,16 +397,15 @@ void describe(SolverEntry& entry, const SolverInfo& info) {
 
 std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experiment,
                                       SolverRegistry& registry, SolverCheck check) {
-  std::vector<SolverEntry> all;
-  std::vector<std::vector<Moved>> moved;  // of each
+  std::vector<ReadEntry> all;
   // Labels, and names of files.
   std::set<std::string> taken = {"truth", "no-contact", "limit-oracle", "limit-fair"};
   std::map<std::string, int> unlabelled;  // by type
   for (const JsonObject& object : root.objects("solvers")) {
     const SolverEntry* previous = nullptr;
     const int number = object.value().contains("label") ? 1 : ++unlabelled[type_in(object)];
-    auto entries = EntryReader(object, number, registry, check).read();
-    for (auto& [entry, unused] : entries) {
+    std::vector<ReadEntry> entries = read_entry(object, number, registry, check);
+    for (const auto& [entry, unused] : entries) {
       if (!is_label(entry.label)) {
         object.fail("label",
                     "must be made of letters, digits, spaces and any of . _ + = , - "
@@ -393,23 +421,13 @@ std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experi
       }
       previous = &entry;
     }
-    for (auto& [entry, places] : entries) {
-      all.push_back(std::move(entry));
-      moved.push_back(std::move(places));
-    }
+    std::ranges::move(entries, std::back_inserter(all));
   }
   if (all.empty()) root.fail("solvers", "must hold at least one solver");
-  if (check == SolverCheck::none) return all;
-  std::vector<EntryToCheck> to_check;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    // An unknown type is refused by the check, unless there is a library that may have it; a plugin
-    // of ours that is absent is its trial's failure.
-    if (!registry.find_known(all[i].type) && registry.is_of_plugin(all[i].type)) continue;
-    if (!registry.find_known(all[i].type)) all[i].failure = failure_of_type(registry);
-    if (!all[i].failure) to_check.push_back({&all[i], std::move(moved[i])});
-  }
-  check_entries(to_check, experiment, registry);
-  return all;
+  if (check == SolverCheck::all) check_entries(all, experiment, registry);
+  std::vector<SolverEntry> out;
+  for (ReadEntry& one : all) out.push_back(std::move(one.entry));
+  return out;
 }
 
 }  // namespace ertbench
