@@ -135,56 +135,56 @@ TableText table_text(const Experiment& experiment, const json& summary) {
   return text;
 }
 
-std::vector<Column> data_columns() {
-  std::vector<Column> out = {"dataset",
-                             "label",
-                             "type",
-                             "status",
-                             "message",
-                             "frames",
-                             "undefined_frames",
-                             "frames_not_converged",
-                             "suspect_frames"};
-  for (const MetricEntry& entry : kMetricTable) {
-    const auto add = [&](const char* part) { out.emplace_back(entry.name + std::string(part)); };
-    for (const char* part : {"_mean", "_low", "_high", "_median", "_median_low", "_median_high",
-                             "_count", "_undefined", "_seed_deviation"}) {
-      add(part);
-    }
-    if (!entry.published) continue;
-    add("_paper");
-    add("_difference");
+/// A row for programs: calls `add(title, cell)` for each column in turn.
+template <typename Add>
+void add_cells(const ResultRow& row, const PublishedTable& published, const Add& add) {
+  const auto add_ends = [&](const std::string& name, const std::optional<Interval>& ends) {
+    add(name + "_low", exact_cell(ends ? std::optional(ends->low) : std::nullopt));
+    add(name + "_high", exact_cell(ends ? std::optional(ends->high) : std::nullopt));
+  };
+  add("dataset", row.dataset);
+  add("label", row.label);
+  add("type", row.type);
+  add("status", row.status);
+  add("message", row.message);
+  add("frames", std::to_string(row.frames));
+  add("undefined_frames", std::to_string(row.undefined_frames));
+  add("frames_not_converged", std::to_string(row.frames_not_converged));
+  add("suspect_frames", std::to_string(row.suspect_frames));
+  for (const Metric metric : kMetrics) {
+    const std::string name = name_of(metric);
+    const MetricSummary& summary = row.metrics[metric];
+    add(name + "_mean", exact_cell(summary.mean));
+    add_ends(name, summary.ci95);
+    add(name + "_median", exact_cell(summary.median));
+    add_ends(name + "_median", summary.median_ci95);
+    add(name + "_count", std::to_string(summary.count));
+    add(name + "_undefined", std::to_string(summary.undefined));
+    add(name + "_seed_deviation",
+        exact_cell(row.seeds ? row.seeds->deviation[metric] : std::nullopt));
+    if (!entry_of(metric).published) continue;
+    const std::optional<double> paper = published_value(published, row, metric);
+    add(name + "_paper", exact_cell(paper));
+    add(name + "_difference",
+        exact_cell(paper && summary.mean ? std::optional(*summary.mean - *paper) : std::nullopt));
   }
-  for (const char* title :
-       {"relative_error_over_limit", "relative_error_over_limit_low",
-        "relative_error_over_limit_high", "latency_p50_us", "latency_p99_us", "latency_max_us",
-        "contacts_p50_us", "contacts_p99_us", "latency_pipe_us", "frames_per_s", "throughput_batch",
-        "fit_s", "peak_rss_mb", "seeds", "sweep", "parameters"}) {
-    out.emplace_back(title);
-  }
-  return out;
-}
-
-void add_ends(const std::optional<Interval>& interval, std::vector<Cell>& cells) {
-  cells.push_back(exact_cell(interval ? std::optional(interval->low) : std::nullopt));
-  cells.push_back(exact_cell(interval ? std::optional(interval->high) : std::nullopt));
-}
-
-void add_metric(const ResultRow& row, Metric metric, const PublishedTable& published,
-                std::vector<Cell>& cells) {
-  const MetricSummary& summary = row.metrics[metric];
-  cells.push_back(exact_cell(summary.mean));
-  add_ends(summary.ci95, cells);
-  cells.push_back(exact_cell(summary.median));
-  add_ends(summary.median_ci95, cells);
-  cells.emplace_back(std::to_string(summary.count));
-  cells.emplace_back(std::to_string(summary.undefined));
-  cells.push_back(exact_cell(row.seeds ? row.seeds->deviation[metric] : std::nullopt));
-  if (!entry_of(metric).published) return;
-  const std::optional<double> paper = published_value(published, row, metric);
-  cells.push_back(exact_cell(paper));
-  cells.push_back(
-      exact_cell(paper && summary.mean ? std::optional(*summary.mean - *paper) : std::nullopt));
+  const std::optional<OverLimit>& over = row.over_limit;
+  add("relative_error_over_limit", exact_cell(over ? std::optional(over->ratio) : std::nullopt));
+  add_ends("relative_error_over_limit", over ? std::optional(over->ci95) : std::nullopt);
+  const std::optional<LatencySummary>& latency = row.latency_us;
+  add("latency_p50_us", exact_cell(latency ? std::optional(latency->p50) : std::nullopt));
+  add("latency_p99_us", exact_cell(latency ? std::optional(latency->p99) : std::nullopt));
+  add("latency_max_us", exact_cell(latency ? std::optional(latency->max) : std::nullopt));
+  add("contacts_p50_us", exact_cell(latency ? latency->contacts_p50 : std::nullopt));
+  add("contacts_p99_us", exact_cell(latency ? latency->contacts_p99 : std::nullopt));
+  add("latency_pipe_us", exact_cell(latency ? latency->pipe : std::nullopt));
+  add("frames_per_s", exact_cell(row.frames_per_s));
+  add("throughput_batch", row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "");
+  add("fit_s", exact_cell(row.fit_s));
+  add("peak_rss_mb", exact_cell(row.peak_rss_mb));
+  add("seeds", row.seeds ? joined(row.seeds->values, " ") : "");
+  add("sweep", row.sweep.text());
+  add("parameters", row.parameters.text());
 }
 
 }  // namespace
@@ -267,39 +267,11 @@ std::size_t report_results(const Experiment& experiment, const Cache& cache,
 
 TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& published) {
   TableSection section;
-  section.columns = data_columns();
+  add_cells(ResultRow(), published,
+            [&](const std::string& title, const Cell&) { section.columns.emplace_back(title); });
   for (const ResultRow& row : rows) {
     std::vector<Cell>& cells = section.rows.emplace_back();
-    cells = {row.dataset,
-             row.label,
-             row.type,
-             row.status,
-             row.message,
-             std::to_string(row.frames),
-             std::to_string(row.undefined_frames),
-             std::to_string(row.frames_not_converged),
-             std::to_string(row.suspect_frames)};
-    for (const Metric metric : kMetrics) add_metric(row, metric, published, cells);
-    cells.push_back(
-        exact_cell(row.over_limit ? std::optional(row.over_limit->ratio) : std::nullopt));
-    add_ends(row.over_limit ? std::optional(row.over_limit->ci95) : std::nullopt, cells);
-    const auto latency = [&](double LatencySummary::*part) {
-      return exact_cell(row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt);
-    };
-    cells.push_back(latency(&LatencySummary::p50));
-    cells.push_back(latency(&LatencySummary::p99));
-    cells.push_back(latency(&LatencySummary::max));
-    for (const auto part :
-         {&LatencySummary::contacts_p50, &LatencySummary::contacts_p99, &LatencySummary::pipe}) {
-      cells.push_back(exact_cell(row.latency_us ? (*row.latency_us).*part : std::nullopt));
-    }
-    cells.push_back(exact_cell(row.frames_per_s));
-    cells.emplace_back(row.throughput_batch > 0 ? std::to_string(row.throughput_batch) : "");
-    cells.push_back(exact_cell(row.fit_s));
-    cells.push_back(exact_cell(row.peak_rss_mb));
-    cells.emplace_back(row.seeds ? joined(row.seeds->values, " ") : "");
-    cells.emplace_back(row.sweep.text());
-    cells.emplace_back(row.parameters.text());
+    add_cells(row, published, [&](const std::string&, Cell cell) { cells.push_back(cell); });
   }
   return section;
 }
