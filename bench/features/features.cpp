@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <cstdio>
 #include <map>
 #include <utility>
 
@@ -101,7 +102,10 @@ std::size_t report_experiment(const Experiment& experiment, const Cache& cache,
                               const ExperimentResults& results,
                               const std::filesystem::path& folder) {
   const auto sections = report_stages(stages_of_run(experiment), experiment, results, folder);
-  return report_results(experiment, cache, results, sections, folder);
+  const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
+  std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
+              printable_path(folder.string()).c_str());
+  return undrawn;
 }
 
 ChartTypes chart_types() {

@@ -1,7 +1,6 @@
 #include "bench/run/results.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/plot/canvas.h"
@@ -254,15 +253,6 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
   }
   return write_rows(experiment, results.rows, text, {training_curves, sections, undrawn}, summary,
                     folder);
-}
-
-std::size_t report_results(const Experiment& experiment, const Cache& cache,
-                           const ExperimentResults& results,
-                           const std::vector<ReportSection>& sections, const fs::path& folder) {
-  const std::size_t undrawn = write_results(experiment, cache, results, sections, folder);
-  std::printf("%s\nResults in %s\n", terminal_of(result_summary(results.rows)).c_str(),
-              printable_path(folder.string()).c_str());
-  return undrawn;
 }
 
 TableSection result_data(std::span<const ResultRow> rows, const PublishedTable& published) {

@@ -39,12 +39,6 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
                           const std::vector<ReportSection>& sections,
                           const std::filesystem::path& folder);
 
-/// write_results, then the short table and the folder's name on standard output.
-std::size_t report_results(const Experiment& experiment, const Cache& cache,
-                           const ExperimentResults& results,
-                           const std::vector<ReportSection>& sections,
-                           const std::filesystem::path& folder);
-
 /// A dataset in a sentence, for the tables' legends.
 std::string description(const DatasetSpec& spec);
 
