@@ -58,6 +58,14 @@ std::string one_line(std::string_view text, std::size_t length);
 /// underscores; words longer than a line are broken anywhere.
 std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 
+/// `text` with `to` in the place of each `from`.
+std::string replaced(std::string text, std::string_view from, std::string_view to);
+
+/// `text` as one word of a shell.
+inline std::string shell_quoted(const std::string& text) {
+  return "'" + replaced(text, "'", "'\\''") + "'";
+}
+
 /// Parts of `text` between the separators; the whole text if it has none.
 std::vector<std::string> split(std::string_view text, std::string_view separator);
 

@@ -88,11 +88,7 @@ std::string shown(std::string text, int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const std::string safe = printable(word);
-    if (safe == word) continue;
-    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
-      text.replace(at, word.size(), safe);
-      at += safe.size();
-    }
+    if (safe != word) text = replaced(text, word, safe);
   }
   return printable_lines(text, most_said);
 }

@@ -41,10 +41,7 @@ std::string shell_word(const std::string& text) {
     return std::isalnum(c) ||
            std::string_view("_-+=.,:/%@").find(static_cast<char>(c)) != std::string_view::npos;
   });
-  if (plain) return text;
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
+  return plain ? text : shell_quoted(text);
 }
 
 /// All that the results depend on; not what only says which of them are made anew, or where.

@@ -291,20 +291,6 @@ class Engine {
   fs::path report_log_;
 };
 
-/// Quotes a text as one word of a shell.
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-/// Escapes "%" for sbatch, which replaces "%j" and the like in file names.
-std::string without_patterns(const std::string& path) {
-  std::string out;
-  for (const char c : path) out += c == '%' ? std::string("%%") : std::string(1, c);
-  return out;
-}
-
 }  // namespace
 
 SlurmOutcome run_on_slurm(const Experiment& experiment, const Cache& cache,
@@ -320,7 +306,8 @@ std::string slurm_script(const Experiment& experiment, const Cache& cache,
   const auto option = [&](const std::string& text) { out << "#SBATCH \"--" << text << "\"\n"; };
   out << "#!/bin/sh\n";
   option("job-name=ertbench-" + experiment.name + "-" + part);
-  option("output=" + without_patterns(list.parent_path().string() + "/" + list.stem().string()) +
+  // sbatch replaces "%j" and the like in file names.
+  option("output=" + replaced(list.parent_path().string() + "/" + list.stem().string(), "%", "%%") +
          ".%a.log");
   option("open-mode=append");
   // A failed node or preemption requeues an element; its finished units have records.
@@ -342,14 +329,15 @@ std::string slurm_script(const Experiment& experiment, const Cache& cache,
   if (!options.account.empty()) option("account=" + options.account);
   out << "#SBATCH \"--array=0-" << elements - 1;
   if (options.array_limit > 0) out << "%" << options.array_limit;
-  out << "\"\n\ncd " << quoted(fs::current_path().string()) << " &&\nexec "
-      << quoted(fs::read_symlink("/proc/self/exe").string()) << " element "
-      << quoted(experiment.file.string());
-  for (const std::string& one : experiment.overrides) out << " --set " << quoted(one);
-  out << " \\\n  --list " << quoted(list.string()) << " --element \"$SLURM_ARRAY_TASK_ID\" \\\n"
-      << "  --out " << quoted(fs::absolute(options.out).string()) << " --cache "
-      << quoted(fs::absolute(cache.folder()).string()) << " --reuse " << name_of(cache.reuse())
-      << " --threads " << options.threads << "\n";
+  out << "\"\n\ncd " << shell_quoted(fs::current_path().string()) << " &&\nexec "
+      << shell_quoted(fs::read_symlink("/proc/self/exe").string()) << " element "
+      << shell_quoted(experiment.file.string());
+  for (const std::string& one : experiment.overrides) out << " --set " << shell_quoted(one);
+  out << " \\\n  --list " << shell_quoted(list.string())
+      << " --element \"$SLURM_ARRAY_TASK_ID\" \\\n"
+      << "  --out " << shell_quoted(fs::absolute(options.out).string()) << " --cache "
+      << shell_quoted(fs::absolute(cache.folder()).string()) << " --reuse "
+      << name_of(cache.reuse()) << " --threads " << options.threads << "\n";
   return out.str();
 }
 

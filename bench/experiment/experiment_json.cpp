@@ -36,20 +36,6 @@ struct Override {
   }
 };
 
-/// Of a part of a JSON pointer: "~1" is "/", "~0" is "~".
-std::string unescaped(const std::string& part) {
-  std::string out;
-  for (std::size_t i = 0; i < part.size(); ++i) {
-    const bool escape = part[i] == '~' && i + 1 < part.size();
-    if (escape && (part[i + 1] == '0' || part[i + 1] == '1')) {
-      out += part[++i] == '0' ? '~' : '/';
-    } else {
-      out += part[i];
-    }
-  }
-  return out;
-}
-
 Override override_from(const std::string& text) {
   Override out;
   out.text = text;
@@ -59,8 +45,8 @@ Override override_from(const std::string& text) {
   }
   const std::string path = text.substr(0, equals);
   if (path[0] == '/') {
-    for (const std::string& part : split(path.substr(1), "/")) {
-      out.words.push_back(unescaped(part));
+    for (const std::string& part : split(path.substr(1), "/")) {  // with escapes of RFC 6901
+      out.words.push_back(replaced(replaced(part, "~1", "/"), "~0", "~"));
     }
   } else {
     out.words = split(path, ".");
@@ -123,7 +109,7 @@ json& member_of(json& object, const Override& one, std::size_t at) {
     one.fail(place_of(one, at) + " has no \"" + printable(word) + "\"" +
              (near.empty()
                   ? "; there are " +
-                        joined(known, ", ", [](const std::string& one) { return printable(one); })
+                        joined(known, ", ", [](const std::string& key) { return printable(key); })
                   : "; did you mean \"" + printable(near) + "\"?"));
   }
   json& made = object[word];

@@ -260,9 +260,7 @@ void name_seed(json& value, const std::string& seed) {
   if (value.is_structured()) {
     for (json& one : value) name_seed(one, seed);
   }
-  if (!value.is_string()) return;
-  auto& text = value.get_ref<std::string&>();
-  for (std::size_t at; (at = text.find("{seed}")) != text.npos;) text.replace(at, 6, seed);
+  if (value.is_string()) value = replaced(value.get<std::string>(), "{seed}", seed);
 }
 
 /// Why an entry of a type that nobody knows cannot be run: a library that could not say what types

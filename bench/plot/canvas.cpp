@@ -9,6 +9,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/process.h"
+#include "core/text.h"
 
 namespace ertbench {
 
