@@ -33,7 +33,7 @@ std::string status_text(const ResultRow& row) {
 /// Compares one row with its row of the baseline.
 class RowComparison {
  public:
-  /// `of_truth`: metrics of the true images of the same test set.
+  /// `of_truth`: metrics of the true images of the same test set; no values if they have none.
   RowComparison(const BaselineRow& before, const ResultRow& now, std::string name,
                 const CheckContext& context, const PerMetric<MetricSummary>& of_truth)
       : before_(before),
@@ -144,14 +144,6 @@ class RowComparison {
   PerMetric<MetricSummary> of_truth_;
   std::vector<CheckLine> lines_;
 };
-
-/// Metrics of the true images of a test set; no values if they were not scored.
-PerMetric<MetricSummary> truth_of(std::span<const ResultRow> rows, const std::string& dataset) {
-  for (const ResultRow& row : rows) {
-    if (row.type == "truth" && row.dataset == dataset) return row.metrics;
-  }
-  return {};
-}
 
 std::vector<Column> columns() {
   return {{"row", Align::left},    {"quantity", Align::left}, "old", "new", "notices",
@@ -285,7 +277,9 @@ std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultR
       lines.push_back({name(row), "row", "-", status_text(row), "", Verdict::missing});
       continue;
     }
-    RowComparison comparison(*before, row, name(row), context, truth_of(rows, row.dataset));
+    const ResultRow* truth = find_row(rows, "truth", row.dataset);
+    RowComparison comparison(*before, row, name(row), context,
+                             truth ? truth->metrics : PerMetric<MetricSummary>());
     const std::vector<CheckLine> of_row =
         comparison.lines(baseline.metrics, context.cpu == baseline.cpu);
     lines.insert(lines.end(), of_row.begin(), of_row.end());

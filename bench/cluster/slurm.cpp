@@ -111,7 +111,7 @@ class Planner {
       // Elements also check existing datasets.
       SlurmPart datasets{"datasets", {}, false};
       for (const DatasetSpec* spec : experiment_.datasets()) {
-        if (!live_.has("datasets", spec->name)) datasets.elements.push_back({spec->name});
+        if (!live_.contains({"datasets", spec->name})) datasets.elements.push_back({spec->name});
       }
       if (!datasets.elements.empty()) parts.insert(parts.begin(), std::move(datasets));
     }
@@ -148,7 +148,7 @@ class Planner {
     }
     for (const auto& [entry, of_entry] : jobs) {
       const std::string unit = by_entry ? entry->stem() : entry->label;
-      if (complete.count(unit) > 0 || live_.has(stage.name(), unit)) continue;
+      if (complete.contains(unit) || live_.contains({stage.name(), unit})) continue;
       if (units.empty() || units.back() != unit) units.push_back(unit);
     }
     return units;
@@ -158,7 +158,8 @@ class Planner {
   std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
     Units labels;
     for (const auto& row : experiment_.rows()) {
-      if (row.front().is_wanted(settings_.only) && !live_.has(stage.name(), row.front().label)) {
+      if (row.front().is_wanted(settings_.only) &&
+          !live_.contains({stage.name(), row.front().label})) {
         labels.push_back(row.front().label);
       }
     }

@@ -52,14 +52,8 @@ struct SlurmPart {
   bool exclusive = false;       ///< needs a node of its own
 };
 
-/// Units that wait or run already and are not planned again.
-struct LiveUnits {
-  std::set<std::pair<std::string, std::string>> units;  ///< part and unit
-
-  bool has(const std::string& part, const std::string& unit) const {
-    return units.count({part, unit}) > 0;
-  }
-};
+/// Part and unit of what waits or runs already and is not planned again.
+using LiveUnits = std::set<std::pair<std::string, std::string>>;
 
 struct SlurmPlanSettings {
   std::filesystem::path out;      ///< result folder
@@ -110,7 +104,6 @@ class Submissions {
 
   void add(Submission one);
   std::vector<long> jobs() const;
-  const std::vector<Submission>& all() const { return all_; }
   std::vector<long> jobs_of(const std::vector<std::string>& parts) const;
   const Submission* find(long job) const;
   /// The units of the tasks.
@@ -119,8 +112,6 @@ class Submissions {
   void keep(const std::vector<SlurmTask>& live);
 
  private:
-  void write() const;
-
   std::filesystem::path file_;
   std::vector<Submission> all_;
 };

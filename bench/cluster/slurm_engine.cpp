@@ -19,14 +19,12 @@ namespace ertbench {
 
 using nlohmann::json;
 
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Submission, job, part, elements)
+
 Submissions::Submissions(const std::filesystem::path& folder) : file_(folder / "submitted.json") {
   if (!std::filesystem::exists(file_)) return;
   try {
-    const json content = read_json_file(file_);
-    for (const json& one : content.at("submissions")) {
-      all_.push_back({one.at("job").get<long>(), one.at("part").get<std::string>(),
-                      one.at("elements").get<std::vector<Units>>()});
-    }
+    all_ = read_json_file(file_).at("submissions").get<std::vector<Submission>>();
   } catch (const std::exception& error) {
     throw InputError(file_.string() + ": cannot be read (" + error.what() +
                      "); end the experiment's jobs (scancel) and remove the file");
@@ -35,15 +33,7 @@ Submissions::Submissions(const std::filesystem::path& folder) : file_(folder / "
 
 void Submissions::add(Submission one) {
   all_.push_back(std::move(one));
-  write();
-}
-
-void Submissions::write() const {
-  json list = json::array();
-  for (const Submission& one : all_) {
-    list.push_back({{"job", one.job}, {"part", one.part}, {"elements", one.elements}});
-  }
-  write_file_atomically(file_, json_text(json{{"schema", 1}, {"submissions", list}}));
+  write_file_atomically(file_, json_text(json{{"schema", 1}, {"submissions", all_}}));
 }
 
 std::vector<long> Submissions::jobs() const { return distinct(all_, &Submission::job); }
@@ -68,7 +58,7 @@ LiveUnits Submissions::units_of(const std::vector<SlurmTask>& tasks) const {
     if (!one) continue;
     const auto element = static_cast<std::size_t>(task.element.value_or(0));
     if (element >= one->elements.size()) continue;
-    for (const std::string& unit : one->elements[element]) live.units.emplace(one->part, unit);
+    for (const std::string& unit : one->elements[element]) live.emplace(one->part, unit);
   }
   return live;
 }
@@ -114,8 +104,7 @@ class Engine {
   /// Plans what is missing and neither waits nor runs. Jobs that wait for units submitted again are
   /// cancelled and planned with the rest.
   std::vector<SlurmPart> plan() {
-    live_ = options_.dry_run && submissions_.all().empty() ? std::vector<SlurmTask>()
-                                                           : live_tasks(submissions_.jobs());
+    live_ = live_tasks(submissions_.jobs());
     submissions_.keep(live_);
     const SlurmPlanSettings settings{options_.out, options_.only, most_elements()};
     std::vector<SlurmTask> kept = live_;

@@ -140,10 +140,7 @@ void compare_with_limits(const std::filesystem::path& folder, std::span<const Sc
 }
 
 const ResultRow* limit_of(std::span<const ResultRow> rows, const std::string& dataset) {
-  for (const ResultRow& row : rows) {
-    if (row.type == limit_oracle && row.dataset == dataset) return &row;
-  }
-  return nullptr;
+  return find_row(rows, limit_oracle, dataset);
 }
 
 }  // namespace ertbench

@@ -31,10 +31,6 @@ namespace {
 
 using nlohmann::json;
 
-double steady_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 /// The first line of /proc/stat: user, nice, system, idle, iowait, irq, softirq and steal, in ticks
 /// (proc(5)). Time that another guest of the same host stole disturbs as much.
 double machine_busy_s() {
@@ -54,9 +50,14 @@ double seconds_of(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-double process_s() {
+rusage own_usage() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+double process_s() {
+  const rusage usage = own_usage();
   return seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
 }
 
@@ -167,12 +168,6 @@ class TimedSet {
   Eigen::RowVectorXd reference_;  ///< [channels] V
 };
 
-double peak_rss_mb() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
 /// What the programs that solvers run in hold at this moment, beside our own memory. Each has a
 /// supervisor, a copy of ours that does not count.
 double programs_rss_mb() {
@@ -236,7 +231,7 @@ class TimingStage final : public Stage {
       }
     }
     record["place"] = to_json(TimingPlace{cpu_name(), host_name(), load.others_cores()});
-    record["peak_rss_mb"] = peak_rss_mb() + programs_rss_mb();
+    record["peak_rss_mb"] = static_cast<double>(own_usage().ru_maxrss) / 1024 + programs_rss_mb();
     return record;
   }
   void check(const Experiment&, const json& record) const override {
@@ -286,18 +281,17 @@ int usable_cores() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-MachineLoad::MachineLoad() : busy_s_(machine_busy_s()), own_s_(process_s()), start_s_(steady_s()) {}
+MachineLoad::MachineLoad() : busy_s_(machine_busy_s()), own_s_(process_s()), start_(Clock::now()) {}
 
 double MachineLoad::others_cores() const {
   constexpr double least_s = 0.1;  // ten ticks: less time does not resolve a tenth of a core
-  const double elapsed = steady_s() - start_s_;
+  const double elapsed = seconds_since(start_);
   if (elapsed < least_s) return 0;
   const double others = machine_busy_s() - busy_s_ - (process_s() - own_s_);
   return std::max(0.0, others / elapsed);
 }
 
 double calibration_us() {
-  using Clock = std::chrono::steady_clock;
   constexpr int warm_up = 200;
   constexpr int measured = 1001;
   const Eigen::MatrixXd matrix = Eigen::MatrixXd::Constant(576, 104, 1.0 / 104);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bench/run/stage.h"
+#include "core/seconds.h"
 
 namespace ertbench {
 
@@ -18,9 +19,9 @@ class MachineLoad {
   double others_cores() const;
 
  private:
-  double busy_s_;   ///< of all cores together, since the machine was started
-  double own_s_;    ///< of this process
-  double start_s_;  ///< steady clock
+  double busy_s_;  ///< of all cores together, since the machine was started
+  double own_s_;   ///< of this process
+  SteadyClock::time_point start_;
 };
 
 /// Time of a fixed piece of work on one thread, the product of a 576 x 104 matrix and a vector in

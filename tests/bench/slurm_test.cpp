@@ -90,10 +90,10 @@ TEST_F(SlurmPlanOf, TooManyUnitsShareElementsAndNoneIsLost) {
 TEST_F(SlurmPlanOf, WhatWaitsOrRunsIsNotPlanned) {
   const Experiment experiment = read({{"timing", {{"enabled", false}}}});
   LiveUnits live;
-  live.units.emplace("accuracy", experiment.solvers[0].stem());
+  live.emplace("accuracy", experiment.solvers[0].stem());
   const std::vector<SlurmPart> parts = plan(experiment, live);
   EXPECT_EQ(parts.at(1).elements.size(), experiment.solvers.size() - 1);
-  for (const SolverEntry& entry : experiment.solvers) live.units.emplace("accuracy", entry.stem());
+  for (const SolverEntry& entry : experiment.solvers) live.emplace("accuracy", entry.stem());
   const std::vector<SlurmPart> rest = plan(experiment, live);
   ASSERT_EQ(rest.size(), 1u);
   EXPECT_EQ(rest[0].name, "report");
@@ -126,8 +126,8 @@ TEST(Slurm, SubmissionsAreKeptForTheNextCommand) {
   EXPECT_EQ(next.jobs(), (std::vector<long>{12, 13}));
   EXPECT_EQ(next.jobs_of({"report"}), std::vector<long>{13});
   const LiveUnits live = next.units_of({{12, 0, "RUNNING", "node1"}, {99, 1, "RUNNING", "node1"}});
-  EXPECT_TRUE(live.has("accuracy", "a") && live.has("accuracy", "b"));
-  EXPECT_FALSE(live.has("accuracy", "c"));
+  EXPECT_TRUE(live.contains({"accuracy", "a"}) && live.contains({"accuracy", "b"}));
+  EXPECT_FALSE(live.contains({"accuracy", "c"}));
   next.keep({{13, std::nullopt, "PENDING", ""}});
   EXPECT_EQ(next.jobs(), std::vector<long>{13});
   write_text(folder / "submitted.json", "{}");
