@@ -1,7 +1,6 @@
 #include "bench/check/stored_images.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "bench/record/result_row.h"
 #include "bench/score/metrics.h"

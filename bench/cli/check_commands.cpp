@@ -9,7 +9,6 @@
 #include "bench/run/runner.h"
 #include "bench/run/timing_stage.h"
 #include "bench/speed/timing.h"
-#include "bench/table/table.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {

@@ -15,7 +15,6 @@
 #include "bench/record/limit_file.h"
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
-#include "bench/run/results.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/files.h"
