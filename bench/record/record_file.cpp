@@ -153,17 +153,13 @@ ProgressFile::ProgressFile(fs::path file) : file_(std::move(file)) {}
 ProgressFile::~ProgressFile() { remove_progress(file_); }
 
 void ProgressFile::update(std::uint64_t done, std::uint64_t total, const std::string& text) {
-  const Clock::time_point now = Clock::now();
-  const auto seconds_since = [&](Clock::time_point then) {
-    return std::chrono::duration<double>(now - then).count();
-  };
   if (!start_) {
-    start_ = now;
+    start_ = SteadyClock::now();
     first_done_ = done;
   } else if (seconds_since(last_) < pause_s) {
     return;
   }
-  last_ = now;
+  last_ = SteadyClock::now();
   double left = 0;
   if (done > first_done_ && done < total) {
     left = std::min(longest_s, seconds_since(*start_) * static_cast<double>(total - done) /

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -12,6 +11,7 @@
 #include "bench/record/result_row.h"
 #include "core/build_stamp.h"
 #include "core/json.h"
+#include "core/seconds.h"
 
 namespace ertbench {
 
@@ -67,12 +67,10 @@ class ProgressFile {
   void update(std::uint64_t done, std::uint64_t total, const std::string& text);
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   std::filesystem::path file_;
-  std::optional<Clock::time_point> start_;  ///< of the first update
-  std::uint64_t first_done_ = 0;            ///< then; a fit may go on where it stopped
-  Clock::time_point last_;
+  std::optional<SteadyClock::time_point> start_;  ///< of the first update
+  std::uint64_t first_done_ = 0;                  ///< then; a fit may go on where it stopped
+  SteadyClock::time_point last_;
 };
 
 /// Removes the file of a trial that could not do so itself, as it crashed or was killed.

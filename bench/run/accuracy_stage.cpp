@@ -185,13 +185,6 @@ AccuracyRecord record_from(const Experiment& experiment, const json& record,
                                    experiment.sensor.pixels(), source);
 }
 
-/// Test set by test set, each beginning with its truth.
-void sort_by_dataset(const Experiment& experiment, std::vector<ResultRow>& rows) {
-  const auto place = [&](const ResultRow& row) { return experiment.find_dataset(row.dataset); };
-  std::ranges::stable_sort(
-      rows, [&](const ResultRow& a, const ResultRow& b) { return place(a) < place(b); });
-}
-
 TrainingSource training_source(const Experiment& experiment, const Cache& cache,
                                const SolverEntry& entry, const AccuracyRecord& accuracy) {
   return {entry.stem(), entry.seed ? "seed " + std::to_string(*entry.seed) : "",
@@ -310,7 +303,10 @@ class AccuracyStage final : public Stage {
       const std::vector<ResultRow> rows = rows_of(experiment.tests, trials);
       results.rows.insert(results.rows.end(), rows.begin(), rows.end());
     }
-    sort_by_dataset(experiment, results.rows);
+    // Test set by test set, each beginning with its truth.
+    std::ranges::stable_sort(results.rows, {}, [&](const ResultRow& row) {
+      return experiment.find_dataset(row.dataset);
+    });
   }
   void forget(const Experiment& experiment, const Cache& cache, const Job& job) const override {
     forget_fitted_solver(fit_recipe(experiment, *job.entry), cache);

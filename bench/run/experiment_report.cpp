@@ -36,22 +36,10 @@ std::string measured_description(const DatasetSpec& spec) {
 }
 
 ReportSection results_section(TableSection table) {
-  ReportSection section;
-  section.title = "Results: " + table.caption;
-  section.text = table.text;
-  section.notes = table.notes;
+  ReportSection section{
+      .title = "Results: " + table.caption, .text = table.text, .notes = table.notes};
   table.caption = "Test set " + table.caption;
   section.tables = {std::move(table)};
-  return section;
-}
-
-ReportSection reading_section(const std::vector<std::string>& legend) {
-  ReportSection section;
-  section.title = "How to read the tables";
-  section.text =
-      "Beside this page: the same tables as table.md, table.csv (all digits) and table.tex; "
-      "summary.json with the parameters in use and the medians; a record of every frame.";
-  section.notes = legend;
   return section;
 }
 
@@ -59,8 +47,7 @@ ReportSection reading_section(const std::vector<std::string>& legend) {
 std::vector<ReportSection> chart_sections(const Experiment& experiment,
                                           const std::vector<ResultRow>& rows,
                                           const std::filesystem::path& folder) {
-  ReportSection shared;
-  shared.title = "Charts";
+  ReportSection shared{.title = "Charts"};
   std::vector<ReportSection> sections;
   for (const auto& chart : experiment.charts) {
     const ReportFigure figure{chart->name(), folder / (chart->name() + ".svg"), chart->caption()};
@@ -68,35 +55,14 @@ std::vector<ReportSection> chart_sections(const Experiment& experiment,
       shared.figures.push_back(figure);
       continue;
     }
-    ReportSection own;
-    own.title = chart->section();
     Table table = chart->table(rows);
-    own.text = std::move(table.text);
-    own.tables = std::move(table.sections);
-    own.figures = {figure};
-    sections.push_back(own);
+    sections.push_back({.title = chart->section(),
+                        .text = std::move(table.text),
+                        .figures = {figure},
+                        .tables = std::move(table.sections)});
   }
   if (!shared.figures.empty()) sections.insert(sections.begin(), shared);
   return sections;
-}
-
-ReportSection reconstructions_section(const Experiment& experiment,
-                                      const std::filesystem::path& folder) {
-  ReportSection section;
-  section.title = "Reconstructions";
-  section.figures = {{"True images and reconstructions", folder / "reconstructions.svg",
-                      "scenes of the test set " + experiment.tests.front().name +
-                          ", below each image its relative error of δσ"}};
-  return section;
-}
-
-ReportSection training_section(const std::vector<ReportFigure>& curves) {
-  ReportSection section;
-  section.title = "Training curves";
-  section.text = "All values of each epoch are in training/, a CSV file for each training run.";
-  section.collapsed = true;
-  section.figures = curves;
-  return section;
 }
 
 std::string value_text(const json& value) {
@@ -137,8 +103,6 @@ std::string recipes_text(const json& datasets) {
 std::vector<ReportSection> provenance_sections(const Experiment& experiment,
                                                const std::vector<ResultRow>& rows,
                                                const json& provenance) {
-  ReportSection origin;
-  origin.title = "Provenance";
   TableSection table;
   table.caption = "What the numbers were made with";
   table.columns = {{"what", Align::left}, {"value", Align::left}};
@@ -148,12 +112,10 @@ std::vector<ReportSection> provenance_sections(const Experiment& experiment,
     const std::string trained = training_seeds(rows, experiment.tests.front().name);
     if (key == "seeds" && !trained.empty()) table.rows.push_back({"seeds of training", trained});
   }
-  origin.tables = {table};
-  ReportSection recipes;
-  recipes.title = "Recipes of the datasets";
-  recipes.code = recipes_text(provenance.at("datasets"));
-  recipes.collapsed = true;
-  return {origin, recipes};
+  return {{.title = "Provenance", .tables = {table}},
+          {.title = "Recipes of the datasets",
+           .code = recipes_text(provenance.at("datasets")),
+           .collapsed = true}};
 }
 
 }  // namespace
@@ -199,16 +161,27 @@ Report report_of(const Experiment& experiment, const std::vector<ResultRow>& row
   };
   const Table results = result_table(rows, text);
   for (const TableSection& table : results.sections) append({results_section(table)});
-  append({reading_section(results.legend)});
+  append({{.title = "How to read the tables",
+           .text = "Beside this page: the same tables as table.md, table.csv (all digits) and "
+                   "table.tex; summary.json with the parameters in use and the medians; a record "
+                   "of every frame.",
+           .notes = results.legend}});
   append(ladders);
   append(chart_sections(experiment, rows, folder));
-  if (!experiment.figure_scenes.empty()) append({reconstructions_section(experiment, folder)});
-  if (!training_curves.empty()) append({training_section(training_curves)});
+  if (!experiment.figure_scenes.empty()) {
+    append({{.title = "Reconstructions",
+             .figures = {{"True images and reconstructions", folder / "reconstructions.svg",
+                          "scenes of the test set " + experiment.tests.front().name +
+                              ", below each image its relative error of δσ"}}}});
+  }
+  if (!training_curves.empty()) {
+    append({{.title = "Training curves",
+             .text = "All values of each epoch are in training/, a CSV file for each training run.",
+             .figures = training_curves,
+             .collapsed = true}});
+  }
   append(provenance_sections(experiment, rows, provenance));
-  ReportSection again;
-  again.title = "To make it again";
-  again.code = text.command;
-  append({again});
+  append({{.title = "To make it again", .code = text.command}});
   return report;
 }
 

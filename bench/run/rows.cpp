@@ -148,21 +148,25 @@ std::optional<PerMetric<MetricSummary>> validation_of(std::span<const ScoredTria
   return combine_seeds(results).metrics;
 }
 
-/// The scored frames of one test set.
-struct References {
-  std::vector<FrameMetrics> truth;
-  std::vector<FrameMetrics> untouched;
-  Truth known;
-};
+ResultRow row_of(const std::string& label, const DatasetSpec& test,
+                 const std::vector<FrameMetrics>& frames, const Truth& known) {
+  ResultRow row;
+  row.label = row.type = label;
+  row.dataset = test.name;
+  row.frames = static_cast<int>(frames.size());
+  row.metrics = summarise(frames, known);
+  return row;
+}
 
-References score_references(const Sensor& sensor, const DatasetFile& set,
-                            const ContactSettings& settings) {
-  References out;
-  out.known = set.truth();
+/// Both rows of one test set that need no solver.
+void add_reference_rows(const Sensor& sensor, const DatasetSpec& test, const DatasetFile& set,
+                        const ContactSettings& settings, std::vector<ResultRow>& rows) {
   const ContactDistances distances = settings.distances(sensor);
   const ContactRule rule = settings.rule();
   ContactReader reader(sensor);
   std::vector<FoundContact> found;
+  std::vector<FrameMetrics> truth;
+  std::vector<FrameMetrics> untouched;
   const Eigen::RowVectorXd nothing = Eigen::RowVectorXd::Zero(sensor.pixels());
   constexpr std::uint64_t block = 256;
   for (std::uint64_t first = 0; first < set.size(); first += block) {
@@ -173,21 +177,12 @@ References score_references(const Sensor& sensor, const DatasetFile& set,
       const Eigen::RowVectorXd image = images.row(static_cast<Eigen::Index>(i));
       const Eigen::RowVectorXd change = image.array() - sensor.background;
       reader.read(rule, change, found);
-      out.truth.push_back(frame_metrics(sensor, image, change, scenes[i], {found, distances}));
-      out.untouched.push_back(frame_metrics(sensor, image, nothing, scenes[i], {{}, distances}));
+      truth.push_back(frame_metrics(sensor, image, change, scenes[i], {found, distances}));
+      untouched.push_back(frame_metrics(sensor, image, nothing, scenes[i], {{}, distances}));
     }
   }
-  return out;
-}
-
-ResultRow row_of(const std::string& label, const DatasetSpec& test,
-                 const std::vector<FrameMetrics>& frames, const Truth& known) {
-  ResultRow row;
-  row.label = row.type = label;
-  row.dataset = test.name;
-  row.frames = static_cast<int>(frames.size());
-  row.metrics = summarise(frames, known);
-  return row;
+  rows.push_back(row_of("truth", test, truth, set.truth()));
+  rows.push_back(row_of("no-contact", test, untouched, set.truth()));
 }
 
 }  // namespace
@@ -270,9 +265,7 @@ std::vector<ResultRow> reference_rows(const Sensor& sensor, std::span<const Data
                                       const ContactSettings& contacts, const Cache& cache) {
   std::vector<ResultRow> rows;
   for (const DatasetSpec& test : tests) {
-    const References references = score_references(sensor, cache.open_dataset(test), contacts);
-    rows.push_back(row_of("truth", test, references.truth, references.known));
-    rows.push_back(row_of("no-contact", test, references.untouched, references.known));
+    add_reference_rows(sensor, test, cache.open_dataset(test), contacts, rows);
   }
   return rows;
 }
