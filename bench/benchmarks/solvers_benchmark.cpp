@@ -92,16 +92,12 @@ std::unique_ptr<Solver> make(const std::string& name) {
 }
 
 /// Size of a linear solver's matrix, with a column for each reciprocal pair of channels, or of its
-/// two factors of rank `rank` if these are smaller.
-std::int64_t matrix_numbers(std::int64_t rank) {
+/// two factors of its rank if these are smaller.
+std::int64_t matrix_numbers(const std::string& name) {
   const Sensor sensor;
   const std::int64_t pairs = sensor.channels() / 2;
+  const std::int64_t rank = specs().at(name).value("rank", pairs);
   return std::min(sensor.pixels() * pairs, rank * (sensor.pixels() + pairs));
-}
-
-std::int64_t matrix_numbers(const std::string& name) {
-  const json& spec = specs().at(name);
-  return matrix_numbers(spec.value("rank", Sensor{}.channels() / 2));
 }
 
 std::int64_t matrix_bytes(const std::string& name) {

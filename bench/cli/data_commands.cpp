@@ -49,14 +49,14 @@ ExitCode generate(const GenerateArguments& arguments) {
     }
     return done;
   }
-  std::vector<std::string> names;
-  for (const DatasetSpec* spec : experiment.datasets()) names.push_back(spec->name);
+  const std::vector<const DatasetSpec*> sets = experiment.datasets();
   std::string name = arguments.dataset;
-  if (name.empty() && names.size() == 1) name = names.front();
+  if (name.empty() && sets.size() == 1) name = sets.front()->name;
   const DatasetSpec* spec = experiment.find_dataset(name);
   if (!spec) {
     throw InputError("--dataset: must name one of the datasets of " + arguments.experiment + ": " +
-                     joined(names) + (name.empty() ? "" : "; got \"" + printable(name) + "\""));
+                     joined(sets, ", ", &DatasetSpec::name) +
+                     (name.empty() ? "" : "; got \"" + printable(name) + "\""));
   }
   const std::filesystem::path file =
       arguments.out.empty() ? cache.dataset(*spec) : std::filesystem::path(arguments.out);

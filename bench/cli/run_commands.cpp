@@ -69,8 +69,7 @@ std::string command_again(const RunArguments& arguments) {
 
 /// Throws InputError for a label of --only that no row and no sweep has.
 void require_labels(const RunArguments& arguments, const Experiment& experiment) {
-  std::vector<std::string> labels;
-  for (const auto& trials : experiment.rows()) labels.push_back(trials.front().label);
+  const std::vector<std::string> labels = distinct(experiment.solvers, &SolverEntry::label);
   for (const std::string& label : arguments.options.only) {
     const bool known = std::ranges::any_of(
         experiment.solvers, [&](const SolverEntry& entry) { return entry.is_named(label); });

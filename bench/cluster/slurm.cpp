@@ -88,30 +88,31 @@ std::vector<Units> elements_of(const Units& units, std::size_t most) {
   return elements;
 }
 
-class Planner {
- public:
-  Planner(const Experiment& experiment, const Cache& cache, const LiveUnits& live,
-          const SlurmPlanSettings& settings)
-      : experiment_(experiment), cache_(cache), live_(live), settings_(settings) {}
+/// See slurm_plan.
+struct Planner {
+  const Experiment& experiment;
+  const Cache& cache;
+  const LiveUnits& live;
+  const SlurmPlanSettings& settings;
 
   std::vector<SlurmPart> plan() {
     std::vector<SlurmPart> parts;
-    for (const auto& stage : stages_of_run(experiment_, Machines::any)) {
+    for (const auto& stage : stages_of_run(experiment, Machines::any)) {
       const Units units = missing_units(*stage);
       if (units.empty()) continue;
       const bool alone = stage->wants_machine_alone();
       parts.push_back({stage->name(),
                        alone
                            ? elements_of_labels(*stage, units)
-                           : elements_of(units, static_cast<std::size_t>(settings_.most_elements)),
+                           : elements_of(units, static_cast<std::size_t>(settings.most_elements)),
                        alone});
     }
     if (!parts.empty()) {
       // One element each, since the training set may take a thousand times as long as the others.
       // Elements also check existing datasets.
       SlurmPart datasets{"datasets", {}, false};
-      for (const DatasetSpec* spec : experiment_.datasets()) {
-        if (!live_.contains({"datasets", spec->name})) datasets.elements.push_back({spec->name});
+      for (const DatasetSpec* spec : experiment.datasets()) {
+        if (!live.contains({"datasets", spec->name})) datasets.elements.push_back({spec->name});
       }
       if (!datasets.elements.empty()) parts.insert(parts.begin(), std::move(datasets));
     }
@@ -119,22 +120,16 @@ class Planner {
     return parts;
   }
 
- private:
-  bool has_records(const JobRecords& records, const std::vector<Job>& jobs) const {
-    return std::ranges::all_of(
-        jobs, [&](const Job& job) { return static_cast<bool>(records.find(job).record); });
-  }
-
   /// Units of a stage: entries for accuracy; for other stages, which use the first scored entry of
   /// a label, the labels for which no entry has all records.
   Units missing_units(const Stage& stage) const {
-    if (stage.name() == "timing" && !experiment_.timing.enabled) return {};
-    if (stage.name() == "ladders" && !experiment_.ladders) return {};
+    if (stage.name() == "timing" && !experiment.timing.enabled) return {};
+    if (stage.name() == "ladders" && !experiment.ladders) return {};
     const bool by_entry = stage.name() == "accuracy";
-    const JobRecords records(stage, experiment_, settings_.out, cache_.reuse());
+    const JobRecords records(stage, experiment, settings.out, cache.reuse());
     std::vector<std::pair<const SolverEntry*, std::vector<Job>>> jobs;
-    for (const Job& job : stage.jobs(experiment_)) {
-      if (!job.entry || !job.entry->is_wanted(settings_.only)) continue;
+    for (const Job& job : stage.jobs(experiment)) {
+      if (!job.entry || !job.entry->is_wanted(settings.only)) continue;
       const auto found =
           std::ranges::find_if(jobs, [&](const auto& one) { return one.first == job.entry; });
       (found == jobs.end() ? jobs.emplace_back(job.entry, std::vector<Job>()) : *found)
@@ -144,11 +139,13 @@ class Planner {
     std::set<std::string> complete;
     for (const auto& [entry, of_entry] : jobs) {
       const std::string unit = by_entry ? entry->stem() : entry->label;
-      if (has_records(records, of_entry)) complete.insert(unit);
+      const bool all = std::ranges::all_of(
+          of_entry, [&](const Job& job) { return static_cast<bool>(records.find(job).record); });
+      if (all) complete.insert(unit);
     }
     for (const auto& [entry, of_entry] : jobs) {
       const std::string unit = by_entry ? entry->stem() : entry->label;
-      if (complete.contains(unit) || live_.contains({stage.name(), unit})) continue;
+      if (complete.contains(unit) || live.contains({stage.name(), unit})) continue;
       if (units.empty() || units.back() != unit) units.push_back(unit);
     }
     return units;
@@ -157,13 +154,13 @@ class Planner {
   /// Blocks of labels timed together, if one of them lacks a record.
   std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
     Units labels;
-    for (const auto& row : experiment_.rows()) {
-      if (row.front().is_wanted(settings_.only) &&
-          !live_.contains({stage.name(), row.front().label})) {
+    for (const auto& row : experiment.rows()) {
+      if (row.front().is_wanted(settings.only) &&
+          !live.contains({stage.name(), row.front().label})) {
         labels.push_back(row.front().label);
       }
     }
-    const std::size_t most = static_cast<std::size_t>(settings_.most_elements);
+    const std::size_t most = static_cast<std::size_t>(settings.most_elements);
     const std::size_t blocks =
         std::min(most, (labels.size() + most_timed_together - 1) / most_timed_together);
     std::vector<Units> elements = elements_of(labels, std::max<std::size_t>(1, blocks));
@@ -173,11 +170,6 @@ class Planner {
     });
     return elements;
   }
-
-  const Experiment& experiment_;
-  const Cache& cache_;
-  const LiveUnits& live_;
-  const SlurmPlanSettings& settings_;
 };
 
 /// Ending of the file in which an element notes a failure.
@@ -306,7 +298,7 @@ int most_elements() {
 
 std::vector<SlurmPart> slurm_plan(const Experiment& experiment, const Cache& cache,
                                   const LiveUnits& live, const SlurmPlanSettings& settings) {
-  return Planner(experiment, cache, live, settings).plan();
+  return Planner{experiment, cache, live, settings}.plan();
 }
 
 Experiment restricted_to(const Experiment& experiment, const Units& units) {

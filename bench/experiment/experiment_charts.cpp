@@ -19,14 +19,13 @@ using nlohmann::json;
 std::vector<std::string> labels_of(const Experiment& experiment, const std::string& name) {
   std::vector<std::string> out;
   for (const auto& trials : experiment.rows()) {
-    const SolverEntry& entry = trials.front();
-    if (entry.is_named(name)) out.push_back(entry.label);
+    if (trials.front().is_named(name)) out.push_back(trials.front().label);
   }
   return out;
 }
 
-std::string all_labels(const Experiment& experiment) {
-  return joined(experiment.rows(), ", ", [](const auto& trials) { return trials.front().label; });
+std::vector<std::string> all_labels(const Experiment& experiment) {
+  return distinct(experiment.solvers, &SolverEntry::label);
 }
 
 const ChartType& read_type(JsonObject& object, const ChartTypes& types) {
@@ -49,11 +48,8 @@ ChartPlace read_place(JsonObject& object, const Experiment& experiment) {
 }  // namespace
 
 std::vector<std::string> read_row_labels(JsonObject& object, const Experiment& experiment) {
+  if (!object.has("solvers")) return all_labels(experiment);
   std::vector<std::string> out;
-  if (!object.has("solvers")) {
-    for (const auto& trials : experiment.rows()) out.push_back(trials.front().label);
-    return out;
-  }
   const json& names = object.raw("solvers");
   if (!names.is_array() || names.empty()) object.fail("solvers", "must be a list of labels");
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -64,7 +60,7 @@ std::vector<std::string> read_row_labels(JsonObject& object, const Experiment& e
     const std::vector<std::string> labels = labels_of(experiment, name);
     if (labels.empty()) {
       place.fail(key, "no solver is labelled \"" + printable(name) + "\"; there are " +
-                          all_labels(experiment));
+                          joined(all_labels(experiment)));
     }
     for (const std::string& label : labels) {
       if (std::ranges::find(out, label) != out.end()) {

@@ -63,12 +63,6 @@ Override override_from(const std::string& text) {
   return out;
 }
 
-std::vector<std::string> keys_of(const json& object) {
-  std::vector<std::string> keys;
-  for (const auto& [key, unused] : object.items()) keys.push_back(key);
-  return keys;
-}
-
 /// The place of the words before `count`, as it is written: "datasets.test".
 std::string place_of(const Override& one, std::size_t count) {
   std::string out;
@@ -102,7 +96,7 @@ bool may_be_new(const Override& one, std::size_t at) {
 json& member_of(json& object, const Override& one, std::size_t at) {
   const std::string& word = one.words[at];
   if (object.contains(word)) return object[word];
-  const std::vector<std::string> known = keys_of(object);
+  const std::vector<std::string> known = JsonObject(object, "", "").keys();
   const std::string near = nearest_word(word, known);
   // A key that is nearly another is a slip; whether any other one is a setting the reader knows.
   if (!may_be_new(one, at) || (at == 0 && !near.empty())) {
