@@ -22,6 +22,8 @@ std::string fixed(double value, int decimals);
 
 /// Six significant digits: "0.05", "1e+06".
 std::string number_text(double value);
+/// The same with so many significant digits.
+std::string with_digits(double value, int digits);
 
 /// Three significant digits: "0.0123", "5.40", "1230".
 std::string three_digits(double value);

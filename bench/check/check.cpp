@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 
@@ -84,8 +83,8 @@ class RowComparison {
       const Verdict verdict = !values.empty() ? Verdict::worse
                               : now           ? Verdict::missing
                                               : Verdict::ok;
-      add(name_of(metric), values.empty() ? "-" : with_digits(centre_of(values)),
-          now ? with_digits(*now) : "-", "", verdict);
+      add(name_of(metric), values.empty() ? "-" : with_digits(centre_of(values), 5),
+          now ? with_digits(*now, 5) : "-", "", verdict);
       return;
     }
     TodaysMean today{*now, {}};
@@ -99,8 +98,9 @@ class RowComparison {
                           distance(metric, *now) < distance(metric, before);
       verdict = better ? Verdict::better : Verdict::worse;
     }
-    const auto texts = verdict == Verdict::ok ? std::pair(with_digits(before), with_digits(*now))
-                                              : distinct_texts(before, *now);
+    const auto texts = verdict == Verdict::ok
+                           ? std::pair(with_digits(before, 5), with_digits(*now, 5))
+                           : distinct_texts(before, *now);
     add(name_of(metric), texts.first, texts.second,
         text_of({before_.label, before_.dataset, metric, before_.tolerance.type, before, allowed}),
         verdict);
@@ -184,12 +184,6 @@ std::vector<Cell> summary_of(std::span<const CheckLine> row) {
 }
 
 }  // namespace
-
-std::string with_digits(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
 
 std::optional<double> Noticeable::share() const {
   const MetricEntry& entry = entry_of(metric);

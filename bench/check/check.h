@@ -62,7 +62,6 @@ std::vector<Noticeable> beyond_limits(std::span<const Noticeable> all);
 std::optional<int> seeds_that_would_do(std::span<const Noticeable> coarse, int seeds, int trainings,
                                        int most);
 
-std::string with_digits(double value, int digits = 5);  ///< significant ones
 /// "0.021 (5.9 %)", or "0.021" without a share.
 std::string text_of(const Noticeable& one);
 

@@ -12,6 +12,7 @@
 #include "core/hdf5_file.h"
 #include "core/json.h"
 #include "core/process.h"
+#include "core/text.h"
 #include "solvers/registry/registry.h"
 
 namespace ertbench {

@@ -1,7 +1,6 @@
 #include "bench/experiment/experiment_solvers.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <iterator>
 #include <limits>
@@ -126,11 +125,11 @@ constexpr std::size_t most_parameters = 2;
 constexpr std::size_t most_values = 50;
 
 /// The shortest of "0.001", "1e-07", ... that reads back as the same number.
-std::string number_text(double value) {
-  char text[64];
+std::string shortest_text(double value) {
+  std::string text;
   for (int digits = 6; digits <= 17; ++digits) {
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    if (std::strtod(text, nullptr) == value) break;
+    text = with_digits(value, digits);
+    if (std::strtod(text.c_str(), nullptr) == value) break;
   }
   return text;
 }
@@ -143,7 +142,7 @@ std::string label_words(const json& value) {
     for (const json& one : value) text += (text.empty() ? "" : "-") + label_words(one);
     return text;
   }
-  return number_text(value.get<double>());
+  return shortest_text(value.get<double>());
 }
 
 void check_parameter(const JsonObject& sweep, const std::string& name, const JsonObject& entry,

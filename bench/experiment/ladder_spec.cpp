@@ -1,7 +1,6 @@
 #include "bench/experiment/ladder_spec.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -20,11 +19,7 @@ namespace {
 using nlohmann::json;
 
 std::string level_words(const json& value) {
-  if (value.is_number()) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.5g", value.get<double>());
-    return text;
-  }
+  if (value.is_number()) return with_digits(value.get<double>(), 5);
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array()) return json_text(value);
   return joined(value, ", ", level_words);
