@@ -93,7 +93,8 @@ struct Planner {
   const Experiment& experiment;
   const Cache& cache;
   const LiveUnits& live;
-  const SlurmPlanSettings& settings;
+  const SlurmOptions& options;
+  std::size_t most;  ///< elements of an array
 
   std::vector<SlurmPart> plan() {
     std::vector<SlurmPart> parts;
@@ -102,9 +103,7 @@ struct Planner {
       if (units.empty()) continue;
       const bool alone = stage->wants_machine_alone();
       parts.push_back({stage->name(),
-                       alone
-                           ? elements_of_labels(*stage, units)
-                           : elements_of(units, static_cast<std::size_t>(settings.most_elements)),
+                       alone ? elements_of_labels(*stage, units) : elements_of(units, most),
                        alone});
     }
     if (!parts.empty()) {
@@ -126,10 +125,10 @@ struct Planner {
     if (stage.name() == "timing" && !experiment.timing.enabled) return {};
     if (stage.name() == "ladders" && !experiment.ladders) return {};
     const bool by_entry = stage.name() == "accuracy";
-    const JobRecords records(stage, experiment, settings.out, cache.reuse());
+    const JobRecords records(stage, experiment, options.out, cache.reuse());
     std::vector<std::pair<const SolverEntry*, std::vector<Job>>> jobs;
     for (const Job& job : stage.jobs(experiment)) {
-      if (!job.entry || !job.entry->is_wanted(settings.only)) continue;
+      if (!job.entry || !job.entry->is_wanted(options.only)) continue;
       const auto found =
           std::ranges::find_if(jobs, [&](const auto& one) { return one.first == job.entry; });
       (found == jobs.end() ? jobs.emplace_back(job.entry, std::vector<Job>()) : *found)
@@ -155,12 +154,11 @@ struct Planner {
   std::vector<Units> elements_of_labels(const Stage& stage, const Units& missing) const {
     Units labels;
     for (const auto& row : experiment.rows()) {
-      if (row.front().is_wanted(settings.only) &&
+      if (row.front().is_wanted(options.only) &&
           !live.contains({stage.name(), row.front().label})) {
         labels.push_back(row.front().label);
       }
     }
-    const std::size_t most = static_cast<std::size_t>(settings.most_elements);
     const std::size_t blocks =
         std::min(most, (labels.size() + most_timed_together - 1) / most_timed_together);
     std::vector<Units> elements = elements_of(labels, std::max<std::size_t>(1, blocks));
@@ -232,6 +230,16 @@ int make_report(const Experiment& experiment, const Cache& cache, const ElementO
   return results.failures + static_cast<int>(undrawn);
 }
 
+/// The experiment with only the solvers whose entry or label is one of the units.
+Experiment restricted_to(const Experiment& experiment, const Units& units) {
+  const std::set<std::string> names(units.begin(), units.end());
+  Experiment out = experiment;
+  std::erase_if(out.solvers, [&](const SolverEntry& entry) {
+    return names.count(entry.label) == 0 && names.count(entry.stem()) == 0;
+  });
+  return out;
+}
+
 }  // namespace
 
 std::vector<SlurmTask> tasks_from(const std::string& text) {
@@ -297,17 +305,9 @@ int most_elements() {
 }
 
 std::vector<SlurmPart> slurm_plan(const Experiment& experiment, const Cache& cache,
-                                  const LiveUnits& live, const SlurmPlanSettings& settings) {
-  return Planner{experiment, cache, live, settings}.plan();
-}
-
-Experiment restricted_to(const Experiment& experiment, const Units& units) {
-  const std::set<std::string> names(units.begin(), units.end());
-  Experiment out = experiment;
-  std::erase_if(out.solvers, [&](const SolverEntry& entry) {
-    return names.count(entry.label) == 0 && names.count(entry.stem()) == 0;
-  });
-  return out;
+                                  const LiveUnits& live, const SlurmOptions& options,
+                                  int most_elements) {
+  return Planner{experiment, cache, live, options, static_cast<std::size_t>(most_elements)}.plan();
 }
 
 int run_element(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {

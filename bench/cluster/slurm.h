@@ -55,10 +55,16 @@ struct SlurmPart {
 /// Part and unit of what waits or runs already and is not planned again.
 using LiveUnits = std::set<std::pair<std::string, std::string>>;
 
-struct SlurmPlanSettings {
-  std::filesystem::path out;      ///< result folder
+struct SlurmOptions {
+  std::filesystem::path out;      ///< result folder, on a file system that all nodes share
   std::vector<std::string> only;  ///< as in RunOptions
-  int most_elements = 1001;       ///< of an array; more units share elements
+  std::string command;            ///< reproduces the results
+  std::string partition;          ///< as for sbatch; empty: Slurm's default
+  std::string time;
+  std::string account;
+  int array_limit = 0;   ///< elements of an array that run at the same time; 0: no limit
+  int threads = 1;       ///< of an element, and number of cores it requests
+  bool dry_run = false;  ///< print what would be submitted, and submit nothing
 };
 
 /// Number of labels timed together on one node; most experiments fit.
@@ -66,12 +72,11 @@ inline constexpr std::size_t most_timed_together = 64;
 
 /// Plans what is missing, by the records in the result folder and the datasets in the cache, in the
 /// order of making. The report always comes last, alone if nothing is missing. `experiment` has
-/// every entry described as read_experiment does.
+/// every entry described as read_experiment does. `most_elements`: of an array; more units share
+/// elements.
 std::vector<SlurmPart> slurm_plan(const Experiment& experiment, const Cache& cache,
-                                  const LiveUnits& live, const SlurmPlanSettings& settings);
-
-/// The experiment with only the solvers whose entry or label is one of the units.
-Experiment restricted_to(const Experiment& experiment, const Units& units);
+                                  const LiveUnits& live, const SlurmOptions& options,
+                                  int most_elements);
 
 /// Arguments of one element of an array.
 struct ElementOptions {
@@ -114,18 +119,6 @@ class Submissions {
  private:
   std::filesystem::path file_;
   std::vector<Submission> all_;
-};
-
-struct SlurmOptions {
-  std::filesystem::path out;      ///< result folder, on a file system that all nodes share
-  std::vector<std::string> only;  ///< as in RunOptions
-  std::string command;            ///< reproduces the results
-  std::string partition;          ///< as for sbatch; empty: Slurm's default
-  std::string time;
-  std::string account;
-  int array_limit = 0;   ///< elements of an array that run at the same time; 0: no limit
-  int threads = 1;       ///< of an element, and number of cores it requests
-  bool dry_run = false;  ///< print what would be submitted, and submit nothing
 };
 
 struct SlurmOutcome {

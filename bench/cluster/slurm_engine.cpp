@@ -105,14 +105,13 @@ class Engine {
   std::vector<SlurmPart> plan() {
     live_ = live_tasks(submissions_.jobs());
     submissions_.keep(live_);
-    const SlurmPlanSettings settings{options_.out, options_.only, most_elements()};
     std::vector<SlurmTask> kept = live_;
     std::erase_if(kept, [&](const SlurmTask& task) {
       const std::string& part = submissions_.find(task.job)->part;
       return task.waits() && contains(later_parts, part);
     });
     std::vector<SlurmPart> parts =
-        slurm_plan(experiment_, cache_, submissions_.units_of(kept), settings);
+        slurm_plan(experiment_, cache_, submissions_.units_of(kept), options_, most_elements());
     std::vector<long> withdrawn;
     for (const SlurmTask& task : live_) {
       if (std::ranges::find(kept, task.job, &SlurmTask::job) == kept.end()) {

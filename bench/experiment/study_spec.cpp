@@ -28,6 +28,17 @@ const Plan* plan_of(const DatasetSpec& set) {
   return set.sequences() ? std::get_if<Plan>(&set.sequences()->plan()) : nullptr;
 }
 
+template <typename Plan>
+bool has_plan(const DatasetSpec& set) {
+  return plan_of<Plan>(set) != nullptr;
+}
+
+template <int touched_fraction>
+bool collides(const DatasetSpec& set) {
+  const auto* plan = plan_of<CollidePlan>(set);
+  return plan && plan->touched_fraction == touched_fraction;
+}
+
 const SetKind at_places = {"touches at \"places\"", [](const DatasetSpec& set) {
                              const auto* d = std::get_if<TouchDistribution>(&set.scenes);
                              return d && d->places.has_value();
@@ -35,21 +46,12 @@ const SetKind at_places = {"touches at \"places\"", [](const DatasetSpec& set) {
 const SetKind touched = {"\"touches\" at rest", [](const DatasetSpec& set) {
                            return std::holds_alternative<TouchDistribution>(set.scenes);
                          }};
-const SetKind pressed = {"sequences of the kind \"press\"",
-                         [](const DatasetSpec& set) { return plan_of<PressPlan>(set) != nullptr; }};
-const SetKind written = {"sequences of the kind \"write\"",
-                         [](const DatasetSpec& set) { return plan_of<WritePlan>(set) != nullptr; }};
+const SetKind pressed = {"sequences of the kind \"press\"", has_plan<PressPlan>};
+const SetKind written = {"sequences of the kind \"write\"", has_plan<WritePlan>};
 const SetKind quiet = {R"(sequences of the kind "collide" with "touched_fraction": 0)",
-                       [](const DatasetSpec& set) {
-                         const auto* plan = plan_of<CollidePlan>(set);
-                         return plan && plan->touched_fraction == 0;
-                       }};
+                       collides<0>};
 const SetKind collided = {R"(sequences of the kind "collide" with "touched_fraction": 1)",
-                          [](const DatasetSpec& set) {
-                            const auto* plan = plan_of<CollidePlan>(set);
-                            return plan && plan->touched_fraction == 1;
-                          }};
-
+                          collides<1>};
 const SetKind any_frames = {"frames", [](const DatasetSpec&) { return true; }};
 
 struct Role {

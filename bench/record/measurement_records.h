@@ -33,7 +33,7 @@ struct ScoredSet {
 /// `{"schema", "key", "fit_s", "fit_report": {"status", "message"}, "rows", "frames": {dataset:
 /// {metric: [values], "status", "reasons", "iterations", "gap"}}, "figure_images": [[S/m]]}`; where
 /// sizes are chosen on it, the validation set is the last of the datasets. Where the experiment
-/// keeps contacts, a dataset has its "readings" (frame_reading_record.h) too.
+/// keeps contacts, a dataset has its "readings" (FrameReading) too.
 struct AccuracyRecord {
   std::vector<ScoredSet> sets;  ///< of each test set; the rows' statuses are the fit report's
   std::optional<ScoredSet> validation;

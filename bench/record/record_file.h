@@ -30,7 +30,7 @@ Reuse reuse_from_name(const std::string& name);
 
 /// Why something is not to be reused, "the probe solver/tsvd differs by 0.31 of its norm (commit
 /// 0123456789ab)"; empty where it may be. `made`: the build that made it, none where it does not
-/// say; `now`: this one, with the probes that such things depend on (stamps.h).
+/// say; `now`: this one, with the probes that such things depend on.
 std::string why_stale(const std::optional<BuildStamp>& made, const BuildStamp& now, Reuse reuse);
 
 std::string cpu_name();

@@ -126,15 +126,15 @@ class Scoring {
     if (request_.keep_contacts) {
       FrameReading reading = usable ? frame_reading(sensor_, image, found) : FrameReading{};
       reading.explained = explained;
-      readings_.push_back(to_json(reading));
+      frames_["readings"].push_back(to_json(reading));
     }
     row_.undefined_frames += !usable;
     row_.frames_not_converged += report.status == FrameStatus::not_converged;
     row_.suspect_frames += usable && report.status == FrameStatus::suspect;
-    statuses_.push_back(static_cast<int>(usable ? report.status : FrameStatus::undefined));
-    reasons_.push_back(report.reasons);
-    iterations_.push_back(report.iterations);
-    gaps_.push_back(report.gap);
+    frames_["status"].push_back(static_cast<int>(usable ? report.status : FrameStatus::undefined));
+    frames_["reasons"].push_back(report.reasons);
+    frames_["iterations"].push_back(report.iterations);
+    frames_["gap"].push_back(report.gap);
     const std::vector<int>& scenes = request_.figure_scenes;
     if (std::ranges::find(scenes, index) != scenes.end()) {
       kept_[index] = std::vector<double>(image.begin(), image.end());
@@ -144,17 +144,12 @@ class Scoring {
   ScoredFrames result() {
     row_.frames = static_cast<int>(metrics_.size());
     row_.metrics = summarise(metrics_, truth_);
-    json frames = {{"status", std::move(statuses_)},
-                   {"reasons", std::move(reasons_)},
-                   {"iterations", std::move(iterations_)},
-                   {"gap", std::move(gaps_)}};
     for (const Metric metric : kMetrics) {
-      if (is_known(metric, truth_)) frames[name_of(metric)] = numbers_or_null(metrics_, metric);
+      if (is_known(metric, truth_)) frames_[name_of(metric)] = numbers_or_null(metrics_, metric);
     }
-    if (request_.keep_contacts) frames["readings"] = std::move(readings_);
     json images = json::array();
     for (const int scene : request_.figure_scenes) images.push_back(kept_.at(scene));
-    return {row_, std::move(frames), std::move(images)};
+    return {row_, std::move(frames_), std::move(images)};
   }
 
  private:
@@ -163,11 +158,7 @@ class Scoring {
   Truth truth_;
   ResultRow row_;
   std::vector<FrameMetrics> metrics_;
-  json statuses_ = json::array();
-  json reasons_ = json::array();
-  json iterations_ = json::array();
-  json gaps_ = json::array();
-  json readings_ = json::array();
+  json frames_;  ///< as in the record
   std::map<int, json> kept_;
 };
 

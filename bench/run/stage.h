@@ -40,7 +40,7 @@ struct JobContext {
 /// comparing the models of the sheet. A stage says which jobs there are and what one job does; the
 /// runner gives each job a process of its own, keeps its record, and does again only what has no
 /// record of the right key. A new kind of experiment is a class of this sort, in the list of
-/// stages.h.
+/// bench/features.
 class Stage {
  public:
   virtual ~Stage() = default;
@@ -78,7 +78,7 @@ class Stage {
   /// Why a record that `check` takes is not to be reused on this machine; empty where it is.
   virtual std::string why_not_here(const nlohmann::json& /*record*/) const { return ""; }
   /// Whether the records of all its jobs are to be made in one go: where one is missing, all are
-  /// made again, unless they were begun in the same go (Session).
+  /// made again, unless they were begun in the same go (TimingSession).
   virtual bool in_one_session() const { return false; }
 
   /// Adds what the jobs' records say to the results, and what became of jobs that left none.

@@ -51,8 +51,9 @@ class SlurmPlanOf : public ::testing::Test {
   }
   std::vector<SlurmPart> plan(const Experiment& experiment, const LiveUnits& live = {},
                               int most_elements = 1001) {
-    return slurm_plan(experiment, Cache(folder_ / "cache"), live,
-                      {folder_ / "out", {}, most_elements});
+    SlurmOptions options;
+    options.out = folder_ / "out";
+    return slurm_plan(experiment, Cache(folder_ / "cache"), live, options, most_elements);
   }
 
   const TemporaryFolder folder_{"slurm_plan"};
