@@ -26,13 +26,12 @@ namespace fs = std::filesystem;
 struct RunArguments {
   std::string experiment;
   std::string out;
-  RunOptions options;
+  SlurmOptions options;
   std::vector<std::string> set;
   std::string precision;
   bool jobs_given = false;
   bool rebuild_stale = false;
   std::string engine = "local";
-  SlurmOptions slurm;
 };
 
 /// A word of a command line as a shell takes it.
@@ -58,10 +57,11 @@ std::string command_again(const RunArguments& arguments) {
     const auto option = [&](const char* name, const std::string& value) {
       if (!value.empty()) out += std::string(" --") + name + " " + shell_word(printable(value));
     };
-    option("partition", arguments.slurm.partition);
-    option("time", arguments.slurm.time);
-    option("account", arguments.slurm.account);
-    if (arguments.slurm.threads != 1) option("threads", std::to_string(arguments.slurm.threads));
+    const SlurmOptions& slurm = arguments.options;
+    option("partition", slurm.partition);
+    option("time", slurm.time);
+    option("account", slurm.account);
+    if (slurm.threads != 1) option("threads", std::to_string(slurm.threads));
   }
   if (!arguments.out.empty()) out += " --out " + shell_word(printable_path(arguments.out));
   return out;
@@ -86,9 +86,8 @@ ExitCode run_by_slurm(const RunArguments& arguments, const Experiment& experimen
   if (arguments.options.fresh) {
     throw InputError("--fresh: not with --engine slurm; remove the result folder, or name another");
   }
-  SlurmOptions options = arguments.slurm;
+  SlurmOptions options = arguments.options;
   options.out = result_folder(arguments.out, experiment.name);
-  options.only = arguments.options.only;
   options.command = command_again(arguments);
   const SlurmOutcome outcome = part_named("tools").run_on_slurm(experiment, cache, options);
   return outcome.reported && outcome.failures == 0 ? done : trial_failed;
@@ -139,7 +138,7 @@ void add_slurm_options(CLI::App& command, RunArguments& arguments) {
                       "local: processes of this machine (default); slurm: jobs of a cluster\n"
                       "whose nodes share the result folder and the cache")
           ->check(CLI::IsMember({"local", "slurm"}));
-  SlurmOptions& slurm = arguments.slurm;
+  SlurmOptions& slurm = arguments.options;
   command.add_option("--partition", slurm.partition, "Of sbatch")->needs(engine);
   command.add_option("--time", slurm.time, "Of sbatch, for each element")->needs(engine);
   command.add_option("--account", slurm.account, "Of sbatch")->needs(engine);

@@ -9,7 +9,6 @@
 #include "bench/record/record_file.h"
 #include "bench/run/datasets.h"
 #include "bench/run/job_runner.h"
-#include "bench/run/runner.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
@@ -215,13 +214,9 @@ int make_datasets(const Experiment& experiment, const Cache& cache, const Elemen
 }
 
 int make_report(const Experiment& experiment, const Cache& cache, const ElementOptions& options) {
-  RunOptions run;
-  run.out = options.out;
-  run.only = options.only;
-  run.command = options.command;
   const Stages stages = stages_of_run(experiment, Machines::any);
-  const ExperimentResults results =
-      collect_stages(stages, experiment, cache, run, [&](const Job& job) -> std::optional<Failure> {
+  const ExperimentResults results = collect_stages(
+      stages, experiment, cache, options, [&](const Job& job) -> std::optional<Failure> {
         return why_missing(record_file(options.out, job.name, failed_ending));
       });
   const std::size_t undrawn = report_experiment(experiment, cache, results, options.out);

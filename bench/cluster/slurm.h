@@ -9,6 +9,7 @@
 
 #include "bench/experiment/experiment.h"
 #include "bench/record/cache.h"
+#include "bench/run/runner.h"
 
 namespace ertbench {
 
@@ -55,11 +56,9 @@ struct SlurmPart {
 /// Part and unit of what waits or runs already and is not planned again.
 using LiveUnits = std::set<std::pair<std::string, std::string>>;
 
-struct SlurmOptions {
-  std::filesystem::path out;      ///< result folder, on a file system that all nodes share
-  std::vector<std::string> only;  ///< as in RunOptions
-  std::string command;            ///< reproduces the results
-  std::string partition;          ///< as for sbatch; empty: Slurm's default
+/// Of a run; its result folder is on a file system that all nodes share.
+struct SlurmOptions : RunOptions {
+  std::string partition;  ///< as for sbatch; empty: Slurm's default
   std::string time;
   std::string account;
   int array_limit = 0;   ///< elements of an array that run at the same time; 0: no limit
@@ -78,14 +77,11 @@ std::vector<SlurmPart> slurm_plan(const Experiment& experiment, const Cache& cac
                                   const LiveUnits& live, const SlurmOptions& options,
                                   int most_elements);
 
-/// Arguments of one element of an array.
-struct ElementOptions {
+/// Arguments of one element of an array, and of the run, for the report.
+struct ElementOptions : RunOptions {
   std::string part;  ///< SlurmPart::name
   Units units;
-  std::filesystem::path out;
-  std::vector<std::string> only;  ///< as in RunOptions, for the report
-  std::string command;            ///< reproduces the results
-  int threads = 1;                ///< of each process
+  int threads = 1;  ///< of each process
 };
 
 /// Makes the units one after another on this machine, each in a child process as `run` does; units
