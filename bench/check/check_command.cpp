@@ -16,6 +16,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "solvers/registry/registry.h"
 
@@ -91,17 +92,17 @@ class Check {
     const Baseline baseline = usable_baseline();
     run(experiment_.check.seeds);
     std::vector<CheckLine> lines = compare(baseline, rows_, context());
-    append(lines, compare_networks(baseline.networks));
-    append(lines, compare_trainings(trainings(), baseline.trainings));
+    append(lines, compare_images("stored", networks(), baseline.networks));
+    append(lines, compare_images("trained", trainings(), baseline.trainings));
     report(baseline, lines);
     return !has_regression(lines);
   }
 
-  bool compare_images() {
+  bool compare_images_alone() {
     const Baseline baseline = usable_baseline();
     open_cache();
-    std::vector<CheckLine> lines = compare_networks(baseline.networks);
-    append(lines, compare_trainings(trainings(), baseline.trainings));
+    std::vector<CheckLine> lines = compare_images("stored", networks(), baseline.networks);
+    append(lines, compare_images("trained", trainings(), baseline.trainings));
     std::printf("%s%s\n", terminal_of(check_table(lines, true)).c_str(),
                 check_summary(lines).c_str());
     return !has_regression(lines);
@@ -117,14 +118,17 @@ class Check {
     }
     run(baseline_trainings());
     if (failures_ > 0) return refuse("a trial failed");
-    const std::vector<CheckLine> stored = compare_networks(before ? before->networks : Names());
+    const std::vector<StoredImages> fitted = networks();
+    const std::vector<CheckLine> stored =
+        compare_images("stored", fitted, before ? before->networks : Names());
     const std::vector<StoredImages> trained = trainings();
     Baseline baseline = make_baseline(experiment_, rows_, comparisons_of(experiment_, registry_));
-    baseline.networks = stored_networks(networks(), network_types());
-    baseline.trainings = labels_of(trained);
+    baseline.networks = distinct(fitted, &StoredImages::name);
+    baseline.trainings = distinct(trained, &StoredImages::name);
     const std::vector<Noticeable> coarse = beyond_limits(noticeable(baseline));
     if (!coarse.empty() && !options_.accept_coarse) return refuse_coarse(coarse);
-    const std::vector<CheckLine> changed_trainings = compare_trainings(trained, baseline.trainings);
+    const std::vector<CheckLine> changed_trainings =
+        compare_images("trained", trained, baseline.trainings);
     if (!store_trainings(trained)) return refuse("a short training failed");
     if (file_.has_parent_path()) fs::create_directories(file_.parent_path());
     write_file_atomically(file_, to_json_text(baseline));
@@ -230,18 +234,12 @@ class Check {
     return types;
   }
 
-  /// Of the stored networks: those of the experiment's solvers, and the type of the one that is
-  /// recommended for robots, which no experiment of a check trains.
-  std::set<std::string> network_types() const {
-    std::set<std::string> out = types();
-    out.insert("lean-net");
-    return out;
-  }
-
-  fs::path networks() const { return file_.parent_path() / "networks"; }
-
-  std::vector<CheckLine> compare_networks(const Names& expected) const {
-    return compare_stored_networks(networks(), network_types(), expected, run_.out / "networks");
+  /// The stored networks of the experiment's solvers, and of the type that is recommended for
+  /// robots, which no experiment of a check trains.
+  std::vector<StoredImages> networks() const {
+    std::set<std::string> of_types = types();
+    of_types.insert("lean-net");
+    return stored_networks(file_.parent_path() / "networks", of_types, run_.out / "networks");
   }
 
   std::vector<StoredImages> trainings() const {
@@ -321,7 +319,7 @@ class Check {
 bool check_experiment(const Experiment& experiment, SolverRegistry& registry,
                       const CheckOptions& options) {
   Check check(experiment, registry, options);
-  if (options.images) return check.compare_images();
+  if (options.images) return check.compare_images_alone();
   return options.update ? check.update() : check.compare_with_baseline();
 }
 

@@ -49,8 +49,8 @@ bool make_images(const StoredImages& images) {
 /// A line with the largest relative difference (2-norm) of a frame's image, infinite if frames or
 /// statuses differ. It is "worse" beyond `most` or without today's images, "missing" without stored
 /// ones. Throws InputError if the stored images cannot be read.
-CheckLine compare_images(const StoredImages& images) {
-  CheckLine line{images.row, "images", "0", "", with_digits(images.most, 2), Verdict::worse};
+CheckLine compare_one(const std::string& row, const StoredImages& images) {
+  CheckLine line{row, "images", "0", "", with_digits(images.most, 2), Verdict::worse};
   if (!fs::exists(images.now)) {
     line.now = "failed; see " + images.log.string();
     return line;
@@ -65,19 +65,6 @@ CheckLine compare_images(const StoredImages& images) {
   if (change <= images.most) line.verdict = Verdict::ok;
   return line;
 }
-
-/// Adds a line "missing" for each row PREFIX NAME without one.
-void add_missing_images(const std::string& prefix, const std::vector<std::string>& names,
-                        std::vector<CheckLine>& lines) {
-  for (const std::string& name : names) {
-    if (std::ranges::find(lines, prefix + name, &CheckLine::row) == lines.end()) {
-      lines.push_back({prefix + name, "images", "-", "-", "", Verdict::missing});
-    }
-  }
-}
-
-const std::string stored = "stored ";           ///< prefix of the rows of stored solvers
-const std::string trained_prefix = "trained ";  ///< and of those trained for a few steps
 
 std::vector<fs::path> specifications(const fs::path& folder, const std::set<std::string>& types) {
   std::vector<fs::path> out;
@@ -125,32 +112,17 @@ void take_over_seeds(const ResultRow& trained, ResultRow& row) {
 
 }  // namespace
 
-std::vector<CheckLine> compare_stored_networks(const fs::path& folder,
-                                               const std::set<std::string>& types,
-                                               const std::vector<std::string>& expected,
-                                               const fs::path& out) {
-  std::vector<CheckLine> lines;
+std::vector<StoredImages> stored_networks(const fs::path& folder,
+                                          const std::set<std::string>& types, const fs::path& out) {
+  std::vector<StoredImages> networks;
   for (const fs::path& spec : specifications(folder, types)) {
     const std::string name = spec.stem().string();
-    const StoredImages images{stored + name,
-                              spec,
-                              folder / "frames.h5",
-                              folder / (name + ".images.h5"),
-                              out / (name + ".images.h5"),
-                              out / (name + ".log"),
-                              stored_image_tolerance};
-    make_images(images);
-    lines.push_back(compare_images(images));
+    networks.push_back({name, spec, folder / "frames.h5", folder / (name + ".images.h5"),
+                        out / (name + ".images.h5"), out / (name + ".log"),
+                        stored_image_tolerance});
   }
-  add_missing_images(stored, expected, lines);
-  return lines;
-}
-
-std::vector<std::string> stored_networks(const fs::path& folder,
-                                         const std::set<std::string>& types) {
-  std::vector<std::string> names;
-  for (const fs::path& spec : specifications(folder, types)) names.push_back(spec.stem().string());
-  return names;
+  std::ranges::for_each(networks, make_images);
+  return networks;
 }
 
 std::vector<StoredImages> short_trainings(const fs::path& folder,
@@ -168,8 +140,7 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
     if (types.count(entry.type) == 0) continue;
     options.only.push_back(entry.label);
     const fs::path spec = out / (entry.label + ".json");
-    trainings.push_back({trained_prefix + entry.label, spec,
-                         cache.dataset(experiment.tests.front()),
+    trainings.push_back({entry.label, spec, cache.dataset(experiment.tests.front()),
                          folder / (entry.label + ".images.h5"), out / (entry.label + ".images.h5"),
                          out / (entry.label + ".log"), short_training_tolerance});
     const json solver = {
@@ -184,18 +155,17 @@ std::vector<StoredImages> short_trainings(const fs::path& folder,
   return trainings;
 }
 
-std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings,
-                                         const std::vector<std::string>& expected) {
+std::vector<CheckLine> compare_images(const std::string& kind,
+                                      const std::vector<StoredImages>& images,
+                                      const std::vector<std::string>& expected) {
   std::vector<CheckLine> lines;
-  std::transform(trainings.begin(), trainings.end(), std::back_inserter(lines), compare_images);
-  add_missing_images(trained_prefix, expected, lines);
+  for (const StoredImages& one : images) lines.push_back(compare_one(kind + " " + one.name, one));
+  for (const std::string& name : expected) {
+    if (std::ranges::find(images, name, &StoredImages::name) == images.end()) {
+      lines.push_back({kind + " " + name, "images", "-", "-", "", Verdict::missing});
+    }
+  }
   return lines;
-}
-
-std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings) {
-  std::vector<std::string> labels;
-  for (const StoredImages& one : trainings) labels.push_back(one.row.substr(trained_prefix.size()));
-  return labels;
 }
 
 bool store_trainings(const std::vector<StoredImages>& trainings) {

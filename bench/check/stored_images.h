@@ -14,7 +14,7 @@ namespace ertbench {
 
 /// Stored images of some frames, and those the solver makes today.
 struct StoredImages {
-  std::string row;               ///< row of the check: "stored dcnn"
+  std::string name;              ///< of the network, or the label of the training: "dcnn"
   std::filesystem::path spec;    ///< the solver's, for `reconstruct`
   std::filesystem::path frames;  ///< HDF5
   std::filesystem::path before;  ///< the stored images
@@ -23,22 +23,14 @@ struct StoredImages {
   double most = 0;               ///< largest allowed relative change of a frame's image
 };
 
-/// Compares fitted solvers by their stored images. `folder` has frames.h5 and, for each solver,
-/// NAME.json, a specification for `reconstruct`, and NAME.images.h5, the images that `reconstruct`
-/// made; results/baselines/networks/make makes them. Only solvers of the `types` are taken. Each
-/// runs in a child process, which leaves its images and log in `out`.
-///
-/// Returns a line "stored NAME" each: the largest relative difference (2-norm) of a frame's image,
-/// at most stored_image_tolerance; "missing" for each of the `expected` that is not in the folder.
-/// Throws InputError for unusable files.
-std::vector<CheckLine> compare_stored_networks(const std::filesystem::path& folder,
-                                               const std::set<std::string>& types,
-                                               const std::vector<std::string>& expected,
-                                               const std::filesystem::path& out);
-
-/// The names of the stored solvers in the folder.
-std::vector<std::string> stored_networks(const std::filesystem::path& folder,
-                                         const std::set<std::string>& types);
+/// Fitted solvers with their stored images. `folder` has frames.h5 and, for each solver, NAME.json,
+/// a specification for `reconstruct`, and NAME.images.h5, the images that `reconstruct` made, of
+/// which a frame's may differ by stored_image_tolerance; results/baselines/networks/make makes
+/// them. Only solvers of the `types` are taken. Each runs in a child process, which leaves its
+/// images and log in `out`. Throws InputError for unusable files.
+std::vector<StoredImages> stored_networks(const std::filesystem::path& folder,
+                                          const std::set<std::string>& types,
+                                          const std::filesystem::path& out);
 
 /// Trains networks for a few dozen steps and makes images of a few frames.
 ///
@@ -49,19 +41,20 @@ std::vector<std::string> stored_networks(const std::filesystem::path& folder,
 /// them by some tenths. After an intended change of a training use `check --update`.
 ///
 /// `folder` has experiment.json, whose learned solvers are trained and whose test set provides the
-/// frames, and LABEL.images.h5 for each label. Only solvers of the `types` are trained, with
+/// frames, and LABEL.images.h5 for each label, from which a frame's may differ by
+/// short_training_tolerance. Only solvers of the `types` are trained, with
 /// datasets and fits in `cache`; today's images and logs go to `out`. Returns none without the
 /// folder.
 std::vector<StoredImages> short_trainings(const std::filesystem::path& folder,
                                           const std::set<std::string>& types, const Cache& cache,
                                           const std::filesystem::path& out, int jobs);
 
-/// Returns a line "trained LABEL" each: the largest relative difference of a frame's image, at most
-/// short_training_tolerance; "missing" for each of the `expected` labels that was not trained.
-std::vector<CheckLine> compare_trainings(const std::vector<StoredImages>& trainings,
-                                         const std::vector<std::string>& expected);
-
-std::vector<std::string> labels_of(const std::vector<StoredImages>& trainings);
+/// Returns a line "KIND NAME" each, of the kind "stored" or "trained": the largest relative
+/// difference (2-norm) of a frame's image; "missing" for each of the `expected` names that is not
+/// among the images.
+std::vector<CheckLine> compare_images(const std::string& kind,
+                                      const std::vector<StoredImages>& images,
+                                      const std::vector<std::string>& expected);
 
 /// Replaces the stored images by today's; returns false, without replacing any, if one is missing.
 bool store_trainings(const std::vector<StoredImages>& trainings);
