@@ -1,5 +1,6 @@
 #pragma once
 
+#include <charconv>
 #include <cstddef>
 #include <optional>
 #include <sstream>
@@ -73,6 +74,15 @@ std::vector<std::string> split(std::string_view text, std::string_view separator
 
 /// `text` with `to` in the place of each `from`, which is not empty.
 std::string replaced(std::string text, std::string_view from, std::string_view to);
+
+/// The whole number that `text` is; nothing where it is anything else.
+template <typename Number>
+std::optional<Number> whole_number(std::string_view text) {
+  Number value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole ? std::optional(value) : std::nullopt;
+}
 
 /// The word of `known` that `word` is most likely a misspelling or an abbreviation of; empty if
 /// none is near.

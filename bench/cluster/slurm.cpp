@@ -1,7 +1,6 @@
 #include "bench/cluster/slurm.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -38,15 +37,8 @@ std::string output_of(const std::vector<std::string>& command) {
   throw InputError(command[0] + ": " + (said.empty() ? end.text() : printable(said, 300)));
 }
 
-std::optional<long> number_in(std::string_view text) {
-  long value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 long required_number(std::string_view text, const std::string& line) {
-  const auto value = number_in(text);
+  const auto value = whole_number<long>(text);
   if (!value) throw InputError("squeue: cannot read \"" + printable(line) + "\"");
   return *value;
 }
@@ -272,7 +264,7 @@ std::vector<SlurmTask> live_tasks(std::span<const long> jobs) {
 long submit(const std::vector<std::string>& command) {
   const std::string said = output_of(command);
   // "12", or "12;cluster".
-  const auto job = number_in(std::string_view(said).substr(0, said.find_first_of(";\n")));
+  const auto job = whole_number<long>(std::string_view(said).substr(0, said.find_first_of(";\n")));
   if (!job) throw InputError("sbatch: says no job's number but \"" + printable(said) + "\"");
   return *job;
 }
@@ -290,7 +282,7 @@ int most_elements() {
       if (!line.starts_with("MaxArraySize")) continue;
       const std::size_t equals = line.find("= ");
       if (equals == std::string::npos) break;
-      if (const auto size = number_in(std::string_view(line).substr(equals + 2))) {
+      if (const auto size = whole_number<long>(std::string_view(line).substr(equals + 2))) {
         return std::max(1, static_cast<int>(*size));
       }
     }

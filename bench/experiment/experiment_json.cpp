@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -70,15 +69,8 @@ std::string place_of(const Override& one, std::size_t count) {
   return out.empty() ? "the file" : out;
 }
 
-std::optional<std::size_t> index_of(const std::string& word) {
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return index;
-}
-
 json& element_of(json& array, const Override& one, std::size_t at) {
-  const auto index = index_of(one.words[at]);
+  const auto index = whole_number<std::size_t>(one.words[at]);
   if (!index || *index >= array.size()) {
     one.fail(place_of(one, at) + " is a list of " + std::to_string(array.size()) +
              "; name one of its values by its number from 0, not \"" + printable(one.words[at]) +
