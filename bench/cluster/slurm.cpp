@@ -129,9 +129,9 @@ struct Planner {
     std::set<std::string> complete;
     for (const auto& [entry, of_entry] : jobs) {
       const std::string unit = by_entry ? entry->stem() : entry->label;
-      const bool all = std::ranges::all_of(
-          of_entry, [&](const Job& job) { return static_cast<bool>(records.find(job).record); });
-      if (all) complete.insert(unit);
+      if (std::ranges::all_of(of_entry, [&](const Job& job) { return records.has(job); })) {
+        complete.insert(unit);
+      }
     }
     for (const auto& [entry, of_entry] : jobs) {
       const std::string unit = by_entry ? entry->stem() : entry->label;

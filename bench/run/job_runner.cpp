@@ -46,7 +46,7 @@ bool JobRecords::accept(const Job& job) {
   const std::filesystem::path written = file(job, written_ending);
   if (!std::filesystem::exists(written)) return false;
   put_in_place(written, file(job));
-  const bool good = static_cast<bool>(find(job).record);
+  const bool good = has(job);
   if (good) expect(job);
   return good;
 }

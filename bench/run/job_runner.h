@@ -29,6 +29,7 @@ class JobRecords {
   std::filesystem::path file(const Job& job, const std::string& ending = ".json") const;
   /// The job's record, of the right key and one that the stage can read, where it may be reused.
   FoundRecord find(const Job& job) const;
+  bool has(const Job& job) const { return static_cast<bool>(find(job).record); }
   /// Puts the record that the job's process has written, which ended well, into its place; whether
   /// there was one.
   bool accept(const Job& job);

@@ -28,10 +28,6 @@ namespace fs = std::filesystem;
 /// Clocks that were read later are of another go.
 constexpr std::chrono::hours longest{12};
 
-bool has_record(const JobRecords& records, const Job& job) {
-  return static_cast<bool>(records.find(job).record);
-}
-
 /// Names the jobs and what determines their records.
 std::string hash_of_jobs(const Stage& stage, const Experiment& experiment,
                          const std::vector<Job>& jobs) {
@@ -133,14 +129,13 @@ TimingSession::TimingSession(const Stage& stage, const Experiment& experiment,
     : jobs_(wanted) {
   if (!stage.in_one_session()) return;
   const auto missing =
-      std::ranges::count_if(wanted, [&](const Job& job) { return !has_record(records, job); });
+      std::ranges::count_if(wanted, [&](const Job& job) { return !records.has(job); });
   if (missing == 0) return;
   std::set<std::string> names;
   for (const Job& job : wanted) names.insert(job.name);
   jobs_ = due;
-  std::erase_if(jobs_, [&](const Job& job) {
-    return names.count(job.name) == 0 && !has_record(records, job);
-  });
+  std::erase_if(jobs_,
+                [&](const Job& job) { return names.count(job.name) == 0 && !records.has(job); });
   mark_ = record_file(
       folder, stage.name() + "-" + hash_of_jobs(stage, experiment, jobs_).substr(0, 16), ".begun");
   if (fs::exists(mark_) &&
@@ -215,7 +210,7 @@ ExperimentResults collect_stages(
   return gather(stages, experiment, cache, options,
                 [&](const Stage& stage, const ExperimentResults& results, JobRecords& records) {
                   for (const Job& job : wanted(stage.due(experiment, results), options.only)) {
-                    if (records.find(job).record) {
+                    if (records.has(job)) {
                       records.expect(job);
                     } else if (auto failure = why_missing(job)) {
                       records.add_failure(job, std::move(*failure));
