@@ -93,14 +93,6 @@ std::string shown(std::string text, int argc, char** argv) {
   return printable_lines(text, most_said);
 }
 
-void describe(const Command& command, CLI::App& subcommand) {
-  if (command.description) {
-    subcommand.description(command.description);
-  } else {
-    subcommand.group("");  // hidden
-  }
-}
-
 /// The function that adds the command's options. Throws PartMissing where its part is not built.
 Action (*add_from_part(const Command& command))(CLI::App&) {
   for (const Command& one : part_named(command.part).commands) {
@@ -138,10 +130,16 @@ ExitCode parse_and_run(int argc, char** argv) {
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const Command& command : commands()) {
     CLI::App* subcommand = app.add_subcommand(command.name);
-    if (command.part) describe(command, *subcommand);
     if (!command.part) {
       actions.emplace_back(subcommand, command.add(*subcommand));
-    } else if (argc > 1 && command.name == std::string_view(argv[1])) {
+      continue;
+    }
+    if (command.description) {
+      subcommand->description(command.description);
+    } else {
+      subcommand->group("");  // hidden
+    }
+    if (argc > 1 && command.name == std::string_view(argv[1])) {
       actions.emplace_back(subcommand, add_from_part(command)(*subcommand));
     }
   }

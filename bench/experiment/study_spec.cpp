@@ -66,7 +66,7 @@ struct Number {
 };
 
 struct StudyType {
-  const char* name;
+  std::string name;
   std::optional<SetKind> sets;
   std::vector<Role> roles;
   std::vector<Number> numbers;
@@ -100,11 +100,8 @@ const std::vector<StudyType>& study_types() {
 }
 
 const StudyType& read_type(JsonObject& object) {
-  std::vector<std::string> names;
-  for (const StudyType& type : study_types()) names.emplace_back(type.name);
-  const std::string name = object.choice("type", names);
-  return *std::ranges::find_if(study_types(),
-                               [&](const StudyType& type) { return type.name == name; });
+  const std::string name = object.choice("type", distinct(study_types(), &StudyType::name));
+  return *std::ranges::find(study_types(), name, &StudyType::name);
 }
 
 /// The test set of that name. `key` is where it stands.

@@ -176,13 +176,6 @@ AccuracyRecord record_from(const Experiment& experiment, const json& record,
                                    experiment.sensor.pixels(), source);
 }
 
-TrainingSource training_source(const Experiment& experiment, const Cache& cache,
-                               const SolverEntry& entry, const AccuracyRecord& accuracy) {
-  return {entry.stem(), entry.seed ? "seed " + std::to_string(*entry.seed) : "",
-          cache.work_folder(fit_recipe(experiment, entry)) / "training.csv",
-          accuracy.sets.front().row.parameters};
-}
-
 /// How contacts are read out of this solver's images.
 ContactRuleChoice chosen_rule(const Experiment& experiment, const Cache& cache,
                               const Solver& solver) {
@@ -287,7 +280,9 @@ class AccuracyStage final : public Stage {
         results.images.emplace(entry.label, trial.accuracy->figure_images);  // the first seed's
         if (experiment.keep_contacts) add_readings(experiment, trial, results);
         results.training[entry.label].push_back(
-            training_source(experiment, cache, entry, *trial.accuracy));
+            {entry.stem(), entry.seed ? "seed " + std::to_string(*entry.seed) : "",
+             cache.work_folder(fit_recipe(experiment, entry)) / "training.csv",
+             trial.accuracy->sets.front().row.parameters});
       }
       if (!label.scored) label.failure = trials.front().failure.text();
       add_frames(experiment, trials, results);

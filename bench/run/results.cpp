@@ -24,12 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Nothing where the file is no longer there.
-MissedPromise missed_promise_in(const fs::path& file, const DatasetSpec& spec) {
-  if (!fs::exists(file)) return {};
-  return missed_promise(spec, DatasetFile(file));
-}
-
 /// Truth of the figure's scenes and the column of every solver.
 bool draw_figure(const Experiment& experiment, const Cache& cache, const ExperimentResults& results,
                  const fs::path& folder) {
@@ -226,7 +220,9 @@ std::size_t write_results(const Experiment& experiment, const Cache& cache,
                   {"builds", to_json(results.builds)}};
   if (!experiment.overrides.empty()) summary["set"] = experiment.overrides;
   for (const DatasetSpec& test : experiment.tests) {
-    const MissedPromise missed = missed_promise_in(cache.dataset(test), test);
+    const fs::path file = cache.dataset(test);
+    if (!fs::exists(file)) continue;
+    const MissedPromise missed = missed_promise(test, DatasetFile(file));
     if (missed.scenes == 0) continue;
     summary["missed_promises"][test.name] = {{"scenes", missed.scenes},
                                              {"of", missed.of},

@@ -89,15 +89,6 @@ void apply(const std::vector<Remark>& remarks, std::size_t trials, ResultRow& ro
   }
 }
 
-ResultRow empty_row(const SolverEntry& entry, const DatasetSpec& test) {
-  ResultRow row;
-  row.label = entry.label;
-  row.type = entry.type;
-  row.dataset = test.name;
-  row.parameters = entry.spec;
-  return row;
-}
-
 /// The numbers and the statuses of one test set.
 ResultRow scored_row(const DatasetSpec& test, std::size_t set,
                      std::span<const ScoredTrial> trials) {
@@ -118,7 +109,10 @@ ResultRow scored_row(const DatasetSpec& test, std::size_t set,
   const SolverEntry& entry = *trials.front().entry;
   ResultRow row;
   if (results.empty()) {
-    row = empty_row(entry, test);
+    row.label = entry.label;
+    row.type = entry.type;
+    row.dataset = test.name;
+    row.parameters = entry.spec;
   } else {
     row = entry.seed ? combine_seeds(results) : results.front().set->row;
   }
