@@ -130,12 +130,8 @@ bool holds_scores(const std::filesystem::path& file) {
 
 Table table_of(const ImageScores& scores) {
   TableSection section;
-  section.columns = {Column("metric", Align::left),
-                     Column("mean"),
-                     Column("95 %"),
-                     Column("median"),
-                     Column("frames"),
-                     Column("undefined")};
+  section.columns = {
+      Column("metric", Align::left), "mean", "95 %", "median", "frames", "undefined"};
   for (const Metric metric : kMetrics) {
     const MetricSummary& summary = scores.metrics[metric];
     const int decimals = decimals_of(metric);

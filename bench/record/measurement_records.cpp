@@ -157,18 +157,18 @@ std::string accuracy_key(const Experiment& experiment, const SolverEntry& entry)
   return hash_of(key.dump());
 }
 
-AccuracyRecord accuracy_record_from_json(const json& record, bool validation, int pixels,
+AccuracyRecord accuracy_record_from_json(const json& record, const Experiment& experiment,
                                          const std::string& source) {
   AccuracyRecord out;
   for (const json& row : record.at("rows")) {
     const json& frames = record.at("frames").at(row.at("dataset").get<std::string>());
     out.sets.push_back(scored_set(row, frames, source));
   }
-  if (validation) {
+  if (experiment.right_sizing) {
     out.validation = std::move(out.sets.back());
     out.sets.pop_back();
   }
-  out.figure_images = images_from(record.at("figure_images"), pixels);
+  out.figure_images = images_from(record.at("figure_images"), experiment.sensor.pixels());
   return out;
 }
 

@@ -44,7 +44,7 @@ struct AccuracyRecord {
 std::string accuracy_key(const Experiment& experiment, const SolverEntry& entry);
 
 /// Throws an exception of any kind where the JSON is not such a record. `source` names the file.
-AccuracyRecord accuracy_record_from_json(const nlohmann::json& record, bool validation, int pixels,
+AccuracyRecord accuracy_record_from_json(const nlohmann::json& record, const Experiment& experiment,
                                          const std::string& source);
 
 /// Times measured on one test set.

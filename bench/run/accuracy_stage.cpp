@@ -170,12 +170,6 @@ std::vector<const DatasetSpec*> scored_sets(const Experiment& experiment) {
   return sets;
 }
 
-AccuracyRecord record_from(const Experiment& experiment, const json& record,
-                           const std::string& source) {
-  return accuracy_record_from_json(record, experiment.right_sizing.has_value(),
-                                   experiment.sensor.pixels(), source);
-}
-
 /// How contacts are read out of this solver's images.
 ContactRuleChoice chosen_rule(const Experiment& experiment, const Cache& cache,
                               const Solver& solver) {
@@ -260,7 +254,7 @@ class AccuracyStage final : public Stage {
     return record;
   }
   void check(const Experiment& experiment, const json& record) const override {
-    record_from(experiment, record, "");
+    accuracy_record_from_json(record, experiment, "");
   }
   void collect(const Experiment& experiment, const Cache& cache, const JobRecords& records,
                ExperimentResults& results) const override {
@@ -275,7 +269,7 @@ class AccuracyStage final : public Stage {
         trial.failure = records.why_missing(job);
         const std::optional<json> record = records.read(job);
         if (!record) continue;
-        trial.accuracy = record_from(experiment, *record, records.file(job).string());
+        trial.accuracy = accuracy_record_from_json(*record, experiment, records.file(job).string());
         if (!label.scored) label.scored = &entry;
         results.images.emplace(entry.label, trial.accuracy->figure_images);  // the first seed's
         if (experiment.keep_contacts) add_readings(experiment, trial, results);

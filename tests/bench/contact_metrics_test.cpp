@@ -242,8 +242,10 @@ TEST_F(ContactsOfSolvers, ReadingsComeBackOutOfTheRecord) {
   json record = {{"rows", {to_json(scored.row)}},
                  {"frames", {{"test", *scored.frames}}},
                  {"figure_images", *scored.figure_images}};
+  Experiment experiment;
+  experiment.sensor = kSensor;
   const auto read = [&] {
-    return accuracy_record_from_json(json::parse(record.dump()), false, kSensor.pixels(), "");
+    return accuracy_record_from_json(json::parse(record.dump()), experiment, "");
   };
   const ScoredSet set = read().sets.front();
   ASSERT_EQ(set.readings.size(), 20u);
