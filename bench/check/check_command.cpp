@@ -229,9 +229,8 @@ class Check {
   }
 
   std::set<std::string> types() const {
-    std::set<std::string> types;
-    for (const SolverEntry& entry : experiment_.solvers) types.insert(entry.type);
-    return types;
+    const std::vector<std::string> types = distinct(experiment_.solvers, &SolverEntry::type);
+    return {types.begin(), types.end()};
   }
 
   /// The stored networks of the experiment's solvers, and of the type that is recommended for
@@ -279,12 +278,10 @@ class Check {
   }
 
   bool refuse_coarse(const std::vector<Noticeable>& coarse) const {
-    std::string what;
-    for (const Noticeable& one : coarse) {
-      what += (what.empty() ? "" : ", ") + one.row + " " + name_of(one.metric) + " only from " +
-              text_of(one);
-    }
-    std::printf("A check would notice a worsening of %s.\n", what.c_str());
+    const auto words = [](const Noticeable& one) {
+      return one.row + " " + name_of(one.metric) + " only from " + text_of(one);
+    };
+    std::printf("A check would notice a worsening of %s.\n", joined(coarse, ", ", words).c_str());
     const int seeds = baseline_trainings();
     const auto enough = seeds_that_would_do(coarse, seeds, check_trainings(), most_seeds);
     if (enough) {

@@ -137,11 +137,7 @@ std::string shortest_text(double value) {
 std::string label_words(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "true" : "false";
-  if (value.is_array()) {
-    std::string text;
-    for (const json& one : value) text += (text.empty() ? "" : "-") + label_words(one);
-    return text;
-  }
+  if (value.is_array()) return joined(value, "-", label_words);
   return shortest_text(value.get<double>());
 }
 
@@ -266,12 +262,10 @@ void name_seed(json& value, const std::string& seed) {
 /// it has may have this one.
 std::optional<Failure> failure_of_type(const SolverRegistry& registry) {
   if (registry.unusable_libraries().empty()) return std::nullopt;
-  std::string message;
-  for (const SolverRegistry::UnusableLibrary& library : registry.unusable_libraries()) {
-    message += (message.empty() ? "" : "; ") + library.file.string() + " " + library.how +
-               " when it was loaded";
-  }
-  return Failure{"failed", message};
+  const auto how = [](const SolverRegistry::UnusableLibrary& library) {
+    return library.file.string() + " " + library.how + " when it was loaded";
+  };
+  return Failure{"failed", joined(registry.unusable_libraries(), "; ", how)};
 }
 
 /// Empty where it is none; the entry's reader says so.

@@ -107,16 +107,16 @@ const StudyType& read_type(JsonObject& object) {
 /// The test set of that name. `key` is where it stands.
 std::string require_set(JsonObject& object, const Experiment& experiment, const std::string& key,
                         const std::string& name, const SetKind& kind) {
-  for (const DatasetSpec& test : experiment.tests) {
-    if (test.name != name) continue;
-    if (!kind.fits(test)) {
-      object.fail(
-          key, "must hold " + std::string(kind.description) + ", which \"" + name + "\" does not");
-    }
-    return name;
+  const auto test = std::ranges::find(experiment.tests, name, &DatasetSpec::name);
+  if (test == experiment.tests.end()) {
+    object.fail(key, "there is no such test set; there are " +
+                         joined(experiment.tests, ", ", &DatasetSpec::name));
   }
-  object.fail(key, "there is no such test set; there are " +
-                       joined(experiment.tests, ", ", &DatasetSpec::name));
+  if (!kind.fits(*test)) {
+    object.fail(key,
+                "must hold " + std::string(kind.description) + ", which \"" + name + "\" does not");
+  }
+  return name;
 }
 
 /// Presses that are read together divide the sheet alike.
