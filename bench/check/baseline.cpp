@@ -179,8 +179,9 @@ BaselineMean mean_of(const BaselineRow& row, Metric metric, const Sensor& sensor
 }
 
 const BaselineRow* Baseline::find(const ResultRow& row) const {
-  const auto found =
-      std::ranges::find_if(rows, [&](const BaselineRow& one) { return one.is(row); });
+  const auto found = std::ranges::find_if(rows, [&](const BaselineRow& one) {
+    return one.label == row.label && one.dataset == row.dataset;
+  });
   return found == rows.end() ? nullptr : &*found;
 }
 

@@ -42,8 +42,6 @@ struct BaselineRow {
   /// Means over the frames: one value, or one for each seed; empty if one is undefined.
   PerMetric<std::vector<double>> metrics;
   std::optional<RelativeTimes> times;
-
-  bool is(const ResultRow& row) const { return label == row.label && dataset == row.dataset; }
 };
 
 /// One metric of the row, which must have values of it, in the form that tolerances take.

@@ -278,8 +278,8 @@ std::vector<CheckLine> compare(const Baseline& baseline, std::span<const ResultR
     lines.insert(lines.end(), of_row.begin(), of_row.end());
   }
   for (const BaselineRow& row : baseline.rows) {
-    if (std::ranges::none_of(rows, [&](const ResultRow& now) { return row.is(now); }))
-      lines.push_back({name(row), "row", row.status, "-", "", Verdict::missing});
+    if (find_row(rows, row.label, row.dataset)) continue;
+    lines.push_back({name(row), "row", row.status, "-", "", Verdict::missing});
   }
   return lines;
 }

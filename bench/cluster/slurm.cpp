@@ -288,7 +288,7 @@ int most_elements() {
     }
   } catch (const InputError&) {
   }
-  return default_most_elements;
+  return 1001;
 }
 
 std::vector<SlurmPart> slurm_plan(const Experiment& experiment, const Cache& cache,

@@ -38,9 +38,9 @@ long submit(const std::vector<std::string>& command);
 /// Ends jobs that wait or run; those that ended meanwhile are no error.
 void cancel(std::span<const long> jobs);
 
-/// The largest number of elements of an array in this Slurm; its default if it does not answer.
+/// The largest number of elements of an array in this Slurm (MaxArraySize of slurm.conf(5)); its
+/// default if it does not answer.
 int most_elements();
-inline constexpr int default_most_elements = 1001;  ///< MaxArraySize of slurm.conf(5)
 
 /// Names of what an element of an array makes: datasets; entries ("dd-ert.seed2") to fit and score;
 /// labels to time or to take up ladders.
