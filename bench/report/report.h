@@ -28,13 +28,13 @@ struct ReportFigure {
 /// A heading and what stands below it, in this order; all but the title may be empty. All texts are
 /// plain and escaped when they are printed.
 struct ReportSection {
-  std::string title;
-  std::string text;  ///< paragraphs, an empty line between them
-  std::vector<ReportFigure> figures;
-  std::vector<TableSection> tables;  ///< their captions and rows; texts and notes stand above
-  std::vector<std::string> notes;    ///< a list
-  std::string code;                  ///< shown as it is: a command, a file
-  bool collapsed = false;            ///< opened by a click, and for printing
+  std::string title = {};
+  std::string text = {};  ///< paragraphs, an empty line between them
+  std::vector<ReportFigure> figures = {};
+  std::vector<TableSection> tables = {};  ///< their captions and rows; texts and notes stand above
+  std::vector<std::string> notes = {};    ///< a list
+  std::string code = {};                  ///< shown as it is: a command, a file
+  bool collapsed = false;                 ///< opened by a click, and for printing
 };
 
 /// The page that a reader of an experiment's results opens.
