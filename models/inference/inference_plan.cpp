@@ -165,21 +165,21 @@ int PlanBuilder::dense(int from, DenseWeights weights, const Activation& activat
           .weights = recorded_ ? weights.weights : std::vector<float>(),
           .bias = weights.bias},
          out);
-  step<DenseStep>(from, out, weights, activation, bfloat16_);
+  step<MapStep>(std::vector{from, out}, multiply_dense(weights, activation.kind, bfloat16_));
   return out;
 }
 
 int PlanBuilder::gather(int from, std::vector<int> sources) {
   const int out = vector(static_cast<int>(sources.size()));
   record({.kind = Layer::Kind::gather, .inputs = {from}, .indices = sources}, out);
-  step<GatherStep>(from, out, std::move(sources));
+  step<MapStep>(std::vector{from, out}, gather_numbers(std::move(sources)));
   return out;
 }
 
 int PlanBuilder::means_of_pairs(int from, std::vector<int> pairs) {
   const int out = vector(static_cast<int>(pairs.size() / 2));
   record({.kind = Layer::Kind::means_of_pairs, .inputs = {from}, .indices = pairs}, out);
-  step<MeansStep>(from, out, std::move(pairs));
+  step<MapStep>(std::vector{from, out}, mean_pairs(std::move(pairs)));
   return out;
 }
 
@@ -187,7 +187,7 @@ int PlanBuilder::maps(int from, int channels, int height, int width) {
   require(layout(from).width == channels * height * width, "maps of a vector");
   const int out = add({.channels = channels, .height = height, .width = width, .planar = true});
   record({.kind = Layer::Kind::maps, .inputs = {from}}, out);
-  step<MapsStep>(from, out);
+  step<MapStep>(std::vector{from, out}, lay_maps);
   return out;
 }
 
@@ -240,7 +240,11 @@ int PlanBuilder::transposed_convolution(int from, ConvolutionWeights weights,
                        .height = (small.height - 1) * weights.stride + weights.kernel,
                        .width = (small.width - 1) * weights.stride + weights.kernel});
   record(layer_of(Layer::Kind::transposed_convolution, {from}, weights, activation, added), out);
-  if (overlapping) step<FillStep>(out, weights.bias, added);
+  if (overlapping) {
+    std::vector<float> bias = weights.bias;
+    bias.resize(static_cast<std::size_t>(layout(out).blocks() * lanes));
+    step<MapStep>(std::vector{out, added}, fill_maps(std::move(bias)));
+  }
   for (int tap = 0; tap < weights.kernel * weights.kernel; ++tap) {
     const OutputPixels pixels{.step = weights.stride,
                               .first_row = tap / weights.kernel,
@@ -258,7 +262,7 @@ int PlanBuilder::pool(int from) {
   const int out =
       add({.channels = large.channels, .height = large.height / 2, .width = large.width / 2});
   record({.kind = Layer::Kind::pool, .inputs = {from}}, out);
-  step<PoolStep>(from, out);
+  step<MapStep>(std::vector{from, out}, pool_maps);
   return out;
 }
 
@@ -274,7 +278,7 @@ int PlanBuilder::attention(int from, int kernel, std::vector<float> weights) {
   const int out = add(same);
   record({.kind = Layer::Kind::attention, .inputs = {from}, .kernel = kernel, .weights = weights},
          out);
-  step<AttentionStep>(from, between, out, kernel, std::move(weights));
+  step<MapStep>(std::vector{from, between, out}, attend_maps(kernel, std::move(weights)));
   return out;
 }
 
@@ -284,14 +288,14 @@ int PlanBuilder::shuffle(int from, int added) {
           "maps that are shuffled");
   const int out = add({.height = 2 * maps.height, .width = 2 * maps.width, .planar = true});
   record({.kind = Layer::Kind::shuffle, .inputs = {from}, .added = added}, out);
-  step<ShuffleStep>(from, out, added);
+  step<MapStep>(std::vector{from, out, added}, shuffle_maps);
   return out;
 }
 
 int PlanBuilder::sigmoid(int maps) {
   require(layout(maps).planar, "a sigmoid of blocked maps");
   record({.kind = Layer::Kind::sigmoid, .inputs = {maps}}, maps);
-  step<SigmoidStep>(maps);
+  step<MapStep>(std::vector{maps}, sigmoid_maps);
   return maps;
 }
 
@@ -310,7 +314,7 @@ int PlanBuilder::mixture(int whitened, int from, DenseWeights estimates) {
           .weights = recorded_ ? estimates.weights : std::vector<float>(),
           .bias = estimates.bias},
          out);
-  step<MixtureStep>(whitened, from, out, std::move(estimates));
+  step<MapStep>(std::vector{whitened, from, out}, average_mixture(std::move(estimates)));
   return out;
 }
 

@@ -6,64 +6,47 @@
 #include <stdexcept>
 
 namespace ertbench {
-namespace {
 
-const MapLayout& of(Layouts layouts, int value) { return layouts[static_cast<std::size_t>(value)]; }
-
-}  // namespace
-
-void GatherStep::prepare(Layouts layouts) {
-  from_ = of(layouts, input_).channel(0);
-  to_ = of(layouts, output_).channel(0);
+MapFunction gather_numbers(std::vector<int> sources) {
+  return [sources = std::move(sources)](float* workspace, Layouts values) {
+    const float* from = workspace + values[0].channel(0);
+    float* to = workspace + values[1].channel(0);
+    for (const int source : sources) *to++ = source < 0 ? 0.0F : from[source];
+  };
 }
 
-void GatherStep::run(float* workspace) const {
-  float* to = workspace + to_;
-  for (const int source : sources_) *to++ = source < 0 ? 0.0F : workspace[from_ + source];
+MapFunction mean_pairs(std::vector<int> pairs) {
+  return [pairs = std::move(pairs)](float* workspace, Layouts values) {
+    const float* from = workspace + values[0].channel(0);
+    float* to = workspace + values[1].channel(0);
+    for (std::size_t i = 0; i < pairs.size(); i += 2) {
+      *to++ = (from[pairs[i]] + from[pairs[i + 1]]) / 2;
+    }
+  };
 }
 
-void MeansStep::prepare(Layouts layouts) {
-  from_ = of(layouts, input_).channel(0);
-  to_ = of(layouts, output_).channel(0);
-}
-
-void MeansStep::run(float* workspace) const {
-  float* to = workspace + to_;
-  const float* from = workspace + from_;
-  for (std::size_t i = 0; i < pairs_.size(); i += 2) {
-    *to++ = (from[pairs_[i]] + from[pairs_[i + 1]]) / 2;
-  }
-}
-
-void MapsStep::prepare(Layouts layouts) {
-  from_ = of(layouts, input_).channel(0);
-  to_ = of(layouts, output_);
-}
-
-void MapsStep::run(float* workspace) const {
-  const float* from = workspace + from_;
-  for (int channel = 0; channel < to_.channels; ++channel) {
-    float* row = workspace + to_.channel(channel);
-    for (int y = 0; y < to_.height; ++y, row += to_.row(), from += to_.width) {
-      std::copy_n(from, to_.width, row);
+void lay_maps(float* workspace, Layouts values) {
+  const float* from = workspace + values[0].channel(0);
+  const MapLayout& maps = values[1];
+  for (int channel = 0; channel < maps.channels; ++channel) {
+    float* row = workspace + maps.channel(channel);
+    for (int y = 0; y < maps.height; ++y, row += maps.row(), from += maps.width) {
+      std::copy_n(from, maps.width, row);
     }
   }
 }
 
-void PoolStep::prepare(Layouts layouts) {
-  from_ = of(layouts, input_);
-  to_ = of(layouts, output_);
-}
-
-void PoolStep::run(float* workspace) const {
-  for (int block = 0; block < to_.blocks(); ++block) {
-    for (int y = 0; y < to_.height; ++y) {
-      const float* from = workspace + from_.block(block) + 2 * y * from_.row();
-      float* to = workspace + to_.block(block) + y * to_.row();
-      for (int x = 0; x < to_.width; ++x, from += 2 * lanes, to += lanes) {
+void pool_maps(float* workspace, Layouts values) {
+  const MapLayout& large = values[0];
+  const MapLayout& small = values[1];
+  for (int block = 0; block < small.blocks(); ++block) {
+    for (int y = 0; y < small.height; ++y) {
+      const float* from = workspace + large.block(block) + 2 * y * large.row();
+      float* to = workspace + small.block(block) + y * small.row();
+      for (int x = 0; x < small.width; ++x, from += 2 * lanes, to += lanes) {
         Floats<lanes> most;
         load(most, from);
-        for (const std::ptrdiff_t other : {from_.pixel(), from_.row(), from_.row() + lanes}) {
+        for (const std::ptrdiff_t other : {large.pixel(), large.row(), large.row() + lanes}) {
           Floats<lanes> value;
           load(value, from + other);
           most = value > most ? value : most;
@@ -74,91 +57,80 @@ void PoolStep::run(float* workspace) const {
   }
 }
 
-void ShuffleStep::prepare(Layouts layouts) {
-  from_ = of(layouts, input_);
-  to_ = of(layouts, output_);
-  if (added_ >= 0) plus_ = of(layouts, added_);
-}
-
-void ShuffleStep::run(float* workspace) const {
+void shuffle_maps(float* workspace, Layouts values) {
+  const MapLayout& small = values[0];
+  const MapLayout& large = values[1];
   for (int channel = 0; channel < 4; ++channel) {
-    for (int y = 0; y < from_.height; ++y) {
-      const float* from = workspace + from_.channel(channel) + y * from_.row();
-      float* to = workspace + to_.channel(0) + (2 * y + channel / 2) * to_.row() + channel % 2;
-      for (int x = 0; x < from_.width; ++x) to[2 * x] = from[x];
-      if (added_ < 0) continue;
-      const float* plus = workspace + plus_.channel(channel) + y * plus_.row();
-      for (int x = 0; x < from_.width; ++x) to[2 * x] += plus[x];
+    for (int y = 0; y < small.height; ++y) {
+      const float* from = workspace + small.channel(channel) + y * small.row();
+      float* to = workspace + large.channel(0) + (2 * y + channel / 2) * large.row() + channel % 2;
+      for (int x = 0; x < small.width; ++x) to[2 * x] = from[x];
+      if (values.size() < 3) continue;
+      const float* added = workspace + values[2].channel(channel) + y * values[2].row();
+      for (int x = 0; x < small.width; ++x) to[2 * x] += added[x];
     }
   }
 }
 
-void SigmoidStep::prepare(Layouts layouts) { layout_ = of(layouts, maps_); }
-
-void SigmoidStep::run(float* workspace) const {
-  for (int channel = 0; channel < layout_.channels; ++channel) {
-    float* row = workspace + layout_.channel(channel);
-    for (int y = 0; y < layout_.height; ++y, row += layout_.row()) {
-      Eigen::Map<Eigen::ArrayXf> x(row, layout_.width);
+void sigmoid_maps(float* workspace, Layouts values) {
+  const MapLayout& maps = values[0];
+  for (int channel = 0; channel < maps.channels; ++channel) {
+    float* row = workspace + maps.channel(channel);
+    for (int y = 0; y < maps.height; ++y, row += maps.row()) {
+      Eigen::Map<Eigen::ArrayXf> x(row, maps.width);
       x = 1.0F / (1.0F + (-x).exp());
     }
   }
 }
 
-void MixtureStep::prepare(Layouts layouts) {
-  scores_ = of(layouts, whitened_);
-  from_ = of(layouts, input_).channel(0);
-  to_ = of(layouts, output_).channel(0);
+MapFunction average_mixture(DenseWeights estimates) {
+  return [estimates = std::move(estimates)](float* workspace, Layouts values) {
+    using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Index outputs = estimates.outputs;
+    const Eigen::Index components = std::ssize(estimates.bias) / (outputs + 1);
+    const Eigen::Map<const Rows> constants(estimates.bias.data(), components, outputs + 1);
+    float* const whitened = workspace + values[0].channel(0);
+    const Eigen::Map<const Rows> gates(whitened, components, values[0].width / components);
+    Eigen::Map<Eigen::ArrayXf> scores(whitened, components);  // in the place of what is read before
+    for (Eigen::Index k = 0; k < components; ++k) {
+      scores[k] = constants(k, 0) - gates.row(k).squaredNorm() / 2;
+    }
+    scores = (scores - scores.maxCoeff()).exp();
+    const float sum = (scores < least_mixture_share).select(0.0F, scores).sum();
+    const Eigen::Map<const Eigen::VectorXf> x(workspace + values[1].channel(0), estimates.inputs);
+    Eigen::Map<Eigen::VectorXf> out(workspace + values[2].channel(0), outputs);
+    out.setZero();
+    const float* weights = estimates.weights.data();
+    for (Eigen::Index k = 0; k < components; ++k, weights += outputs * x.size()) {
+      if (scores[k] < least_mixture_share) continue;
+      const float share = scores[k] / sum;
+      out += share * constants.row(k).tail(outputs).transpose();
+      out.noalias() += share * (Eigen::Map<const Rows>(weights, outputs, x.size()) * x);
+    }
+  };
 }
 
-void MixtureStep::run(float* workspace) const {
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Eigen::Index outputs = estimates_.outputs;
-  const Eigen::Index components = std::ssize(estimates_.bias) / (outputs + 1);
-  const Eigen::Map<const Rows> constants(estimates_.bias.data(), components, outputs + 1);
-  float* const whitened = workspace + scores_.channel(0);
-  const Eigen::Map<const Rows> gates(whitened, components, scores_.width / components);
-  Eigen::Map<Eigen::ArrayXf> scores(whitened, components);  // in the place of what is read before
-  for (Eigen::Index k = 0; k < components; ++k) {
-    scores[k] = constants(k, 0) - gates.row(k).squaredNorm() / 2;
-  }
-  scores = (scores - scores.maxCoeff()).exp();
-  const float sum = (scores < least_mixture_share).select(0.0F, scores).sum();
-  const Eigen::Map<const Eigen::VectorXf> x(workspace + from_, estimates_.inputs);
-  Eigen::Map<Eigen::VectorXf> out(workspace + to_, outputs);
-  out.setZero();
-  const float* weights = estimates_.weights.data();
-  for (Eigen::Index k = 0; k < components; ++k, weights += outputs * x.size()) {
-    if (scores[k] < least_mixture_share) continue;
-    const float share = scores[k] / sum;
-    out += share * constants.row(k).tail(outputs).transpose();
-    out.noalias() += share * (Eigen::Map<const Rows>(weights, outputs, x.size()) * x);
-  }
-}
-
-void FillStep::prepare(Layouts layouts) {
-  to_ = of(layouts, output_);
-  if (added_ >= 0) plus_ = of(layouts, added_);
-  bias_.resize(static_cast<std::size_t>(to_.blocks() * lanes));
-}
-
-void FillStep::run(float* workspace) const {
-  for (int block = 0; block < to_.blocks(); ++block) {
-    Floats<lanes> bias;
-    load(bias, bias_.data() + block * lanes);
-    for (int y = 0; y < to_.height; ++y) {
-      float* to = workspace + to_.block(block) + y * to_.row();
-      for (int x = 0; x < to_.width; ++x, to += lanes) {
-        Floats<lanes> value = bias;
-        if (added_ >= 0) {
-          Floats<lanes> plus;
-          load(plus, workspace + plus_.block(block) + y * plus_.row() + x * lanes);
-          value += plus;
+MapFunction fill_maps(std::vector<float> bias) {
+  return [bias = std::move(bias)](float* workspace, Layouts values) {
+    const MapLayout& maps = values[0];
+    for (int block = 0; block < maps.blocks(); ++block) {
+      Floats<lanes> constant;
+      load(constant, bias.data() + block * lanes);
+      for (int y = 0; y < maps.height; ++y) {
+        float* to = workspace + maps.block(block) + y * maps.row();
+        for (int x = 0; x < maps.width; ++x, to += lanes) {
+          Floats<lanes> value = constant;
+          if (values.size() > 1) {
+            const MapLayout& added = values[1];
+            Floats<lanes> plus;
+            load(plus, workspace + added.block(block) + y * added.row() + x * lanes);
+            value += plus;
+          }
+          store(to, value);
         }
-        store(to, value);
       }
     }
-  }
+  };
 }
 
 namespace {
@@ -227,98 +199,79 @@ const Weight* multiply(int group, const Weight* weights, const float* x, int inp
 
 }  // namespace
 
-DenseStep::DenseStep(int input, int output, const DenseWeights& weights,
-                     const Activation& activation, bool bfloat16)
-    : input_(input),
-      output_(output),
-      inputs_(weights.inputs),
-      blocks_((weights.outputs + lanes - 1) / lanes),
-      activation_(activation.kind),
-      bias_(weights.bias) {
-  if (activation_ == Activation::Kind::prelu) {
+MapFunction multiply_dense(const DenseWeights& layer, Activation::Kind activation, bool bfloat16) {
+  if (activation == Activation::Kind::prelu) {
     throw std::logic_error("a dense layer of a plan has no PReLU");
   }
-  bias_.resize(static_cast<std::size_t>(blocks_ * lanes));
-  for (int first = 0; first < blocks_;) {
-    const int group = group_of(blocks_ - first);
-    for (int i = 0; i < inputs_; ++i) {
-      for (int o = first * lanes; o < (first + group) * lanes; ++o) {
-        const auto at = static_cast<std::size_t>(o) * static_cast<std::size_t>(inputs_) +
-                        static_cast<std::size_t>(i);
-        const float weight = o < weights.outputs ? weights.weights[at] : 0.0F;
-        if (bfloat16) {
-          rounded_.push_back(to_bfloat16(weight));
-        } else {
-          weights_.push_back(weight);
+  const int inputs = layer.inputs;
+  const int blocks = (layer.outputs + lanes - 1) / lanes;
+  const bool rectified = activation == Activation::Kind::relu;
+  std::vector<float> bias = layer.bias;
+  bias.resize(static_cast<std::size_t>(blocks * lanes));
+  // The weights as `stored` has them, [group][inputs][blocks of the group][16].
+  const auto product = [&](auto&& stored) -> MapFunction {
+    std::vector<decltype(stored(0.0F))> weights;
+    for (int first = 0; first < blocks;) {
+      const int group = group_of(blocks - first);
+      for (int i = 0; i < inputs; ++i) {
+        for (int o = first * lanes; o < (first + group) * lanes; ++o) {
+          const auto at = static_cast<std::size_t>(o) * static_cast<std::size_t>(inputs) +
+                          static_cast<std::size_t>(i);
+          weights.push_back(stored(o < layer.outputs ? layer.weights[at] : 0.0F));
         }
       }
+      first += group;
     }
-    first += group;
-  }
+    return [=, weights = std::move(weights)](float* workspace, Layouts values) {
+      const float* const from = workspace + values[0].channel(0);
+      float* const to = workspace + values[1].channel(0);
+      const auto* next = weights.data();
+      for (int first = 0; first < blocks;) {
+        const int group = group_of(blocks - first);
+        next = multiply(group, next, from, inputs, bias.data() + first * lanes, rectified,
+                        to + first * lanes);
+        first += group;
+      }
+    };
+  };
+  return bfloat16 ? product(to_bfloat16) : product([](float weight) { return weight; });
 }
 
-void DenseStep::prepare(Layouts layouts) {
-  from_ = layouts[static_cast<std::size_t>(input_)].channel(0);
-  to_ = layouts[static_cast<std::size_t>(output_)].channel(0);
-}
-
-template <typename Weight>
-void DenseStep::run_with(const std::vector<Weight>& weights, float* workspace) const {
-  const Weight* next = weights.data();
-  for (int first = 0; first < blocks_;) {
-    const int group = group_of(blocks_ - first);
-    next = multiply(group, next, workspace + from_, inputs_, bias_.data() + first * lanes,
-                    activation_ == Activation::Kind::relu, workspace + to_ + first * lanes);
-    first += group;
-  }
-}
-
-void DenseStep::run(float* workspace) const {
-  if (rounded_.empty()) {
-    run_with(weights_, workspace);
-  } else {
-    run_with(rounded_, workspace);
-  }
-}
-
-void AttentionStep::prepare(Layouts layouts) {
-  from_ = layouts[static_cast<std::size_t>(input_)];
-  between_ = layouts[static_cast<std::size_t>(summary_)];
-  to_ = layouts[static_cast<std::size_t>(output_)];
-}
+namespace {
 
 /// Mean and maximum over the channels.
-void AttentionStep::summarise(float* workspace) const {
+void summarise(float* workspace, const MapLayout& from, const MapLayout& summary) {
   using Lanes = Eigen::Array<float, lanes, 1>;
-  const int last = from_.channels - (from_.blocks() - 1) * lanes;  // channels of the last block
+  const int last = from.channels - (from.blocks() - 1) * lanes;  // channels of the last block
   Lanes unused = Lanes::Zero();
   unused.tail(lanes - last).setConstant(-std::numeric_limits<float>::infinity());
-  for (int y = 0; y < from_.height; ++y) {
-    for (int x = 0; x < from_.width; ++x) {
-      const float* pixel = workspace + from_.block(0) + y * from_.row() + x * from_.pixel();
+  for (int y = 0; y < from.height; ++y) {
+    for (int x = 0; x < from.width; ++x) {
+      const float* pixel = workspace + from.block(0) + y * from.row() + x * from.pixel();
       Lanes total = Lanes::Zero();
       Lanes most = Lanes::Constant(-std::numeric_limits<float>::infinity());
-      for (int block = 0; block < from_.blocks(); ++block, pixel += from_.plane()) {
+      for (int block = 0; block < from.blocks(); ++block, pixel += from.plane()) {
         const Lanes values = Eigen::Map<const Lanes>(pixel);
         total += values;
-        if (block + 1 < from_.blocks()) {
+        if (block + 1 < from.blocks()) {
           most = most.max(values);
         } else {
           most = most.max(values + unused);
         }
       }
-      const std::ptrdiff_t place = y * between_.row() + x;
-      workspace[between_.channel(0) + place] = total.sum() / static_cast<float>(from_.channels);
-      workspace[between_.channel(1) + place] = most.maxCoeff();
+      const std::ptrdiff_t place = y * summary.row() + x;
+      workspace[summary.channel(0) + place] = total.sum() / static_cast<float>(from.channels);
+      workspace[summary.channel(1) + place] = most.maxCoeff();
     }
   }
 }
 
-void AttentionStep::weigh(float* workspace, int y, int first, const float* factors,
-                          int count) const {
-  for (int block = 0; block < from_.blocks(); ++block) {
-    const float* from = workspace + from_.block(block) + y * from_.row() + first * lanes;
-    float* to = workspace + to_.block(block) + y * to_.row() + first * lanes;
+/// Multiplies the pixels from `first` on in a row.
+void weigh(float* workspace, const MapLayout& large, const MapLayout& same, int y, int first,
+           const float* factors, int count) {
+  for (int block = 0; block < large.blocks(); ++block) {
+    const float* from = workspace + large.block(block) + y * large.row() + first * lanes;
+    float* to = workspace + same.block(block) + y * same.row() + first * lanes;
     for (int x = 0; x < count; ++x, from += lanes, to += lanes) {
       Floats<lanes> values;
       load(values, from);
@@ -328,30 +281,37 @@ void AttentionStep::weigh(float* workspace, int y, int first, const float* facto
   }
 }
 
-void AttentionStep::run(float* workspace) const {
-  summarise(workspace);
-  const std::ptrdiff_t corner = (kernel_ / 2) * (between_.row() + 1);
-  for (int y = 0; y < from_.height; ++y) {
-    // Lanes past the width read other rows, or what stands behind the maps, and are not used.
-    for (int first = 0; first < from_.width; first += lanes) {
-      Floats<lanes> sums = {};
-      const float* weight = weights_.data();
-      for (int map = 0; map < 2; ++map) {
-        const float* row = workspace + between_.channel(map) - corner + y * between_.row() + first;
-        for (int ky = 0; ky < kernel_; ++ky, row += between_.row()) {
-          for (int kx = 0; kx < kernel_; ++kx, ++weight) {
-            Floats<lanes> values;
-            load(values, row + kx);
-            sums += *weight * values;
+}  // namespace
+
+MapFunction attend_maps(int kernel, std::vector<float> weights) {
+  return [kernel, weights = std::move(weights)](float* workspace, Layouts values) {
+    const MapLayout& from = values[0];
+    const MapLayout& summary = values[1];
+    summarise(workspace, from, summary);
+    const std::ptrdiff_t corner = (kernel / 2) * (summary.row() + 1);
+    for (int y = 0; y < from.height; ++y) {
+      // Lanes past the width read other rows, or what stands behind the maps, and are not used.
+      for (int first = 0; first < from.width; first += lanes) {
+        Floats<lanes> sums = {};
+        const float* weight = weights.data();
+        for (int map = 0; map < 2; ++map) {
+          const float* row = workspace + summary.channel(map) - corner + y * summary.row() + first;
+          for (int ky = 0; ky < kernel; ++ky, row += summary.row()) {
+            for (int kx = 0; kx < kernel; ++kx, ++weight) {
+              Floats<lanes> pixels;
+              load(pixels, row + kx);
+              sums += *weight * pixels;
+            }
           }
         }
+        Eigen::Array<float, lanes, 1> factors;
+        store(factors.data(), sums);
+        factors = 1.0F / (1.0F + (-factors).exp());
+        weigh(workspace, from, values[2], y, first, factors.data(),
+              std::min(lanes, from.width - first));
       }
-      Eigen::Array<float, lanes, 1> factors;
-      store(factors.data(), sums);
-      factors = 1.0F / (1.0F + (-factors).exp());
-      weigh(workspace, y, first, factors.data(), std::min(lanes, from_.width - first));
     }
-  }
+  };
 }
 
 }  // namespace ertbench
