@@ -137,6 +137,14 @@ Hdf5File Hdf5File::create(const std::filesystem::path& file) {
   return Hdf5File(file, id);
 }
 
+bool Hdf5File::holds(const std::filesystem::path& file, const std::string& object) {
+  try {
+    return open(file).has(object);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 Hdf5File::Hdf5File(Hdf5File&& other) noexcept : path_(std::move(other.path_)), id_(other.id_) {
   other.id_ = -1;
 }

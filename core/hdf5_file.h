@@ -18,6 +18,8 @@ class Hdf5File {
   static Hdf5File open(const std::filesystem::path& file);           ///< for reading
   static Hdf5File open_writable(const std::filesystem::path& file);  ///< an existing file
   static Hdf5File create(const std::filesystem::path& file);         ///< replaces an existing file
+  /// Whether a file can be opened and has the object.
+  static bool holds(const std::filesystem::path& file, const std::string& object);
 
   Hdf5File(Hdf5File&& other) noexcept;
   Hdf5File& operator=(Hdf5File&&) = delete;

@@ -30,14 +30,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-bool holds_images(const fs::path& file) {
-  try {
-    return Hdf5File::open(file).has("/conductivity_change");
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
 constexpr std::uint64_t streamed_frames = 1024;
 constexpr Eigen::Index most_written = written_contacts[0];
 constexpr Eigen::Index contact_columns = written_contacts[1];
@@ -267,7 +259,10 @@ bool is_calibration(const fs::path& file) {
 }  // namespace
 
 void require_image_output(const fs::path& output, const std::vector<fs::path>& inputs) {
-  require_output(output, inputs, {"file of images (/conductivity_change)", holds_images});
+  require_output(output, inputs,
+                 {"file of images (/conductivity_change)", [](const fs::path& there) {
+                    return Hdf5File::holds(there, "/conductivity_change");
+                  }});
 }
 
 std::vector<fs::path> reconstruction_inputs(const std::string& solver, const fs::path& frames) {

@@ -30,14 +30,6 @@ constexpr Eigen::Index answer_columns = 6;  ///< before the image
 constexpr std::uint64_t recorded_contact_columns = 6;
 constexpr const char* recorded_numbers = "/frame_number";
 
-bool holds_stream(const fs::path& file) {
-  try {
-    return Hdf5File::open(file).has(recorded_numbers);
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
 double or_nan(std::optional<double> value) {
   return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
@@ -46,7 +38,9 @@ double or_nan(std::optional<double> value) {
 
 LiveRecord::LiveRecord(fs::path file, const std::vector<fs::path>& inputs, const Sensor& sensor)
     : file_(std::move(file)), sensor_(sensor) {
-  require_output(file_, inputs, {"record of a stream (/frame_number)", holds_stream});
+  require_output(file_, inputs, {"record of a stream (/frame_number)", [](const fs::path& there) {
+                                   return Hdf5File::holds(there, recorded_numbers);
+                                 }});
   width_[frames] = 2 + static_cast<std::uint64_t>(sensor.channels());
   width_[answers] = answer_columns + static_cast<std::uint64_t>(sensor.pixels());
   width_[contacts] = recorded_contact_columns;
@@ -65,18 +59,20 @@ LiveRecord::LiveRecord(fs::path file, const std::vector<fs::path>& inputs, const
 }
 
 LiveRecord::~LiveRecord() {
-  if (writer_.joinable()) {
-    {
-      const std::lock_guard lock(mutex_);
-      over_ = true;
-    }
-    changed_.notify_all();
-    writer_.join();
-  }
+  if (writer_.joinable()) end_writer();
   for (std::size_t p = 0; p < parts; ++p) {
     std::error_code ignored;
     if (p != frames || !frames_stay_) fs::remove(raw_[p], ignored);
   }
+}
+
+void LiveRecord::end_writer() {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  changed_.notify_all();
+  writer_.join();
 }
 
 void LiveRecord::put(std::vector<Row> rows) {
@@ -164,12 +160,7 @@ void LiveRecord::copy(Part part,
 }
 
 bool LiveRecord::finish(const Eigen::RowVectorXd& reference, const std::string& solver) {
-  {
-    const std::lock_guard lock(mutex_);
-    over_ = true;
-  }
-  changed_.notify_all();
-  writer_.join();
+  end_writer();
   for (std::ofstream& stream : streams_) {
     stream.close();
     refused_ |= stream.fail();

@@ -65,6 +65,7 @@ class LiveRecord {
 
   void put(std::vector<Row> rows);
   void write_rows();
+  void end_writer();  ///< once it has written what waits
   bool write(const Row& row);
   void write_file(const std::filesystem::path& place, const Eigen::RowVectorXd& reference,
                   const std::string& solver) const;

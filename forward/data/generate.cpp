@@ -72,13 +72,7 @@ bool is_unfinished_hdf5(const fs::path& file) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   std::array<char, signature.size()> start{};
   std::ifstream(file, std::ios::binary).read(start.data(), start.size());
-  if (std::string_view(start.data(), start.size()) != signature) return false;
-  try {
-    Hdf5File::open(file);
-    return false;
-  } catch (const InputError&) {
-    return true;
-  }
+  return std::string_view(start.data(), start.size()) == signature && !Hdf5File::holds(file, "/");
 }
 
 std::uint64_t bytes_of(const DatasetSpec& spec) {
@@ -283,12 +277,7 @@ void write_scenes(const DatasetSpec& spec, const FrameSource& source, const fs::
 
 void require_dataset_output(const fs::path& file, const std::vector<fs::path>& inputs) {
   const auto is_dataset = [](const fs::path& one) {
-    try {
-      const Hdf5File opened = Hdf5File::open(one);
-      return opened.has(layout::voltages) && opened.has(layout::scenes_written);
-    } catch (const InputError&) {
-      return false;
-    }
+    return Hdf5File::holds(one, layout::voltages) && Hdf5File::holds(one, layout::scenes_written);
   };
   require_output(file, inputs, {"dataset of ours", is_dataset});
   const auto is_part = [&](const fs::path& one) {
