@@ -10,7 +10,6 @@
 
 #include "core/errors.h"
 #include "core/json.h"
-#include "frames/calibration.h"
 #include "frames/own_frames.h"
 #include "live/live_record.h"
 #include "live/live_server.h"

@@ -1,6 +1,5 @@
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +16,7 @@
 #include "forward/data/dataset_file.h"
 #include "forward/data/scene_model.h"
 #include "forward/data/sheet_model.h"
+#include "forward/sheet/sensor_json.h"
 #include "frames/calibration.h"
 #include "frames/reference_check.h"
 #include "live/live.h"
@@ -125,8 +125,7 @@ std::optional<FramesOfFile> replayed(const InputPlace& place) {
 
 Sensor sensor_for_file(const LiveOptions& options, const std::optional<FramesOfFile>& replay) {
   if (!options.sensor.empty()) {
-    const json value = read_json_file(options.sensor);
-    return sensor_from_json(JsonObject(value, options.sensor, ""));
+    return read_sensor(options.sensor);
   }
   if (replay) return replay->sensor.value_or(Sensor{});
   const bool file = !options.reference.empty() && options.reference != "model";
