@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <complex>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -38,7 +37,6 @@ class EllipseModel {
 
   explicit EllipseModel(const Sensor& sensor);
   EllipseModel(const Sensor& sensor, const Options& options);
-  ~EllipseModel();
 
   const Sensor& sensor() const { return sensor_; }
   Eigen::Index pairs() const { return static_cast<Eigen::Index>(pairs_.size()); }
@@ -53,26 +51,10 @@ class EllipseModel {
   /// evaluated last. May be called once after each evaluation.
   void derivatives(Workspace& workspace, Eigen::Ref<Eigen::MatrixXd> out) const;
 
-  /// Working memory of one thread.
-  class Workspace {
-   public:
-    Workspace();
-    ~Workspace();
-    Workspace(Workspace&&) noexcept;
-    Workspace& operator=(Workspace&&) noexcept;
-    /// Unknowns of the last evaluation.
-    int points() const;
-
-   private:
-    friend class EllipseModel;
-    struct Memory;
-    std::unique_ptr<Memory> memory_;
-  };
-
  private:
-  void assemble(Workspace::Memory& m) const;
-  void place_sources(Workspace::Memory& m) const;
-  void add_conductors(Workspace::Memory& m) const;
+  void assemble(Workspace& m) const;
+  void place_sources(Workspace& m) const;
+  void add_conductors(Workspace& m) const;
 
   Sensor sensor_;
   Options options_;
@@ -85,8 +67,14 @@ class EllipseModel {
   std::vector<std::vector<std::complex<double>>> halves_;  ///< exp(i pi k / n), by n
 };
 
-/// Intermediate results of EllipseModel, private to the files of this model.
-struct EllipseModel::Workspace::Memory {
+/// Working memory of one thread: the intermediate results of EllipseModel.
+class EllipseModel::Workspace {
+ public:
+  /// Unknowns of the last evaluation.
+  int points() const { return unknowns; }
+
+ private:
+  friend class EllipseModel;
   struct Border {
     Eigen::Matrix2d to_unit;  ///< maps the ellipse onto the unit disc
     double shorter = 0;       ///< half axis
@@ -95,7 +83,7 @@ struct EllipseModel::Workspace::Memory {
     double ratio = 1;
   };
   std::vector<Border> borders;
-  int points = 0;
+  int unknowns = 0;
   std::vector<EllipticContact> contacts;  ///< the contacts that were placed
   // For each point: position, normal and weight on the unit disc; the tangent on the sheet times
   // the step of the parameter, and the position relative to the contact's centre.
@@ -114,7 +102,7 @@ struct EllipseModel::Workspace::Memory {
   Eigen::MatrixXd impedance;
 
   void resize(int count, int stride) {
-    points = count;
+    unknowns = count;
     matrix.resize(count);
     const auto n = static_cast<std::size_t>(count);
     if (x.size() < n) {

@@ -42,30 +42,6 @@ EllipticContact of_polygon(const Contact& contact) {
   return out;
 }
 
-}  // namespace
-
-EllipticContact nearest_ellipse(const Contact& contact) {
-  EllipticContact out;
-  if (contact.shape == Shape::polygon) {
-    out = of_polygon(contact);
-  } else {
-    const double area = (contact.shape == Shape::rectangle ? 4 : pi) * contact.half_size.prod();
-    out.centre = contact.centre;
-    out.log_size = std::log(area / pi) / 2;
-    out.stretch =
-        std::log(contact.half_size.x() / contact.half_size.y()) / 2 * at_twice(contact.angle);
-  }
-  out.log_ratio = std::log(contact.conductivity_ratio);
-  return out;
-}
-
-}  // namespace ertbench
-
-// Places the points of EllipseModel, and checks that the contacts suit it.
-
-namespace ertbench {
-namespace {
-
 using Complex = std::complex<double>;
 
 /// Spacing of points over the distance to their nearest neighbour at resolution 1 (see
@@ -93,8 +69,22 @@ double length_of(Complex z) { return std::sqrt(std::norm(z)); }
 
 }  // namespace
 
-bool EllipseModel::place(std::span<const EllipticContact> contacts, Workspace& workspace) const {
-  Workspace::Memory& m = *workspace.memory_;
+EllipticContact nearest_ellipse(const Contact& contact) {
+  EllipticContact out;
+  if (contact.shape == Shape::polygon) {
+    out = of_polygon(contact);
+  } else {
+    const double area = (contact.shape == Shape::rectangle ? 4 : pi) * contact.half_size.prod();
+    out.centre = contact.centre;
+    out.log_size = std::log(area / pi) / 2;
+    out.stretch =
+        std::log(contact.half_size.x() / contact.half_size.y()) / 2 * at_twice(contact.angle);
+  }
+  out.log_ratio = std::log(contact.conductivity_ratio);
+  return out;
+}
+
+bool EllipseModel::place(std::span<const EllipticContact> contacts, Workspace& m) const {
   const Sheet& sheet = *sensor_.sheet;
   if (contacts.size() > most_contacts) return false;
   struct Ellipse {
